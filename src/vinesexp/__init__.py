@@ -1,0 +1,32 @@
+"""Vibro-impact nonlinear energy sinks: from a folder of records to the best clearance.
+
+Names are imported when they are first used, so that a small command stays quick.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import Any
+
+__version__ = version("vinesexp")
+
+_HOME = {
+    "Oscillator": "vinesexp.rig",
+    "NES": "vinesexp.rig",
+    "Rig": "vinesexp.rig",
+    "Harmonic": "vinesexp.excitation",
+    "Sweep": "vinesexp.excitation",
+    "Measured": "vinesexp.excitation",
+    "Release": "vinesexp.excitation",
+    "simulate": "vinesexp.simulation.motion",
+    "Motion": "vinesexp.simulation.motion",
+}
+
+__all__ = sorted([*_HOME, "__version__"])  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    raise AttributeError(f"module 'vinesexp' has no attribute '{name}'")

@@ -1,0 +1,135 @@
+"""The rig: an oscillator and the balls loose in its cavities. Everyone's vocabulary.
+
+Physical parameters are those of the paper's Table 2 (M, c1, k1, m, b, r); the reduced ones
+(eps, lambda, Gamma, zeta, w0) follow from them by equation (5) of docs/theory.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from vinesexp.errors import ParameterError
+
+
+def require(condition: bool, name: str, value: float, expected: str) -> None:
+    """Refuse a physical value without meaning, in one line."""
+    if not condition:
+        raise ParameterError(f"{name} = {value}: expected {expected}")
+
+
+@dataclass(frozen=True)
+class Oscillator:
+    """The primary mass on its spring and damper: M x'' + c1 (x' - x_e') + k1 (x - x_e) = 0.
+
+    Parameters
+    ----------
+    M : float
+        Mass, kg, > 0.
+    c1 : float
+        Viscous damping, N s/m, >= 0.
+    k1 : float
+        Stiffness, N/m, > 0.
+
+    Examples
+    --------
+    >>> oscillator = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+    >>> round(oscillator.f0, 3), round(oscillator.zeta, 4)
+    (7.862, 0.0065)
+    """
+
+    M: float
+    c1: float
+    k1: float
+
+    def __post_init__(self) -> None:
+        require(math.isfinite(self.M) and self.M > 0, "mass M", self.M, "kg, above zero")
+        require(
+            math.isfinite(self.c1) and self.c1 >= 0,
+            "damping c1",
+            self.c1,
+            "N s/m, zero or above",
+        )
+        require(
+            math.isfinite(self.k1) and self.k1 > 0, "stiffness k1", self.k1, "N/m, above zero"
+        )
+
+    @property
+    def w0(self) -> float:
+        """Undamped angular frequency sqrt(k1/M), rad/s."""
+        return math.sqrt(self.k1 / self.M)
+
+    @property
+    def f0(self) -> float:
+        """Undamped natural frequency w0/(2 pi), Hz."""
+        return self.w0 / (2.0 * math.pi)
+
+    @property
+    def zeta(self) -> float:
+        """Damping ratio c1/(2 M w0)."""
+        return self.c1 / (2.0 * math.sqrt(self.k1 * self.M))
+
+    @classmethod
+    def from_modal(cls, *, M: float, f0: float, zeta: float) -> Oscillator:
+        """The oscillator of mass M, natural frequency f0 (Hz) and damping ratio zeta."""
+        w0 = 2.0 * math.pi * f0
+        return cls(M=M, c1=2.0 * zeta * M * w0, k1=M * w0 * w0)
+
+
+@dataclass(frozen=True)
+class NES:
+    """One vibro-impact nonlinear energy sink: a ball loose in a cavity.
+
+    Parameters
+    ----------
+    m : float
+        Mass of the ball, kg, > 0.
+    b : float
+        One-sided clearance, m, > 0: the ball travels 2 b from wall to wall.
+    r : float
+        Restitution of relative velocity, in [0, 1].
+    """
+
+    m: float
+    b: float
+    r: float
+
+    def __post_init__(self) -> None:
+        require(math.isfinite(self.m) and self.m > 0, "ball mass m", self.m, "kg, above zero")
+        require(math.isfinite(self.b) and self.b > 0, "clearance b", self.b, "m, above zero")
+        require(0.0 <= self.r <= 1.0, "restitution r", self.r, "a number from 0 to 1")
+
+    @property
+    def Gamma(self) -> float:
+        """Loss parameter (1 - r)/(1 + r) of equation (20)."""
+        return (1.0 - self.r) / (1.0 + self.r)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """An oscillator with n >= 0 NESs in parallel.
+
+    Examples
+    --------
+    >>> rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.034, r=0.6)])
+    >>> round(rig.eps, 5), round(rig.lam, 3)
+    (0.00681, 1.91)
+    """
+
+    oscillator: Oscillator
+    nes: Sequence[NES] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "nes", tuple(self.nes))
+
+    @property
+    def eps(self) -> float:
+        """Mass ratio, all balls together: sum(m_i)/M (equations 5, 40)."""
+        return math.fsum(n.m for n in self.nes) / self.oscillator.M
+
+    @property
+    def lam(self) -> float:
+        """Reduced damping lambda = c1/(eps M w0) (equations 5, 40); infinite without a ball."""
+        eps = self.eps
+        return 2.0 * self.oscillator.zeta / eps if eps > 0.0 else math.inf
