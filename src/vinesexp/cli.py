@@ -1,0 +1,56 @@
+"""The command `vinesexp`: look a campaign over, design a clearance, simulate, find impacts."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+from vinesexp.errors import VinesexpError
+
+#: Commands, each a module of vinesexp.commands with add_arguments(parser) and run(args).
+COMMANDS = {
+    "check": "look a campaign over without running it",
+    "design": "b_c and b_t from given rig values, with their sensitivities",
+    "simulate": "records of a scene",
+    "impacts": "impacts in one file",
+}
+
+
+def build_parser(command: str | None = None) -> argparse.ArgumentParser:
+    """The argument parser; only the module of `command` is imported, so that help stays quick."""
+    from vinesexp import __version__
+
+    parser = argparse.ArgumentParser(
+        prog="vinesexp",
+        description="Vibro-impact nonlinear energy sinks: records to the best clearance.",
+    )
+    parser.add_argument("--version", action="version", version=f"vinesexp {__version__}")
+    subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name, purpose in COMMANDS.items():
+        subparser = subparsers.add_parser(name, help=purpose, description=purpose)
+        if name == command:
+            module = import_module(f"vinesexp.commands.{name}")
+            module.add_arguments(subparser)
+            subparser.set_defaults(run=module.run)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; a user's mistake is one line on standard error and exit code 1."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    command = next((word for word in words if word in COMMANDS), None)
+    parsed = build_parser(command).parse_args(words)
+    try:
+        code: int = parsed.run(parsed)
+    except VinesexpError as error:
+        print(f"vinesexp {parsed.command}: {error}", file=sys.stderr)
+        return 1
+    except BrokenPipeError:
+        return 1
+    return code
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

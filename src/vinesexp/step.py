@@ -1,0 +1,56 @@
+"""One step of the workflow: a function, its log, and one line at the console when it fails.
+
+A script calls `run_step(main, log=..., **arguments)`. What the step prints and the traceback
+of anything unexpected go to the log; a user's mistake is one line at the console, with the log's
+path, and no traceback.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from vinesexp.errors import VinesexpError
+
+
+def run_step(function: Callable[..., Any], *, log: str | Path, **arguments: Any) -> None:
+    """Run `function(**arguments)` with its output in `log`; exit with 1 if it fails.
+
+    Parameters
+    ----------
+    function : callable
+        The step. What it returns, if anything, is the summary line of the log.
+    log : path
+        Text file, written anew.
+
+    Raises
+    ------
+    SystemExit
+        With code 1, after one line on standard error.
+    """
+    path = Path(log)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    started = time.perf_counter()
+    with path.open("w", encoding="utf-8") as stream:
+        try:
+            with contextlib.redirect_stdout(stream), contextlib.redirect_stderr(stream):
+                summary = function(**arguments)
+        except VinesexpError as error:
+            stream.write(f"{error}\n")
+            print(f"vinesexp: {error} (log: {path})", file=sys.stderr, flush=True)
+            raise SystemExit(1) from None
+        except Exception as error:
+            stream.write(traceback.format_exc())
+            print(
+                f"vinesexp: unexpected {type(error).__name__}: {error} (traceback in {path})",
+                file=sys.stderr,
+                flush=True,
+            )
+            raise SystemExit(1) from None
+        seconds = time.perf_counter() - started
+        stream.write(f"{summary if summary is not None else 'done'} in {seconds:.2f} s\n")
