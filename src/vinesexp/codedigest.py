@@ -2,7 +2,8 @@
 
 A workflow engine sees the script of a step but not the modules it imports. Here the imports
 of a module are followed through the package (at the top of modules and inside functions), and
-the text of everything reached is hashed: editing a module re-runs the steps that use it, and no others.
+the text of everything reached is hashed: editing a module re-runs the steps that use it, and
+no others.
 """
 
 from __future__ import annotations

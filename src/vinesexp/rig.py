@@ -10,6 +10,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from vinesexp.errors import ParameterError
 
 
@@ -17,6 +20,36 @@ def require(condition: bool, name: str, value: float, expected: str) -> None:
     """Refuse a physical value without meaning, in one line."""
     if not condition:
         raise ParameterError(f"{name} = {value}: expected {expected}")
+
+
+def checked(
+    values: ArrayLike,
+    name: str,
+    expected: str,
+    *,
+    low: float = 0.0,
+    high: float = math.inf,
+    closed: bool = True,
+) -> NDArray[np.float64]:
+    """Values as float64, refused in one line where one is not finite or outside [low, high].
+
+    With ``closed=False`` the lower end itself is refused too (a mass of zero).
+
+    Examples
+    --------
+    >>> checked([0.5, 1.5], "restitution r", "a number from 0 to 1", high=1.0)
+    Traceback (most recent call last):
+    vinesexp.errors.ParameterError: restitution r = 1.5: expected a number from 0 to 1
+    """
+    array = np.asarray(values, dtype=np.float64)
+    least, most = (array.min(), array.max()) if array.size else (high, high)
+    # A NaN makes both comparisons false, an infinity fails isfinite: two passes, no masks.
+    fine = (least >= low if closed else least > low) and most <= high
+    if not (fine and math.isfinite(least) and math.isfinite(most)) and array.size:
+        above = array >= low if closed else array > low
+        wrong = array[~(above & (array <= high) & np.isfinite(array))]
+        raise ParameterError(f"{name} = {float(wrong.flat[0]):.9g}: expected {expected}")
+    return array
 
 
 @dataclass(frozen=True)
@@ -51,9 +84,7 @@ class Oscillator:
             self.c1,
             "N s/m, zero or above",
         )
-        require(
-            math.isfinite(self.k1) and self.k1 > 0, "stiffness k1", self.k1, "N/m, above zero"
-        )
+        require(math.isfinite(self.k1) and self.k1 > 0, "stiffness k1", self.k1, "N/m, above zero")
 
     @property
     def w0(self) -> float:

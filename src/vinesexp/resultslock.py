@@ -1,0 +1,50 @@
+"""One run at a time in one results folder, and one campaign.
+
+The operating system gives the lock back when the run ends, however it ends, so that a killed run
+can simply be started again. The folder remembers which campaign it belongs to: two campaigns of
+the same name do not mix.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import IO
+
+from vinesexp.errors import VinesexpError
+
+
+def hold_results(results: Path, *, campaign: Path) -> IO[str]:
+    """Lock the folder `results` for `campaign` until the returned file is closed.
+
+    Raises
+    ------
+    VinesexpError
+        Another run is writing there, or the folder holds the results of another campaign.
+    """
+    import fcntl
+
+    results.mkdir(parents=True, exist_ok=True)
+    stream = (results / ".campaign").open("a+", encoding="utf-8")
+    try:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        stream.close()
+        raise VinesexpError(
+            "another run is writing here; wait for it to end, or choose another folder "
+            "with --config results=DIR",
+            file=results,
+        ) from None
+    stream.seek(0)
+    owner, here = stream.read().strip(), str(campaign.resolve())
+    if owner and owner != here and Path(owner).exists():
+        stream.close()
+        raise VinesexpError(
+            f"holds the results of the campaign {owner}; choose another folder for {here} "
+            "with --config results=DIR",
+            file=results,
+        )
+    stream.seek(0)
+    stream.truncate()
+    stream.write(here + "\n")
+    stream.flush()
+    return stream

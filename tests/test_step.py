@@ -1,0 +1,41 @@
+"""A step of the workflow tells a user's mistake in one line and keeps tracebacks in its log."""
+
+import pytest
+
+from vinesexp.errors import RecordError
+from vinesexp.step import run_step
+
+
+def fail_as_user():
+    raise RecordError("is empty; export it again", file="raw/a.csv")
+
+
+def fail_unexpectedly():
+    return 1 / 0
+
+
+def test_a_mistake_of_the_user_is_one_line_without_traceback(tmp_path, capsys):
+    log = tmp_path / "logs" / "a.log"
+    with pytest.raises(SystemExit) as caught:
+        run_step(fail_as_user, log=log)
+    assert caught.value.code == 1
+    shown = capsys.readouterr().err
+    assert shown == f"vinesexp: raw/a.csv: is empty; export it again (log: {log})\n"
+    assert "Traceback" not in log.read_text()
+
+
+def test_anything_unexpected_keeps_its_traceback_in_the_log(tmp_path, capsys):
+    log = tmp_path / "a.log"
+    with pytest.raises(SystemExit):
+        run_step(fail_unexpectedly, log=log)
+    shown = capsys.readouterr().err
+    assert shown.count("\n") == 1
+    assert "ZeroDivisionError" in shown
+    assert "Traceback" in log.read_text()
+
+
+def test_what_a_step_prints_is_in_its_log(tmp_path, capsys):
+    log = tmp_path / "a.log"
+    run_step(lambda *, n: print("n is", n), log=log, n=3)
+    assert log.read_text().startswith("n is 3\ndone in ")
+    assert capsys.readouterr().out == ""
