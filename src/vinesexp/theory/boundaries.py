@@ -1,0 +1,132 @@
+"""Ends of the stable symmetric orbit: Neimark-Sacker, saddle-node and symmetry breaking.
+
+Along the curve of orbits, in order of growing ball amplitude C (falling clearance), lie the
+saddle-node, the start of stability (the Neimark-Sacker point, which ends permanent two impacts
+per cycle) and the symmetry breaking (the exact counterpart of T2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.errors import AnalysisError
+from vinesexp.theory.floquet import hurwitz, jacobian, routh_stable
+from vinesexp.theory.orbits import FloatArray, Reduced, family, saddle_node
+
+#: Ball amplitudes looked at for a stable stretch; T1 and T2 of every r lie between (0.71, 1.68).
+_GRID = np.linspace(0.02, 4.0, 400)
+_HALVINGS = 46  # from one grid step (0.01) down to the rounding unit
+
+
+@dataclass(frozen=True)
+class StableRange:
+    """Stretch of the orbit curve that attracts, in units of G (arrays alike).
+
+    Attributes
+    ----------
+    C_low, b_high : the end towards large clearances: the end of permanent response.
+    C_high, b_low : the end towards small ones: symmetry breaking.
+    kind : how it ends at b_high: "neimark-sacker" or "saddle-node"; "" where nothing is stable.
+    """
+
+    C_low: FloatArray
+    b_high: FloatArray
+    C_high: FloatArray
+    b_low: FloatArray
+    kind: NDArray[np.str_]
+
+    @property
+    def exists(self) -> NDArray[np.bool_]:
+        """Where a stable orbit was found at all (elsewhere the numbers are NaN)."""
+        return ~np.isnan(self.C_low)
+
+
+def _stable(C: FloatArray, p: Reduced) -> NDArray[np.bool_]:
+    return routh_stable(jacobian(family(C, p)))
+
+
+def _refine(outside: FloatArray, inside: FloatArray, p: Reduced) -> FloatArray:
+    """Bisect the flag "stable" between a C that is not and a C that is."""
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (outside + inside)
+        stable = _stable(middle, p)
+        inside = np.where(stable, middle, inside)
+        outside = np.where(stable, outside, middle)
+        if np.all(np.abs(inside - outside) <= 2.0 * np.spacing(inside)):
+            break
+    return 0.5 * (outside + inside)
+
+
+def stable_range(p: Reduced) -> StableRange:
+    """Find the stable stretch with the largest clearance, for each rig of `p`.
+
+    The flag "stable" is taken on a grid in C, then both ends are bisected to the last digit.
+
+    Returns
+    -------
+    StableRange
+        With NaN where no C of the grid is stable (r = 1 without damping, far detuning).
+
+    Examples
+    --------
+    >>> rig = Reduced.of_rig(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6)
+    >>> ends = stable_range(rig)
+    >>> round(float(0.25 * ends.b_high), 3), str(ends.kind)  # mm at G = 0.25 mm
+    (33.923, 'neimark-sacker')
+    """
+    shape = p.eps.shape
+    flat = p[...] if shape else p[None]
+    flat = Reduced(*(v.ravel() for v in (flat.eps, flat.zeta, flat.r, flat.Omega)))
+    stable = _stable(_GRID, flat[:, None])
+    # b falls with C past the saddle-node, so the first stable C has the largest clearance
+    stable &= saddle_node(flat)[0][:, None] <= _GRID
+    first = stable.argmax(axis=1)
+    found = stable[np.arange(len(first)), first]
+    after = np.arange(_GRID.size) > first[:, None]
+    last = np.where(
+        (~stable & after).any(axis=1), (~stable & after).argmax(axis=1), _GRID.size
+    )  # first unstable C above
+    step = _GRID[1] - _GRID[0]
+    low = _refine(np.maximum(_GRID[first] - step, 1e-9), _GRID[first], flat)
+    high = _refine(_GRID[last - 1] + step, _GRID[last - 1], flat)
+    merged = saddle_node(flat)
+    at_node = low <= merged[0] * (1.0 + 1e-9)
+    low = np.where(at_node, merged[0], low)
+    nan = np.full(low.shape, np.nan)
+    kind = np.where(at_node, "saddle-node", "neimark-sacker")
+    return StableRange(
+        C_low=np.where(found, low, nan).reshape(shape),
+        b_high=np.where(found, family(low, flat).b, nan).reshape(shape),
+        C_high=np.where(found, high, nan).reshape(shape),
+        b_low=np.where(found, family(high, flat).b, nan).reshape(shape),
+        kind=np.where(found, kind, "").reshape(shape),
+    )
+
+
+def end_of_permanent_response(p: Reduced) -> StableRange:
+    """As `stable_range`, but a rig without any stable orbit is an error, told in one line.
+
+    Raises
+    ------
+    AnalysisError
+        No stable symmetric orbit exists at any clearance.
+    """
+    ends = stable_range(p)
+    if not np.all(ends.exists):
+        lost = np.argwhere(~ends.exists.ravel())[0, 0]
+        rig = {n: float(getattr(p, n).ravel()[lost]) for n in ("eps", "zeta", "r", "Omega")}
+        words = ", ".join(f"{name} = {value:.6g}" for name, value in rig.items())
+        raise AnalysisError(
+            f"no stable orbit with two symmetric impacts per cycle at any clearance ({words}); "
+            "an elastic ball without damping never settles, and far from resonance none exists"
+        )
+    return ends
+
+
+def boundary_residuals(C: FloatArray, p: Reduced) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Functions of C, zero at the saddle-node, Neimark-Sacker and symmetry-breaking boundary."""
+    B, H = hurwitz(jacobian(family(C, p)))
+    return B[0], H, B[4]

@@ -1,0 +1,132 @@
+"""Stability of the exact symmetric orbit: analytic Jacobian of the half-period impact map.
+
+The map takes (t, x, x', y') just after an impact to the same just after the next one, with the
+signs of x, x', y' changed, so that the symmetric orbit is its fixed point (docs/theory.md, 38-41).
+A multiplier +1 is the saddle-node, -1 the symmetry breaking (pitchfork of the full-period
+orbit), a complex pair on the unit circle the Neimark-Sacker bifurcation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.theory.orbits import Family
+
+FloatArray = NDArray[np.float64]
+
+
+def transition(zeta: FloatArray, t: FloatArray) -> FloatArray:
+    """2 x 2 transition matrix of the bare oscillator over a time t (w0 = 1), shape (..., 2, 2)."""
+    wd = np.sqrt((1.0 - zeta) * (1.0 + zeta))
+    decay = np.exp(-zeta * t)
+    cosine, sine = decay * np.cos(wd * t), decay * np.sin(wd * t) / wd
+    Phi = np.empty((*np.broadcast(zeta, t).shape, 2, 2))
+    Phi[..., 0, 0] = cosine + zeta * sine
+    Phi[..., 0, 1] = sine
+    Phi[..., 1, 0] = -sine
+    Phi[..., 1, 1] = cosine - zeta * sine
+    return Phi
+
+
+def jacobian(orbit: Family) -> FloatArray:
+    """Jacobian of the half-period map in (t, x, x', y') on the orbit, shape (..., 4, 4).
+
+    Its determinant is r^2 exp(-zeta w0 T), a property the tests hold it to (docs/theory.md, 41).
+
+    Examples
+    --------
+    >>> from vinesexp.theory.orbits import Reduced, family
+    >>> J = jacobian(family(1.0, Reduced.of(eps=0.0068, zeta=0.0065, r=0.6)))
+    >>> bool(abs(np.linalg.eigvals(J)).max() < 1)
+    True
+    """
+    p = orbit.p
+    half = np.pi / p.Omega
+    x_e, v_e = orbit.phase.imag, p.Omega * orbit.phase.real
+    force = x_e + 2.0 * p.zeta * v_e
+    start = force - orbit.x - 2.0 * p.zeta * orbit.v_after  # acceleration after this impact
+    end = -(force - orbit.x - 2.0 * p.zeta * orbit.v_before)  # before the next (all signs changed)
+    v_end, u = -orbit.v_before, orbit.u
+    Phi = transition(p.zeta, half)
+    shape = np.broadcast(orbit.C, half).shape
+    # oscillator and ball at the fixed time of the next impact
+    flow = np.zeros((*shape, 2, 4))
+    flow[..., 0] = -(Phi @ np.stack([orbit.v_after, start], axis=-1)[..., None])[..., 0]
+    flow[..., 1:3] = Phi
+    ball = np.zeros((*shape, 4))
+    ball[..., 0], ball[..., 1], ball[..., 3] = -u, 1.0, half
+    # the impact moves in time so that x - y stays -b
+    shift = -(flow[..., 0, :] - ball) / (v_end - u)[..., None]
+    dx = flow[..., 0, :] + v_end[..., None] * shift
+    dv = flow[..., 1, :] + end[..., None] * shift
+    du = np.broadcast_to([0.0, 0.0, 0.0, 1.0], dv.shape)
+    jump = ((1.0 + p.r) / (1.0 + p.eps))[..., None] * (dv - du)
+    return np.stack([shift, -dx, -(dv - p.eps[..., None] * jump), -(du + jump)], axis=-2)
+
+
+def hurwitz(J: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Coefficients of the mapped characteristic polynomial and its third Hurwitz determinant.
+
+    With mu = (1 + s)/(1 - s) the unit disc becomes the left half plane. The polynomial is that of
+    J - 1, so that multipliers close to 1 (small mass ratio) keep their digits.
+
+    Returns
+    -------
+    B : ndarray, shape (5, ...)
+        B_0 = p(+1) vanishes at a saddle-node, B_4 = p(-1) at symmetry breaking.
+    H : ndarray
+        B_1 B_2 B_3 - B_4 B_1^2 - B_3^2 B_0, zero at a Neimark-Sacker bifurcation.
+    """
+    K = J - np.eye(4)
+    # Faddeev-LeVerrier: e_k of p(nu) = nu^4 + e_1 nu^3 + ... + e_4
+    N = K
+    e1 = -np.trace(N, axis1=-2, axis2=-1)
+    N = K @ (N + e1[..., None, None] * np.eye(4))
+    e2 = -np.trace(N, axis1=-2, axis2=-1) / 2.0
+    N = K @ (N + e2[..., None, None] * np.eye(4))
+    e3 = -np.trace(N, axis1=-2, axis2=-1) / 3.0
+    e4 = np.linalg.det(K)
+    B = np.stack(
+        [
+            e4,
+            2.0 * e3 - 4.0 * e4,
+            4.0 * e2 - 6.0 * e3 + 6.0 * e4,
+            8.0 * e1 - 8.0 * e2 + 6.0 * e3 - 4.0 * e4,
+            16.0 - 8.0 * e1 + 4.0 * e2 - 2.0 * e3 + e4,
+        ]
+    )
+    return B, B[1] * B[2] * B[3] - B[4] * B[1] ** 2 - B[3] ** 2 * B[0]
+
+
+def routh_stable(J: FloatArray) -> NDArray[np.bool_]:
+    """Whether all four multipliers lie inside the unit circle (Routh-Hurwitz, no eigenvalues)."""
+    B, H = hurwitz(J)
+    stable: NDArray[np.bool_] = np.all(B > 0.0, axis=0) & (H > 0.0)
+    return stable
+
+
+def stays_inside(orbit: Family, *, samples: int = 65) -> NDArray[np.bool_]:
+    """Whether the ball keeps inside its cavity between impacts, so that the orbit is a motion.
+
+    |x - y| < b is looked at on `samples` instants of the half period; a graze between two of them
+    by less than (pi/samples)^2/8 of the amplitude passes.
+    """
+    p = orbit.p
+    t = np.linspace(0.0, 1.0, samples)[1:-1] * (np.pi / p.Omega)[..., None]
+    wd = np.sqrt((1.0 - p.zeta) * (1.0 + p.zeta))[..., None]
+    zeta, Omega = p.zeta[..., None], p.Omega[..., None]
+    # steady part from the transfer function, free part from what the impact left over
+    gap = 1.0 - Omega**2 + 2j * zeta * Omega
+    near = np.abs(gap) < 1e-9  # undamped resonance: no steady part exists; shift by a hair
+    gap = np.where(near, 1e-9, gap)
+    steady = (1.0 + 2j * zeta * Omega) / gap * orbit.phase[..., None]
+    h0 = orbit.x[..., None] - steady.imag
+    hv = orbit.v_after[..., None] - Omega * steady.real
+    decay = np.exp(-zeta * t)
+    free = decay * (h0 * np.cos(wd * t) + (hv + zeta * h0) * np.sin(wd * t) / wd)
+    x = (steady * np.exp(1j * Omega * t)).imag + free
+    y = (orbit.x - orbit.b)[..., None] + orbit.u[..., None] * t
+    inside = np.abs(x - y) < orbit.b[..., None] * (1.0 + 1e-9)
+    fine: NDArray[np.bool_] = inside.all(axis=-1)
+    return fine

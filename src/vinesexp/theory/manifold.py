@@ -1,0 +1,195 @@
+"""The slow invariant manifold (SIM): which amplitude C of the ball goes with which amplitude A.
+
+At 1:1 resonance and order eps^0 the ball sees a box shaken by A sin(tau). Two impacts per cycle
+tie A and C together (docs/theory.md, equation 8); the fold T1 and the symmetry breaking T2 are
+where an eigenvalue of the half-period impact map is +1 or -1. Lengths are in units of the
+clearance b; for NES i of several, `delta` = b_i/b_1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vinesexp.errors import AnalysisError
+from vinesexp.rig import checked
+
+FloatArray = NDArray[np.float64]
+
+
+def loss_parameter(r: ArrayLike) -> FloatArray:
+    """Gamma = (1 - r)/(1 + r), from 0 (elastic) to 1 (plastic); r refused outside [0, 1].
+
+    Examples
+    --------
+    >>> round(float(loss_parameter(0.6)), 12)
+    0.25
+    """
+    restitution = checked(r, "restitution r", "a number from 0 to 1", high=1.0)
+    return (1.0 - restitution) / (1.0 + restitution)
+
+
+def C_1(r: ArrayLike, *, delta: ArrayLike = 1.0) -> FloatArray:
+    """Ball amplitude at the fold T1: pi^2 delta/S, S = pi^2 + 4 Gamma^2 (docs/theory.md, 9)."""
+    return np.pi**2 * np.asarray(delta) / (np.pi**2 + 4.0 * loss_parameter(r) ** 2)
+
+
+def A_1(r: ArrayLike, *, delta: ArrayLike = 1.0) -> FloatArray:
+    """Amplitude at the fold T1, the least that keeps two impacts per cycle (docs/theory.md, 9).
+
+    Parameters
+    ----------
+    r : array_like
+        Restitution, in [0, 1].
+    delta : array_like
+        Clearance in units of the length unit, b_i/b_1.
+
+    Returns
+    -------
+    ndarray
+        2 Gamma delta/sqrt(S), in units of b (0 at r = 1).
+
+    Examples
+    --------
+    >>> round(float(A_1(0.6)), 8)
+    0.15717673
+    """
+    Gamma = loss_parameter(r)
+    fold: FloatArray = 2.0 * Gamma * np.asarray(delta) / np.sqrt(np.pi**2 + 4.0 * Gamma**2)
+    return fold
+
+
+def C_2(*, delta: ArrayLike = 1.0) -> FloatArray:
+    """Ball amplitude at T2: pi^2/(pi^2 - 4), whatever the restitution (docs/theory.md, 13)."""
+    return np.pi**2 * np.asarray(delta, dtype=np.float64) / (np.pi**2 - 4.0)
+
+
+def A_2(r: ArrayLike, *, delta: ArrayLike = 1.0) -> FloatArray:
+    """Amplitude at T2, where two symmetric impacts per cycle turn asymmetric.
+
+    2 sqrt(4 + pi^2 Gamma^2)/(pi^2 - 4) (docs/theory.md, 14). The paper reads 0.6 off its figure 2;
+    that value is not reached by any r: 4/(pi^2 - 4) = 0.681 at r = 1, and more below.
+
+    Examples
+    --------
+    >>> round(float(A_2(0.6)), 8), round(float(A_2(1.0)), 8)
+    (0.73213987, 0.68147693)
+    """
+    Gamma = loss_parameter(r)
+    return 2.0 * np.asarray(delta) * np.hypot(2.0, np.pi * Gamma) / (np.pi**2 - 4.0)
+
+
+def amplitude(C: ArrayLike, *, r: ArrayLike, delta: ArrayLike = 1.0) -> FloatArray:
+    """A on the SIM for a ball amplitude C >= 0: hypot(delta - C, 2 C Gamma/pi) (docs/theory.md, 8).
+
+    Examples
+    --------
+    >>> round(float(amplitude(C_1(0.6), r=0.6)), 8)
+    0.15717673
+    """
+    ball = checked(C, "ball amplitude C", "a number, zero or above")
+    return np.hypot(np.asarray(delta) - ball, 2.0 * ball * loss_parameter(r) / np.pi)
+
+
+def branches(
+    A: ArrayLike, *, r: ArrayLike, delta: ArrayLike = 1.0
+) -> tuple[FloatArray, FloatArray]:
+    """Both ball amplitudes that go with A: the left (unstable) and the right branch of the SIM.
+
+    C = C_1 +- sqrt((pi^2/S)(A - A_1)(A + A_1)) (docs/theory.md, 10): factored, so that no digit is
+    lost at the fold; the left branch comes from the product of the roots for the same reason.
+
+    Returns
+    -------
+    left, right : ndarray
+        Units of b. `left` is NaN where A > delta: there the left branch has ended (C would be
+        negative). That is the only NaN, and it means "no such branch".
+
+    Raises
+    ------
+    AnalysisError
+        An amplitude below the fold A_1, where no motion with two impacts per cycle exists.
+
+    Examples
+    --------
+    >>> left, right = branches(0.5, r=0.6)
+    >>> round(float(left), 6), round(float(right), 6)
+    (0.506542, 1.444049)
+    """
+    height = checked(A, "amplitude A", "a number, zero or above")
+    length = np.asarray(delta, dtype=np.float64)
+    fold = A_1(r, delta=length)
+    # One rounding unit of slack: A = A_1 computed elsewhere is the fold, not an error.
+    if np.any(height < fold * (1.0 - 4.0 * np.finfo(float).eps)):
+        raise AnalysisError(
+            f"amplitude {float(np.min(height)):.6g} is below the fold A_1 = "
+            f"{float(np.max(fold)):.6g} (in clearances): no two impacts per cycle exist there"
+        )
+    scale = np.pi**2 / (np.pi**2 + 4.0 * loss_parameter(r) ** 2)  # pi^2/S
+    square = np.maximum((height - fold) * (height + fold), 0.0)
+    right = scale * length + np.sqrt(scale * square)
+    left = scale * (length - height) * (length + height) / right
+    return np.where(left >= 0.0, left, np.nan), right
+
+
+def upper_branch(A: ArrayLike, *, r: ArrayLike, delta: ArrayLike = 1.0) -> FloatArray:
+    """C on the right branch, the one with a stable part (see `branches`)."""
+    return branches(A, r=r, delta=delta)[1]
+
+
+def impact_phase(C: ArrayLike, *, r: ArrayLike) -> FloatArray:
+    """Phase phi of the impact in the motion A sin: A sin(phi) = 1 - C, A cos(phi) = 2 Gamma C/pi.
+
+    The paper's angle is eta - theta = pi/2 - phi (docs/theory.md, 7).
+    """
+    ball = checked(C, "ball amplitude C", "a number, zero or above")
+    return np.arctan2(1.0 - ball, 2.0 * ball * loss_parameter(r) / np.pi)
+
+
+def impact_map(C: ArrayLike, *, r: ArrayLike) -> FloatArray:
+    """Jacobian of the half-period impact map in (phase, ball speed) at a point of the SIM.
+
+    Determinant r^2, trace 2 r + (pi/2)(1 - r^2) tan(phi) (docs/theory.md, 11).
+
+    Parameters
+    ----------
+    C : array_like
+        Ball amplitude, > 0, in units of b.
+    r : array_like
+        Restitution.
+
+    Returns
+    -------
+    ndarray, shape (..., 2, 2)
+    """
+    ball = checked(C, "ball amplitude C", "a number above zero", closed=False)
+    ball, r = np.broadcast_arrays(ball, np.asarray(r, dtype=np.float64))
+    u = 2.0 * ball / np.pi
+    J = np.empty((*ball.shape, 2, 2))
+    J[..., 0, 0] = r
+    J[..., 0, 1] = -np.pi * (1.0 + r) / (2.0 * u)
+    J[..., 1, 0] = -(1.0 + r) * (1.0 - ball) * r
+    J[..., 1, 1] = r - (1.0 + r) * (1.0 - ball) * J[..., 0, 1]
+    return J
+
+
+def multipliers(C: ArrayLike, *, r: ArrayLike) -> NDArray[np.complex128]:
+    """Eigenvalues of `impact_map`, shape (..., 2): +1 at T1, -1 at T2, modulus r where complex."""
+    return np.linalg.eigvals(impact_map(C, r=r)).astype(np.complex128)
+
+
+def is_stable(C: ArrayLike, *, r: ArrayLike) -> NDArray[np.bool_]:
+    """Whether the SIM attracts at C: both eigenvalues inside the unit circle, C_1 < C < C_2.
+
+    From trace and determinant (Jury): |trace| < 1 + r^2 and r^2 < 1.
+
+    Examples
+    --------
+    >>> is_stable([0.9, 1.2, 1.7], r=0.6).tolist()
+    [False, True, False]
+    """
+    J = impact_map(C, r=r)
+    trace = J[..., 0, 0] + J[..., 1, 1]
+    square = np.asarray(r, dtype=np.float64) ** 2
+    stable: NDArray[np.bool_] = (np.abs(trace) < 1.0 + square) & (square < 1.0)
+    return stable

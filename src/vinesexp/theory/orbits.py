@@ -1,0 +1,323 @@
+"""Exact symmetric orbits with two impacts per cycle: any mass ratio, frequency and damping.
+
+In units of w0 = 1 and of the base amplitude G = 1 the orbits of one rig form a single curve,
+parametrised by the ball amplitude C = u T/(4 b): the condition |b (D_0 + 4 C D_1/T)| = 1 gives b
+(docs/theory.md, 30-36). Nothing is divided by what vanishes at resonance or without damping, so
+zeta = 0 at w = w0 is an ordinary point of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vinesexp.errors import AnalysisError
+from vinesexp.rig import checked
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """What the exact orbit depends on: eps = m/M, zeta, r, Omega = w/w0; arrays alike in shape.
+
+    Raises
+    ------
+    ParameterError
+        eps <= 0, zeta outside [0, 1), r outside [0, 1], Omega <= 0.
+    """
+
+    eps: FloatArray
+    zeta: FloatArray
+    r: FloatArray
+    Omega: FloatArray
+
+    @classmethod
+    def of(
+        cls, *, eps: ArrayLike, zeta: ArrayLike, r: ArrayLike, Omega: ArrayLike = 1.0
+    ) -> Reduced:
+        """Checked and broadcast against each other."""
+        values = (
+            checked(eps, "mass ratio eps", "a number above zero", closed=False),
+            checked(zeta, "damping ratio zeta", "a number from 0 to below 1", high=1.0 - 1e-9),
+            checked(r, "restitution r", "a number from 0 to 1", high=1.0),
+            checked(Omega, "frequency ratio Omega", "a number above zero", closed=False),
+        )
+        return cls(*(np.array(v) for v in np.broadcast_arrays(*values)))
+
+    @classmethod
+    def of_rig(
+        cls,
+        *,
+        M: ArrayLike,
+        c1: ArrayLike,
+        k1: ArrayLike,
+        m: ArrayLike,
+        r: ArrayLike,
+        frequency: ArrayLike | None = None,
+    ) -> Reduced:
+        """From SI values; `frequency` in Hz, at w0 where it is None."""
+        mass = checked(M, "mass M", "kg, above zero", closed=False)
+        damping = checked(c1, "damping c1", "N s/m, zero or above")
+        stiffness = checked(k1, "stiffness k1", "N/m, above zero", closed=False)
+        ball = checked(m, "ball mass m", "kg, above zero", closed=False)
+        Omega: ArrayLike = 1.0
+        if frequency is not None:
+            hertz = checked(frequency, "frequency", "Hz, above zero", closed=False)
+            Omega = 2.0 * np.pi * hertz / np.sqrt(stiffness / mass)
+        zeta = 0.5 * damping / np.sqrt(stiffness * mass)
+        return cls.of(eps=ball / mass, zeta=zeta, r=r, Omega=Omega)
+
+    def __getitem__(self, index: object) -> Reduced:
+        """The chosen rigs, or with an added axis (``[..., None]``)."""
+        parts = (np.asarray(getattr(self, f)[index]) for f in ("eps", "zeta", "r", "Omega"))
+        return Reduced(*parts)
+
+
+def _phi1(z: NDArray[Any]) -> ComplexArray:
+    """(exp(z) - 1)/z, 1 at z = 0."""
+    safe = np.where(z == 0.0, 1.0, z)
+    return np.where(z == 0.0, 1.0, np.expm1(safe) / safe)
+
+
+def closing_coefficients(p: Reduced) -> tuple[ComplexArray, ComplexArray]:
+    """D_0 and D_1 of exp(i phi) = D_0 b + D_1 u, phi the base's phase at an impact (34).
+
+    The half-period closes with changed sign when the oscillator's complex coordinate
+    s = x' - conj(l) x, l = -zeta + i sqrt(1 - zeta^2), obeys (33); the common factor
+    1 + exp(l T/2), which vanishes at an undamped resonance, has been divided out.
+    """
+    wd = np.sqrt((1.0 - p.zeta) * (1.0 + p.zeta))
+    pole = -p.zeta + 1j * wd
+    half = np.pi / p.Omega
+    detuning = pole - 1j * p.Omega
+    kappa = after_impact(p)
+    # right-hand side P e^{i phi} + Q e^{-i phi}, left-hand side c0 b + c1 u
+    P = (1.0 + 2j * p.zeta * p.Omega) / 2j
+    Q = -np.conj(1.0 + 2j * p.zeta * p.Omega) / 2j * detuning / (pole + 1j * p.Omega)
+    c0 = detuning * np.conj(pole)
+    c1 = -detuning * (kappa + 0.5 * half * np.conj(pole)) + 2.0 * p.eps / half / _phi1(
+        detuning * half
+    )
+    # |P|^2 - |Q|^2 without its cancellation
+    scale = np.abs(P) ** 2 * 4.0 * p.Omega * wd / np.abs(pole + 1j * p.Omega) ** 2
+    D0 = (np.conj(P) * c0 - Q * np.conj(c0)) / scale
+    D1 = (np.conj(P) * c1 - Q * np.conj(c1)) / scale
+    return D0, D1
+
+
+def before_impact(p: Reduced) -> FloatArray:
+    """x'/u just before an impact: (1 - r + 2 eps)/(1 + r) (docs/theory.md, 31)."""
+    return (1.0 - p.r + 2.0 * p.eps) / (1.0 + p.r)
+
+
+def after_impact(p: Reduced) -> FloatArray:
+    """x'/u just after an impact: (1 - r - 2 r eps)/(1 + r) (docs/theory.md, 31)."""
+    return (1.0 - p.r - 2.0 * p.r * p.eps) / (1.0 + p.r)
+
+
+@dataclass(frozen=True)
+class Family:
+    """Points of the curve of symmetric orbits, in units w0 = 1, G = 1 (arrays alike in shape).
+
+    Attributes
+    ----------
+    C : ball amplitude u T/(4 b), in clearances.
+    b, u : clearance and ball speed.
+    phase : exp(i phi) of the base at the impact on the side x - y = +b.
+    x, v_before, v_after : oscillator at that impact.
+    """
+
+    p: Reduced
+    C: FloatArray
+    b: FloatArray
+    u: FloatArray
+    phase: ComplexArray
+    x: FloatArray
+    v_before: FloatArray
+    v_after: FloatArray
+
+    @property
+    def amplitude(self) -> FloatArray:
+        """hypot(x, x'/w0) just after an impact, in units of G."""
+        return np.hypot(self.x, self.v_after)
+
+
+def family(C: ArrayLike, p: Reduced) -> Family:
+    """The orbit with ball amplitude C, for each rig: the closed parametric form (36).
+
+    Parameters
+    ----------
+    C : array_like
+        Ball amplitude in clearances, > 0; broadcast against `p`.
+    p : Reduced
+        The rig.
+
+    Examples
+    --------
+    >>> rig = Reduced.of_rig(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6)
+    >>> orbit = family(1.0, rig)
+    >>> round(float(0.25 * orbit.b), 4), round(float(0.25 * orbit.amplitude), 4)  # mm, G = 0.25 mm
+    (32.8834, 5.1267)
+    """
+    ball = checked(C, "ball amplitude C", "a number above zero", closed=False)
+    D0, D1 = closing_coefficients(p)
+    slope = 2.0 * ball * p.Omega / np.pi  # u/b
+    closing = D0 + D1 * slope
+    b = 1.0 / np.abs(closing)
+    u = slope * b
+    return Family(
+        p=p,
+        C=ball,
+        b=b,
+        u=u,
+        phase=closing * b,
+        x=b * (1.0 - ball),
+        v_before=u * before_impact(p),
+        v_after=u * after_impact(p),
+    )
+
+
+def saddle_node(p: Reduced) -> tuple[FloatArray, FloatArray]:
+    """Where the two orbits merge: ball amplitude C and clearance b/G (docs/theory.md, 37).
+
+    The clearance is infinite at an undamped resonance, where they never merge.
+
+    Examples
+    --------
+    >>> rig = Reduced.of_rig(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6)
+    >>> round(float(0.25 * saddle_node(rig)[1]), 3)  # mm at G = 0.25 mm
+    38.129
+    """
+    D0, D1 = closing_coefficients(p)
+    inner = (D0 * np.conj(D1)).real
+    slope = -inner / np.abs(D1) ** 2
+    with np.errstate(divide="ignore"):  # undamped resonance: the orbits never merge
+        b = np.abs(D1) / np.abs((D0 * np.conj(D1)).imag)
+    return slope * np.pi / (2.0 * p.Omega), b
+
+
+def amplitudes_at(b: ArrayLike, p: Reduced) -> tuple[FloatArray, FloatArray]:
+    """Ball amplitudes C of the two orbits at clearance b (in units of G), smaller first (35).
+
+    Returns
+    -------
+    lower, upper : ndarray
+        NaN where that orbit does not exist (b past the saddle-node, or a ball speed that is not
+        positive): an orbit that is not there, not a failed computation.
+    """
+    clearance = checked(b, "clearance b", "a number above zero", closed=False)
+    D0, D1 = closing_coefficients(p)
+    speed = np.abs(D1) ** 2
+    inner = (D0 * np.conj(D1)).real
+    cross = (D0 * np.conj(D1)).imag
+    square = speed / clearance**2 - cross**2
+    root = np.sqrt(np.maximum(square, 0.0))
+    # the root that adds first, the other from the product of the roots
+    large = -(inner + np.copysign(root, inner)) / speed
+    product = (np.abs(D0) ** 2 - 1.0 / clearance**2) / speed
+    other = np.divide(product, large, out=np.zeros_like(product + large), where=large != 0.0)
+    slopes = np.stack(np.broadcast_arrays(large, other))
+    slopes = np.where((square >= 0.0) & (slopes > 0.0), slopes, np.nan)
+    C = np.sort(slopes, axis=0) * np.pi / (2.0 * p.Omega)  # NaN last
+    upper_only = np.isnan(C[1])
+    lower = np.where(upper_only, np.nan, C[0])
+    return lower, np.where(upper_only, C[0], C[1])
+
+
+@dataclass(frozen=True)
+class SymmetricOrbit:
+    """One symmetric orbit of a rig, in SI.
+
+    Attributes
+    ----------
+    C : ball amplitude in clearances.
+    x, v_before, v_after : oscillator at the impact on the side x - y = +b; m, m/s.
+    u : ball speed, m/s.  phase : of the base at that impact, rad.
+    amplitude : hypot(x, v_after/w0), m.
+    multipliers : the four Floquet multipliers of the half-period map.
+    stable, admissible : multipliers inside the unit circle; ball inside its cavity throughout.
+    """
+
+    C: float
+    x: float
+    v_before: float
+    v_after: float
+    u: float
+    phase: float
+    amplitude: float
+    multipliers: ComplexArray
+    stable: bool
+    admissible: bool
+
+
+def symmetric_orbits(
+    *,
+    G: float,
+    b: float,
+    M: float,
+    c1: float,
+    k1: float,
+    m: float,
+    r: float,
+    frequency: float | None = None,
+) -> list[SymmetricOrbit]:
+    """The symmetric orbits of a rig, larger ball speed first (none, one or two).
+
+    Parameters
+    ----------
+    G, b : float
+        Base amplitude and clearance, m, both > 0.
+    M, c1, k1, m, r : float
+        Rig, SI.
+    frequency : float, optional
+        Hz; the oscillator's own frequency where None.
+
+    Raises
+    ------
+    AnalysisError
+        No symmetric orbit at this clearance and frequency; the message says up to which b.
+
+    Examples
+    --------
+    >>> rig = dict(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6)
+    >>> best, other = symmetric_orbits(G=0.25e-3, b=0.033, **rig)
+    >>> round(1e3 * best.amplitude, 3), best.stable, other.stable
+    (5.128, True, False)
+    """
+    from vinesexp.theory.floquet import jacobian, routh_stable, stays_inside
+
+    base = float(checked(G, "base amplitude G", "m, above zero", closed=False))
+    clearance = float(checked(b, "clearance b", "m, above zero", closed=False))
+    p = Reduced.of_rig(M=M, c1=c1, k1=k1, m=m, r=r, frequency=frequency)
+    found = [float(C) for C in reversed(amplitudes_at(clearance / base, p)) if not np.isnan(C)]
+    if not found:
+        limit = 1e3 * base * float(saddle_node(p)[1])
+        raise AnalysisError(
+            f"no symmetric orbit with two impacts per cycle at b = {1e3 * clearance:.6g} mm; "
+            f"at this base amplitude and frequency they end at b = {limit:.6g} mm"
+        )
+    w0 = float(np.sqrt(k1 / M))
+    orbits = []
+    for C in found:
+        point = family(C, p)
+        J = jacobian(point)
+        orbits.append(
+            SymmetricOrbit(
+                C=C,
+                x=base * float(point.x),
+                v_before=base * w0 * float(point.v_before),
+                v_after=base * w0 * float(point.v_after),
+                u=base * w0 * float(point.u),
+                phase=float(np.angle(point.phase)),
+                amplitude=base * float(point.amplitude),
+                multipliers=np.linalg.eigvals(J).astype(np.complex128),
+                stable=bool(routh_stable(J)),
+                admissible=bool(stays_inside(point)),
+            )
+        )
+    return orbits
