@@ -1,0 +1,72 @@
+"""Free decay on the stable branch in closed form: the time between any two amplitudes.
+
+With no forcing the slow flow is dA/dtau1 = -lambda A/2 - 8 Gamma C^2/(pi^3 A). Written in C it is a
+rational function, so the quadrature of docs/theory.md (25) is a logarithm and an arctangent.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vinesexp.errors import AnalysisError
+from vinesexp.rig import checked
+from vinesexp.theory.manifold import C_1, FloatArray, loss_parameter, upper_branch
+
+
+def decay_rate(A: ArrayLike, *, lam: ArrayLike, r: ArrayLike) -> FloatArray:
+    """-dA/dtau1 on the right branch without forcing, in clearances (docs/theory.md, 25)."""
+    height = np.asarray(A, dtype=np.float64)
+    C = upper_branch(height, r=r)
+    damping = checked(lam, "reduced damping lambda", "a number, zero or above")
+    rate: FloatArray = 0.5 * damping * height + 8.0 * loss_parameter(r) * C**2 / (np.pi**3 * height)
+    return rate
+
+
+def decay_time(start: ArrayLike, end: ArrayLike, *, lam: ArrayLike, r: ArrayLike) -> FloatArray:
+    """Time tau1 = eps w0 t from amplitude `start` to `end`, both on the right branch (25).
+
+    Parameters
+    ----------
+    start, end : array_like
+        Amplitudes in clearances, start >= end >= A_1(r). Past A_2 the formula goes on along the
+        unstable symmetric branch, an estimate there.
+    lam, r : array_like
+        Reduced damping, restitution.
+
+    Raises
+    ------
+    AnalysisError
+        An amplitude below the fold, or a decay that would have to grow; r = 1 with lam = 0 never
+        decays and is told so.
+
+    Examples
+    --------
+    >>> eps, w0 = 0.032 / 4.7, (1.147e4 / 4.7) ** 0.5
+    >>> lam = 3.02 / (0.032 * w0)
+    >>> round(float(decay_time(30 / 50, 15 / 50, lam=lam, r=0.6) / (eps * w0)), 3)  # s
+    1.264
+    """
+    if np.any(np.asarray(start) < np.asarray(end)):
+        raise AnalysisError("free decay: the start amplitude is below the one to be reached")
+    Gamma = loss_parameter(r)
+    damping = checked(lam, "reduced damping lambda", "a number, zero or above")
+    if np.any((Gamma == 0.0) & (damping == 0.0)):
+        raise AnalysisError("free decay: r = 1 without damping keeps its energy for ever")
+    high, low = upper_branch(start, r=r), upper_branch(end, r=r)
+    # integrand (s C - 1)/(a C^2 - lam C + lam/2), s = S/pi^2
+    s = 1.0 / C_1(r)
+    a = 0.5 * damping * s + 8.0 * Gamma / np.pi**3
+    root = np.sqrt(damping * 4.0 * Gamma / np.pi**2 * (damping * Gamma + 4.0 / np.pi))
+
+    def denominator(C: FloatArray) -> FloatArray:
+        return np.asarray(a * C**2 + damping * (0.5 - C))
+
+    logarithm = s / (2.0 * a) * np.log(denominator(high) / denominator(low))
+    # atan(p) - atan(q) as one arctangent; over sqrt(D) it stays finite when the damping vanishes
+    product = root**2 + (2.0 * a * high - damping) * (2.0 * a * low - damping)
+    angle = np.arctan2(2.0 * a * (high - low) * root, product)
+    plain = 2.0 * a * (high - low) / product
+    arc = np.where(root > 1e-12, angle / np.where(root > 1e-12, root, 1.0), plain)
+    time: FloatArray = logarithm + 2.0 * (damping * s / (2.0 * a) - 1.0) * arc
+    return time

@@ -1,0 +1,141 @@
+"""Names of the response regimes, with definitions that measured and simulated records share.
+
+Everything is told by the impacts alone: how many fall into a cycle, on which side, how alike the
+cycles are, and how the amplitude swings. Theory, simulation and records use the same words.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vinesexp.errors import ParameterError
+
+
+class Regime(Enum):
+    """A response regime; its value is the name used in files and figures."""
+
+    NO_IMPACT = "no impact"
+    CHAOS = "chaos below T1"
+    MODULATED = "strongly modulated"
+    TWO_SYMMETRIC = "two symmetric"
+    TWO_ASYMMETRIC = "two asymmetric"
+    MORE = "three or more per cycle"
+    CHATTER = "chatter"
+
+
+#: name -> definition, as a report prints it.
+REGIMES: dict[str, str] = {
+    "no impact": "no ball meets a wall after the transient",
+    "chaos below T1": "impacts, but in under a tenth of the cycles one on either side",
+    "strongly modulated": "spells of two impacts per cycle come and go (a tenth to nine tenths)",
+    "two symmetric": "one impact on either side in nine cycles of ten, half a period apart",
+    "two asymmetric": "one impact on either side in nine cycles of ten, unequally spaced",
+    "three or more per cycle": "more than two and a half impacts per cycle on the average",
+    "chatter": "the ball comes to rest on a wall (ten impacts on one side within half a period)",
+}
+
+CAPTURED = 0.9  # share of cycles with one impact on either side: permanent
+ESCAPED = 0.1  # share below which there is no capture at all
+ASYMMETRY = 0.02  # of a half period: two gaps that differ by more are unequal
+MANY = 2.5  # impacts per cycle
+CHATTER_RUN = 10  # impacts on one side within half a period
+
+
+@dataclass(frozen=True)
+class RegimeCount:
+    """What the impacts say: the regime and the numbers it was judged by.
+
+    Attributes
+    ----------
+    regime : the regime.
+    impacts_per_cycle : average.
+    captured : share of cycles with exactly one impact on either side.
+    asymmetry : median |gap - half period|/half period in captured cycles (NaN without any).
+    """
+
+    regime: Regime
+    impacts_per_cycle: float
+    captured: float
+    asymmetry: float
+
+
+def regime_of(
+    times: ArrayLike, sides: ArrayLike, *, period: float, start: float, end: float
+) -> RegimeCount:
+    """Judge the impacts of one ball between `start` and `end`.
+
+    Parameters
+    ----------
+    times, sides : array_like
+        Impact times (s, increasing) and sides (+1, -1).
+    period : float
+        Of the oscillation, s.
+    start, end : float
+        The stretch to be judged, s; at least one period long.
+
+    Raises
+    ------
+    ParameterError
+        A stretch shorter than a period.
+
+    Examples
+    --------
+    >>> t = 0.1 + 0.5 * np.arange(200)
+    >>> regime_of(t, (-1.0) ** np.arange(200), period=1.0, start=0.0, end=100.0).regime.value
+    'two symmetric'
+    """
+    if not end - start >= period > 0.0:
+        raise ParameterError(
+            f"regime: a stretch of {end - start:.6g} s, expected a period ({period:.6g} s) or more"
+        )
+    t, side = np.asarray(times, dtype=np.float64), np.asarray(sides)
+    keep = (t >= start) & (t <= end)
+    t, side = t[keep], side[keep]
+    cycles = (end - start) / period
+    if t.size == 0:
+        return RegimeCount(Regime.NO_IMPACT, 0.0, 0.0, float("nan"))
+    gaps = _paired_gaps(t, side, period)
+    captured = min(0.5 * gaps.size / cycles, 1.0) if gaps.size else 0.0
+    asymmetry = float(np.median(np.abs(gaps / (0.5 * period) - 1.0))) if gaps.size else float("nan")
+    per_cycle = t.size / cycles
+    return RegimeCount(
+        _named(t, side, period, per_cycle, captured, asymmetry), per_cycle, captured, asymmetry
+    )
+
+
+def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> np.ndarray:
+    """Gaps of captured cycles: sides alternate, and two gaps last a period."""
+    if t.size < 3:
+        return np.empty(0)
+    gap = np.diff(t)
+    crosses = side[1:] != side[:-1]
+    cycle = crosses[:-1] & crosses[1:] & (np.abs(gap[:-1] + gap[1:] - period) < 0.1 * period)
+    part = np.zeros(gap.size, dtype=bool)
+    part[:-1] |= cycle
+    part[1:] |= cycle
+    return gap[part]
+
+
+def _named(
+    t: np.ndarray,
+    side: np.ndarray,
+    period: float,
+    per_cycle: float,
+    captured: float,
+    asymmetry: float,
+) -> Regime:
+    if captured >= CAPTURED:
+        return Regime.TWO_SYMMETRIC if asymmetry <= ASYMMETRY else Regime.TWO_ASYMMETRIC
+    if captured >= ESCAPED:
+        return Regime.MODULATED
+    n = CHATTER_RUN
+    if t.size >= n:
+        same = np.lib.stride_tricks.sliding_window_view(side, n)
+        within = t[n - 1 :] - t[: t.size - n + 1] < 0.5 * period
+        if np.any(within & np.all(same == same[:, :1], axis=1)):
+            return Regime.CHATTER
+    return Regime.MORE if per_cycle > MANY else Regime.CHAOS
