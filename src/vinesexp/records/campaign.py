@@ -1,0 +1,106 @@
+"""A campaign folder: campaign.yaml and records.csv, validated as one.
+
+`load_campaign` is what every step starts from, so it reads nothing but the two small files;
+instrument files that are missing are told when their record is ingested.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vinesexp.errors import CampaignError, VinesexpError
+from vinesexp.records.description import Description, read_description
+from vinesexp.records.problems import Problems
+from vinesexp.records.schema import (
+    ROLES,
+    SI_UNITS,
+    TESTS,
+    Campaign,
+    Channel,
+    Known,
+    Record,
+    TimeColumn,
+)
+from vinesexp.records.table import read_table
+
+__all__ = [
+    "ROLES",
+    "SI_UNITS",
+    "TESTS",
+    "Campaign",
+    "Channel",
+    "Known",
+    "Record",
+    "TimeColumn",
+    "campaign_problems",
+    "load_campaign",
+]
+
+
+def load_campaign(folder: Path) -> Campaign:
+    """Understand a campaign folder, or say in one line what is wrong with it.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds campaign.yaml and records.csv (docs/campaign.md).
+
+    Returns
+    -------
+    Campaign
+        Everything in SI.
+
+    Raises
+    ------
+    CampaignError
+        The first mistake found, and how many more there are; `campaign_problems` has them all.
+    """
+    campaign, problems = _read(Path(folder))
+    if problems:
+        first = problems[0]
+        more = f" (and {len(problems) - 1} more: vinesexp check {folder})"
+        raise CampaignError(
+            first.problem + (more if len(problems) > 1 else ""), file=first.file, where=first.where
+        )
+    return campaign
+
+
+def campaign_problems(folder: Path) -> list[VinesexpError]:
+    """Every mistake in campaign.yaml and records.csv, in the order of the files."""
+    return _read(Path(folder))[1]
+
+
+def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
+    problems = Problems(folder)
+    description_problems = Problems(folder / "campaign.yaml")
+    table_problems = Problems(folder / "records.csv")
+    description = Description()
+    records: tuple[Record, ...] = ()
+    if not folder.is_dir():
+        problems.add(
+            "is not a folder; give the folder that holds campaign.yaml and records.csv"
+            if folder.exists()
+            else "no such folder; give the folder that holds campaign.yaml and records.csv"
+        )
+    else:
+        description = read_description(folder / "campaign.yaml", description_problems)
+        records = read_table(
+            folder / "records.csv",
+            folder,
+            allow_outside=description.allow_outside,
+            n_masses=len(description.known.nes_mass),
+            problems=table_problems,
+        )
+    name = folder.resolve().name
+    campaign = Campaign(
+        folder=folder,
+        name=name,
+        title=description.title or name,
+        known=description.known,
+        channels=description.channels,
+        time=description.time,
+        sample_rate=description.sample_rate,
+        bandpass=description.bandpass,
+        records=records,
+    )
+    return campaign, [*problems.found, *description_problems.found, *table_problems.found]

@@ -1,0 +1,38 @@
+"""Collects the mistakes of a campaign folder, so that one look finds them all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vinesexp.errors import CampaignError, ParameterError, VinesexpError
+
+
+class Problems:
+    """The mistakes found in one file so far, each a `CampaignError` of one line."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        self.found: list[VinesexpError] = []
+
+    def add(self, problem: str, *, where: str | None = None) -> None:
+        """Note one mistake."""
+        self.found.append(CampaignError(problem, file=self.file, where=where))
+
+    def at(self, where: str) -> _Noting:
+        """Turn a ParameterError inside into a noted mistake at `where`, and go on after it."""
+        return _Noting(self, where)
+
+
+class _Noting:
+    def __init__(self, problems: Problems, where: str) -> None:
+        self.problems = problems
+        self.where = where
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        if not isinstance(error, ParameterError):
+            return False
+        self.problems.add(error.problem, where=self.where)
+        return True

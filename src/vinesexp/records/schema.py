@@ -1,0 +1,162 @@
+"""What a campaign is: rig as known, channels, records.
+
+The vocabulary of campaign.yaml and records.csv. Everything is SI here; the text of the two files is converted by `description` and `table`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from vinesexp.errors import CampaignError, nearest
+from vinesexp.units import Quantity
+
+#: What a record can be a record of.
+TESTS = ("ringdown", "sweep", "periodic", "transient", "drop")
+
+#: Roles a channel can have, each with the quantities it can be measured as.
+ROLES: Mapping[str, tuple[str, ...]] = {
+    "base": ("displacement",),
+    "displacement": ("displacement",),
+    "acceleration": ("acceleration",),
+}
+
+#: SI unit of each quantity a channel can have.
+SI_UNITS: Mapping[str, str] = {"displacement": "m", "acceleration": "m/s^2", "velocity": "m/s"}
+
+#: What a channel may be told to accept in its data (a warning then, not a refusal).
+ACCEPTABLE = ("saturated", "frozen")
+
+
+@dataclass(frozen=True)
+class Known:
+    """What was weighed: the oscillator's mass and the balls', kg; absent where nobody did."""
+
+    mass: Quantity | None = None
+    nes_mass: tuple[Quantity, ...] = ()
+
+
+@dataclass(frozen=True)
+class Channel:
+    """How to find one measured quantity in an instrument file, and what its numbers mean.
+
+    A number of the file becomes SI as ``(number * file_size - offset) * scale``: first the
+    instrument's output (V, or the measured unit itself), then the measured quantity.
+
+    Parameters
+    ----------
+    role : str
+        ``base``, ``displacement`` or ``acceleration``.
+    column : str or int
+        Name, shell pattern, or zero-based number.
+    quantity : str
+        What is measured, a key of `vinesexp.units.UNITS`.
+    scale : float
+        SI units of the quantity per unit of output.
+    offset : float
+        Output at zero, in units of output: V or C with a sensitivity, else `unit`.
+    unit : str
+        Unit of output: ``V`` or ``C`` with a sensitivity, else the physical unit of the file.
+    sensitivity : bool
+        Whether the file holds instrument output.
+    file_size : float or None
+        Size of one number of the file in units of output where campaign.yaml says it
+        (``file_unit``); None: the file's header decides, and without one a number is one `unit`.
+    optional : bool
+        A file without this channel is no mistake.
+    accept : tuple of str
+        Defects of the data that are told as warnings instead of refusals (`ACCEPTABLE`).
+    """
+
+    role: str
+    column: str | int
+    quantity: str
+    scale: float
+    offset: float = 0.0
+    unit: str = "V"
+    sensitivity: bool = True
+    file_size: float | None = None
+    optional: bool = False
+    accept: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class TimeColumn:
+    """Where the times of a file stand: column, unit as written, size of that unit in s."""
+
+    column: str | int
+    unit: str
+    size: float
+
+
+@dataclass(frozen=True)
+class Record:
+    """One row of records.csv, SI.
+
+    Parameters
+    ----------
+    id : str
+        Name of the record and of its result files.
+    file : Path
+        The instrument file, campaign folder included.
+    test : str
+        One of `TESTS`.
+    clearance : tuple of float
+        One-sided clearance b of each NES, m; empty: no NES.
+    base_amplitude, frequency, added_mass, release : optional
+        m; (start, end) in Hz, equal for a single frequency; kg; m. None where the row is empty.
+    exclude : bool
+        Leave it out, for the reason in `note`.
+    row : int
+        Line of records.csv.
+    """
+
+    id: str
+    file: Path
+    test: str
+    clearance: tuple[float, ...] = ()
+    base_amplitude: float | None = None
+    frequency: tuple[float, float] | None = None
+    added_mass: float | None = None
+    release: float | None = None
+    exclude: bool = False
+    note: str = ""
+    row: int = 0
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A campaign folder, understood.
+
+    Parameters
+    ----------
+    folder : Path
+        As given by the user.
+    name : str
+        The folder's own name; results go by it.
+    time, sample_rate : optional
+        At most one of them; neither where the files state their sampling themselves. Hz.
+    bandpass : tuple of float, optional
+        (low, high), Hz.
+    """
+
+    folder: Path
+    name: str
+    title: str
+    known: Known
+    channels: dict[str, Channel]
+    time: TimeColumn | None
+    sample_rate: float | None
+    bandpass: tuple[float, float] | None
+    records: tuple[Record, ...] = field(default=())
+
+    def record(self, id: str) -> Record:
+        """The record called `id`; CampaignError with the nearest name where there is none."""
+        for record in self.records:
+            if record.id == id:
+                return record
+        names: Iterable[str] = (record.id for record in self.records)
+        raise CampaignError(
+            f"no record '{id}'; {nearest(id, names)}", file=self.folder / "records.csv"
+        )

@@ -1,0 +1,88 @@
+"""YAML with the line of every key, no key twice, and scalars left as the person wrote them.
+
+The usual YAML types would turn `no` into False and `10_000` into a number before anybody saw
+the missing unit; here a scalar stays text, but for plain integers (column numbers).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vinesexp.records.problems import Problems
+
+
+@dataclass
+class Section:
+    """A mapping of the file: its place (``channels.base``), values, and the line of each key."""
+
+    path: str = ""
+    values: dict[str, Any] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
+
+    def where(self, key: str) -> str:
+        """Line and full key, for a message."""
+        full = f"{self.path}.{key}" if self.path else key
+        return f"line {self.lines[key]}, key {full}" if key in self.lines else f"key {full}"
+
+
+def read_yaml(file: Path, problems: Problems) -> Section | None:
+    """The top mapping of `file`, or None with the reason in `problems`."""
+    import yaml
+
+    try:
+        text = file.read_text(encoding="utf-8-sig")
+        node = yaml.compose(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    except FileNotFoundError:
+        problems.add("is missing; docs/campaign.md says what it holds")
+        return None
+    except (OSError, UnicodeDecodeError) as error:
+        problems.add(f"cannot be read ({_reason(error)}); save it as UTF-8 text")
+        return None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        what = getattr(error, "problem", None) or "not readable as YAML"
+        problems.add(
+            f"{what}; put values that contain ':' '#' or '*' in quotes",
+            where=f"line {mark.line + 1}, column {mark.column + 1}" if mark else None,
+        )
+        return None
+    if not isinstance(node, yaml.MappingNode):
+        problems.add(
+            "is empty; docs/campaign.md says what it holds"
+            if node is None
+            else "holds no 'key: value' pairs"
+        )
+        return None
+    top: Section = _build(node, "", problems, yaml)
+    return top
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or getattr(error, "reason", None) or str(error)
+
+
+def _build(node: Any, path: str, problems: Problems, yaml: Any) -> Any:
+    if isinstance(node, yaml.MappingNode):
+        section = Section(path)
+        for key_node, value_node in node.value:
+            key = str(key_node.value)
+            line = key_node.start_mark.line + 1
+            full = f"{path}.{key}" if path else key
+            if key in section.values:
+                problems.add(
+                    f"given twice, first in line {section.lines[key]}; remove one",
+                    where=f"line {line}, key {full}",
+                )
+                continue
+            section.lines[key] = line
+            section.values[key] = _build(value_node, full, problems, yaml)
+        return section
+    if isinstance(node, yaml.SequenceNode):
+        return [_build(item, path, problems, yaml) for item in node.value]
+    if node.tag == "tag:yaml.org,2002:null":
+        return None
+    if node.tag == "tag:yaml.org,2002:int" and node.value.isdigit():
+        return int(node.value)
+    return str(node.value)
