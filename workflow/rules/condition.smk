@@ -1,0 +1,18 @@
+# Zero-phase bandpass: the oscillator's motion, and the band in which impacts live.
+
+
+rule condition:
+    input:
+        record=RESULTS / "records/{record}.nc",
+    output:
+        conditioned=RESULTS / "conditioned/{record}.nc",
+    log:
+        RESULTS / "logs/condition/{record}.log",
+    params:
+        bandpass=CAMPAIGN.bandpass,
+        frequency=lambda wildcards: CAMPAIGN.record(wildcards.record).frequency,
+        code=code_digest("vinesexp.signals.condition"),
+    message:
+        "condition  {wildcards.record}"
+    script:
+        "../scripts/condition.py"
