@@ -37,5 +37,8 @@ def test_anything_unexpected_keeps_its_traceback_in_the_log(tmp_path, capsys):
 def test_what_a_step_prints_is_in_its_log(tmp_path, capsys):
     log = tmp_path / "a.log"
     run_step(lambda *, n: print("n is", n), log=log, n=3)
-    assert log.read_text().startswith("n is 3\ndone in ")
+    text = log.read_text()
+    assert text.startswith("n is 3\ndone in ")
+    assert "processor time" in text
+    assert "peak memory" in text
     assert capsys.readouterr().out == ""

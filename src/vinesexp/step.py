@@ -54,3 +54,14 @@ def run_step(function: Callable[..., Any], *, log: str | Path, **arguments: Any)
             raise SystemExit(1) from None
         seconds = time.perf_counter() - started
         stream.write(f"{summary if summary is not None else 'done'} in {seconds:.2f} s\n")
+        stream.write(f"process: {time.process_time():.2f} s of processor time, {_peak_memory()}\n")
+
+
+def _peak_memory() -> str:
+    """Largest memory that this process has held, where the system tells."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return "peak memory unknown"
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return f"peak memory {peak / (2**20 if sys.platform == 'darwin' else 2**10):.0f} MiB"
