@@ -1,0 +1,315 @@
+"""Sensors: the exact motion of the rig turned into volts, as a data sheet describes them.
+
+A sensor does to the motion only what the scene asks for: what is left at its default changes
+nothing. Everything is a function of the sample times, so that a record is made in blocks and an
+hour of it needs no more memory than a second. What an instrument adds at random comes from a
+generator that the caller derives from seed, record and channel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: A one-pole filter forgets its past to below a rounding error after this many time constants.
+_FORGOTTEN = 37.0
+#: A ringing below this share of the pulse is lost in 24 bits; the window of a pulse ends there.
+_RUNG_OUT = 1e-9
+#: Pulses are evaluated this many at a time: bounds the memory of long spells of chatter.
+_PULSES_AT_ONCE = 4096
+
+
+class Moving(Protocol):
+    """What a sensor needs of a motion; `vinesexp.Motion` is one."""
+
+    @property
+    def impacts(self) -> Mapping[str, NDArray[Any]]:
+        """Arrays `time, nes, side, x, v_before, v_after, vy_before, vy_after`, SI."""
+
+    def at(self, t: Array) -> tuple[Array, Array]:
+        """Oscillator x, v at times t."""
+
+    def acceleration(self, t: Array) -> Array:
+        """Oscillator acceleration between impacts."""
+
+    def base(self, t: Array) -> tuple[Array, Array]:
+        """Base x_e, v_e."""
+
+
+@dataclass(frozen=True)
+class Laser:
+    """Contactless displacement sensor.
+
+    Parameters
+    ----------
+    sensitivity : float
+        V/m.
+    offset : float
+        V at zero displacement, as the data sheet says.
+    noise : float
+        White noise, m rms.
+    drift, drift_time : float
+        Slow wander of the zero: m rms, and the shortest period in it, s.
+    bias : float
+        Error of the zero that nobody knows, m.
+    bandwidth : float or None
+        Corner (-3 dB) of its first-order low-pass, Hz; None: as fast as the motion.
+    range : float or None
+        It measures from -range to +range, m, and says the end value beyond.
+    """
+
+    sensitivity: float
+    offset: float = 0.0
+    noise: float = 0.0
+    drift: float = 0.0
+    drift_time: float = 60.0
+    bias: float = 0.0
+    bandwidth: float | None = None
+    range: float | None = None
+
+
+@dataclass(frozen=True)
+class Accelerometer:
+    """Accelerometer on the mass; an impact is a half-sine pulse of the exact momentum.
+
+    Parameters
+    ----------
+    sensitivity : float
+        V/(m/s^2).
+    pulse : float
+        Duration of a contact, s; the pulse is centred on the impact time of the rigid model,
+        so that outside the contact the motion is that of the model.
+    ring, ring_damping : float or None, float
+        Mounted resonance (Hz, damping ratio) that every pulse excites; None: none.
+    offset, noise, bias, range
+        As of `Laser`, in V and m/s^2.
+    """
+
+    sensitivity: float
+    pulse: float
+    offset: float = 0.0
+    noise: float = 0.0
+    bias: float = 0.0
+    ring: float | None = None
+    ring_damping: float = 0.02
+    range: float | None = None
+
+
+Sensor = Laser | Accelerometer
+
+
+def pulse_momentum(t: Array, *, duration: float, ring: float | None, ring_damping: float) -> Array:
+    """Share of the velocity jump that the sensor has shown until t after the contact begins.
+
+    The half-sine (pi/(2 T)) sin(pi t/T) on [0, T] integrates to g0(t) + g0(t - T) with
+    g0(t) = (1 - cos(pi t/T))/2 for t > 0; a resonance H(s) = w^2/(s^2 + 2 z w s + w^2) turns g0
+    into its response to that input from rest. H(0) = 1: the momentum stays exact.
+
+    Parameters
+    ----------
+    t : array
+        s after the beginning of the contact.
+    duration, ring, ring_damping
+        T in s; the resonance, Hz, and its damping ratio below 1.
+
+    Returns
+    -------
+    array
+        0 before the contact, 1 long after it.
+
+    Examples
+    --------
+    >>> t = np.array([-1e-4, 0.0, 2e-4, 4e-4, 1.0])
+    >>> pulse_momentum(t, duration=4e-4, ring=None, ring_damping=0.0).round(12).tolist()
+    [0.0, 0.0, 0.5, 1.0, 1.0]
+    """
+    W = math.pi / duration
+    if ring is None:
+        # sin^2 keeps the first instants of the contact to full relative precision
+        return np.asarray(np.sin(0.5 * W * np.clip(t, 0.0, duration)) ** 2)
+    w = 2.0 * math.pi * ring
+    H = w * w / complex(w * w - W * W, 2.0 * ring_damping * w * W)
+    decay, wd = ring_damping * w, w * math.sqrt(1.0 - ring_damping**2)
+    # 1 - Re(H exp(iWt)) from rest: the free ringing takes its start value and slope away
+    A, B = H.real - 1.0, (-W * H.imag + decay * (H.real - 1.0)) / wd
+
+    def response(s: Array) -> Array:
+        s = np.maximum(s, 0.0)
+        forced = 1.0 - H.real * np.cos(W * s) + H.imag * np.sin(W * s)
+        free = np.exp(-decay * s) * (A * np.cos(wd * s) + B * np.sin(wd * s))
+        return np.asarray(0.5 * (forced + free))
+
+    return response(t) + response(t - duration)
+
+
+def contact_acceleration(
+    accelerometer: Accelerometer, times: Array, jumps: Array, *, start: float, dt: float, n: int
+) -> Array:
+    """Acceleration of the contacts, averaged over each sample interval.
+
+    Sample k is the mean over start + (k -+ 1/2) dt, so that the samples times dt add up to the
+    velocity jumps exactly, however few samples a pulse spans and wherever it falls between them.
+
+    Parameters
+    ----------
+    accelerometer : Accelerometer
+    times, jumps : array (k,)
+        Impact times, s, rising, and jumps of the oscillator's velocity, m/s.
+    start, dt, n
+        Time of sample 0 and sample interval, s; number of samples.
+
+    Returns
+    -------
+    array (n,)
+        m/s^2.
+
+    Examples
+    --------
+    >>> a = contact_acceleration(
+    ...     Accelerometer(sensitivity=1.0, pulse=4e-4), np.array([0.01]), np.array([-0.02]),
+    ...     start=0.0, dt=1e-4, n=200)
+    >>> round(float(a.sum() * 1e-4), 15), int(np.argmin(a))
+    (-0.02, 100)
+    """
+    found = np.zeros(n)
+    T = accelerometer.pulse
+    tail = 0.0
+    if accelerometer.ring is not None:
+        tail = math.log(1.0 / _RUNG_OUT) / (
+            accelerometer.ring_damping * 2.0 * math.pi * accelerometer.ring
+        )
+    width = math.ceil((T + tail) / dt) + 2
+    # first sample interval that the contact reaches into
+    first = np.floor((times - 0.5 * T - start) / dt + 0.5).astype(np.int64)
+    inside = np.flatnonzero((first < n) & (first + width > 0))
+    for begin in range(0, inside.size, _PULSES_AT_ONCE):
+        chosen = inside[begin : begin + _PULSES_AT_ONCE]
+        index = first[chosen, np.newaxis] + np.arange(width + 1)
+        edges = start + (index - 0.5) * dt - (times[chosen, np.newaxis] - 0.5 * T)
+        share = pulse_momentum(
+            edges, duration=T, ring=accelerometer.ring, ring_damping=accelerometer.ring_damping
+        )
+        share[:, 0], share[:, -1] = 0.0, 1.0  # what the window cuts off stays in its last sample
+        mean = np.diff(share, axis=1) * (jumps[chosen, np.newaxis] / dt)
+        sample = index[:, :-1]
+        here = (sample >= 0) & (sample < n)
+        found += np.bincount(sample[here], weights=mean[here], minlength=n)
+    return found
+
+
+def low_passed(signal: Callable[[Array], Array], t: Array, *, dt: float, bandwidth: float) -> Array:
+    """`signal` after a first-order low-pass, at the evenly spaced times t.
+
+    The signal is taken as linear between samples; the filter's memory is evaluated anew from
+    the signal before t[0], so that blocks fit together without a seam.
+
+    Parameters
+    ----------
+    signal : callable
+        Times (s) to values; asked also before t[0].
+    bandwidth : float
+        Corner frequency, Hz.
+
+    Examples
+    --------
+    >>> t = np.arange(4) * 1e-4
+    >>> low_passed(lambda t: 2.0 * t, t, dt=1e-4, bandwidth=1e4).round(9).tolist()
+    [-3.1831e-05, 0.000168169, 0.000368169, 0.000568169]
+    """
+    q = 2.0 * math.pi * bandwidth * dt
+    a = math.exp(-q)
+    # response to a linear interpolant over one interval: weights of its start and its end
+    mean = -math.expm1(-q) / q
+    old, new = mean - a, 1.0 - mean
+    taps = math.ceil(_FORGOTTEN / q) + 1
+    powers = a ** np.arange(taps)
+    kernel = new * np.append(powers, 0.0) + old * np.append(0.0, powers)
+    kernel /= kernel.sum()
+    early = t[0] - dt * np.arange(taps, 0, -1)
+    return np.asarray(np.convolve(signal(np.concatenate([early, t])), kernel, mode="valid"))
+
+
+def slow_drift(
+    rms: float, *, shortest_period: float, span: float, stream: np.random.Generator
+) -> Callable[[Array], Array]:
+    """A wander of the stated rms: eight sines of random phase, periods one to four times the shortest.
+
+    Returns
+    -------
+    callable
+        Times in [0, span] to drift. Linear between knots 1/200 of the shortest period apart,
+        which is within 1.3e-4 of the sines' amplitude.
+    """
+    periods = shortest_period * stream.uniform(1.0, 4.0, 8)
+    phases = stream.uniform(0.0, 2.0 * math.pi, 8)
+    knots = np.linspace(0.0, span, math.ceil(200.0 * span / shortest_period) + 2)
+    waves = np.sin(2.0 * math.pi * knots[:, np.newaxis] / periods + phases)
+    values = 0.5 * rms * waves.sum(axis=1)  # eight sines of amplitude a: rms 2 a
+    return lambda t: np.asarray(np.interp(t, knots, values))
+
+
+def laser_volts(
+    laser: Laser,
+    position: Callable[[Array], Array],
+    t: Array,
+    *,
+    dt: float,
+    noise: np.random.Generator,
+    drift: Callable[[Array], Array] | None = None,
+) -> Array:
+    """Volts of a laser on `position` (times to m) at the evenly spaced times t.
+
+    Order as in the instrument: motion, bandwidth, zero (bias, drift), noise, range, volts.
+    """
+    if laser.bandwidth is None:
+        shown = position(t).astype(np.float64, copy=True)
+    else:
+        shown = low_passed(position, t, dt=dt, bandwidth=laser.bandwidth)
+    if drift is not None:
+        shown += drift(t)
+    return _volts(laser, shown, noise)
+
+
+def accelerometer_volts(
+    accelerometer: Accelerometer,
+    acceleration: Callable[[Array], Array],
+    t: Array,
+    *,
+    times: Array,
+    jumps: Array,
+    dt: float,
+    noise: np.random.Generator,
+) -> Array:
+    """Volts of an accelerometer at the evenly spaced times t.
+
+    Parameters
+    ----------
+    acceleration : callable
+        Times to acceleration between impacts, m/s^2.
+    times, jumps : array (k,)
+        Impact times, s, rising, and velocity jumps, m/s.
+    """
+    shown = acceleration(t).astype(np.float64, copy=True)
+    shown += contact_acceleration(accelerometer, times, jumps, start=float(t[0]), dt=dt, n=t.size)
+    return _volts(accelerometer, shown, noise)
+
+
+def _volts(sensor: Sensor, shown: Array, noise: np.random.Generator) -> Array:
+    """What is common to all sensors, in place: bias, noise, range, sensitivity, offset."""
+    if sensor.bias:
+        shown += sensor.bias
+    if sensor.noise:
+        shown += sensor.noise * noise.standard_normal(shown.size)
+    if sensor.range is not None:
+        np.clip(shown, -sensor.range, sensor.range, out=shown)
+    shown *= sensor.sensitivity
+    if sensor.offset:
+        shown += sensor.offset
+    return shown
