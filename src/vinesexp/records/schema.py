@@ -1,6 +1,7 @@
 """What a campaign is: rig as known, channels, records.
 
-The vocabulary of campaign.yaml and records.csv. Everything is SI here; the text of the two files is converted by `description` and `table`.
+The vocabulary of campaign.yaml and records.csv. Everything is SI here; the text of the two
+files is converted by `description` and `table`.
 """
 
 from __future__ import annotations

@@ -1,0 +1,60 @@
+"""Instrument files of every known format, behind one small interface.
+
+A new format is one module with `NAME`, `recognises(head, suffix)` and `open_file(path)`, and its
+entry in `READERS`. Content decides, not the name: a .csv that is really something else is told
+or read for what it is.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers import foreign, hdf5, matlab, text, wav
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats, Source
+
+__all__ = ["BLOCK_ROWS", "READERS", "Column", "Floats", "Source", "open_source"]
+
+#: Asked in this order; text comes last because it takes whatever looks like words.
+READERS = (matlab, hdf5, wav, text)
+
+_HEAD = 4096  # bytes that are shown to `recognises`
+
+
+def open_source(path: Path) -> Source:
+    """Open an instrument file by what is in it.
+
+    Raises
+    ------
+    RecordError
+        Missing, unreadable, empty, or of an unknown format; says what was found and which
+        formats are known.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(_HEAD)
+    except FileNotFoundError:
+        raise RecordError("no such file; correct the name in records.csv", file=path) from None
+    except IsADirectoryError:
+        raise RecordError("is a folder, expected an instrument file", file=path) from None
+    except OSError as error:
+        raise RecordError(f"cannot be read ({error.strerror})", file=path) from None
+    if not head.strip():
+        raise RecordError("is empty; export the record again", file=path)
+    suffix = path.suffix.lower()
+    known = ", ".join(reader.NAME for reader in READERS)
+    other = foreign.name_of(head)
+    if other is not None:
+        raise RecordError(
+            f"is {other}, which is not read; export the record as one of: {known}", file=path
+        )
+    for reader in READERS:
+        if reader.recognises(head, suffix):
+            source: Source = reader.open_file(path)
+            return source
+    raise RecordError(
+        f"unknown format (it begins with the bytes {head[:8].hex(' ')}); export the record as one "
+        f"of: {known}",
+        file=path,
+    )
