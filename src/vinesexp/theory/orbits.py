@@ -79,9 +79,10 @@ class Reduced:
 
 
 def _phi1(z: NDArray[Any]) -> ComplexArray:
-    """(exp(z) - 1)/z, 1 at z = 0."""
-    safe = np.where(z == 0.0, 1.0, z)
-    return np.where(z == 0.0, 1.0, np.expm1(safe) / safe)
+    """(exp(z) - 1)/z, by its series where z is so small that the quotient would not be."""
+    small = np.abs(z) < 1e-8
+    safe = np.where(small, 1.0, z)
+    return np.where(small, 1.0 + 0.5 * z, np.expm1(safe) / safe)
 
 
 def closing_coefficients(p: Reduced) -> tuple[ComplexArray, ComplexArray]:

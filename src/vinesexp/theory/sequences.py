@@ -62,7 +62,7 @@ def _flight(z: FloatArray, tau: float, p: Reduced) -> tuple[float, float]:
     phase, x, v = z[0], z[1], z[2]
     decay = np.exp(pole * tau)
     near = (pole - 1j * Omega) * tau
-    ratio = np.expm1(near) / near if near != 0.0 else 1.0
+    ratio = np.expm1(near) / near if abs(near) > 1e-8 else 1.0 + 0.5 * near
     g = (1.0 + 2j * zeta * Omega) * np.exp(1j * phase)
     driven = g * np.exp(1j * Omega * tau) * tau * ratio
     driven += np.conj(g) * (np.exp(-1j * Omega * tau) - decay) / (1j * Omega + pole)

@@ -1,0 +1,63 @@
+"""Regime names from impacts made by hand: each definition met, and missed by a little."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vinesexp.errors import ParameterError
+from vinesexp.theory.regimes import REGIMES, Regime, regime_of
+
+
+def judge(times: np.ndarray, sides: np.ndarray, end: float = 100.0) -> Regime:
+    return regime_of(times, sides, period=1.0, start=0.0, end=end).regime
+
+
+def alternating(gap: float = 0.5, cycles: int = 100) -> tuple[np.ndarray, np.ndarray]:
+    first = np.arange(cycles) + 0.01
+    times = np.sort(np.concatenate([first, first + gap]))
+    return times, np.tile([1, -1], cycles)
+
+
+def test_every_regime_has_a_definition() -> None:
+    assert {r.value for r in Regime} == set(REGIMES)
+
+
+def test_no_impact() -> None:
+    assert judge(np.array([]), np.array([])) is Regime.NO_IMPACT
+    assert judge(np.array([150.0]), np.array([1])) is Regime.NO_IMPACT
+
+
+def test_two_symmetric_and_two_asymmetric() -> None:
+    assert judge(*alternating(0.5)) is Regime.TWO_SYMMETRIC
+    assert judge(*alternating(0.505)) is Regime.TWO_SYMMETRIC
+    assert judge(*alternating(0.53)) is Regime.TWO_ASYMMETRIC
+
+
+def test_modulated_has_spells() -> None:
+    t, s = alternating()
+    spell = (t % 20.0) < 8.0
+    assert judge(t[spell], s[spell]) is Regime.MODULATED
+
+
+def test_chaos_is_irregular() -> None:
+    rng = np.random.default_rng(2)
+    t = np.sort(rng.uniform(0.0, 100.0, 70))
+    assert judge(t, rng.choice([-1, 1], 70)) is Regime.CHAOS
+
+
+def test_three_per_cycle() -> None:
+    n = np.arange(100)
+    t = np.sort(np.concatenate([n + 0.0, n + 0.2, n + 0.5]))
+    assert judge(t, np.tile([1, 1, -1], 100)) is Regime.MORE
+
+
+def test_chatter_is_a_run_on_one_wall() -> None:
+    run = np.cumsum(0.1 * 0.6 ** np.arange(30))
+    t = np.concatenate([k + 0.1 + run for k in range(0, 100, 5)])
+    assert judge(t, np.ones(t.size)) is Regime.CHATTER
+
+
+def test_too_short_a_stretch_is_refused() -> None:
+    with pytest.raises(ParameterError, match="expected a period"):
+        regime_of([0.1], [1], period=1.0, start=0.0, end=0.5)

@@ -1,0 +1,148 @@
+"""The slow flow: fixed points by two ways, their stability against integration, F_c, free decay."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vinesexp.errors import AnalysisError, ParameterError
+from vinesexp.theory import decay, manifold, slowflow
+from vinesexp.theory.regimes import REGIMES
+
+LAM = 3.02 / (0.032 * (1.147e4 / 4.7) ** 0.5)
+EPS = 0.032 / 4.7
+W0 = (1.147e4 / 4.7) ** 0.5
+
+
+def test_threshold_agrees_with_the_force_needed_at_the_fold() -> None:
+    r = np.linspace(0.0, 0.99, 50)
+    Gamma = (1.0 - r) / (1.0 + r)
+    A_1, C_1 = manifold.A_1(r), manifold.C_1(r)
+    at_fold = LAM * A_1 + 16.0 * Gamma * C_1**2 / (np.pi**3 * A_1)
+    np.testing.assert_allclose(slowflow.threshold(lam=LAM, r=r), at_fold, rtol=1e-13)
+
+
+@settings(deadline=None, max_examples=80)
+@given(st.floats(0.05, 3.0), st.floats(-5.0, 5.0), st.floats(0.0, 10.0), st.floats(0.0, 0.98))
+def test_parametric_form_is_at_rest_in_the_flow(
+    C: float, sigma: float, lam: float, r: float
+) -> None:
+    F, rho = slowflow.forcing(C, sigma=sigma, lam=lam, r=r)
+    A = float(manifold.amplitude(C, r=r))
+    if A < 1e-3:
+        return
+    dA, drho = slowflow.rates(C, rho, F=F, sigma=sigma, lam=lam, r=r)
+    size = float(F) + abs(sigma) + 1.0 / A**2
+    assert abs(dA) < 1e-12 * size
+    assert abs(drho) < 1e-12 * size / A
+
+
+@settings(deadline=None, max_examples=80)
+@given(st.floats(0.1, 2.5), st.floats(-3.0, 3.0), st.floats(0.0, 5.0), st.floats(0.1, 0.95))
+def test_every_fixed_point_is_found(C: float, sigma: float, lam: float, r: float) -> None:
+    F = float(slowflow.forcing(C, sigma=sigma, lam=lam, r=r)[0])
+    found = [p.C for p in slowflow.fixed_points(F=F, sigma=sigma, lam=lam, r=r)]
+    # a double root is only as good as the square root of rounding
+    assert min(abs(c - C) for c in found) < 1e-5
+
+
+def test_flow_jacobian_is_the_derivative_of_the_flow() -> None:
+    F, sigma, r = 1.6, 0.7, 0.6
+    point = next(p for p in slowflow.fixed_points(F=F, sigma=sigma, lam=LAM, r=r) if p.stable)
+    h = 1e-6
+    numeric = np.empty((2, 2))
+    for j, (dA, drho) in enumerate([(h, 0.0), (0.0, h)]):
+        ends = [
+            np.array(
+                slowflow.rates(
+                    manifold.upper_branch(point.A + s * dA, r=r),
+                    point.rho + s * drho,
+                    F=F,
+                    sigma=sigma,
+                    lam=LAM,
+                    r=r,
+                )
+            )
+            for s in (1, -1)
+        ]
+        numeric[:, j] = (ends[0] - ends[1]) / (2.0 * h)
+    analytic = slowflow.flow_jacobian(point.C, point.rho, F=F, lam=LAM, r=r)
+    np.testing.assert_allclose(analytic, numeric, rtol=1e-7, atol=1e-8)
+
+
+def test_a_stable_fixed_point_attracts_the_integrated_flow() -> None:
+    F, r = 1.6, 0.6
+    point = next(p for p in slowflow.fixed_points(F=F, sigma=0.0, lam=LAM, r=r) if p.stable)
+    A, rho, h = point.A * 1.2, point.rho + 0.3, 0.01
+
+    def slope(A: float, rho: float) -> np.ndarray:
+        C = manifold.upper_branch(A, r=r)
+        return np.array(slowflow.rates(C, rho, F=F, sigma=0.0, lam=LAM, r=r))
+
+    state = np.array([A, rho])
+    for _ in range(4000):
+        k1 = slope(*state)
+        k2 = slope(*(state + 0.5 * h * k1))
+        state = state + h * k2
+    np.testing.assert_allclose(state, [point.A, point.rho], atol=1e-9)
+
+
+def test_fold_forcing_is_the_parametric_form_at_the_fold() -> None:
+    for sigma in (-2.0, 0.0, 0.5, 3.0):
+        F = slowflow.forcing(manifold.C_1(0.6), sigma=sigma, lam=LAM, r=0.6)[0]
+        assert slowflow.fold_forcing(lam=LAM, r=0.6, sigma=sigma) == pytest.approx(float(F))
+        assert slowflow.threshold(lam=LAM, r=0.6) <= F
+
+
+def test_exactly_at_the_threshold_and_at_the_fold_there_are_answers() -> None:
+    F_c = float(slowflow.threshold(lam=LAM, r=0.6))
+    assert slowflow.fixed_points(F=F_c, sigma=0.0, lam=LAM, r=0.6)
+    F_fold = float(slowflow.fold_forcing(lam=LAM, r=0.6))
+    nearest = min(
+        abs(p.C - float(manifold.C_1(0.6)))
+        for p in slowflow.fixed_points(F=F_fold, sigma=0.0, lam=LAM, r=0.6)
+    )
+    assert nearest < 1e-7
+    assert slowflow.fixed_points(F=0.0, sigma=0.0, lam=LAM, r=0.6) == []
+
+
+def test_frequency_response_names_and_symmetry_of_far_detuning() -> None:
+    sweep = slowflow.frequency_response(np.linspace(-60.0, 60.0, 61), F=1.3, lam=LAM, r=0.6)
+    assert set(sweep.regime) <= set(REGIMES)
+    assert sweep.regime[0] == sweep.regime[-1] == "chaos below T1"
+    assert sweep.regime[30] == "two symmetric"
+    assert np.isfinite(sweep.A[30])
+
+
+def test_decay_time_of_the_published_rig() -> None:
+    tau1 = decay.decay_time(30.0 / 50.0, 15.0 / 50.0, lam=LAM, r=0.6)
+    assert tau1 / (EPS * W0) == pytest.approx(1.264, abs=5e-4)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(0.05, 0.95), st.floats(0.0, 8.0), st.floats(1.0, 8.0), st.floats(1.05, 5.0))
+def test_closed_form_decay_is_the_quadrature(
+    r: float, lam: float, low: float, ratio: float
+) -> None:
+    end = float(manifold.A_1(r)) * low
+    start = end * ratio
+    C = np.linspace(*(float(manifold.upper_branch(A, r=r)) for A in (end, start)), 4001)
+    Gamma = (1.0 - r) / (1.0 + r)
+    A2 = manifold.amplitude(C, r=r) ** 2
+    f = (C / manifold.C_1(r) - 1.0) / (0.5 * lam * A2 + 8.0 * Gamma * C**2 / np.pi**3)
+    h = C[1] - C[0]
+    simpson = h / 3.0 * (f[0] + f[-1] + 4.0 * f[1:-1:2].sum() + 2.0 * f[2:-1:2].sum())
+    assert decay.decay_time(start, end, lam=lam, r=r) == pytest.approx(simpson, rel=1e-9)
+
+
+def test_decay_refusals() -> None:
+    with pytest.raises(AnalysisError, match="below the fold"):
+        decay.decay_time(0.5, 0.1, lam=LAM, r=0.6)
+    with pytest.raises(AnalysisError, match="below the one to be reached"):
+        decay.decay_time(0.3, 0.5, lam=LAM, r=0.6)
+    with pytest.raises(AnalysisError, match="keeps its energy"):
+        decay.decay_time(0.5, 0.3, lam=0.0, r=1.0)
+    with pytest.raises(ParameterError, match="lambda"):
+        decay.decay_time(0.5, 0.3, lam=-1.0, r=0.6)

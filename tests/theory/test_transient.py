@@ -1,0 +1,117 @@
+"""Release: power of the shaken box, passage through the fold, time to a level, b*(level)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vinesexp.errors import AnalysisError
+from vinesexp.theory import decay, manifold, passage, shaken_box, transient
+from vinesexp.theory.transient import Decaying
+
+TABLE_1 = Decaying(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6, x_m=0.030)
+LAM = 3.02 / (0.032 * TABLE_1.w0)
+EPS = 0.032 / 4.7
+
+
+@pytest.mark.parametrize("r", [0.3, 0.6, 0.8])
+def test_the_box_itself_takes_the_power_of_the_manifold(r: float) -> None:
+    A = np.linspace(float(manifold.A_1(r)) * 1.3, float(manifold.A_2(r)) * 0.97, 3)
+    C = manifold.upper_branch(A, r=r)
+    power = 8.0 * (1.0 - r) / (1.0 + r) * C**2 / np.pi**3
+    # every lane is a start of its own: the same amplitude eight times
+    lanes = np.repeat(A, 8)
+    run = shaken_box.mean_power(lanes, r=r, starts=1, cycles=70, settle=62)
+    captured = np.abs(run.reshape(3, 8) / power[:, None] - 1.0) < 1e-6
+    assert captured.mean() > 0.6, "most starts settle on two symmetric impacts"
+
+
+def test_the_box_shows_that_t2_is_not_at_0_6() -> None:
+    """Past T2 the settled box takes another power than two symmetric impacts would; before, not."""
+    A = np.array([0.62, 0.70, 0.76])
+    C = manifold.upper_branch(A, r=0.6)
+    symmetric = 8.0 * 0.25 * C**2 / np.pi**3
+    # one start that is captured at all three amplitudes
+    ratio = shaken_box.mean_power(A, r=0.6, starts=1, cycles=200, settle=190, seed=3) / symmetric
+    assert abs(ratio[0] - 1.0) < 1e-6
+    assert abs(ratio[1] - 1.0) < 1e-6
+    assert ratio[2] > 1.01
+
+
+def test_ball_power_is_continuous_at_t2_and_jumps_at_t1() -> None:
+    A_1, A_2 = float(manifold.A_1(0.6)), float(manifold.A_2(0.6))
+    near = shaken_box.ball_power([A_2 * (1 - 1e-9), A_2 * (1 + 1e-9)], r=0.6)
+    assert near[1] / near[0] == pytest.approx(1.0, abs=0.02)
+    below, above = shaken_box.ball_power([A_1 * 0.99, A_1 * 1.01], r=0.6)
+    assert below < 0.3 * above
+
+
+def test_passage_starts_on_the_branch_and_lags_by_two_thirds_power() -> None:
+    delays = []
+    for eps in (1e-3, 1e-4):
+        run = passage.passage(eps=eps, lam=LAM, r=0.6)
+        delays.append(float(manifold.A_1(0.6)) - run.A[-1])
+        rates = passage.fold_rates(lam=LAM, r=0.6)
+        assert delays[-1] < rates.delay(eps) * 1.05
+    assert np.log10(delays[0] / delays[1]) == pytest.approx(2.0 / 3.0, abs=0.06)
+
+
+def test_fold_rate_is_the_slope_of_the_multiplier() -> None:
+    r, h = 0.6, 1e-6
+    C = float(manifold.C_1(r)) + h
+    largest = float(np.max(np.real(manifold.multipliers(C, r=r))))
+    rates = passage.fold_rates(lam=LAM, r=r)
+    assert (largest - 1.0) / h == pytest.approx(-2.0 * np.pi * rates.nu, rel=1e-4)
+
+
+def test_time_on_the_stable_branch_is_the_closed_form() -> None:
+    tau1 = decay.decay_time(0.6, 0.3, lam=LAM, r=0.6)
+    time = transient.time_to_level(TABLE_1, b=0.05, level=0.015)
+    assert time == pytest.approx(float(tau1) / (EPS * TABLE_1.w0), rel=2e-4)
+    assert time == pytest.approx(1.264, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("b", "level", "simulated", "within"),
+    # theory.md section 6; b = 80 mm starts below T2's capture range and depends on the ball
+    [(0.020, 0.015, 1.73, 0.04), (0.020, 0.005, 3.79, 0.04), (0.050, 0.015, 1.29, 0.04)],
+)
+def test_times_of_table_1(b: float, level: float, simulated: float, within: float) -> None:
+    time = transient.time_to_level(TABLE_1, b=b, level=level)
+    assert time == pytest.approx(simulated, rel=within)
+
+
+def test_table_1_transition_amplitudes() -> None:
+    """x1 and x2 of Table 1: 11.8 in its third case is a slip, A_1 b = 12.57 mm."""
+    A_1 = float(manifold.A_1(0.6))
+    assert pytest.approx(3.1, abs=0.05) == 20 * A_1
+    assert pytest.approx(7.8, abs=0.06) == 50 * A_1
+    assert pytest.approx(12.57, abs=5e-3) == 80 * A_1
+
+
+def test_best_clearance_is_a_minimum_and_lies_near_theory_md() -> None:
+    best = transient.best_clearance(TABLE_1, level=0.005)
+    around = transient.time_to_level(TABLE_1, b=[0.9 * best.b, 1.1 * best.b], level=0.005)
+    assert np.all(around > best.time)
+    assert best.b == pytest.approx(0.045, abs=0.007)  # simulation: near 45 mm
+    smaller = transient.best_clearance(
+        Decaying(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6, x_m=0.020), level=0.003
+    )
+    assert smaller.b == pytest.approx(0.029, abs=0.002)  # simulation: 28 to 30 mm
+
+
+def test_bare_decay_and_capture() -> None:
+    assert transient.bare_time(TABLE_1, level=0.015) == pytest.approx(
+        np.log(2.0) * 2.0 * 4.7 / 3.02
+    )
+    assert transient.capture_rate(x_m=0.02, b=[0.01, 0.02, 0.04]).tolist() == [1.0, 1.0, 0.5]
+    undamped = Decaying(M=4.7, c1=0.0, k1=1.147e4, m=0.032, r=0.6, x_m=0.03)
+    assert transient.bare_time(undamped, level=0.01) == float("inf")
+    with pytest.raises(AnalysisError, match="above the release amplitude"):
+        transient.time_to_level(TABLE_1, b=0.05, level=0.04)
+
+
+def test_elastic_ball_leaves_the_bare_decay() -> None:
+    elastic = Decaying(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=1.0, x_m=0.03)
+    bare = transient.bare_time(elastic, level=0.01)
+    assert transient.time_to_level(elastic, b=0.05, level=0.01) == pytest.approx(bare)
