@@ -1,0 +1,157 @@
+"""What a person relies on when running the workflow: complete, incremental, resumable, apart."""
+
+import csv
+import re
+import shutil
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.workflow
+
+STEPS = re.compile(r"^\[ *\d+/\d+ +\d+ s\] (\w+) +(.*)$", re.MULTILINE)
+
+
+def steps(result):
+    """The (step, what) pairs that a run reports at the console."""
+    return STEPS.findall(result.stderr)
+
+
+def table(path: Path):
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_a_campaign_from_start_to_change(workflow):
+    """One story, since each run costs seconds: all, nothing, one record more, one broken."""
+    campaign = workflow.tiny_campaign()
+    results = workflow.folder / "results/tiny"
+
+    first = workflow.run("--config", "campaign=data/tiny")
+    assert first.returncode == 0, first.stderr
+    for name in ("identified", "regimes", "clearances", "checks"):
+        assert table(results / f"{name}.csv") is not None
+    for record in ("bare", "added"):
+        assert (results / f"records/{record}.nc").is_file()
+        assert (results / f"conditioned/{record}.nc").is_file()
+        assert (results / f"impacts/{record}.csv").is_file()
+    assert (results / "report.html").read_text(encoding="utf-8").rstrip().endswith("</html>")
+    combined = {
+        row["parameter"]: float(row["value"])
+        for row in table(results / "identified.csv")
+        if row["method"] == "combined"
+    }
+    assert combined["f0"] == pytest.approx(7.862, rel=1e-3)
+    assert combined["M"] == pytest.approx(4.7, rel=1e-2)
+
+    again = workflow.run("--config", "campaign=data/tiny")
+    assert again.returncode == 0
+    assert "Nothing to be done" in again.stderr
+    assert steps(again) == []
+
+    workflow.write_ringdown(campaign / "raw/more.csv", f0=7.862, seed=2)
+    (campaign / "raw/broken.csv").write_text("Time,Laser\ns,mm\n0.0,1.0\n0.1,oops\n")
+    with (campaign / "records.csv").open("a") as stream:
+        stream.write("more,raw/more.csv,ringdown,\nbroken,raw/broken.csv,ringdown,\n")
+    grown = workflow.run("--config", "campaign=data/tiny")
+    assert grown.returncode == 0, grown.stderr
+    touched = {what for _, what in steps(grown)}
+    assert not {"bare", "added"} & touched
+    assert {"more", "broken"} <= touched
+    refused = [row for row in table(results / "checks.csv") if row["outcome"] == "refused"]
+    assert [row["record"] for row in refused] == ["broken"]
+    assert "oops" in refused[0]["detail"]
+    assert "oops" in (results / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("title:", "titel:"), "title"),
+        (("unit: mm", "unit: V"), "V"),
+        (("quantity: displacement, unit: mm", "quantity: displacement"), "unit"),
+    ],
+)
+def test_a_mistake_in_the_description_is_one_line_and_writes_nothing(workflow, change, words):
+    campaign = workflow.tiny_campaign()
+    text = (campaign / "campaign.yaml").read_text(encoding="utf-8")
+    (campaign / "campaign.yaml").write_text(text.replace(*change), encoding="utf-8")
+    result = workflow.run("--config", "campaign=data/tiny")
+    assert result.returncode != 0
+    told = [line for line in result.stderr.splitlines() if line.startswith("vinesexp:")]
+    assert len(told) == 1
+    assert "campaign.yaml" in told[0]
+    assert words in told[0]
+    assert "Traceback" not in result.stderr
+    assert not (workflow.folder / "results").exists()
+
+
+def test_a_killed_run_resumes_and_two_campaigns_go_side_by_side(workflow):
+    workflow.tiny_campaign("one")
+    workflow.tiny_campaign("two")
+    killed = subprocess.Popen(
+        workflow.command("--config", "campaign=data/one"),
+        cwd=workflow.folder,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    records = workflow.folder / "results/one/records"
+    for _ in range(300):
+        if list(records.glob("*.nc")):
+            break
+        time.sleep(0.1)
+    killed.send_signal(signal.SIGKILL)
+    killed.wait()
+    assert list(records.glob("*.nc"))
+
+    side = subprocess.Popen(
+        workflow.command("--config", "campaign=data/two"),
+        cwd=workflow.folder,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    resumed = workflow.run("--config", "campaign=data/one")
+    _, errors = side.communicate(timeout=300)
+    assert resumed.returncode == 0, resumed.stderr
+    assert side.returncode == 0, errors
+    for name in ("one", "two"):
+        assert (workflow.folder / f"results/{name}/report.html").is_file()
+
+
+def test_editing_package_code_reruns_what_uses_it_and_no_more(workflow):
+    workflow.tiny_campaign()
+    package = workflow.folder / "src"
+    ignore = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(workflow.repository / "src", package, ignore=ignore)
+    environment = {"PYTHONPATH": str(package)}
+    first = workflow.run("--config", "campaign=data/tiny", environment=environment)
+    assert first.returncode == 0, first.stderr
+    with (package / "vinesexp/identification/ringdown.py").open("a") as stream:
+        stream.write("\n# edited\n")
+    second = workflow.run("--config", "campaign=data/tiny", environment=environment)
+    rerun = {step for step, _ in steps(second)}
+    assert {"estimate", "identify", "report"} <= rerun
+    assert not {"ingest", "condition", "impacts"} & rerun
+
+
+@pytest.mark.parametrize(
+    ("name", "f0"), [("spring_soft", 0.789), ("spring_hard", 1.226), ("spring_very_hard", 1.344)]
+)
+def test_real_ringdowns(workflow, name, f0):
+    campaign = workflow.repository.parent / "shared/real" / name
+    if not campaign.is_dir():
+        pytest.skip("no real records here")
+    result = workflow.run("--config", f"campaign={campaign}")
+    assert result.returncode == 0, result.stderr
+    results = workflow.folder / "results" / name
+    combined = {
+        row["parameter"]: float(row["value"])
+        for row in table(results / "identified.csv")
+        if row["method"] == "combined"
+    }
+    assert combined["f0"] == pytest.approx(f0, rel=5e-3)
+    assert "r" not in combined
+    assert (results / "report.html").is_file()
