@@ -1,0 +1,101 @@
+"""From the defects of a stored record to what is told about it: a refusal, or rows of checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from vinesexp.errors import RecordError
+from vinesexp.records.checks import Check
+from vinesexp.records.quality import Stretch, frozen, periods, saturated
+from vinesexp.records.samples import Samples
+from vinesexp.records.schema import Channel, Record
+from vinesexp.records.store import RecordView
+
+#: Which channel shows the oscillator's motion best.
+_MOTION = ("displacement", "base", "acceleration")
+
+_LEAST_PERIODS = 2.0
+
+_DEFECTS = {
+    "saturated": ("stands clipped at the end of its range", "measure with a wider range"),
+    "frozen": ("is frozen", "look at the sensor and cut the record"),
+}
+
+
+def look_over(
+    view: RecordView, record: Record, channels: Mapping[str, Channel], samples: Samples
+) -> list[Check]:
+    """Refuse a stored record for its defects, or tell its size and what is odd about it.
+
+    Parameters
+    ----------
+    view : RecordView
+        The record as stored.
+    record, channels
+        What the campaign says of it, and what defects its channels accept.
+    samples : Samples
+        What it was made from, read to its end.
+
+    Raises
+    ------
+    RecordError
+        Too short, saturated or frozen.
+    """
+    size = f"{view.n} samples at {view.sample_rate:.9g} Hz: {', '.join(view.roles)}"
+    found = [Check(record.id, "ingest", "ok", size)]
+    found += [Check(record.id, check, "warning", told) for check, told in samples.warnings]
+    found += _trimmed(record, samples)
+    period = _period(view, record)
+    for role in view.roles:
+        clipped = saturated(view, role)
+        # Only the oscillator's own inertia forbids it to stop dead; a shaker can.
+        stuck = frozen(view, role, period=period if role == "displacement" else None)
+        stuck = [run for run in stuck if run not in clipped]
+        for defect, runs in (("saturated", clipped), ("frozen", stuck)):
+            if runs:
+                told = f"{role} {_told(view, samples, runs, defect)}"
+                found.append(_judge(record, channels[role], defect, told))
+    return found
+
+
+def _period(view: RecordView, record: Record) -> float | None:
+    """Period of the motion in samples, refusing a record of fewer than two; None for a drop."""
+    if record.test == "drop":  # a bouncing ball has no period
+        return None
+    motion = next(role for role in _MOTION if role in view.roles)
+    seconds = view.n / view.sample_rate
+    held = seconds * min(record.frequency) if record.frequency else periods(view, motion)
+    if held < _LEAST_PERIODS:
+        raise RecordError(
+            f"{seconds:.3g} s hold {held:.2g} periods of the motion, expected at least two; record "
+            "longer",
+            file=record.file,
+        )
+    return view.n / held
+
+
+def _told(view: RecordView, samples: Samples, runs: list[Stretch], defect: str) -> str:
+    worst = max(runs, key=lambda run: run.length)
+    at = view.time(worst.start, worst.start + 1)[0]
+    place = samples.source.locate(samples.trimmed[0] + worst.start)
+    more = f", and {len(runs) - 1} times more" if len(runs) > 1 else ""
+    what, remedy = _DEFECTS[defect]
+    return f"{what} for {worst.length} samples from {at:.6g} s ({place}){more}; {remedy}"
+
+
+def _judge(record: Record, channel: Channel, defect: str, told: str) -> Check:
+    if defect in channel.accept:
+        return Check(record.id, defect, "warning", told)
+    raise RecordError(
+        f"{told}, or add accept: {defect} to channels.{channel.role}", file=record.file
+    )
+
+
+def _trimmed(record: Record, samples: Samples) -> list[Check]:
+    before, after = samples.trimmed
+    told = [f"{before} rows at the start"] if before else []
+    told += [f"{after} rows at the end"] if after else []
+    if not told:
+        return []
+    detail = f"{' and '.join(told)} left out, where cells are empty"
+    return [Check(record.id, "missing cells", "warning", detail)]

@@ -1,0 +1,135 @@
+"""One instrument file to `records/<id>.nc`: calibrated channels, SI, on a uniform time axis.
+
+Nothing is filtered here. What cannot be used is refused with the reason, and a placeholder takes
+its place, so that the other records go on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vinesexp.errors import RecordError
+from vinesexp.records.checks import Check
+from vinesexp.records.findings import look_over
+from vinesexp.records.readers import Floats, open_source
+from vinesexp.records.samples import Samples
+from vinesexp.records.schema import Campaign, Channel, Record, TimeColumn
+from vinesexp.records.store import create_record, open_record, write_refused
+
+
+def ingest_or_refuse(campaign: Campaign, record: Record, out: Path) -> list[Check]:
+    """`ingest`, with a record that cannot be used turned into a placeholder and a check row."""
+    try:
+        return ingest(campaign, record, out)
+    except RecordError as error:
+        write_refused(out, str(error), _attributes(campaign, record))
+        return [Check(record.id, "ingest", "refused", str(error))]
+
+
+def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
+    """Convert one record of a campaign.
+
+    Parameters
+    ----------
+    campaign, record : Campaign, Record
+        Says where the channels are and what they mean.
+    out : Path
+        The netCDF file to write; it appears only when it is complete and was found good.
+
+    Returns
+    -------
+    list of Check
+        ``ok`` with the size of the record, and a ``warning`` for everything odd. For a record
+        that the user excluded: one row ``excluded``, and a placeholder at `out`.
+
+    Raises
+    ------
+    RecordError
+        The record cannot be used; nothing is left at `out`.
+    """
+    if record.exclude:
+        reason = record.note or "no reason given"
+        write_refused(out, f"excluded: {reason}", _attributes(campaign, record))
+        return [Check(record.id, "exclude", "excluded", reason)]
+    samples = Samples(
+        open_source(record.file),
+        campaign.channels,
+        time=campaign.time,
+        sample_rate=campaign.sample_rate,
+    )
+    if not samples.quantities:
+        raise RecordError("none of the campaign's channels is in it", file=record.file)
+    out = Path(out)
+    unseen = out.with_name(f".{out.name}.{os.getpid()}.new")
+    try:
+        with create_record(
+            unseen,
+            sample_rate=samples.sample_rate,
+            start=samples.start,
+            quantities=samples.quantities,
+            attributes={**_attributes(campaign, record), "source_sha256": _digest(record.file)},
+        ) as writer:
+            for block in samples.blocks():
+                writer.append(block)
+            writer.sample_rate, writer.start = samples.sample_rate, samples.start
+        with open_record(unseen) as view:
+            found = look_over(view, record, campaign.channels, samples)
+        os.replace(unseen, out)
+    finally:
+        unseen.unlink(missing_ok=True)
+    return found
+
+
+def read_channels(
+    path: Path,
+    channels: Mapping[str, Channel],
+    *,
+    time: TimeColumn | None = None,
+    sample_rate: float | None = None,
+) -> tuple[float, float, dict[str, Floats]]:
+    """Channels of one file in memory, without a campaign.
+
+    Returns
+    -------
+    sample_rate, start : float
+        Hz; time of the first sample, s.
+    values : dict
+        Role to samples, SI.
+
+    Raises
+    ------
+    RecordError
+        As for `ingest`.
+    """
+    samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
+    blocks = list(samples.blocks())
+    values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
+    return samples.sample_rate, samples.start, values
+
+
+def _attributes(campaign: Campaign, record: Record) -> dict[str, Any]:
+    """What results say about where they come from; paths relative, so that folders can move."""
+    inside = record.file.is_relative_to(campaign.folder)
+    source = record.file.relative_to(campaign.folder) if inside else record.file
+    return {
+        "record": record.id,
+        "test": record.test,
+        "source": source.as_posix(),
+        "clearance_m": list(record.clearance) or None,
+        "base_amplitude_m": record.base_amplitude,
+        "frequency_hz": list(record.frequency) if record.frequency else None,
+        "added_mass_kg": record.added_mass,
+        "release_m": record.release,
+        "note": record.note or None,
+    }
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
