@@ -164,3 +164,89 @@ class Rig:
         """Reduced damping lambda = c1/(eps M w0) (equations 5, 40); infinite without a ball."""
         eps = self.eps
         return 2.0 * self.oscillator.zeta / eps if eps > 0.0 else math.inf
+
+    @classmethod
+    def from_reduced(
+        cls,
+        *,
+        eps: float,
+        lam: float,
+        r: float,
+        M: float,
+        f0: float,
+        b: float,
+        alpha: Sequence[float] = (1.0,),
+        delta: Sequence[float] = (1.0,),
+    ) -> Rig:
+        """The rig of given reduced parameters (docs/theory.md, 5, 47): the way back.
+
+        Parameters
+        ----------
+        eps, lam, r : float
+            Mass ratio of all balls together, reduced damping, restitution.
+        M, f0, b : float
+            The three scales that reduction takes out: mass (kg), frequency (Hz), clearance of the
+            first ball (m).
+        alpha, delta : sequence of float
+            Share of the ball mass and clearance in units of b, one entry a ball; alpha sums to 1.
+
+        Examples
+        --------
+        >>> rig = Rig.from_reduced(eps=0.00681, lam=1.91, r=0.6, M=4.7, f0=7.862, b=0.034)
+        >>> round(rig.eps, 5), round(rig.lam, 3), round(1e3 * rig.nes[0].m, 2)
+        (0.00681, 1.91, 32.01)
+        """
+        require(math.isfinite(eps) and eps > 0, "mass ratio eps", eps, "a number above zero")
+        require(math.isfinite(lam) and lam >= 0, "lambda", lam, "a number, zero or above")
+        require(math.isfinite(f0) and f0 > 0, "frequency f0", f0, "Hz, above zero")
+        if len(alpha) != len(delta) or not math.isclose(math.fsum(alpha), 1.0, rel_tol=1e-9):
+            raise ParameterError(
+                f"shares alpha {tuple(alpha)} and clearances delta {tuple(delta)}: expected one "
+                "entry a ball in each, and shares that sum to 1"
+            )
+        oscillator = Oscillator.from_modal(M=M, f0=f0, zeta=0.5 * eps * lam)
+        return cls(
+            oscillator,
+            [NES(m=a * eps * M, b=d * b, r=r) for a, d in zip(alpha, delta, strict=True)],
+        )
+
+    @property
+    def alpha(self) -> tuple[float, ...]:
+        """Share of each ball in the ball mass, m_i/(eps M) (equation 40)."""
+        total = math.fsum(n.m for n in self.nes)
+        return tuple(n.m / total for n in self.nes)
+
+    @property
+    def delta(self) -> tuple[float, ...]:
+        """Clearance of each ball in units of the first one's, b_i/b_1 (equation 40)."""
+        return tuple(n.b / self.nes[0].b for n in self.nes)
+
+    def forcing(self, G: float) -> float:
+        """Reduced forcing F = G/(eps b_1) of a base amplitude G in m (equations 5, 40).
+
+        Examples
+        --------
+        >>> rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.034, r=0.6)])
+        >>> round(rig.forcing(0.25e-3), 4), round(1e3 * rig.base_amplitude(rig.forcing(0.25e-3)), 9)
+        (1.08, 0.25)
+        """
+        return G / self._reduction_length()
+
+    def base_amplitude(self, F: float) -> float:
+        """Base amplitude G = eps b_1 F in m of a reduced forcing (the inverse of `forcing`)."""
+        return F * self._reduction_length()
+
+    def _reduction_length(self) -> float:
+        if not self.nes:
+            raise ParameterError("a rig without a ball has no reduced forcing: add an NES")
+        return self.eps * self.nes[0].b
+
+    def detuning(self, frequency: float) -> float:
+        """sigma of Omega = w/w0 = 1 + eps sigma, frequency in Hz (equation 5)."""
+        if not self.nes:
+            raise ParameterError("a rig without a ball has no detuning sigma: add an NES")
+        return (frequency / self.oscillator.f0 - 1.0) / self.eps
+
+    def frequency(self, sigma: float) -> float:
+        """Excitation frequency in Hz of a detuning sigma (the inverse of `detuning`)."""
+        return self.oscillator.f0 * (1.0 + self.eps * sigma)

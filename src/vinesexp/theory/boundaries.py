@@ -68,7 +68,7 @@ def stable_range(p: Reduced) -> StableRange:
     Returns
     -------
     StableRange
-        With NaN where no C of the grid is stable (r = 1 without damping, far detuning).
+        With NaN where no C of the grid is stable (r = 1 without damping).
 
     Examples
     --------
@@ -81,6 +81,9 @@ def stable_range(p: Reduced) -> StableRange:
     flat = p[...] if shape else p[None]
     flat = Reduced(*(v.ravel() for v in (flat.eps, flat.zeta, flat.r, flat.Omega)))
     stable = _stable(_GRID, flat[:, None])
+    # conservative to rounding: the multipliers lie on the unit circle, whatever their last digit
+    loss = 1.0 - flat.r**2 * np.exp(-2.0 * np.pi * flat.zeta / flat.Omega)
+    stable &= (loss > 1e-10)[:, None]
     # b falls with C past the saddle-node, so the first stable C has the largest clearance
     stable &= saddle_node(flat)[0][:, None] <= _GRID
     first = stable.argmax(axis=1)
@@ -121,7 +124,7 @@ def end_of_permanent_response(p: Reduced) -> StableRange:
         words = ", ".join(f"{name} = {value:.6g}" for name, value in rig.items())
         raise AnalysisError(
             f"no stable orbit with two symmetric impacts per cycle at any clearance ({words}); "
-            "an elastic ball without damping never settles, and far from resonance none exists"
+            "an elastic ball on an undamped oscillator never settles"
         )
     return ends
 

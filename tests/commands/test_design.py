@@ -1,0 +1,152 @@
+"""`vinesexp design`: contract of the options and of --json, the table, what it asks for."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from vinesexp.cli import main
+
+RIG = {
+    "--mass": "4.7 kg",
+    "--damping": "3.02 N s/m",
+    "--stiffness": "1.147e4 N/m",
+    "--nes-mass": "32 g",
+    "--restitution": "0.6",
+}
+BOTH = {**RIG, "--base-amplitude": "0.25 mm", "--release": "30 mm"}
+KEYS = [
+    "A_1",
+    "A_2",
+    "F_c",
+    "b_c_published_mm",
+    "b_c_exact_mm",
+    "b_t_published_mm",
+    "b_t_exact_mm",
+]
+
+
+def call(options: dict[str, str], *more: str) -> int:
+    words = [word for pair in options.items() for word in pair]
+    return main(["design", *words, *more])
+
+
+def test_json_has_the_contract_keys_and_numbers(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(BOTH, "--json") == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert list(answer) == KEYS
+    assert answer["A_1"] == pytest.approx(0.15717673, abs=5e-9)
+    assert answer["A_2"] == pytest.approx(0.73213987, abs=5e-9)
+    assert answer["F_c"] == pytest.approx(1.08099, abs=5e-6)
+    assert answer["b_c_published_mm"] == pytest.approx(33.968, abs=5e-4)
+    assert answer["b_c_exact_mm"] == pytest.approx(33.923, abs=5e-4)
+    assert answer["b_t_published_mm"] == pytest.approx(50.0)
+    assert answer["b_t_exact_mm"] == pytest.approx(40.976, abs=5e-4)
+
+
+def test_what_was_not_asked_is_null(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call({"--restitution": "0.6", "--release": "20 mm"}, "--json") == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert list(answer) == KEYS
+    assert answer["b_c_exact_mm"] is None
+    assert answer["F_c"] is None
+    assert answer["b_t_exact_mm"] == pytest.approx(27.317, abs=5e-4)
+
+
+def test_table_shows_intervals_and_sensitivities(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call({**BOTH, "--mass": "4.7 +- 0.05 kg"}) == 0
+    text = capsys.readouterr().out
+    assert "33.968 mm   33.923 mm" in text
+    assert "33.316 to 34.530 mm" in text  # 6.190 mm/kg x 0.05 kg x 1.96
+    assert "M               6.1899 mm/kg   +0.291 mm" in text
+    assert "no error bars given" in text  # of b_t, which M does not enter
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "nothing to design for: give --base-amplitude '0.25 mm' or --release '30 mm'"),
+        (
+            {"--mass": "4.7 kg", "--base-amplitude": "0.25 mm"},
+            "values are missing: give --damping '3.02 N s/m', --stiffness '1.147e4 N/m', "
+            "--nes-mass '32 g', --restitution '0.6'",
+        ),
+        ({**BOTH, "--mass": "4.7"}, "--mass: the unit is missing"),
+        ({**BOTH, "--mass": "4.7 V"}, "--mass: 'V' is a unit of voltage"),
+        ({**BOTH, "--mass": "-4.7 kg"}, "mass M = -4.7: expected kg, above zero"),
+        ({**BOTH, "--nes-mass": "0 g"}, "--nes-mass: found 0.0 kg, expected above zero"),
+        ({**BOTH, "--restitution": "1.2"}, "restitution r = 1.2: expected a number from 0 to 1"),
+        ({**BOTH, "--base-amplitude": "0 mm"}, "--base-amplitude: found 0"),
+        ({**BOTH, "--restitution": "1", "--damping": "0 N s/m"}, "no stable orbit"),
+        ({**BOTH, "--frequency": "8 kg"}, "--frequency: 'kg' is a unit of mass"),
+    ],
+)
+def test_one_clear_line(
+    options: dict[str, str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call(options) == 1
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.out == ""
+
+
+IDENTIFIED = """parameter,value,std_error,ci95_low,ci95_high,unit,method,records
+f0,7.862,0.001,7.86,7.864,Hz,combined,a;b
+M,4.69,0.05,4.6,4.8,kg,impacts,a
+M,4.71,0.02,4.67,4.75,kg,combined,a;b
+c1,3.02,0.1,2.8,3.2,N s/m,combined,a
+k1,1.147e4,30,1.14e4,1.15e4,N/m,combined,a
+r,0.6,0.01,0.58,0.62,,combined,a
+"""
+
+
+def test_identified_values_in_place_of_numbers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "identified.csv"
+    file.write_text(IDENTIFIED)
+    options = {"--identified": str(file), "--nes-mass": "32 g", "--base-amplitude": "0.25 mm"}
+    assert call(options) == 0
+    text = capsys.readouterr().out
+    assert "M   = 4.71 +- 0.02 kg" in text, "the combined row counts"
+    assert "r   = 0.6 +- 0.01" in text
+    assert call({**options, "--mass": "4.7 kg"}, "--json") == 0, "an option wins over the file"
+    b_c = json.loads(capsys.readouterr().out)["b_c_exact_mm"]
+    assert b_c == pytest.approx(33.923, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no column 'parameter'"),
+        ("parameter,value,std_error,units,method\n", "no column 'unit'; did you mean 'units'?"),
+        ("parameter,value,std_error,unit,method\n", "holds no row with method 'combined'"),
+        (IDENTIFIED.replace("4.71", "four"), "line 4: found 'four +- 0.02 kg', expected a number"),
+    ],
+)
+def test_bad_identified_is_told(
+    text: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "identified.csv"
+    file.write_text(text)
+    assert call({"--identified": str(file), "--nes-mass": "32 g", "--release": "30 mm"}) == 1
+    error = capsys.readouterr().err
+    assert message in error
+    assert str(file) in error
+    assert call({"--identified": str(tmp_path / "no.csv"), "--release": "30 mm"}) == 1
+    assert "cannot be read (No such file or directory)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("ending", ["svg", "pdf", "png"])
+def test_plot(ending: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / f"sim.{ending}"
+    assert call(BOTH, "--plot", str(file)) == 0
+    assert file.stat().st_size > 5000
+    first = file.read_bytes()
+    assert call(BOTH, "--plot", str(file)) == 0
+    assert file.read_bytes() == first, "the same picture gives the same bytes"
+    assert call(BOTH, "--plot", str(tmp_path / "sim.bmp")) == 1
+    assert "cannot draw '.bmp'" in capsys.readouterr().err
