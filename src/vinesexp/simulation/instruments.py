@@ -148,7 +148,7 @@ def _matlab_head(out: BinaryIO, name: str, *, rows: int, kind: tuple[int, int], 
 
 
 def write_wav(path: Path, trace: Trace) -> None:
-    """RIFF WAVE, 16-bit PCM: codes as the fraction of full scale; channel names in an iXML chunk."""
+    """RIFF WAVE, 16-bit PCM: codes as fraction of full scale; channel names in an iXML chunk."""
     _refuse_dropped_without_times(trace, "wav")
     rate = trace.scope.sample_rate
     if rate != int(rate):

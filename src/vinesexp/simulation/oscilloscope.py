@@ -62,7 +62,7 @@ class Oscilloscope:
     @property
     def step(self) -> float:
         """Volts of one code."""
-        return 2.0 * self.full_scale / 2**self.bits
+        return float(2.0 * self.full_scale / 2**self.bits)
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ def acquire(
         drift = _drift(sensor, start, duration, stream(seed, record, role, "drift"))
         late = start + scope.skew.get(role, 0.0)
         for first in range(0, n, _BLOCK):
-            t = late + dt * np.arange(first, min(n, first + _BLOCK))
+            t: Array = late + dt * np.arange(first, min(n, first + _BLOCK), dtype=np.float64)
             if isinstance(sensor, Accelerometer):
                 volts = accelerometer_volts(
                     sensor, signals[role], t, times=times, jumps=jumps, dt=dt, noise=noise

@@ -87,4 +87,5 @@ def rows_of_text(columns: Sequence[Characters], *, delimiter: str, newline: str)
         separator = between if number < len(columns) - 1 else end
         parts += [column, np.broadcast_to(separator, (n, separator.size))]
     whole = np.concatenate(parts, axis=1)
-    return whole[whole != 0].tobytes()
+    text: bytes = whole[whole != 0].tobytes()
+    return text

@@ -1,0 +1,76 @@
+"""`vinesexp simulate SCENE OUT`: a whole campaign folder from a scene, ready for `snakemake`."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+from vinesexp.errors import CampaignError, VinesexpError, nearest
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Scene, folder, and which groups."""
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="scene.yaml")
+    parser.add_argument("out", type=Path, metavar="OUT", help="campaign folder to write")
+    parser.add_argument(
+        "--group",
+        action="append",
+        metavar="NAME",
+        help="only this group of tests (may be repeated); default: all",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write raw/, truth/ and, where they are missing, scene.yaml, campaign.yaml, records.csv."""
+    from vinesexp.simulation.scene import group_files, load_scene, simulate_group
+
+    scene = load_scene(args.scene)
+    groups = args.group or list(scene.groups)
+    for group in groups:
+        if group not in scene.groups:
+            raise CampaignError(
+                f"no group '{group}'; {nearest(group, scene.groups)}", file=args.scene
+            )
+    describe(args.scene, args.out)
+    for group in groups:
+        started = time.perf_counter()
+        files = simulate_group(scene, group, args.out)
+        megabytes = sum(path.stat().st_size for path in files) / 1e6
+        seconds = time.perf_counter() - started
+        records = f"{len(group_files(scene, group))} records"
+        print(f"{group:20} {records:>11} {megabytes:8.1f} MB {seconds:6.2f} s", flush=True)
+    return 0
+
+
+def describe(scene_file: Path, out: Path) -> None:
+    """scene.yaml, campaign.yaml and records.csv in `out`; what a person wrote there stays.
+
+    Raises
+    ------
+    VinesexpError
+        The folder holds another scene: its records would be mixed with these.
+    """
+    from vinesexp.simulation.description import campaign_text, records_text
+    from vinesexp.simulation.scene import load_scene
+
+    scene = load_scene(scene_file)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise VinesexpError(
+            f"cannot be made a folder ({error.strerror}); name another", file=out
+        ) from None
+    texts = {
+        "scene.yaml": scene_file.read_text(encoding="utf-8-sig"),
+        "campaign.yaml": campaign_text(scene),
+        "records.csv": records_text(scene),
+    }
+    own = out / "scene.yaml"
+    if own.exists() and own.read_text(encoding="utf-8-sig") != texts["scene.yaml"]:
+        raise VinesexpError(
+            f"is another scene than {scene_file}; name an empty folder, or remove it", file=own
+        )
+    for name, text in texts.items():
+        if not (out / name).exists():
+            (out / name).write_text(text, encoding="utf-8", newline="\n")
