@@ -1,4 +1,4 @@
-"""What drives a test: base motion (harmonic, sweep) and the release it starts from."""
+"""What drives a test: base motion, the release it starts from, and weakly nonlinear damping."""
 
 from __future__ import annotations
 
@@ -6,7 +6,23 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vinesexp.errors import ParameterError
 from vinesexp.rig import require
+
+
+def _require_finite(name: str, value: float) -> None:
+    require(math.isfinite(value), name, value, "a finite number")
+
+
+def _require_amplitude(value: float) -> None:
+    require(math.isfinite(value) and value >= 0, "base amplitude", value, "m, zero or above")
+
+
+def _require_above_zero(name: str, value: float, unit: str) -> None:
+    require(math.isfinite(value) and value > 0, name, value, f"{unit}, above zero")
 
 
 @dataclass(frozen=True)
@@ -18,23 +34,18 @@ class Harmonic:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        require(
-            math.isfinite(self.amplitude) and self.amplitude >= 0,
-            "base amplitude",
-            self.amplitude,
-            "m, zero or above",
-        )
-        require(
-            math.isfinite(self.frequency) and self.frequency > 0,
-            "base frequency",
-            self.frequency,
-            "Hz, above zero",
-        )
+        _require_amplitude(self.amplitude)
+        _require_above_zero("base frequency", self.frequency, "Hz")
+        _require_finite("base phase", self.phase)
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Linear sine sweep x_e = amplitude sin(phase + 2 pi (f_start t + (f_end - f_start) t^2/(2 duration)))."""
+    """Linear sine sweep of the base, f_start to f_end (Hz) in `duration` seconds.
+
+    x_e = amplitude sin(phase + 2 pi (f_start t + (f_end - f_start) t^2/(2 duration))). After its
+    duration the base goes on at f_end.
+    """
 
     amplitude: float
     f_start: float
@@ -43,17 +54,126 @@ class Sweep:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        require(self.amplitude >= 0, "base amplitude", self.amplitude, "m, zero or above")
-        require(self.f_start > 0, "sweep start", self.f_start, "Hz, above zero")
-        require(self.f_end > 0, "sweep end", self.f_end, "Hz, above zero")
-        require(self.duration > 0, "sweep duration", self.duration, "s, above zero")
+        _require_amplitude(self.amplitude)
+        _require_above_zero("sweep start", self.f_start, "Hz")
+        _require_above_zero("sweep end", self.f_end, "Hz")
+        _require_above_zero("sweep duration", self.duration, "s")
+        _require_finite("base phase", self.phase)
+
+
+@dataclass(frozen=True)
+class SteppedSweep:
+    """Sine motion of the base that dwells on one frequency (Hz) after the other, phase continuous.
+
+    Each frequency lasts `dwell` seconds; the last goes on.
+
+    Examples
+    --------
+    >>> SteppedSweep(amplitude=0.25e-3, frequencies=[7.2, 7.8, 8.4], dwell=20.0).duration
+    60.0
+    """
+
+    amplitude: float
+    frequencies: Sequence[float]
+    dwell: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "frequencies", tuple(self.frequencies))
+        _require_amplitude(self.amplitude)
+        _require_above_zero("dwell", self.dwell, "s")
+        _require_finite("base phase", self.phase)
+        if not self.frequencies:
+            raise ParameterError("frequencies is empty: give at least one, in Hz")
+        for frequency in self.frequencies:
+            _require_above_zero("base frequency", frequency, "Hz")
+
+    @property
+    def duration(self) -> float:
+        """Length of the whole sweep, s."""
+        return self.dwell * len(self.frequencies)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measured base record: samples of x_e (m) from t = 0 at `sample_rate` (Hz).
+
+    Between samples x_e is their quintic spline (four continuous derivatives), to which the response
+    is then exact. For a motion sampled at n points a cycle the spline is off by about (2/n)^6 of
+    the amplitude: 1e-9 at 64 points. The samples have to be band-limited to well below half their
+    rate.
+
+    Raises
+    ------
+    ParameterError
+        Fewer than 6 samples, a sample that is not finite, a rate not above zero.
+    """
+
+    samples: ArrayLike
+    sample_rate: float
+
+    def __post_init__(self) -> None:
+        _require_above_zero("sample rate", self.sample_rate, "Hz")
+        array: NDArray[np.float64] = np.array(self.samples, dtype=np.float64)
+        if array.ndim != 1 or array.size < 6:
+            raise ParameterError(
+                f"base record of shape {array.shape}: expected one channel of at least 6 samples"
+            )
+        if not np.isfinite(array).all():
+            first = int(np.argmin(np.isfinite(array)))
+            raise ParameterError(
+                f"base record, sample {first}: {array[first]}: expected a finite number; "
+                "cut or repair the record"
+            )
+        array.setflags(write=False)
+        object.__setattr__(self, "samples", array)
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample, s."""
+        return (np.size(self.samples) - 1) / self.sample_rate
+
+
+Base = Harmonic | Sweep | SteppedSweep | Measured
+
+
+@dataclass(frozen=True)
+class WeakDamping:
+    """Damping beyond c1: friction force -(quadratic u |u| + coulomb sign(u)), u = x' - x_e'.
+
+    Parameters
+    ----------
+    quadratic : float
+        N s^2/m^2, >= 0.
+    coulomb : float
+        N, >= 0. The oscillator can stick to the base; it moves when the force exceeds this value.
+    """
+
+    quadratic: float = 0.0
+    coulomb: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in (("quadratic damping", self.quadratic), ("Coulomb", self.coulomb)):
+            require(math.isfinite(value) and value >= 0, name, value, "a number, zero or above")
 
 
 @dataclass(frozen=True)
 class Release:
-    """State at t = 0: x0, v0 of the oscillator, y0, vy0 of each ball (absolute; m, m/s)."""
+    """State at t = 0: x0, v0 of the oscillator, y0, vy0 of each ball (absolute; m, m/s).
+
+    Left empty, y0 puts every ball in the centre of its cavity and vy0 at rest.
+    """
 
     x0: float = 0.0
     v0: float = 0.0
     y0: Sequence[float] = field(default=())
     vy0: Sequence[float] = field(default=())
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "y0", tuple(float(y) for y in self.y0))
+        object.__setattr__(self, "vy0", tuple(float(v) for v in self.vy0))
+        for name, value in (("x0", self.x0), ("v0", self.v0)):
+            _require_finite(name, value)
+        for name, values in (("y0", self.y0), ("vy0", self.vy0)):
+            for value in values:
+                _require_finite(name, value)
