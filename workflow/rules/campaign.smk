@@ -1,4 +1,5 @@
 # The campaign that this run is about, and what its steps depend on.
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
