@@ -133,7 +133,7 @@ class NES:
 
     @property
     def Gamma(self) -> float:
-        """Loss parameter (1 - r)/(1 + r) of equation (20)."""
+        """Loss parameter (1 - r)/(1 + r) of equation (7)."""
         return (1.0 - self.r) / (1.0 + self.r)
 
 
@@ -156,12 +156,12 @@ class Rig:
 
     @property
     def eps(self) -> float:
-        """Mass ratio, all balls together: sum(m_i)/M (equations 5, 40)."""
+        """Mass ratio, all balls together: sum(m_i)/M (equations 5, 47)."""
         return math.fsum(n.m for n in self.nes) / self.oscillator.M
 
     @property
     def lam(self) -> float:
-        """Reduced damping lambda = c1/(eps M w0) (equations 5, 40); infinite without a ball."""
+        """Reduced damping lambda = c1/(eps M w0) (equations 5, 47); infinite without a ball."""
         eps = self.eps
         return 2.0 * self.oscillator.zeta / eps if eps > 0.0 else math.inf
 
@@ -212,17 +212,17 @@ class Rig:
 
     @property
     def alpha(self) -> tuple[float, ...]:
-        """Share of each ball in the ball mass, m_i/(eps M) (equation 40)."""
+        """Share of each ball in the ball mass, m_i/(eps M) (equation 47)."""
         total = math.fsum(n.m for n in self.nes)
         return tuple(n.m / total for n in self.nes)
 
     @property
     def delta(self) -> tuple[float, ...]:
-        """Clearance of each ball in units of the first one's, b_i/b_1 (equation 40)."""
+        """Clearance of each ball in units of the first one's, b_i/b_1 (equation 47)."""
         return tuple(n.b / self.nes[0].b for n in self.nes)
 
     def forcing(self, G: float) -> float:
-        """Reduced forcing F = G/(eps b_1) of a base amplitude G in m (equations 5, 40).
+        """Reduced forcing F = G/(eps b_1) of a base amplitude G in m (equations 5, 47).
 
         Examples
         --------
