@@ -9,7 +9,7 @@ clipped one arrives there at speed.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,36 +26,62 @@ _ALIVE = 64  # samples: 2^-64 a sample to stand still by chance where every seco
 
 @dataclass(frozen=True)
 class Stretch:
-    """A stretch of equal samples: first sample, length, value (SI)."""
+    """A stretch of equal samples: first sample, length, value (SI); whether it stands out."""
 
     start: int
     length: int
     value: float
+    steep: bool = True
+
+
+@dataclass(frozen=True)
+class _Levels:
+    """Range of a channel and how finely it moves.
+
+    `least` is its smallest change, 5 % of the changes are below `fine`, half of them below `usual`.
+    """
+
+    low: float
+    high: float
+    least: float
+    fine: float
+    usual: float
 
 
 def saturated(view: RecordView, role: str) -> list[Stretch]:
     """Stretches in which a channel stands at the end of its range, clipped."""
-    low, high, fine, _ = _levels(view, role)
-    if low == high:
-        return []
-    found: list[Stretch] = []
+    levels = _levels(view, role)
+    long: list[Stretch] = []
     short: list[Stretch] = []
+    elsewhere = 0
     for run in equal_runs(view, role, least=2):
-        if run.value not in (low, high):
+        if run.value not in (levels.low, levels.high):
+            elsewhere += run.length > 2
             continue
         near, far = _fall(view, role, run, [1, max(run.length // 2, 1)])
         if run.length >= _LONG:
             if far >= _FALL * near:
-                found.append(run)
-        # A spike is too short to show its shape: at a resolution of 1000 levels or more, equal
-        # neighbours far above theirs, more than once, are no coincidence.
-        elif far > _FALL * fine and high - low > 1000.0 * fine:
-            short.append(run)
-    for value in (low, high):
-        peaks = [run for run in short if run.value == value]
-        if len(peaks) > 1 or any(run.length > 2 for run in peaks):
-            found.extend(peaks)
-    return sorted(found, key=lambda run: run.start)
+                long.append(run)
+        elif far > _FALL * levels.least:
+            short.append(run if far > _FALL * levels.fine else replace(run, steep=False))
+    for value in (levels.low, levels.high):
+        long.extend(_clipped(short, value, levels, elsewhere))
+    return sorted(long, key=lambda run: run.start)
+
+
+def _clipped(short: list[Stretch], value: float, levels: _Levels, elsewhere: int) -> list[Stretch]:
+    """Which stretches too short to show their shape are clipped, by their number.
+
+    Three equal samples are three in a row by chance as often anywhere else. And at a thousand
+    levels or more, even two of them far above their neighbours happen once, not twice.
+    """
+    peaks = [run for run in short if run.value == value]
+    if levels.high - levels.low > 1000.0 * levels.fine:
+        steep = [run for run in peaks if run.steep]
+        if len(steep) > 1 or any(run.length > 2 for run in steep):
+            return steep
+    flat = [run for run in peaks if run.length > 2]
+    return flat if len(flat) > 2 and len(flat) > 10 * elsewhere else []
 
 
 def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch]:
@@ -65,9 +91,9 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
     of the oscillator in samples, its motion stops dead: half a period or more without change,
     after a period in which it travelled eight times its usual step.
     """
-    low, high, _, usual = _levels(view, role)
-    if low == high:
-        return [Stretch(0, view.n, low)]
+    levels = _levels(view, role)
+    if levels.low == levels.high:
+        return [Stretch(0, view.n, levels.low)]
     found = []
     least = _ALIVE if period is None else int(min(_ALIVE, max(0.5 * period, 8.0)))
     for run in equal_runs(view, role, least=least):
@@ -78,7 +104,7 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
         stopped = False
         if period is not None and run.length >= 0.5 * period:
             last = view.read(role, max(run.start - round(period), 0), run.start)
-            stopped = bool(np.ptp(last) > _FALL * usual)
+            stopped = bool(np.ptp(last) > _FALL * levels.usual)
         if alive or stopped:
             found.append(run)
     return found
@@ -119,9 +145,8 @@ def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Stretch]:
         yield Stretch(begun, view.n - begun, previous)
 
 
-def _levels(view: RecordView, role: str) -> tuple[float, float, float, float]:
-    """Least and greatest value, a fine step (5 % of the changes are smaller), the usual step."""
-    low, high = np.inf, -np.inf
+def _levels(view: RecordView, role: str) -> _Levels:
+    low, high, least = np.inf, -np.inf, np.inf
     fine, usual = [], []
     for begin in range(0, view.n, _BLOCK):
         block = view.read(role, begin, begin + _BLOCK)
@@ -129,15 +154,12 @@ def _levels(view: RecordView, role: str) -> tuple[float, float, float, float]:
         steps = np.abs(np.diff(block[: _BLOCK // 4]))
         steps = steps[steps > 0.0]
         if len(steps):
+            least = min(least, steps.min())
             quantiles = np.quantile(steps, [0.05, 0.5])
             fine.append(quantiles[0])
             usual.append(quantiles[1])
-    return (
-        float(low),
-        float(high),
-        float(np.median(fine)) if fine else 0.0,
-        float(np.median(usual)) if usual else 0.0,
-    )
+    middle = [float(np.median(values)) if values else 0.0 for values in (fine, usual)]
+    return _Levels(float(low), float(high), float(least), *middle)
 
 
 def _fall(view: RecordView, role: str, run: Stretch, distances: list[int]) -> list[float]:

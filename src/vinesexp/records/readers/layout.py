@@ -37,8 +37,6 @@ class Layout:
         ``"."`` or ``","``.
     first : int
         Line of the first row of data, from 0.
-    width : int
-        Most cells in a line.
     columns : tuple of Column
         Those that hold data.
     preamble : tuple of tuple of str
@@ -49,7 +47,6 @@ class Layout:
     delimiter: str | None
     decimal: str
     first: int = 0
-    width: int = 0
     columns: tuple[Column, ...] = ()
     preamble: tuple[tuple[str, ...], ...] = ()
 
@@ -169,7 +166,6 @@ def _header(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> La
     return replace(
         layout,
         first=first,
-        width=max([len(names), *(len(rows[i]) for i in filled if i >= first)]),
         columns=tuple(_column(j, names, units) for j in range(width)),
         preamble=tuple(tuple(cells) for cells in rows[:first]),
     )
