@@ -35,6 +35,7 @@ UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0},
     "frequency": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "mHz": 1e-3, "rpm": 1.0 / 60.0},
     "damping": {"N s/m": 1.0, "Ns/m": 1.0, "N*s/m": 1.0, "kg/s": 1.0},
+    "quadratic damping": {"N s^2/m^2": 1.0, "N s2/m2": 1.0, "kg/m": 1.0},
     "stiffness": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3},
     "angle": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0},
     "ratio": {"": 1.0, "1": 1.0, "%": 1e-2},

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from vinesexp.excitation import Harmonic, Release, Sweep
+from vinesexp.excitation import Harmonic, Release, Sweep, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.simulation.oscilloscope import Oscilloscope
 from vinesexp.simulation.sensors import Sensor
@@ -88,6 +88,8 @@ class Scene:
     oscillator : Oscillator
     balls : tuple of (m, r)
         Mass, kg, and restitution; one for all NESs or one for each.
+    damping : WeakDamping
+        Of the oscillator beyond c1; none unless the scene asks for it.
     groups : mapping
         Name to tests: what is simulated, and re-simulated, together.
     """
@@ -96,6 +98,7 @@ class Scene:
     seed: int
     oscillator: Oscillator
     balls: tuple[tuple[float, float], ...]
+    damping: WeakDamping = field(default_factory=WeakDamping)
     groups: Mapping[str, tuple[Test, ...]] = field(default_factory=dict)
 
     @property

@@ -69,7 +69,11 @@ def motion_of(scene: Scene, test: Test) -> Moving:
     from vinesexp.simulation.motion import simulate
 
     motion: Moving = simulate(
-        scene.rig(test), test.base(), test.release_state(), duration=test.settle + test.duration
+        scene.rig(test),
+        test.base(),
+        test.release_state(),
+        duration=test.settle + test.duration,
+        damping=scene.damping,
     )
     return motion
 

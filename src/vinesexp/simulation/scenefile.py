@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, nearest
+from vinesexp.excitation import WeakDamping
 from vinesexp.records.problems import Problems
 from vinesexp.records.yamltree import read_yaml
 from vinesexp.rig import Oscillator
@@ -21,7 +22,15 @@ from vinesexp.simulation.layers import Layers, refuse_unknown
 from vinesexp.units import parse_quantity
 
 KEYS = ("title", "seed", "rig", "sensors", "oscilloscope", "groups")
-RIG_KEYS = ("mass", "damping", "stiffness", "nes_mass", "restitution")
+RIG_KEYS = (
+    "mass",
+    "damping",
+    "quadratic_damping",
+    "coulomb_damping",
+    "stiffness",
+    "nes_mass",
+    "restitution",
+)
 #: Keys of a record; a group takes them too, and `records`.
 TEST_KEYS = (
     "test",
@@ -69,8 +78,12 @@ def read_scene(file: Path, problems: Problems) -> Scene | None:
     rig = whole.under("rig")
     rig.refuse_unknown(RIG_KEYS)
     oscillator = _oscillator(rig)
+    damping = WeakDamping(
+        quadratic=rig.quantity("quadratic_damping", "quadratic damping", zero=True) or 0.0,
+        coulomb=rig.quantity("coulomb_damping", "force", zero=True) or 0.0,
+    )
     masses = rig.lengthy("nes_mass", "mass")
-    restitutions = rig.lengthy("restitution", "ratio", default=(0.0,), zero=True)
+    restitutions = rig.lengthy("restitution", "ratio", needed=bool(masses), zero=True)
     balls = _balls(masses, restitutions, rig)
     seed = top.values.get("seed")
     if not isinstance(seed, int):
@@ -80,7 +93,7 @@ def read_scene(file: Path, problems: Problems) -> Scene | None:
     if problems.found or oscillator is None or not isinstance(seed, int):
         return None
     title = str(top.values.get("title") or file.resolve().parent.name)
-    return Scene(title=title, seed=seed, oscillator=oscillator, balls=balls, groups=groups)
+    return Scene(title, seed, oscillator, balls, damping, groups)
 
 
 def _oscillator(rig: Layers) -> Oscillator | None:
@@ -94,13 +107,11 @@ def _balls(masses: tuple[float, ...], restitutions: tuple[float, ...], rig: Laye
     for r in restitutions:
         if r > 1.0:
             rig.complain("restitution", f"found {r:g}, expected a number from 0 to 1")
-    n = max(len(masses), len(restitutions))
-    if any(len(values) not in (1, n) for values in (masses, restitutions) if values):
-        rig.complain(
-            "restitution", "nes_mass and restitution differ in number; give one or one each"
-        )
+    if not masses or not restitutions:
         return ()
-    if not masses:
+    n = max(len(masses), len(restitutions))
+    if any(len(values) not in (1, n) for values in (masses, restitutions)):
+        rig.complain("restitution", "as many as nes_mass, or one for all balls")
         return ()
     return tuple((masses[i % len(masses)], restitutions[i % len(restitutions)]) for i in range(n))
 
@@ -137,8 +148,7 @@ def _test(record: str, entry: Layers, whole: Layers, balls: Balls) -> Test | Non
     _refuse_unused(kind, entry)
     needed = NEEDED[kind]
     clearance = entry.lengthy("clearance", "displacement", needed="clearance" in needed)
-    if clearance and len(balls) not in (1, *range(len(clearance), 9)):
-        entry.complain("clearance", f"{len(clearance)} clearances for {len(balls)} balls under rig")
+    _require_balls(kind, entry, len(clearance), len(balls))
     duration = entry.quantity("duration", "time", needed=True)
     amplitude = entry.quantity("base_amplitude", "displacement", needed="base_amplitude" in needed)
     frequency = entry.lengthy("frequency", "frequency", needed="frequency" in needed)
@@ -177,6 +187,14 @@ def _refuse_unused(kind: str, entry: Layers) -> None:
     for key in entry.names():
         if key in TEST_KEYS and key not in (*always, *NEEDED[kind], *ALLOWED[kind]):
             entry.complain(key, f"a {kind} test has no use for '{key}'; remove it")
+
+
+def _require_balls(kind: str, entry: Layers, wanted: int, there: int) -> None:
+    """One ball under `rig` stands for as many alike as a test has clearances."""
+    if (wanted or kind == "drop") and not there:
+        entry.complain("clearance", "no ball; give nes_mass and restitution under 'rig'")
+    elif 1 < there < wanted:
+        entry.complain("clearance", f"{wanted} clearances for {there} balls under 'rig'")
 
 
 def _ball_start(entry: Layers, clearance: tuple[float, ...]) -> tuple[float, ...]:
