@@ -93,8 +93,11 @@ def _judge(record: Record, channel: Channel, defect: str, told: str) -> Check:
 
 def _trimmed(record: Record, samples: Samples) -> list[Check]:
     before, after = samples.trimmed
-    told = [f"{before} rows at the start"] if before else []
-    told += [f"{after} rows at the end"] if after else []
+    told = [
+        f"{count} row{'' if count == 1 else 's'} at the {end}"
+        for count, end in ((before, "start"), (after, "end"))
+        if count
+    ]
     if not told:
         return []
     detail = f"{' and '.join(told)} left out, where cells are empty"

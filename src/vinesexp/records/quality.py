@@ -55,6 +55,8 @@ def saturated(view: RecordView, role: str) -> list[Stretch]:
     short: list[Stretch] = []
     elsewhere = 0
     for run in equal_runs(view, role, least=2):
+        if run.start == 0:
+            continue  # held before its release, most likely
         if run.value not in (levels.low, levels.high):
             elsewhere += run.length > 2
             continue
@@ -99,8 +101,10 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
     for run in equal_runs(view, role, least=least):
         if run.start < _ALIVE:
             continue  # nothing before it to judge by
-        before = view.read(role, max(run.start - min(run.length, 4096), 0), run.start)
-        alive = run.length >= _ALIVE and np.mean(np.diff(before) != 0.0) > 0.5
+        before = view.read(role, run.start - _ALIVE, run.start)
+        changes = np.mean(np.diff(before) != 0.0)
+        # A decay without noise comes to rest from one or two quanta, noise from several.
+        alive = run.length >= _ALIVE and changes > 0.5 and np.ptp(before) > 5.0 * levels.least
         stopped = False
         if period is not None and run.length >= 0.5 * period:
             last = view.read(role, max(run.start - round(period), 0), run.start)

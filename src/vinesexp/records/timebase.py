@@ -67,9 +67,10 @@ class Clock:
             self._resolution, max(_resolution(times[:_PROBE]), _resolution(times[-_PROBE:]))
         )
         if math.isnan(self._interval):
-            # The median step stands up to gaps, the mean to rounding (0.667 ms printed to 1 ms).
-            mean, median = float(steps.mean()), float(np.median(steps))
-            self._interval = mean if abs(mean - median) <= self._resolution else median
+            # The mean step stands up to rounding (1.5 ms printed to 1 ms), the median to gaps.
+            self._interval = float(steps.mean())
+            if not self._are_even(steps):
+                self._interval = float(np.median(steps))
         self._check_steps(times, steps, row)
         index = np.arange(self._n, self._n + len(times))
         self._n += len(times)
@@ -111,11 +112,10 @@ class Clock:
         return self._rate(interval), self._first * self._size
 
     def _check_steps(self, times: Floats, steps: Floats, row: int) -> None:
-        interval = self._interval
-        allowed = min(self._resolution, 0.5 * abs(interval)) + _JITTER * abs(interval)
-        if interval > 0.0 and abs(steps - interval).max() <= allowed:
+        if self._are_even(steps):
             return
-        wrong = (steps <= 0.0) | (np.abs(steps - interval) > allowed)
+        interval = self._interval
+        wrong = (steps <= 0.0) | (np.abs(steps - interval) > self._allowed())
         k = int(np.argmax(wrong))
         step = float(steps[k])
         at = row + k + (0 if len(steps) == len(times) else 1)
@@ -128,9 +128,18 @@ class Clock:
             told += "'sample_rate' instead of 'time'"
         else:
             told = f"time steps by {step:.6g} from {now - step:.9g} to {now:.9g}, expected "
-            told += f"{interval:.6g}; samples are missing or unevenly spaced, cut or resample "
+            told += f"{interval:.3g}; samples are missing or unevenly spaced, cut or resample "
             told += "the record"
         raise RecordError(told, file=self._file, where=self._locate(at))
+
+    def _are_even(self, steps: Floats) -> bool:
+        return self._interval > 0.0 and bool(
+            np.abs(steps - self._interval).max() <= self._allowed()
+        )
+
+    def _allowed(self) -> float:
+        interval = abs(self._interval)
+        return min(self._resolution, 0.5 * interval) + _JITTER * interval
 
     def _rate(self, interval: float) -> float:
         """1/interval in Hz, the whole number if that is within what the printed times tell."""

@@ -83,7 +83,7 @@ def find_layout(path: Path) -> Layout:
         lines.pop()  # cut short by the end of the head
     filled = [line for line in lines if line.strip()]
     tail = filled[-min(50, max(3, len(filled) // 2)) :]
-    layout = _delimiter_and_decimal(tail, filled, encoding)
+    layout = _delimiter_and_decimal(path, tail, filled, encoding)
     return _header(path, layout, lines, tail)
 
 
@@ -98,7 +98,7 @@ def _decode(raw: bytes) -> tuple[str, str]:
     return raw.decode("latin-1"), "latin-1"
 
 
-def _delimiter_and_decimal(tail: list[str], filled: list[str], encoding: str) -> Layout:
+def _delimiter_and_decimal(path: Path, tail: list[str], filled: list[str], encoding: str) -> Layout:
     """The pair under which the last lines hold most numbers and least else."""
     best, most = Layout(encoding, ",", "."), 0
     for delimiter, decimal in _CANDIDATES:
@@ -110,13 +110,29 @@ def _delimiter_and_decimal(tail: list[str], filled: list[str], encoding: str) ->
             score += max(0, 2 * numbers - len(cells))
         if score > most:
             best, most = layout, score
-    # "0,0316" is one number or two: two names above it, or none of the cells like "05", say two.
-    if best.delimiter == "," and all(re.fullmatch(r"[+-]?\d+,\d+", line.strip()) for line in tail):
-        header = next((line for line in filled if re.search("[A-Za-z]", line)), None)
-        leading_zero = any(re.fullmatch(r"[+-]?\d+,0\d+", line.strip()) for line in tail)
-        if (header is not None and "," not in header) or (header is None and leading_zero):
-            return replace(best, delimiter=None, decimal=",")
+    if best.delimiter == "," and _may_be_decimal(tail):
+        return _one_or_two(path, best, tail, filled)
     return best
+
+
+def _may_be_decimal(tail: list[str]) -> bool:
+    """Whether every line is two whole numbers, or one with a decimal comma."""
+    return all(re.fullmatch(r"\s*[+-]?\d+,\d+\s*", line) for line in tail)
+
+
+def _one_or_two(path: Path, layout: Layout, tail: list[str], filled: list[str]) -> Layout:
+    """Whether ``18,905`` is one number or two: the names above tell, or zeros as in ``0,031``."""
+    one = replace(layout, delimiter=None, decimal=",")
+    names = next((line for line in filled if re.search("[A-Za-z]", line)), None)
+    if names is not None:
+        return layout if "," in names else one
+    if any(re.search(r",0\d", line) for line in tail):
+        return one
+    raise RecordError(
+        f"'{tail[-1].strip()}' is one number with a decimal comma or two whole ones; write the "
+        "names of the columns into the first line",
+        file=path,
+    )
 
 
 def _header(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> Layout:
@@ -188,7 +204,7 @@ def _numeric_columns(layout: Layout, tail: list[str]) -> set[int]:
 def _is_text(cells: list[str], numeric: set[int], layout: Layout) -> bool | None:
     """True for a row of names, False for a row with numbers among them, None for another line."""
     inside = [cells[j] for j in numeric if j < len(cells) and cells[j]]
-    if 2 * len(inside) <= len(numeric):
+    if 2 * len(inside) < len(numeric) or len(inside) < min(2, len(numeric)):
         return None
     return not any(layout.is_number(cell) for cell in inside)
 

@@ -97,22 +97,20 @@ class TextSource:
 
     def _bad_cell(self, wanted: list[int], done: int, error: Exception) -> RecordError:
         """The first cell, from row `done` on, that made the fast reader give up."""
+        sign = "comma" if self.layout.decimal == "," else "point"
         for number, line in islice(self._rows(), done, None):
             cells = self.layout.cells(line)
             for column in wanted:
                 cell = cells[column] if column < len(cells) else ""
-                if cell not in _MISSING and not self._is_float(cell):
+                if cell not in _MISSING and not self.layout.is_number(cell):
                     name = self.columns[column].name or str(column)
                     return RecordError(
-                        f"found '{cell[:40]}', expected a number with decimal "
-                        f"{'comma' if self.layout.decimal == ',' else 'point'}",
+                        f"found '{cell[:40]}', expected a number with decimal {sign}; correct the "
+                        "cell or cut the record",
                         file=self.path,
                         where=f"line {number}, column {name}",
                     )
         return RecordError(f"cannot be read as columns of numbers ({error})", file=self.path)
-
-    def _is_float(self, cell: str) -> bool:
-        return self.layout.is_number(cell)
 
     def _increment(self) -> None:
         """Oscilloscopes that count rows instead of timing them: `X,CH1,Start,Increment`."""

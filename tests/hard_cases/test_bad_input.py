@@ -1,0 +1,452 @@
+"""Every kind of bad input gets one line: where, what, and what to do; nothing half-written.
+
+The command `vinesexp check` is run as a user would, on a good campaign with one thing spoiled.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp.cli import main
+from vinesexp.records.campaign import load_campaign
+from vinesexp.records.ingest import ingest_or_refuse
+from vinesexp.records.store import open_record
+
+YAML = """\
+title: Bench
+known:
+  mass: 4.7 +- 0.05 kg
+  nes_mass: 32 g
+channels:
+  base: {column: CH1, quantity: displacement, sensitivity: 0.5 V/mm, offset: 2.5 V}
+  displacement: {column: "Laser*", quantity: displacement, unit: mm}
+time: {column: "Time*", unit: s}
+bandpass: {low: 2 Hz, high: 40 Hz}
+"""
+CSV = """\
+record,file,test,clearance_mm,base_amplitude_mm,frequency_hz,added_mass_g,release_mm,exclude,note
+good,raw/good.csv,periodic,34,0.25,7.9,,,,
+bad,raw/bad.csv,periodic,34,0.25,7.9,,,,
+"""
+RATE, N = 1000.0, 1000
+
+
+def signals():
+    """Time, base voltage and displacement of one second at 7.9 Hz, with noise and quanta."""
+    rng = np.random.default_rng(7)
+    t = np.arange(N) / RATE
+    base = 2.5 + 0.125 * np.sin(2 * np.pi * 7.9 * t) + 1e-4 * rng.standard_normal(N)
+    laser = 5.0 * np.sin(2 * np.pi * 7.9 * t - 1.0) + 2e-3 * rng.standard_normal(N)
+    return t, base, laser
+
+
+def text(t, base, laser, header="Time (s),CH1,Laser (mm)"):
+    rows = (f"{a:.4f},{b:.5f},{c:.4f}" for a, b, c in zip(t, base, laser, strict=True))
+    return "\n".join([header, *rows]) + "\n"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A good campaign of two records."""
+    path = tmp_path / "bench"
+    (path / "raw").mkdir(parents=True)
+    (path / "campaign.yaml").write_text(YAML)
+    (path / "records.csv").write_text(CSV)
+    for name in ("good", "bad"):
+        (path / f"raw/{name}.csv").write_text(text(*signals()))
+    return path
+
+
+def check(folder, capsys):
+    """Exit code and printed lines of `vinesexp check`."""
+    code = main(["check", str(folder)])
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    return code, printed.out.splitlines()
+
+
+def test_the_good_campaign_passes(folder, capsys):
+    code, lines = check(folder, capsys)
+    assert code == 0
+    assert lines == ["2 records: 2 good, 0 refused, 0 excluded; 0 warnings"]
+
+
+# What is wrong in campaign.yaml or records.csv: (file, old, new, words of the message).
+CAMPAIGN_MISTAKES = {
+    "misspelled key": (
+        "campaign.yaml",
+        "known:",
+        "knwon:",
+        ["campaign.yaml, line 2, key knwon", "did you mean 'known'?"],
+    ),
+    "unknown key inside": (
+        "campaign.yaml",
+        "column: CH1",
+        "colum: CH1",
+        ["line 6, key channels.base.colum", "did you mean 'column'?"],
+    ),
+    "unknown role": (
+        "campaign.yaml",
+        "  displacement:",
+        "  displacment:",
+        ["line 7, key channels.displacment", "did you mean 'displacement'?"],
+    ),
+    "key twice": (
+        "campaign.yaml",
+        "bandpass:",
+        "title: Again\nbandpass:",
+        ["line 9, key title", "first in line 1"],
+    ),
+    "missing unit of a channel": (
+        "campaign.yaml",
+        ", unit: mm",
+        "",
+        ["line 7, key channels.displacement", "no unit", "'sensitivity'"],
+    ),
+    "unit and sensitivity": (
+        "campaign.yaml",
+        "unit: mm",
+        "unit: mm, sensitivity: 1 V/mm",
+        ["key channels.displacement", "exactly one"],
+    ),
+    "missing unit of a mass": (
+        "campaign.yaml",
+        "32 g",
+        "0.032",
+        ["line 4, key known.nes_mass", "the unit is missing", "kg"],
+    ),
+    "volts where millimetres are meant": (
+        "campaign.yaml",
+        "unit: mm",
+        "unit: V",
+        ["key channels.displacement.unit", "'V' is a unit of voltage", "displacement"],
+    ),
+    "sensitivity upside down": (
+        "campaign.yaml",
+        "0.5 V/mm",
+        "2 mm/V",
+        ["key channels.base.sensitivity", "'mm' is a unit of displacement", "voltage"],
+    ),
+    "wrong quantity": (
+        "campaign.yaml",
+        "quantity: displacement, unit",
+        "quantity: acceleration, unit",
+        ["key channels.displacement.quantity", "quantity: displacement"],
+    ),
+    "negative mass": (
+        "campaign.yaml",
+        "4.7 +- 0.05 kg",
+        "-4.7 kg",
+        ["line 3, key known.mass", "found '-4.7 kg'", "above zero"],
+    ),
+    "band upside down": (
+        "campaign.yaml",
+        "low: 2 Hz",
+        "low: 200 Hz",
+        ["key bandpass", "not below"],
+    ),
+    "time twice": (
+        "campaign.yaml",
+        "bandpass:",
+        "sample_rate: 1 kHz\nbandpass:",
+        ["key sample_rate", "both 'time' and 'sample_rate'"],
+    ),
+    "no YAML": (
+        "campaign.yaml",
+        "title: Bench",
+        "title: [Bench",
+        ["campaign.yaml, line", "expected"],
+    ),
+    "empty campaign.yaml": ("campaign.yaml", YAML, "", ["campaign.yaml: is empty"]),
+    "duplicate record": (
+        "records.csv",
+        "\nbad,",
+        "\nGood,",
+        ["records.csv, line 3, column record", "already in line 2"],
+    ),
+    "unsafe record name": (
+        "records.csv",
+        "\nbad,",
+        "\n../bad,",
+        ["line 3, column record", "found '../bad'"],
+    ),
+    "unknown column": (
+        "records.csv",
+        "clearance_mm",
+        "clearence_mm",
+        ["records.csv, line 1", "did you mean 'clearance_mm'?"],
+    ),
+    "missing column": ("records.csv", ",test,", ",note2,", ["line 1", "no column 'test'"]),
+    "unknown test": (
+        "records.csv",
+        "bad.csv,periodic",
+        "bad.csv,periodc",
+        ["line 3, column test", "did you mean 'periodic'?"],
+    ),
+    "negative clearance": (
+        "records.csv",
+        "bad.csv,periodic,34",
+        "bad.csv,periodic,-34",
+        ["line 3, column clearance_mm", "found '-34'", "above zero"],
+    ),
+    "clearance with a unit": (
+        "records.csv",
+        "bad.csv,periodic,34",
+        "bad.csv,periodic,34 mm",
+        ["line 3, column clearance_mm", "found '34 mm'", "without a unit"],
+    ),
+    "decimal comma between commas": (
+        "records.csv",
+        "bad.csv,periodic,34",
+        'bad.csv,periodic,"34,5"',
+        ["line 3, column clearance_mm", "decimal point"],
+    ),
+    "negative frequency": (
+        "records.csv",
+        "bad.csv,periodic,34,0.25,7.9",
+        "bad.csv,periodic,34,0.25,-7.9",
+        ["line 3, column frequency_hz", "above zero"],
+    ),
+    "a cell too many": (
+        "records.csv",
+        "bad.csv,periodic,34,0.25,7.9,,,,",
+        "bad.csv,periodic,34,0.25,7.9,,,,a note, with a comma",
+        ["line 3", "quotes"],
+    ),
+    "path that leaves the folder": (
+        "records.csv",
+        "raw/bad.csv",
+        "../bad.csv",
+        ["line 3, column file", "leaves the campaign folder", "allow_outside: yes"],
+    ),
+    "absolute path": (
+        "records.csv",
+        "raw/bad.csv",
+        "/etc/hostname",
+        ["line 3, column file", "leaves the campaign folder"],
+    ),
+    "no records": ("records.csv", CSV, CSV.splitlines()[0], ["records.csv", "no records"]),
+    "empty table": ("records.csv", CSV, "", ["records.csv: is empty"]),
+}
+
+
+@pytest.mark.parametrize("mistake", CAMPAIGN_MISTAKES)
+def test_a_mistake_in_the_campaign_is_one_line(mistake, folder, capsys):
+    name, old, new, words = CAMPAIGN_MISTAKES[mistake]
+    before = (folder / name).read_text()
+    assert old in before
+    (folder / name).write_text(before.replace(old, new, 1))
+    code, lines = check(folder, capsys)
+    assert code == 1
+    told = [line for line in lines[:-1] if all(word in line for word in words)]
+    assert len(told) == 1, lines
+    assert lines[-1].endswith("the records were not looked at")
+
+
+@pytest.mark.parametrize("name", ["campaign.yaml", "records.csv"])
+def test_a_missing_file_of_the_campaign_is_told(name, folder, capsys):
+    (folder / name).unlink()
+    code, lines = check(folder, capsys)
+    assert code == 1
+    assert any(f"{name}: is missing" in line for line in lines)
+
+
+def test_a_missing_folder_is_told(tmp_path, capsys):
+    code, lines = check(tmp_path / "nowhere", capsys)
+    assert code == 1
+    assert "nowhere: no such folder" in lines[0]
+
+
+def test_all_mistakes_are_listed_at_once(folder, capsys):
+    (folder / "campaign.yaml").write_text(YAML.replace("4.7 +-", "-4.7 +-").replace("mm}", "V}"))
+    (folder / "records.csv").write_text(CSV.replace(",34,", ",-34,"))
+    code, lines = check(folder, capsys)
+    assert code == 1
+    assert len(lines) == 5  # two and two, and the summary
+    assert lines[-1].startswith("4 problems")
+
+
+# What is wrong in an instrument file: (its bytes, words of the message).
+def _spoiled(change):
+    t, base, laser = signals()
+    return change(t, base, laser)
+
+
+def _cell(row, column, value):
+    lines = text(*signals()).splitlines()
+    cells = lines[row].split(",")
+    cells[column] = value
+    lines[row] = ",".join(cells)
+    return "\n".join(lines) + "\n"
+
+
+def _frozen(t, base, laser):
+    laser[400:800] = laser[400]
+    return text(t, base, laser)
+
+
+def _clipped(t, base, laser):
+    return text(t, base, np.clip(laser, -4.5, 4.5))
+
+
+def _gap(t, base, laser):
+    keep = np.arange(N) != 500
+    return text(t[keep], base[keep], laser[keep])
+
+
+def _backward(t, base, laser):
+    t[500] = 0.4
+    return text(t, base, laser)
+
+
+def _uneven(t, base, laser):
+    return text(t + 2e-4 * np.sin(20 * t), base, laser)
+
+
+def _short(t, base, laser):
+    return text(t[:200], base[:200], laser[:200])
+
+
+RECORD_MISTAKES = {
+    "missing file": (None, ["no such file"]),
+    "empty file": ("", ["is empty"]),
+    "blank file": (" \n\n", ["is empty"]),
+    "unknown format": (b"\x00\x01\x02\x03" * 100, ["unknown format", "HDF5"]),
+    "foreign format": (b"TDSm" + bytes(100), ["TDMS", "HDF5"]),
+    "spreadsheet called csv": (b"PK\x03\x04" + bytes(100), ["zip archive"]),
+    "no numbers": ("hello\nworld\n", ["no line of numbers"]),
+    "channel not found": (
+        text(*signals(), header="Time (s),CH2 (V),Laser (mm)"),
+        ["channels.base", "no column 'CH1'", "0: 'Time (s)', 1: 'CH2 (V)', 2: 'Laser (mm)'"],
+    ),
+    "several fit": (
+        text(*signals(), header="Laser 2 (mm),CH1,Laser (mm)"),
+        ["'Laser*' fits several", "'Laser 2 (mm)'", "'Laser (mm)'"],
+    ),
+    "unit in the header": (
+        text(*signals(), header="Time (s),CH1,Laser (V)"),
+        ["column 'Laser (V)'", "voltage", "'mm'", "sensitivity"],
+    ),
+    "other unit in the header": (
+        text(*signals(), header="Time (s),CH1,Laser (m)"),
+        ["column 'Laser (m)'", "'m'", "'mm'"],
+    ),
+    "time in volts": (
+        text(*signals(), header="Time (V),CH1,Laser (mm)"),
+        ["column 'Time (V)'", "'V'", "time in 's'"],
+    ),
+    "word among numbers": (_cell(501, 1, "OVER"), ["line 502, column CH1", "found 'OVER'"]),
+    "word in the first row": (_cell(1, 1, "OVER"), ["line 2, column CH1", "found 'OVER'"]),
+    "word in the last row": (_cell(N, 2, "?"), ["line 1001, column Laser (mm)", "found '?'"]),
+    "empty cell": (_cell(501, 2, ""), ["line 502, column Laser (mm)", "empty or NaN"]),
+    "NaN": (_cell(501, 2, "NaN"), ["line 502, column Laser (mm)", "empty or NaN"]),
+    "infinite": (_cell(501, 2, "inf"), ["line 502, column Laser (mm)", "infinite"]),
+    "gap in time": (_spoiled(_gap), ["line 502", "0.499 to 0.501", "expected 0.001"]),
+    "time goes backward": (_spoiled(_backward), ["line 502", "backward", "0.499 to 0.4"]),
+    "uneven time": (_spoiled(_uneven), ["line", "uniform clock"]),
+    "time stands still": (
+        text(np.round(signals()[0], 2), *signals()[1:]),
+        ["line 3", "time stands still", "sample_rate"],
+    ),
+    "frozen": (_spoiled(_frozen), ["displacement is frozen for 400 samples", "line 402"]),
+    "saturated": (_spoiled(_clipped), ["displacement stands clipped", "line"]),
+    "too short": (_spoiled(_short), ["0.2 s hold 1.6 periods", "record longer"]),
+}
+
+
+@pytest.mark.parametrize("mistake", RECORD_MISTAKES)
+def test_a_record_that_cannot_be_used_is_one_line_and_the_others_go_on(mistake, folder, capsys):
+    content, words = RECORD_MISTAKES[mistake]
+    path = folder / "raw/bad.csv"
+    if content is None:
+        path.unlink()
+    elif isinstance(content, bytes):
+        path.write_bytes(content)
+    else:
+        path.write_text(content)
+    code, lines = check(folder, capsys)
+    assert code == 1
+    assert len(lines) == 2, lines
+    assert lines[0].startswith(f"bad: refused: {path}")
+    assert all(word in lines[0] for word in words), lines[0]
+    assert lines[1] == "2 records: 1 good, 1 refused, 0 excluded; 0 warnings"
+
+
+def test_a_refused_record_leaves_a_placeholder_with_the_reason_and_no_other_file(folder, tmp_path):
+    (folder / "raw/bad.csv").write_text(_cell(900, 1, "OVER"))
+    campaign = load_campaign(folder)
+    out = tmp_path / "out/bad.nc"
+    (found,) = ingest_or_refuse(campaign, campaign.record("bad"), out)
+    assert (found.record, found.outcome) == ("bad", "refused")
+    assert [path.name for path in out.parent.iterdir()] == ["bad.nc"]
+    with open_record(out) as record:
+        assert record.refused == found.detail
+        assert record.roles == ()
+
+
+def test_an_unreadable_file_is_told(folder, capsys):
+    path = folder / "raw/bad.csv"
+    path.unlink()
+    path.mkdir()
+    code, lines = check(folder, capsys)
+    assert code == 1
+    assert "is a folder" in lines[0]
+
+
+def test_a_link_that_leaves_the_folder_is_refused_and_can_be_allowed(folder, tmp_path, capsys):
+    target = tmp_path / "elsewhere.csv"
+    target.write_text(text(*signals()))
+    (folder / "raw/bad.csv").unlink()
+    (folder / "raw/bad.csv").symlink_to(target)
+    code, lines = check(folder, capsys)
+    assert code == 1
+    assert "leaves the campaign folder" in lines[0]
+    (folder / "campaign.yaml").write_text(YAML + "allow_outside: yes\n")
+    assert check(folder, capsys)[0] == 0
+
+
+def test_exclude_is_honoured_and_shown(folder, capsys):
+    (folder / "raw/bad.csv").unlink()
+    row = "bad,raw/bad.csv,periodic,34,0.25,7.9,,,"
+    (folder / "records.csv").write_text(CSV.replace(f"{row},", f"{row}yes,cable loose"))
+    code, lines = check(folder, capsys)
+    assert code == 0
+    assert lines[0] == "bad: excluded: cable loose"
+    assert lines[1].startswith("2 records: 1 good, 0 refused, 1 excluded")
+
+
+@pytest.mark.parametrize(("defect", "change"), [("frozen", _frozen), ("saturated", _clipped)])
+def test_a_defect_can_be_accepted_and_is_a_warning_then(defect, change, folder, capsys):
+    (folder / "raw/bad.csv").write_text(_spoiled(change))
+    (folder / "campaign.yaml").write_text(YAML.replace("mm}", f"mm, accept: {defect}}}"))
+    code, lines = check(folder, capsys)
+    assert code == 0
+    assert lines[0].startswith("bad: warning: displacement")
+
+
+def test_no_message_has_a_line_break_or_a_traceback(folder, capsys):
+    for content, _ in RECORD_MISTAKES.values():
+        if isinstance(content, str):
+            (folder / "raw/bad.csv").write_text(content)
+            lines = check(folder, capsys)[1]
+            assert len(lines) == 2
+            assert not re.search(r"Traceback|Error\(|numpy|pandas", lines[0])
+
+
+def test_missing_cells_at_the_ends_are_trimmed_with_a_warning(folder, capsys):
+    lines = text(*signals()).splitlines()
+    for row in (1, 2, N):
+        lines[row] = lines[row].rsplit(",", 1)[0] + ","
+    (folder / "raw/bad.csv").write_text("\n".join(lines) + "\n")
+    code, printed = check(folder, capsys)
+    assert code == 0
+    assert printed[0] == (
+        "bad: warning: 2 rows at the start and 1 row at the end left out, where cells are empty"
+    )
+    campaign = load_campaign(folder)
+    out = Path(folder.parent / "bad.nc")
+    ingest_or_refuse(campaign, campaign.record("bad"), out)
+    with open_record(out) as record:
+        assert (record.n, record.start) == (N - 3, 0.002)

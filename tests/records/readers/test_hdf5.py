@@ -1,0 +1,115 @@
+"""HDF5 files: columns wherever they stand, codes made volts, sampling from attributes."""
+
+import h5py
+import numpy as np
+import pytest
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers import open_source
+
+RNG = np.random.default_rng(3)
+A, B = RNG.standard_normal(100), RNG.standard_normal(100)
+
+
+def make(path, fill):
+    with h5py.File(path, "w") as file:
+        fill(file)
+    return open_source(path)
+
+
+def values(source, columns, rows=17):
+    return np.concatenate(list(source.blocks(columns, rows=rows)))
+
+
+def test_datasets_in_groups_are_columns_by_path(tmp_path):
+    def fill(file):
+        file["time"] = np.arange(100) * 1e-3
+        file["scope/CH1"] = A
+        file["scope/CH1"].attrs["units"] = "Volts"
+        file["scope/CH2 (mm)"] = B.astype(np.float32)
+        file["note"] = "hello"
+        file["number"] = 5.0
+
+    source = make(tmp_path / "a.h5", fill)
+    assert [(c.name, c.unit) for c in source.columns] == [
+        ("scope/CH1", "V"),
+        ("scope/CH2 (mm)", "mm"),
+        ("time", None),
+    ]
+    np.testing.assert_array_equal(values(source, [2, 0])[:, 1], A)
+    assert source.sample_interval is None
+    assert source.format == "HDF5"
+
+
+def test_integer_codes_have_scale_and_offset(tmp_path):
+    codes = np.arange(-50, 50, dtype=np.int16)
+
+    def fill(file):
+        file["CH1"] = codes
+        file["CH1"].attrs.update(scale=0.5, offset=2.0)
+
+    source = make(tmp_path / "a.h5", fill)
+    np.testing.assert_array_equal(values(source, [0])[:, 0], codes * 0.5 + 2.0)
+
+
+@pytest.mark.parametrize("transposed", [False, True])
+def test_a_matrix_is_columns_along_its_longer_axis(transposed, tmp_path):
+    def fill(file):
+        both = np.stack([A, B], axis=1)
+        file["data"] = both.T if transposed else both
+        file["data"].attrs["columns"] = ["CH1", "CH2"]
+
+    source = make(tmp_path / "a.h5", fill)
+    assert [column.name for column in source.columns] == ["data/CH1", "data/CH2"]
+    np.testing.assert_array_equal(values(source, [1, 0]), np.stack([B, A], axis=1))
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value", "where"),
+    [("sample_rate_hz", 1000.0, "/"), ("sample_interval_s", 1e-3, "CH1"), ("dt", 1e-3, "/")],
+)
+def test_the_sampling_is_an_attribute(attribute, value, where, tmp_path):
+    def fill(file):
+        file["CH1"] = A
+        file[where].attrs[attribute] = value
+
+    assert make(tmp_path / "a.h5", fill).sample_interval == pytest.approx(1e-3)
+
+
+def test_contradicting_attributes_are_told(tmp_path):
+    def fill(file):
+        file["CH1"] = A
+        file.attrs["sample_rate_hz"] = 1000.0
+        file["CH1"].attrs["sample_interval_s"] = 0.5
+
+    with pytest.raises(RecordError, match=r"sample_rate_hz = 1000, sample_interval_s = 0\.5"):
+        make(tmp_path / "a.h5", fill)
+
+
+def test_columns_of_different_lengths_are_told_when_both_are_wanted(tmp_path):
+    def fill(file):
+        file["CH1"], file["CH2"] = A, B[:50]
+
+    source = make(tmp_path / "a.h5", fill)
+    assert len(values(source, [1])) == 50
+    with pytest.raises(RecordError, match="'CH1' 100, 'CH2' 50 samples"):
+        values(source, [0, 1])
+
+
+def test_a_file_without_columns_is_told(tmp_path):
+    with pytest.raises(RecordError, match="no columns of numbers"):
+        make(tmp_path / "a.h5", lambda file: file.create_group("empty"))
+
+
+def test_the_content_decides_not_the_name(tmp_path):
+    path = tmp_path / "a.csv"
+    source = make(path, lambda file: file.create_dataset("CH1", data=A))
+    assert source.format == "HDF5"
+
+
+def test_a_broken_file_is_told(tmp_path):
+    path = tmp_path / "a.h5"
+    make(path, lambda file: file.create_dataset("CH1", data=A))
+    path.write_bytes(path.read_bytes()[:900])
+    with pytest.raises(RecordError, match="cannot be read as HDF5"):
+        open_source(path)

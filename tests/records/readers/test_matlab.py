@@ -1,0 +1,91 @@
+"""MATLAB files of every version: vectors are columns, single numbers the sampling."""
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers import open_source
+
+RNG = np.random.default_rng(4)
+A, B = RNG.standard_normal(100), RNG.integers(-99, 99, 100).astype(np.int16)
+
+
+def values(source, columns):
+    return np.concatenate(list(source.blocks(columns, rows=33)))
+
+
+@pytest.mark.parametrize("form", ["4", "5"])
+@pytest.mark.parametrize("compress", [False, True])
+@pytest.mark.parametrize("orient", ["row", "column"])
+def test_vectors_are_columns(form, compress, orient, tmp_path):
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(
+        path,
+        {"CH1": A, "CH2": B, "fs": 1000.0, "title": "hello"},
+        format=form,
+        do_compression=compress and form == "5",
+        oned_as=orient,
+    )
+    source = open_source(path)
+    assert source.format == "MATLAB"
+    names = [column.name for column in source.columns]
+    assert set(names) == {"CH1", "CH2"}
+    assert source.sample_interval == pytest.approx(1e-3)
+    found = values(source, [names.index("CH2"), names.index("CH1")])
+    np.testing.assert_array_equal(found, np.stack([B, A], axis=1))
+    assert source.locate(0) == "sample 1"
+
+
+def test_a_matrix_is_columns_along_its_longer_axis(tmp_path):
+    path = tmp_path / "a.mat"
+    for data in (np.stack([A, B], axis=1), np.stack([A, B])):
+        scipy.io.savemat(path, {"data": data, "dt": 0.5})
+        source = open_source(path)
+        assert [column.name for column in source.columns] == ["data/0", "data/1"]
+        assert source.sample_interval == 0.5
+        np.testing.assert_array_equal(values(source, [1])[:, 0], B)
+
+
+def test_version_73_is_hdf5_inside(tmp_path):
+    path = tmp_path / "a.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["CH1"] = A[None, :]  # MATLAB's n x 1, seen from here
+        file["fs"] = [[1000.0]]
+        file.create_group("#refs#")["x"] = A
+    with path.open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(128))
+    source = open_source(path)
+    assert [column.name for column in source.columns] == ["CH1"]
+    assert source.sample_interval == pytest.approx(1e-3)
+    np.testing.assert_array_equal(values(source, [0])[:, 0], A)
+
+
+def test_a_structure_is_told_with_what_to_do(tmp_path):
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"data": {"CH1": A}})
+    with pytest.raises(RecordError, match=r"no vectors of numbers \(found data \(struct\)\).*save"):
+        open_source(path)
+
+
+def test_complex_numbers_are_told(tmp_path):
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"CH1": A + 1j})
+    with pytest.raises(RecordError, match="variable CH1: holds complex numbers"):
+        values(open_source(path), [0])
+
+
+def test_different_lengths_are_told(tmp_path):
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"CH1": A, "CH2": B[:50]})
+    with pytest.raises(RecordError, match="'CH1' 100, 'CH2' 50 samples"):
+        values(open_source(path), [0, 1])
+
+
+def test_a_broken_file_is_told(tmp_path):
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"CH1": A})
+    path.write_bytes(path.read_bytes()[:150])
+    with pytest.raises(RecordError, match=r"a\.mat: "):
+        values(open_source(path), [0])

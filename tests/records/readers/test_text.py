@@ -1,0 +1,245 @@
+"""Text files: the same numbers come back however they were written."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers import open_source
+
+VALUES = np.round(np.random.default_rng(5).standard_normal((40, 3)) * 10, 4)
+
+
+def read(path, columns=None):
+    source = open_source(path)
+    columns = range(len(source.columns)) if columns is None else columns
+    return source, np.concatenate(list(source.blocks(columns)))
+
+
+def written(values, delimiter, decimal, newline="\n", end=""):
+    rows = (delimiter.join(f"{v:.4f}".replace(".", decimal) for v in row) for row in values)
+    return newline.join(row + end for row in rows) + newline
+
+
+DIALECTS = [
+    (delimiter, decimal)
+    for delimiter, decimal in itertools.product([",", ";", "\t", " ", "  "], ".,")
+    if delimiter != decimal
+]
+
+
+@pytest.mark.parametrize(("delimiter", "decimal"), DIALECTS)
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1", "utf-16"])
+def test_every_dialect_is_found(delimiter, decimal, newline, encoding, tmp_path):
+    path = tmp_path / "a.dat"
+    header = delimiter.join(["Zeit(s)", "Weg(µm)", "Größe"]) + newline
+    path.write_bytes((header + written(VALUES, delimiter, decimal, newline)).encode(encoding))
+    source, values = read(path)
+    np.testing.assert_array_equal(values, VALUES)
+    assert [column.name for column in source.columns] == ["Zeit(s)", "Weg(µm)", "Größe"]
+    assert [column.unit for column in source.columns] == ["s", "µm", None]
+    assert source.locate(0) == "line 2"
+
+
+@pytest.mark.parametrize("columns", [[2], [1], [2, 0], [0, 2], [1, 1], [2, 1, 0]])
+@pytest.mark.parametrize("lead", ["", ","])
+def test_the_columns_asked_for_come_in_their_order(columns, lead, tmp_path):
+    # With an empty first column, as LabVIEW writes it, everything stands one further.
+    path = tmp_path / "a.csv"
+    lines = written(VALUES, ",", ".").splitlines()
+    path.write_text("".join(f"{lead}{line}\n" for line in [",".join("abc"), *lines]))
+    shift = len(lead)
+    _, values = read(path, [column + shift for column in columns])
+    np.testing.assert_array_equal(values, VALUES[:, columns])
+
+
+def test_blocks_are_as_long_as_asked_and_join(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(written(VALUES, ",", "."))
+    blocks = list(open_source(path).blocks([0, 2], rows=7))
+    assert [len(block) for block in blocks] == [7, 7, 7, 7, 7, 5]
+    np.testing.assert_array_equal(np.concatenate(blocks), VALUES[:, [0, 2]])
+
+
+def test_a_file_without_header_has_numbers_for_names(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(written(VALUES, ";", ","))
+    source, values = read(path)
+    np.testing.assert_array_equal(values, VALUES)
+    assert [column.name for column in source.columns] == ["", "", ""]
+    assert source.locate(39) == "line 40"
+
+
+@pytest.mark.parametrize(
+    ("preamble", "names", "units"),
+    [
+        ("t,x,y\n(ms),(V),(mV)\n\n", ["t", "x", "y"], ["ms", "V", "mV"]),
+        ("X,CH1,CH2,\nSecond,Volt,Volts,\n", ["X", "CH1", "CH2"], ["s", "V", "V"]),
+        ('"t, s","x (V)","y [mm]"\n', ["t, s", "x (V)", "y [mm]"], [None, "V", "mm"]),
+        ("# t,x,y\n", ["t", "x", "y"], [None, None, None]),
+        ("Model,TDS\nRate,1000\nSerial,5,6\n\nt,x,y\n", ["t", "x", "y"], [None, None, None]),
+        ("A remark\nof two lines\n", ["", "", ""], [None, None, None]),
+        (",x,y\n", ["", "x", "y"], [None, None, None]),
+        ("Record,9,9\nt,x,y\n", ["t", "x", "y"], [None, None, None]),
+        ("t,x,°C\n", ["t", "x", "°C"], [None, None, None]),
+    ],
+)
+def test_preamble_names_and_units_are_told_apart(preamble, names, units, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(preamble + written(VALUES, ",", "."), encoding="utf-8")
+    source, values = read(path)
+    np.testing.assert_array_equal(values, VALUES)
+    assert [column.name for column in source.columns] == names
+    assert [column.unit for column in source.columns] == units
+    assert source.locate(0) == f"line {preamble.count(chr(10)) + 1}"
+
+
+@given(
+    n=st.integers(3, 30),
+    k=st.integers(1, 5),
+    dialect=st.sampled_from(DIALECTS),
+    header=st.booleans(),
+    integers=st.booleans(),
+    trailing=st.booleans(),
+    seed=st.integers(0, 1000),
+)
+@settings(max_examples=150, deadline=None)
+def test_small_files_of_any_form_are_understood(
+    n, k, dialect, header, integers, trailing, seed, tmp_path_factory
+):
+    delimiter, decimal = dialect
+    values = np.round(np.random.default_rng(seed).standard_normal((n, k)) * 100, 4)
+    # Two columns of whole numbers and one of decimal commas look the same.
+    if integers and delimiter != "," and not (k == 2 and decimal == ","):
+        values = np.round(values)
+    end = delimiter if trailing and delimiter.strip() else ""
+    text = written(values, delimiter, decimal, end=end)
+    if header:
+        text = delimiter.join(f"ch{j}" for j in range(k)) + end + "\n" + text
+    path = tmp_path_factory.mktemp("text") / "a.txt"
+    path.write_text(text)
+    if (k, decimal, header, end) == (1, ",", False, "") and ",0" not in text:
+        # The one thing that cannot be known, and is asked for.
+        with pytest.raises(RecordError, match="one number with a decimal comma or two"):
+            read(path)
+    else:
+        np.testing.assert_array_equal(read(path)[1], values)
+
+
+def test_one_column_of_decimal_commas_is_not_two(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("0,0316\n0,0158\n0,0474\n")
+    _, values = read(path)
+    np.testing.assert_array_equal(values, [[0.0316], [0.0158], [0.0474]])
+    path.write_text("18,905\n19,112\n17,333\n")
+    with pytest.raises(RecordError, match=r"'17,333' is one number .* or two"):
+        open_source(path)
+    path.write_text("CH1\n0,316\n0,158\n0,474\n")
+    assert read(path)[1].shape == (3, 1)
+    path.write_text("t,CH1\n0,316\n1,158\n2,474\n")
+    assert read(path)[1].shape == (3, 2)
+
+
+def test_decimal_commas_between_commas_are_told(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("t,x\n0,1,2,5\n0,2,2,6\n0,3,2,7\n")
+    with pytest.raises(RecordError, match=r"line 2: 4 cells under 2 names.*decimal commas"):
+        open_source(path)
+
+
+def test_missing_cells_and_short_lines_are_nan(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("t,x,y\n0,1,2\n1,,3\n2,NaN,4\n\n3,5\n")
+    source, values = read(path)
+    np.testing.assert_array_equal(
+        values, [[0, 1, 2], [1, np.nan, 3], [2, np.nan, 4], [3, 5, np.nan]]
+    )
+    assert source.locate(3) == "line 6"  # the blank line is no row, but it is a line
+
+
+@pytest.mark.parametrize("row", [0, 1, 20, 38, 39])
+@pytest.mark.parametrize("rows", [7, 1000])
+def test_a_word_among_numbers_is_found_wherever_it_is(row, rows, tmp_path):
+    lines = written(VALUES, ";", ",").splitlines()
+    cells = lines[row].split(";")
+    cells[1] = "OVER"
+    lines[row] = ";".join(cells)
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["t;x;y", *lines]) + "\n")
+    source = open_source(path)
+    with pytest.raises(RecordError) as caught:
+        list(source.blocks([0, 1], rows=rows))
+    assert f"line {row + 2}, column x: found 'OVER'" in str(caught.value)
+    np.testing.assert_array_equal(  # another column is not in the way
+        np.concatenate(list(source.blocks([0, 2], rows=rows))), VALUES[:, [0, 2]]
+    )
+
+
+def test_words_in_a_column_that_nobody_asks_for_are_no_problem(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("t,x,remark\n0,1,fine\n1,2,\n2,3,LOST COMMUNICATION\n")
+    np.testing.assert_array_equal(read(path, [0, 1])[1], [[0, 1], [1, 2], [2, 3]])
+
+
+def test_an_oscilloscope_that_counts_rows_states_its_interval(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("X,CH1,Start,Increment,\nSequence,Volt,-3e-07,5e-10,\n0,3.2,\n1,3.3,\n2,3.1,\n")
+    source, values = read(path)
+    assert (source.sample_interval, source.start) == (5e-10, -3e-07)
+    assert [column.unit for column in source.columns] == ["Sequence", "V"]
+    np.testing.assert_array_equal(values[:, 1], [3.2, 3.3, 3.1])
+
+
+LVM = """\
+LabVIEW Measurement\t
+Separator\tTab
+Decimal_Separator\t,
+X_Columns\t{x}
+***End_of_Header***\t
+\t
+Channels\t2\t\t
+Samples\t3\t3\t
+Y_Unit_Label\tVolts\tg\t
+X0\t0,0\t0,0\t
+Delta_X\t0,001\t0,001\t
+***End_of_Header***\t\t\t
+X_Value\tLaser\tSensor\tComment
+"""
+
+
+def test_labview_without_times_states_its_interval(tmp_path):
+    path = tmp_path / "a.lvm"
+    path.write_text(LVM.format(x="No") + "\t0,5\t1,5\tstart\n\t0,6\t1,6\n\t0,7\t1,7\n")
+    source, values = read(path, [1, 2])
+    assert (source.sample_interval, source.time_column) == (0.001, None)
+    assert [column.unit for column in source.columns[:3]] == ["s", "V", "g"]
+    np.testing.assert_array_equal(values, [[0.5, 1.5], [0.6, 1.6], [0.7, 1.7]])
+
+
+def test_labview_with_times_says_where_they_are(tmp_path):
+    path = tmp_path / "a.lvm"
+    path.write_text(LVM.format(x="One") + "0,0\t0,5\t1,5\n0,1\t0,6\t1,6\n0,2\t0,7\t1,7\n")
+    source, values = read(path)
+    assert source.time_column == 0
+    np.testing.assert_array_equal(values[:, 0], [0.0, 0.1, 0.2])
+
+
+def test_the_country_of_the_computer_plays_no_part(tmp_path):
+    import locale
+
+    path = tmp_path / "a.csv"
+    path.write_text(written(VALUES, ";", ","))
+    before = locale.setlocale(locale.LC_ALL)
+    try:
+        for name in ("de_DE.UTF-8", "C.UTF-8", "C"):
+            try:
+                locale.setlocale(locale.LC_ALL, name)
+            except locale.Error:
+                continue
+            np.testing.assert_array_equal(read(path)[1], VALUES)
+    finally:
+        locale.setlocale(locale.LC_ALL, before)

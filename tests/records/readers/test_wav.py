@@ -1,0 +1,45 @@
+"""WAV files: full scale is one, whatever the sample format."""
+
+import numpy as np
+import pytest
+from scipy.io import wavfile
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers import open_source
+
+SHAPE = np.sin(np.linspace(0.0, 30.0, 500))
+
+
+@pytest.mark.parametrize(
+    ("samples", "step"),
+    [
+        (np.round(SHAPE * 100 + 128).astype(np.uint8), 2.0**-7),
+        (np.round(SHAPE * 32000).astype(np.int16), 2.0**-15),
+        (np.round(SHAPE * 2e9).astype(np.int32), 2.0**-31),
+        (SHAPE.astype(np.float32), 1.0),
+    ],
+)
+def test_codes_become_minus_one_to_one(samples, step, tmp_path):
+    path = tmp_path / "a.wav"
+    wavfile.write(path, 8000, samples)
+    source = open_source(path)
+    assert source.sample_interval == 1 / 8000
+    zero = 128 if samples.dtype == np.uint8 else 0
+    found = np.concatenate(list(source.blocks([0], rows=64)))[:, 0]
+    np.testing.assert_array_equal(found, (samples.astype(float) - zero) * step)
+
+
+def test_channels_are_numbered(tmp_path):
+    path = tmp_path / "a.wav"
+    both = np.stack([SHAPE, -SHAPE / 2], axis=1).astype(np.float32)
+    wavfile.write(path, 8000, both)
+    source = open_source(path)
+    assert [column.name for column in source.columns] == ["0", "1"]
+    np.testing.assert_array_equal(np.concatenate(list(source.blocks([1, 0]))), both[:, ::-1])
+
+
+def test_a_broken_file_is_told(tmp_path):
+    path = tmp_path / "a.wav"
+    path.write_bytes(b"RIFF\x24\x00\x00\x00WAVEfmt ")
+    with pytest.raises(RecordError, match="cannot be read as WAV"):
+        open_source(path)
