@@ -25,8 +25,8 @@ from vinesexp.simulation.sensors import (
     slow_drift,
 )
 
-#: Samples made at once: small enough for the processor's cache, large enough for numpy.
-_BLOCK = 1 << 15
+#: Samples made at once: a few MB, and seldom enough that finding its place costs a motion little.
+_BLOCK = 1 << 17
 
 
 @dataclass(frozen=True)
