@@ -269,3 +269,21 @@ def test_reading_a_scene_is_quick_and_imports_nothing_heavy(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_every_key_is_documented():
+    from vinesexp.simulation import instrumentfile, scenefile
+    from vinesexp.simulation.instruments import FORMATS
+
+    text = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
+    keys = {
+        *scenefile.KEYS,
+        *scenefile.RIG_KEYS,
+        *scenefile.TEST_KEYS,
+        *scenefile.NEEDED,
+        *instrumentfile.LASER_KEYS,
+        *instrumentfile.ACCELEROMETER_KEYS,
+        *instrumentfile.OSCILLOSCOPE_KEYS,
+        *FORMATS,
+    }
+    assert sorted(key for key in keys if f"`{key}`" not in text) == []
