@@ -146,3 +146,32 @@ def test_decay_refusals() -> None:
         decay.decay_time(0.5, 0.3, lam=0.0, r=1.0)
     with pytest.raises(ParameterError, match="lambda"):
         decay.decay_time(0.5, 0.3, lam=-1.0, r=0.6)
+
+
+@pytest.mark.parametrize(
+    ("lam", "r", "sigma", "kind"),
+    [(1.9, 0.6, 0.0, "fold"), (1.9, 0.6, -5.0, "saddle-node"), (20.0, 0.6, 0.0, "fold")],
+)
+def test_end_of_permanent_response_is_the_limit_of_the_exact_one(
+    lam: float, r: float, sigma: float, kind: str
+) -> None:
+    from vinesexp.theory.boundaries import stable_range
+    from vinesexp.theory.orbits import Reduced
+
+    end = slowflow.end_of_permanent_response(lam=lam, r=r, sigma=sigma)
+    assert end.kind == kind
+    errors = []
+    for eps in (1e-3, 1e-4):
+        p = Reduced.of(eps=eps, zeta=0.5 * eps * lam, r=r, Omega=1.0 + eps * sigma)
+        errors.append(abs(float(stable_range(p).b_high) * eps * end.F - 1.0))
+    assert errors[1] < 5e-4
+    assert errors[1] < 0.2 * errors[0]
+
+
+def test_no_stable_fixed_point_below_resonance_without_damping() -> None:
+    from vinesexp.theory.boundaries import stable_range
+    from vinesexp.theory.orbits import Reduced
+
+    with pytest.raises(AnalysisError, match="no stable fixed point at any forcing"):
+        slowflow.end_of_permanent_response(lam=0.0, r=0.45, sigma=-0.5)
+    assert not stable_range(Reduced.of(eps=1e-3, zeta=0.0, r=0.45, Omega=1.0 - 0.5e-3)).exists

@@ -13,31 +13,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.figures import style
 from vinesexp.theory import manifold
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Colour-blind safe: the same colour for the same thing in every figure of the theory.
+#: The package's colours (`style`) under the names of the theory.
 COLOURS = {
-    "stable": "#0072B2",
-    "unstable": "#999999",
-    "motion": "#D55E00",
-    "published": "#CC79A7",
-    "exact": "#009E73",
-    "simulated": "#222222",
-    "bare": "#E69F00",
+    "stable": style.COLOURS["two symmetric"],
+    "unstable": style.COLOURS["base"],
+    "motion": style.COLOURS["impact"],
+    "published": style.COLOURS["published"],
+    "exact": style.COLOURS["exact"],
+    "simulated": style.COLOURS["measured"],
+    "bare": style.COLOURS["base"],
 }
 
 
-def _figure(width: float = 6.4, height: float = 4.0, **layout: Any) -> tuple[Figure, Any]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    axes = figure.subplots(**layout) if layout else figure.subplots()
-    for axis in np.ravel(np.asarray(axes, dtype=object)):
-        axis.spines[["top", "right"]].set_visible(False)
+def _figure(
+    width: float = 6.4, height: float = 4.0, *, rows: int = 1, columns: int = 1
+) -> tuple[Figure, list[Axes]]:
+    figure, axes = style.new_figure(rows, columns, height=height)
+    figure.set_size_inches(width, height)
     return figure, axes
 
 
@@ -48,7 +47,7 @@ def save(figure: Figure, path: Path) -> None:
     metadata: dict[str, Any] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(
         path.suffix.lower(), {}
     )
-    with mpl.rc_context({"svg.hashsalt": "vinesexp", "svg.fonttype": "none"}):
+    with mpl.rc_context({"svg.hashsalt": "vinesexp"}):
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, metadata=metadata, dpi=150)
 
@@ -76,13 +75,13 @@ def draw_sim(axis: Axes, *, r: float, scale: float = 1.0, top: float = 1.0) -> N
     for name, at in (("T1", C_1), ("T2", C_2)):
         point = (scale * at, scale * float(manifold.amplitude(at, r=r)))
         axis.plot(*point, "o", ms=6, color=COLOURS["stable"], zorder=4)
-        offset = (0, -18) if name == "T1" else (18, -6)
+        offset = (0, 9) if name == "T1" else (18, -6)
         axis.annotate(name, point, textcoords="offset points", xytext=offset, ha="center")
 
 
 def sim_figure(*, r: float, published_A_2: float = 0.6) -> Figure:
     """Figure 2 of the paper: the SIM with T1, T2, and the A_2 that the paper reads off."""
-    figure, axis = _figure(5.6, 4.0)
+    figure, (axis,) = _figure(5.6, 4.0)
     draw_sim(axis, r=r, top=1.0)
     C = float(manifold.upper_branch(published_A_2, r=r))
     axis.plot(C, published_A_2, "x", ms=8, mew=2, color=COLOURS["published"], zorder=5)
@@ -116,9 +115,10 @@ def sim_with_working_points(
     points : mapping
         Name -> (clearance in m, amplitude in m at which it works or None).
     """
-    figure, axes = _figure(5.2 * max(len(points), 1), 4.0, ncols=max(len(points), 1))
+    columns = max(len(points), 1)
+    figure, axes = _figure(4.8 * columns, 3.6, columns=columns)
     words = {"b_c": "periodic: end of two impacts per cycle", "b_t": "release: starts at T2"}
-    for axis, (name, (b, x)) in zip(np.atleast_1d(axes), points.items(), strict=False):
+    for axis, (name, (b, x)) in zip(axes, points.items(), strict=False):
         draw_sim(axis, r=r, scale=1e3 * b)
         if x is not None:
             C = float(manifold.upper_branch(max(x / b, float(manifold.A_1(r))), r=r))
@@ -129,7 +129,7 @@ def sim_with_working_points(
         axis.set(xlabel="ball amplitude C b (mm)", ylabel="amplitude x (mm)")
         axis.set_xlim(left=0)
         axis.set_ylim(bottom=0)
-    np.ravel(np.asarray(axes, dtype=object))[0].legend(frameon=False, loc="upper right")
+    axes[0].legend(frameon=False, loc="upper right")
     return figure
 
 
@@ -140,8 +140,9 @@ def motion_on_sim(motions: Sequence[Mapping[str, Any]], *, r: float, title: str 
     and `C`, `A` (clearances; the projection at each impact).
     """
     rows = len(motions)
-    figure, axes = _figure(10.0, 3.2 * rows, nrows=rows, ncols=3, width_ratios=[1, 1, 1.1])
-    for row, motion in zip(np.atleast_2d(axes), motions, strict=True):
+    figure, axes = _figure(10.0, 3.0 * rows, rows=rows, columns=3)
+    for k, motion in enumerate(motions):
+        row = axes[3 * k : 3 * k + 3]
         b = 1e3 * float(motion["b"])
         row[0].plot(motion["t"], 1e3 * np.asarray(motion["x"]), lw=0.6, color=COLOURS["simulated"])
         row[1].plot(motion["t"], 1e3 * np.asarray(motion["w"]), lw=0.6, color=COLOURS["simulated"])
@@ -155,7 +156,7 @@ def motion_on_sim(motions: Sequence[Mapping[str, Any]], *, r: float, title: str 
         row[2].set(xlabel="C b (mm)", ylabel="A b (mm)")
         row[2].set_xlim(0, 2.2 * b)
         row[2].set_ylim(0, 1.05 * max(float(A.max()) if A.size else 0.0, 0.8 * b))
-    np.atleast_2d(axes)[0, 2].legend(frameon=False, fontsize=7, loc="upper left")
+    axes[2].legend(frameon=False, fontsize=7, loc="lower right")
     if title:
         figure.suptitle(title)
     return figure
@@ -173,7 +174,7 @@ def response_over_clearance(
     bare: float,
 ) -> Figure:
     """Figure 4: mean and maximum amplitude over the clearance, the exact orbit and both b_c."""
-    figure, axis = _figure(6.6, 4.2)
+    figure, (axis,) = _figure(6.6, 4.2)
     axis.plot(
         1e3 * np.asarray(orbit_b),
         1e3 * np.asarray(orbit),
@@ -214,7 +215,7 @@ def response_over_clearance(
     )
     axis.set(xlabel="clearance b (mm)", ylabel="amplitude (mm)")
     axis.set_ylim(bottom=0)
-    axis.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(0.0, 0.93))
+    axis.legend(frameon=False, fontsize=8, loc="lower left")
     return figure
 
 
@@ -225,14 +226,14 @@ def regimes_of_release(panels: Sequence[Mapping[str, Any]], *, title: str = "") 
     """
     columns = 2
     rows = -(-len(panels) // columns)
-    figure, axes = _figure(9.0, 2.4 * rows, nrows=rows, ncols=columns)
-    for axis, panel in zip(np.ravel(axes), panels, strict=False):
+    figure, axes = _figure(9.0, 2.4 * rows, rows=rows, columns=columns)
+    for axis, panel in zip(axes, panels, strict=False):
         axis.plot(panel["t"], 1e3 * np.asarray(panel["w"]), lw=1.0, color=COLOURS["simulated"])
         for side in (-1e3 * panel["b"], 1e3 * panel["b"]):
             axis.axhline(side, lw=0.8, ls=":", color=COLOURS["unstable"])
         axis.set(xlabel="time (s)", ylabel="x − y (mm)")
         axis.set_title(str(panel["label"]), fontsize=9)
-    for axis in np.ravel(axes)[len(panels) :]:
+    for axis in axes[len(panels) :]:
         axis.set_visible(False)
     if title:
         figure.suptitle(title)
@@ -263,14 +264,15 @@ def rung_map(
 
     grid = np.asarray(rung)
     shades = ["#DDDDDD", "#0072B2", "#56B4E9", "#E69F00", "#D55E00"][: len(names) + 1]
-    figure, axes = _figure(3.3 * grid.shape[0] + 0.8, 3.6, ncols=grid.shape[0])
+    figure, axes = _figure(2.6 * grid.shape[0] + 0.8, 3.2, columns=grid.shape[0])
     norm = BoundaryNorm(np.arange(-1.5, len(names) + 0.5), len(names) + 1)
-    for axis, panel, title in zip(np.atleast_1d(axes), grid, titles, strict=True):
+    for axis, panel, title in zip(axes, grid, titles, strict=True):
+        axis.grid(False)
         axis.pcolormesh(panel, cmap=ListedColormap(shades), norm=norm, edgecolors="w", lw=0.8)
         axis.set_xticks(np.arange(len(np.asarray(x))) + 0.5, [f"{v:g}" for v in np.asarray(x)])
         axis.set_yticks(np.arange(len(np.asarray(y))) + 0.5, [f"{v:g}" for v in np.asarray(y)])
         axis.tick_params(labelsize=7, length=0)
-        axis.set(xlabel=x_label, ylabel=y_label)
+        axis.set(xlabel=x_label, ylabel=y_label if axis is axes[0] else "")
         axis.set_title(title, fontsize=9)
     labels = ["no stable orbit", *names]
     figure.legend(

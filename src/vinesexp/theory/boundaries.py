@@ -1,8 +1,8 @@
 """Ends of the stable symmetric orbit: Neimark-Sacker, saddle-node and symmetry breaking.
 
-Along the curve of orbits, in order of growing ball amplitude C (falling clearance), lie the
-saddle-node, the start of stability (the Neimark-Sacker point, which ends permanent two impacts
-per cycle) and the symmetry breaking (the exact counterpart of T2).
+Along the curve of orbits of a rig near resonance, in order of growing ball amplitude C (falling
+clearance), lie the saddle-node, the start of stability (the Neimark-Sacker point, which ends
+permanent two impacts per cycle) and the symmetry breaking (the exact counterpart of T2).
 """
 
 from __future__ import annotations
@@ -68,7 +68,8 @@ def stable_range(p: Reduced) -> StableRange:
     Returns
     -------
     StableRange
-        With NaN where no C of the grid is stable (r = 1 without damping).
+        With NaN where no C of the grid is stable (r = 1 without damping; no damping below
+        resonance, where the saddle-node passes symmetry breaking).
 
     Examples
     --------
@@ -124,7 +125,8 @@ def end_of_permanent_response(p: Reduced) -> StableRange:
         words = ", ".join(f"{name} = {value:.6g}" for name, value in rig.items())
         raise AnalysisError(
             f"no stable orbit with two symmetric impacts per cycle at any clearance ({words}); "
-            "an elastic ball on an undamped oscillator never settles"
+            "an elastic ball on an undamped oscillator never settles, and below resonance "
+            "an oscillator without damping may leave no stable orbit"
         )
     return ends
 

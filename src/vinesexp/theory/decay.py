@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
-from vinesexp.theory.manifold import C_1, FloatArray, loss_parameter, upper_branch
+from vinesexp.theory.manifold import FloatArray, loss_parameter, upper_branch
 
 
 def decay_rate(A: ArrayLike, *, lam: ArrayLike, r: ArrayLike) -> FloatArray:
@@ -55,18 +55,17 @@ def decay_time(start: ArrayLike, end: ArrayLike, *, lam: ArrayLike, r: ArrayLike
         raise AnalysisError("free decay: r = 1 without damping keeps its energy for ever")
     high, low = upper_branch(start, r=r), upper_branch(end, r=r)
     # integrand (s C - 1)/(a C^2 - lam C + lam/2), s = S/pi^2
-    s = 1.0 / C_1(r)
-    a = 0.5 * damping * s + 8.0 * Gamma / np.pi**3
-    root = np.sqrt(damping * 4.0 * Gamma / np.pi**2 * (damping * Gamma + 4.0 / np.pi))
-
-    def denominator(C: FloatArray) -> FloatArray:
-        return np.asarray(a * C**2 + damping * (0.5 - C))
-
-    logarithm = s / (2.0 * a) * np.log(denominator(high) / denominator(low))
-    # atan(p) - atan(q) as one arctangent; over sqrt(D) it stays finite when the damping vanishes
-    product = root**2 + (2.0 * a * high - damping) * (2.0 * a * low - damping)
-    angle = np.arctan2(2.0 * a * (high - low) * root, product)
-    plain = 2.0 * a * (high - low) / product
-    arc = np.where(root > 1e-12, angle / np.where(root > 1e-12, root, 1.0), plain)
-    time: FloatArray = logarithm + 2.0 * (damping * s / (2.0 * a) - 1.0) * arc
+    s = 1.0 + (4.0 / np.pi**2) * Gamma * Gamma
+    a = 0.5 * damping * s + (8.0 / np.pi**3) * Gamma
+    square = damping * Gamma * (4.0 / np.pi**2) * (damping * Gamma + 4.0 / np.pi)
+    root = np.sqrt(square)
+    ratio = (a * high * high + damping * (0.5 - high)) / (a * low * low + damping * (0.5 - low))
+    # atan(p) - atan(q) as one arctangent; over the root it stays finite as the damping vanishes
+    product = square + (2.0 * a * high - damping) * (2.0 * a * low - damping)
+    step = 2.0 * a * (high - low)
+    small = root < 1e-12
+    arc = np.arctan2(step * root, product) / np.where(small, 1.0, root)
+    if np.any(small):
+        arc = np.where(small, step / product, arc)
+    time: FloatArray = 0.5 * s / a * np.log(ratio) + (damping * s / a - 2.0) * arc
     return time

@@ -106,27 +106,36 @@ def routh_stable(J: FloatArray) -> NDArray[np.bool_]:
     return stable
 
 
-def stays_inside(orbit: Family, *, samples: int = 65) -> NDArray[np.bool_]:
-    """Whether the ball keeps inside its cavity between impacts, so that the orbit is a motion.
+def steady_samples(orbit: Family, *, samples: int = 65) -> tuple[FloatArray, FloatArray]:
+    """Oscillator and ball over the half period after an impact, ends included, w0 = 1 and G = 1.
 
-    |x - y| < b is looked at on `samples` instants of the half period; a graze between two of them
-    by less than (pi/samples)^2/8 of the amplitude passes.
+    Returns
+    -------
+    x, y : ndarray, shape (..., samples)
     """
     p = orbit.p
-    t = np.linspace(0.0, 1.0, samples)[1:-1] * (np.pi / p.Omega)[..., None]
+    t = np.linspace(0.0, 1.0, samples) * (np.pi / p.Omega)[..., None]
     wd = np.sqrt((1.0 - p.zeta) * (1.0 + p.zeta))[..., None]
     zeta, Omega = p.zeta[..., None], p.Omega[..., None]
     # steady part from the transfer function, free part from what the impact left over
     gap = 1.0 - Omega**2 + 2j * zeta * Omega
-    near = np.abs(gap) < 1e-9  # undamped resonance: no steady part exists; shift by a hair
-    gap = np.where(near, 1e-9, gap)
+    near = np.abs(gap) < 1e-7  # undamped resonance has no steady part: off by a hair (error 1e-7 t)
+    gap = np.where(near, 1e-7, gap)
     steady = (1.0 + 2j * zeta * Omega) / gap * orbit.phase[..., None]
     h0 = orbit.x[..., None] - steady.imag
     hv = orbit.v_after[..., None] - Omega * steady.real
     decay = np.exp(-zeta * t)
     free = decay * (h0 * np.cos(wd * t) + (hv + zeta * h0) * np.sin(wd * t) / wd)
     x = (steady * np.exp(1j * Omega * t)).imag + free
-    y = (orbit.x - orbit.b)[..., None] + orbit.u[..., None] * t
-    inside = np.abs(x - y) < orbit.b[..., None] * (1.0 + 1e-9)
-    fine: NDArray[np.bool_] = inside.all(axis=-1)
-    return fine
+    return x, (orbit.x - orbit.b)[..., None] + orbit.u[..., None] * t
+
+
+def stays_inside(orbit: Family, *, samples: int = 65) -> NDArray[np.bool_]:
+    """Whether the ball keeps inside its cavity between impacts, so that the orbit is a motion.
+
+    |x - y| < b is looked at on `samples` instants of the half period; a graze between two of them
+    by less than (pi/samples)^2/8 of the amplitude passes.
+    """
+    x, y = steady_samples(orbit, samples=samples)
+    inside = np.abs(x - y)[..., 1:-1] < orbit.b[..., None] * (1.0 + 1e-9)
+    return np.asarray(inside.all(axis=-1))

@@ -116,25 +116,30 @@ def branches(
     >>> round(float(left), 6), round(float(right), 6)
     (0.506542, 1.444049)
     """
-    height = checked(A, "amplitude A", "a number, zero or above")
-    length = np.asarray(delta, dtype=np.float64)
-    fold = A_1(r, delta=length)
-    # One rounding unit of slack: A = A_1 computed elsewhere is the fold, not an error.
-    if np.any(height < fold * (1.0 - 4.0 * np.finfo(float).eps)):
-        raise AnalysisError(
-            f"amplitude {float(np.min(height)):.6g} is below the fold A_1 = "
-            f"{float(np.max(fold)):.6g} (in clearances): no two impacts per cycle exist there"
-        )
-    scale = np.pi**2 / (np.pi**2 + 4.0 * loss_parameter(r) ** 2)  # pi^2/S
-    square = np.maximum((height - fold) * (height + fold), 0.0)
-    right = scale * length + np.sqrt(scale * square)
-    left = scale * (length - height) * (length + height) / right
+    right = upper_branch(A, r=r, delta=delta)
+    height, length = np.asarray(A, dtype=np.float64), np.asarray(delta, dtype=np.float64)
+    left = C_1(r) * (length - height) * (length + height) / right
     return np.where(left >= 0.0, left, np.nan), right
 
 
 def upper_branch(A: ArrayLike, *, r: ArrayLike, delta: ArrayLike = 1.0) -> FloatArray:
     """C on the right branch, the one with a stable part (see `branches`)."""
-    return branches(A, r=r, delta=delta)[1]
+    height = checked(A, "amplitude A", "a number, zero or above")
+    length = np.asarray(delta, dtype=np.float64)
+    Gamma = loss_parameter(r)
+    scale = np.pi**2 / (np.pi**2 + 4.0 * Gamma * Gamma)  # pi^2/S, C_1
+    fold = (2.0 / np.pi) * Gamma * np.sqrt(scale) * length
+    square = (height - fold) * (height + fold)
+    # A few rounding units of slack: A = A_1 computed elsewhere is the fold, not an error.
+    if np.any(square < -1e-15 * fold * fold):
+        lost = np.flatnonzero(np.ravel(square < -1e-15 * fold * fold))[0]
+        wrong, floor = (np.broadcast_to(v, square.shape).ravel()[lost] for v in (height, fold))
+        raise AnalysisError(
+            f"amplitude {wrong:.6g} is below the fold A_1 = {floor:.6g} (in clearances): "
+            "no two impacts per cycle exist there"
+        )
+    branch: FloatArray = scale * length + np.sqrt(scale * np.maximum(square, 0.0))
+    return branch
 
 
 def impact_phase(C: ArrayLike, *, r: ArrayLike) -> FloatArray:

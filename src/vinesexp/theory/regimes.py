@@ -40,7 +40,7 @@ REGIMES: dict[str, str] = {
 
 CAPTURED = 0.9  # share of cycles with one impact on either side: permanent
 ESCAPED = 0.1  # share below which there is no capture at all
-ASYMMETRY = 0.02  # of a half period: two gaps that differ by more are unequal
+ASYMMETRY = 0.02  # of a period: two gaps that differ by more are unequal
 MANY = 2.5  # impacts per cycle
 CHATTER_RUN = 10  # impacts on one side within half a period
 
@@ -54,7 +54,7 @@ class RegimeCount:
     regime : the regime.
     impacts_per_cycle : average.
     captured : share of cycles with exactly one impact on either side.
-    asymmetry : median |gap - half period|/half period in captured cycles (NaN without any).
+    asymmetry : difference of the two median gaps in captured cycles over the period (NaN without).
     """
 
     regime: Regime
@@ -98,26 +98,34 @@ def regime_of(
     cycles = (end - start) / period
     if t.size == 0:
         return RegimeCount(Regime.NO_IMPACT, 0.0, 0.0, float("nan"))
-    gaps = _paired_gaps(t, side, period)
-    captured = min(0.5 * gaps.size / cycles, 1.0) if gaps.size else 0.0
-    asymmetry = float(np.median(np.abs(gaps / (0.5 * period) - 1.0))) if gaps.size else float("nan")
+    gaps, paired = _paired_gaps(t, side, period)
+    # one impact more, because the stretch cuts a cycle at its ends
+    captured = min(0.5 * (paired + 1) / cycles, 1.0) if paired else 0.0
+    asymmetry = float(np.ptp(gaps)) / period if gaps.size == 2 else float("nan")
     per_cycle = t.size / cycles
     return RegimeCount(
         _named(t, side, period, per_cycle, captured, asymmetry), per_cycle, captured, asymmetry
     )
 
 
-def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> np.ndarray:
-    """Gaps of captured cycles: sides alternate, and two gaps last a period."""
+def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> tuple[np.ndarray, int]:
+    """Gaps out of captured cycles as (from +1, from -1) medians, and the impacts that bound them.
+
+    Captured: sides alternate, and two gaps together last a period.
+    """
     if t.size < 3:
-        return np.empty(0)
+        return np.empty(0), 0
     gap = np.diff(t)
     crosses = side[1:] != side[:-1]
     cycle = crosses[:-1] & crosses[1:] & (np.abs(gap[:-1] + gap[1:] - period) < 0.1 * period)
     part = np.zeros(gap.size, dtype=bool)
     part[:-1] |= cycle
     part[1:] |= cycle
-    return gap[part]
+    impacts = np.zeros(t.size, dtype=bool)
+    impacts[:-1] |= part
+    impacts[1:] |= part
+    medians = [float(np.median(g)) for s in (1, -1) if (g := gap[part & (side[:-1] == s)]).size]
+    return np.array(medians), int(impacts.sum())
 
 
 def _named(
@@ -128,9 +136,9 @@ def _named(
     captured: float,
     asymmetry: float,
 ) -> Regime:
-    if captured >= CAPTURED:
+    if captured >= CAPTURED and per_cycle <= MANY:
         return Regime.TWO_SYMMETRIC if asymmetry <= ASYMMETRY else Regime.TWO_ASYMMETRIC
-    if captured >= ESCAPED:
+    if captured >= ESCAPED and per_cycle <= MANY:
         return Regime.MODULATED
     n = CHATTER_RUN
     if t.size >= n:

@@ -54,7 +54,7 @@ class SequenceOrbit:
         return float(np.max(np.abs(self.flights - mean))) / mean
 
 
-def _flight(z: FloatArray, tau: float, p: Reduced) -> tuple[float, float]:
+def free_flight(z: FloatArray, tau: float, p: Reduced) -> tuple[float, float]:
     """Oscillator x, x' after a free flight, exact also at an undamped resonance."""
     zeta, Omega = float(p.zeta), float(p.Omega)
     wd = np.sqrt((1.0 - zeta) * (1.0 + zeta))
@@ -75,7 +75,7 @@ def _step(
     z: FloatArray, tau: float, side: int, following: int, b: float, p: Reduced
 ) -> tuple[FloatArray, float]:
     """State just after the next impact, and how far from that wall the ball is (0 on an orbit)."""
-    x, v = _flight(z, tau, p)
+    x, v = free_flight(z, tau, p)
     y = z[1] - side * b + z[3] * tau
     eps, r = float(p.eps), float(p.r)
     jump = (1.0 + r) / (1.0 + eps) * (v - z[3])
@@ -86,7 +86,7 @@ def _step(
 def _step_jacobian(z: FloatArray, tau: float, p: Reduced) -> FloatArray:
     """d(t, x, x', y') after the next impact by the same after this one, shape (4, 4)."""
     eps, r, zeta, Omega = (float(q) for q in (p.eps, p.r, p.zeta, p.Omega))
-    x1, v1 = _flight(z, tau, p)
+    x1, v1 = free_flight(z, tau, p)
 
     def force(phase: float) -> float:
         return float(np.sin(phase) + 2.0 * zeta * Omega * np.cos(phase))

@@ -12,8 +12,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
-from vinesexp.theory.manifold import A_1, C_1, FloatArray, amplitude, is_stable, loss_parameter
+from vinesexp.theory.manifold import (
+    A_1,
+    C_1,
+    C_2,
+    FloatArray,
+    amplitude,
+    is_stable,
+    loss_parameter,
+)
 
 
 def threshold(*, lam: ArrayLike, r: ArrayLike) -> FloatArray:
@@ -164,6 +173,54 @@ def _classified(C: float, A: float, rho: float, *, F: float, lam: float, r: floa
     inward = bool(np.trace(along) < 0.0 and np.linalg.det(along) > 0.0)
     towards = bool(is_stable(C, r=r))
     return FixedPoint(C, A, rho, "stable" if towards else "right", inward and towards)
+
+
+@dataclass(frozen=True)
+class SlowEnd:
+    """Where permanent two impacts per cycle end as the forcing falls (slow flow).
+
+    Attributes
+    ----------
+    F : least forcing with a stable fixed point.
+    C : ball amplitude there.
+    kind : "fold" (the fixed point reaches T1) or "saddle-node" (it merges before).
+    """
+
+    F: float
+    C: float
+    kind: str
+
+
+def end_of_permanent_response(*, lam: float, r: float, sigma: float = 0.0) -> SlowEnd:
+    """Least forcing with a stable fixed point: slow-flow counterpart of the exact boundary.
+
+    G/(eps F) is the slow-flow b_c. Near resonance the end is `fold_forcing`; far above it, or below
+    it with little damping, the fixed points merge before the fold (docs/theory.md, 23).
+
+    Raises
+    ------
+    AnalysisError
+        No fixed point between T1 and T2 is stable at any forcing.
+
+    Examples
+    --------
+    >>> end = end_of_permanent_response(lam=1.91, r=0.6)
+    >>> round(end.F, 4), end.kind
+    (1.088, 'fold')
+    """
+    first, last = float(C_1(r)), float(C_2())
+    C = first + (last - first) * np.linspace(0.0, 1.0, 1002)[1:-1] ** 2
+    C = np.concatenate([[first * (1.0 + 1e-9)], C])
+    F, _ = forcing(C, sigma=sigma, lam=lam, r=r)
+    # on this branch the trace of (20) is negative and its determinant has the sign of dF/dC
+    stable = np.gradient(F, C) > 0.0
+    if not stable.any():
+        raise AnalysisError(
+            f"no stable fixed point at any forcing (lambda = {lam:.6g}, r = {r:.6g}, "
+            f"sigma = {sigma:.6g})"
+        )
+    i = int(np.where(stable, F, np.inf).argmin())
+    return SlowEnd(F=float(F[i]), C=float(C[i]), kind="fold" if i == 0 else "saddle-node")
 
 
 @dataclass(frozen=True)

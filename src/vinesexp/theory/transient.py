@@ -167,8 +167,8 @@ def time_to_level(release: Decaying, *, b: ArrayLike, level: ArrayLike) -> Float
 def capture_rate(*, x_m: ArrayLike, b: ArrayLike) -> FloatArray:
     """Share of balls, at rest anywhere in the cavity, that a wall meets at all: min(1, x_m/b).
 
-    A ball that rests nearer to the middle than b - x_m is never touched and the oscillator decays
-    as if bare (docs/theory.md, 26): an upper bound of the share captured by the 1:1 resonance.
+    Released at +x_m, the walls reach a ball at rest at y0 only if y0 > b - x_m; else the oscillator
+    decays as if bare (docs/theory.md, 26). An upper bound of the share that 1:1 resonance captures.
 
     Examples
     --------
