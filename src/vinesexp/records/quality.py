@@ -9,7 +9,7 @@ clipped one arrives there at speed.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +26,30 @@ _ALIVE = 64  # samples: 2^-64 a sample to stand still by chance where every seco
 
 @dataclass(frozen=True)
 class Stretch:
-    """A stretch of equal samples: first sample, length, value (SI); whether it stands out."""
+    """A stretch of equal samples: first sample, length, value (SI)."""
 
     start: int
     length: int
     value: float
-    steep: bool = True
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Stretches of equal samples as arrays: first sample, length, value (SI).
+
+    They end in the stretch of samples `block`, which begins at sample `begin`.
+    """
+
+    starts: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+    values: Floats
+    block: Floats
+    begin: int
+
+    def stretches(self, chosen: NDArray[np.bool_]) -> Iterator[Stretch]:
+        """The chosen ones, one by one."""
+        for k in np.flatnonzero(chosen):
+            yield Stretch(int(self.starts[k]), int(self.lengths[k]), float(self.values[k]))
 
 
 @dataclass(frozen=True)
@@ -53,36 +71,40 @@ def saturated(view: RecordView, role: str) -> list[Stretch]:
     levels = _levels(view, role)
     long: list[Stretch] = []
     short: list[Stretch] = []
+    gentle: list[Stretch] = []
     elsewhere = 0
-    for run in equal_runs(view, role, least=2):
-        if run.start == 0:
-            continue  # held before its release, most likely
-        if run.value not in (levels.low, levels.high):
-            elsewhere += run.length > 2
-            continue
-        near, far = _fall(view, role, run, [1, max(run.length // 2, 1)])
-        if run.length >= _LONG:
-            if far >= _FALL * near:
-                long.append(run)
-        elif far > _FALL * levels.least:
-            short.append(run if far > _FALL * levels.fine else replace(run, steep=False))
+    for runs in equal_runs(view, role, least=2):
+        at_end = (runs.values == levels.low) | (runs.values == levels.high)
+        elsewhere += int(np.count_nonzero(runs.lengths[~at_end] > 2))
+        near = _fall(view, role, runs, np.ones_like(runs.lengths))
+        far = _fall(view, role, runs, np.maximum(runs.lengths // 2, 1))
+        is_long = runs.lengths >= _LONG
+        # A record that begins so was held before its release, most likely.
+        candidate = at_end & (runs.starts > 0)
+        long.extend(runs.stretches(candidate & is_long & (far >= _FALL * near)))
+        candidate &= ~is_long & (far > _FALL * levels.least)
+        steep = far > _FALL * levels.fine
+        short.extend(runs.stretches(candidate & steep))
+        gentle.extend(runs.stretches(candidate & ~steep))
     for value in (levels.low, levels.high):
-        long.extend(_clipped(short, value, levels, elsewhere))
+        ends = ([run for run in runs if run.value == value] for runs in (short, gentle))
+        long.extend(_clipped(next(ends), next(ends), levels, elsewhere))
     return sorted(long, key=lambda run: run.start)
 
 
-def _clipped(short: list[Stretch], value: float, levels: _Levels, elsewhere: int) -> list[Stretch]:
+def _clipped(
+    steep: list[Stretch], gentle: list[Stretch], levels: _Levels, elsewhere: int
+) -> list[Stretch]:
     """Which stretches too short to show their shape are clipped, by their number.
 
     Three equal samples are three in a row by chance as often anywhere else. And at a thousand
     levels or more, even two of them far above their neighbours happen once, not twice.
     """
-    peaks = [run for run in short if run.value == value]
-    if levels.high - levels.low > 1000.0 * levels.fine:
-        steep = [run for run in peaks if run.steep]
-        if len(steep) > 1 or any(run.length > 2 for run in steep):
-            return steep
-    flat = [run for run in peaks if run.length > 2]
+    if levels.high - levels.low > 1000.0 * levels.fine and (
+        len(steep) > 1 or any(run.length > 2 for run in steep)
+    ):
+        return steep
+    flat = [run for run in (*steep, *gentle) if run.length > 2]
     return flat if len(flat) > 2 and len(flat) > 10 * elsewhere else []
 
 
@@ -98,19 +120,19 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
         return [Stretch(0, view.n, levels.low)]
     found = []
     least = _ALIVE if period is None else int(min(_ALIVE, max(0.5 * period, 8.0)))
-    for run in equal_runs(view, role, least=least):
-        if run.start < _ALIVE:
-            continue  # nothing before it to judge by
-        before = view.read(role, run.start - _ALIVE, run.start)
-        changes = np.mean(np.diff(before) != 0.0)
-        # A decay without noise comes to rest from one or two quanta, noise from several.
-        alive = run.length >= _ALIVE and changes > 0.5 and np.ptp(before) > 5.0 * levels.least
-        stopped = False
-        if period is not None and run.length >= 0.5 * period:
-            last = view.read(role, max(run.start - round(period), 0), run.start)
-            stopped = bool(np.ptp(last) > _FALL * levels.usual)
-        if alive or stopped:
-            found.append(run)
+    for runs in equal_runs(view, role, least=least):
+        # Before the first of them there is nothing to judge by.
+        for run in runs.stretches(runs.starts >= _ALIVE):
+            before = view.read(role, run.start - _ALIVE, run.start)
+            changes = np.mean(np.diff(before) != 0.0)
+            # A decay without noise comes to rest from one or two quanta, noise from several.
+            alive = run.length >= _ALIVE and changes > 0.5 and np.ptp(before) > 5.0 * levels.least
+            stopped = False
+            if period is not None and run.length >= 0.5 * period:
+                last = view.read(role, max(run.start - round(period), 0), run.start)
+                stopped = bool(np.ptp(last) > _FALL * levels.usual)
+            if alive or stopped:
+                found.append(run)
     return found
 
 
@@ -130,23 +152,23 @@ def periods(view: RecordView, role: str) -> float:
     return float(np.argmax(spectrum)) / padding
 
 
-def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Stretch]:
-    """Every stretch of at least `least` equal samples, in order, in bounded memory."""
+def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Runs]:
+    """Every stretch of at least `least` equal samples, in order, a block of them at a time."""
     begun, previous = 0, np.nan
     for begin in range(0, view.n, _BLOCK):
         block = view.read(role, begin, begin + _BLOCK)
-        changes = np.flatnonzero(np.diff(block, prepend=previous)) + begin
-        if begin == 0:
-            changes = changes[changes > 0]
-        edges = np.concatenate(([begun], changes))
+        edges = np.flatnonzero(np.diff(block, prepend=previous)) + begin
+        edges = np.concatenate(([begun], edges[edges > begun]))
         lengths = np.diff(edges)
-        for k in np.flatnonzero(lengths >= least):
-            start = int(edges[k])
-            value = float(block[start - begin]) if start >= begin else previous
-            yield Stretch(start, int(lengths[k]), value)
+        chosen = np.flatnonzero(lengths >= least)
+        starts = edges[chosen]
+        values = block[np.maximum(starts - begin, 0)]
+        values[starts < begin] = previous
+        yield Runs(starts, lengths[chosen], values, block, begin)
         begun, previous = int(edges[-1]), float(block[-1])
     if view.n - begun >= least:
-        yield Stretch(begun, view.n - begun, previous)
+        last = (np.array([begun]), np.array([view.n - begun]), np.array([previous]))
+        yield Runs(*last, block=np.empty(0), begin=view.n)
 
 
 def _levels(view: RecordView, role: str) -> _Levels:
@@ -166,14 +188,20 @@ def _levels(view: RecordView, role: str) -> _Levels:
     return _Levels(float(low), float(high), float(least), *middle)
 
 
-def _fall(view: RecordView, role: str, run: Stretch, distances: list[int]) -> list[float]:
-    """How far the channel is from the run's value at these distances outside, the nearer side."""
-    falls = []
-    for distance in distances:
-        sides = [run.start - distance, run.start + run.length - 1 + distance]
-        values = [view.read(role, at, at + 1)[0] for at in sides if 0 <= at < view.n]
-        falls.append(min((abs(value - run.value) for value in values), default=0.0))
-    return falls
+def _fall(view: RecordView, role: str, runs: Runs, distance: NDArray[np.int64]) -> Floats:
+    """How far the channel is from a run's value at these distances outside; the nearer side."""
+    sides = (runs.starts - distance, runs.starts + runs.lengths - 1 + distance)
+    return np.fmin(*(np.abs(_at(view, role, runs, side) - runs.values) for side in sides))
+
+
+def _at(view: RecordView, role: str, runs: Runs, index: NDArray[np.int64]) -> Floats:
+    """Samples at `index`, mostly out of the block at hand; NaN outside of the record."""
+    values = np.full(len(index), np.nan)
+    inside = (index >= runs.begin) & (index < runs.begin + len(runs.block))
+    values[inside] = runs.block[index[inside] - runs.begin]
+    for k in np.flatnonzero(~inside & (index >= 0) & (index < view.n)):
+        values[k] = view.read(role, int(index[k]), int(index[k]) + 1)[0]
+    return values
 
 
 def _thinned(view: RecordView, role: str, most: int) -> Floats:

@@ -126,7 +126,7 @@ def _one_or_two(path: Path, layout: Layout, tail: list[str], filled: list[str]) 
     names = next((line for line in filled if re.search("[A-Za-z]", line)), None)
     if names is not None:
         return layout if "," in names else one
-    if any(re.search(r",0\d", line) for line in tail):
+    if any(re.search(r",0\d", line) for line in filled):
         return one
     raise RecordError(
         f"'{tail[-1].strip()}' is one number with a decimal comma or two whole ones; write the "
