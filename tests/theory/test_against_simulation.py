@@ -171,3 +171,33 @@ def test_separate_activity_holds_above_both_folds_and_fails_below_one() -> None:
         assert mean_amplitude(level) == pytest.approx(predicted, rel=0.03)
     # below the fold of the 34 mm ball its odd impacts disturb the other: more than predicted
     assert mean_amplitude(0.25e-3) > 1.1 * multiple.response_amplitude(0.25e-3, pair)
+
+
+def test_three_impacts_per_cycle_close_from_a_simulated_start() -> None:
+    """Past the asymmetric orbit a third impact appears: the same machinery closes it exactly."""
+    b = 0.012
+    motion = periodic(b, 300.0)
+    i = motion.impacts
+    judged = regime_of(i["time"], i["side"], period=PERIOD, start=200.0, end=300.0)
+    assert judged.regime is Regime.MORE
+    times, sides = i["time"], i["side"]
+    last = times.size - 2
+    first = int(np.searchsorted(times, times[last] - PERIOD - 1e-6))
+    assert last - first == 3, "three impacts a period"
+    w0 = TABLE_2.w0
+    state = [
+        w0 * times[first],
+        i["x"][first] / G,
+        i["v_after"][first] / (G * w0),
+        i["vy_after"][first] / (G * w0),
+    ]
+    orbit = sequences.close_sequence(
+        sides=sides[first:last],
+        flights=w0 * np.diff(times[first : last + 1]),
+        state=state,
+        b=b / G,
+        p=P,
+    )
+    assert orbit.stable
+    assert abs(int(np.sum(orbit.sides))) == 1, "two on one wall, one on the other"
+    np.testing.assert_allclose(orbit.states[0][1:], state[1:], rtol=1e-6)
