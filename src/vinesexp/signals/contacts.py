@@ -1,0 +1,339 @@
+"""Fit every contact of a stretch at once: time, height, and what is still unexplained.
+
+All contacts share one pulse shape. Each round refines times and heights together (what one
+contact leaves under another is subtracted), looks at what remains, and takes up what still
+stands out of noise and of the doubt about the shape.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.signals.pulse import Pulse
+from vinesexp.signals.spikes import STRETCH, noise_of
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+_ROUNDS = 8
+_STEPS = 3  # Gauss-Newton steps a round
+_DOUBT = 3.0  # times the spread about the shape is still the shape
+_SEEN = 0.03  # a lag counts in the fit where the pulse exceeds this share of its peak
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contacts in order of time.
+
+    Attributes
+    ----------
+    place, place_error : arrays (k,)
+        Time in samples from the start of the array, and its standard error.
+    height, height_error : arrays (k,)
+        Of the pulse, m/s^2.
+    strength : array (k,)
+        Height over its standard error, the doubt about stronger neighbours included.
+    area : array (k,)
+        Velocity jump in units of (m/s^2 samples): multiply by the sample interval.
+    area_error : array (k,)
+    peak : array (k,)
+        Largest sample of the contact, m/s^2.
+    crowded : bool array (k,)
+        Another contact overlaps this one's core, or something in it is left unexplained.
+    """
+
+    place: FloatArray
+    place_error: FloatArray
+    height: FloatArray
+    height_error: FloatArray
+    strength: FloatArray
+    area: FloatArray
+    area_error: FloatArray
+    peak: FloatArray
+    crowded: BoolArray
+
+
+@dataclass
+class _State:
+    """What is being refined: the array, its noise, what may be believed, and the contacts."""
+
+    a: FloatArray
+    noise: FloatArray
+    valid: BoolArray
+    pulse: Pulse
+    place: FloatArray
+    height: FloatArray
+
+    def windows(self, lags: IntArray) -> tuple[IntArray, FloatArray, BoolArray]:
+        """Sample index, lag, and whether there is a sample, for every contact."""
+        index = np.rint(self.place).astype(np.int64)[:, np.newaxis] + lags
+        u = index - self.place[:, np.newaxis]
+        inside = (index >= 0) & (index < self.a.size)
+        return np.clip(index, 0, self.a.size - 1), u, inside
+
+    def noise_at(self) -> FloatArray:
+        stretch = np.clip(self.place, 0, self.a.size - 1).astype(np.int64) // STRETCH
+        return self.noise[np.minimum(stretch, self.noise.size - 1)]
+
+    def residual(self) -> FloatArray:
+        """The array less all contacts."""
+        if not self.place.size:
+            return self.a.copy()
+        lags = np.arange(self.pulse.first, self.pulse.last + 1)
+        index, u, inside = self.windows(lags)
+        model = self.pulse.at(u)[0] * self.height[:, np.newaxis] * inside
+        return self.a - np.bincount(index.ravel(), model.ravel(), self.a.size)
+
+
+def fit_contacts(
+    a: FloatArray, start: IntArray, pulse: Pulse, *,
+    noise: FloatArray, threshold: float, valid: BoolArray | None = None,
+) -> Contacts:  # fmt: skip
+    """Fit contacts of one shape to an acceleration.
+
+    Parameters
+    ----------
+    a : array (n,)
+        Highpassed acceleration, m/s^2.
+    start : int array
+        Samples of the contacts to begin with; others are found on the way.
+    pulse : Pulse
+    noise : array
+        Of a sample, for every `STRETCH` samples.
+    threshold : float
+        A contact has to exceed so many standard deviations.
+    valid : bool array (n,), optional
+        False where a sample is clipped or missing: it then says nothing.
+    """
+    truth = np.ones(a.size, dtype=bool) if valid is None else valid
+    place = start.astype(np.float64)
+    state = _State(a, noise, truth, pulse, place, a[start].astype(np.float64))
+    seen = _seen_lags(pulse)
+    box = _BoxNoise(a, pulse.width)
+    align(state, seen, reach=2 * pulse.width + 1)
+    for _ in range(_ROUNDS):
+        for _ in range(_STEPS):
+            _refine(state, seen)
+        _merge(state, threshold, seen)
+        rest = state.residual()
+        more = _left_over(state, rest, box, threshold)
+        if not more.size:
+            break
+        state.place = np.concatenate([state.place, more.astype(np.float64)])
+        state.height = np.concatenate([state.height, rest[more]])
+    for _ in range(_STEPS):
+        _refine(state, seen)
+    _merge(state, threshold, seen)
+    return _finished(state, seen)
+
+
+def _seen_lags(pulse: Pulse) -> IntArray:
+    lags = np.arange(pulse.first, pulse.last + 1)
+    size = np.maximum(np.abs(pulse.at(lags - 0.5)[0]), np.abs(pulse.at(lags + 0.5)[0]))
+    size = np.maximum(size, np.abs(pulse.at(lags.astype(np.float64))[0]))
+    big = lags[size > _SEEN]
+    return np.arange(big[0], big[-1] + 1)
+
+
+def _normal(
+    state: _State, seen: IntArray
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Sample index, pulse, time derivative and the 2 x 2 normal equations of every contact."""
+    index, u, inside = state.windows(seen)
+    value, slope = state.pulse.at(u)
+    use = inside & state.valid[index]
+    value, slope = value * use, -slope * state.height[:, np.newaxis] * use
+    vv, vs, ss = ((value * value).sum(1), (value * slope).sum(1), (slope * slope).sum(1))
+    return index, value, slope, vv, vs, ss
+
+
+def align(state: _State, seen: IntArray, *, reach: int) -> None:
+    """Move every contact to the whole-sample shift where the pulse fits best.
+
+    A first guess may sit on the second swing of a ringing, from where small steps do not lead back.
+    """
+    shifts = np.arange(-reach, reach + 1)
+    wide = np.arange(seen[0] - reach, seen[-1] + reach + 1)
+    index, _, inside = state.windows(wide)
+    samples = np.where(inside & state.valid[index], state.a[index], 0.0)
+    shape = state.pulse.at(seen.astype(np.float64))[0]
+    views = np.lib.stride_tricks.sliding_window_view(samples, seen.size, axis=1)
+    match = views @ shape
+    best = np.argmax(np.abs(match), axis=1)
+    state.place = np.rint(state.place) + shifts[best]
+    state.height = match[np.arange(best.size), best] / float(shape @ shape)
+
+
+def _refine(state: _State, seen: IntArray) -> None:
+    """One Gauss-Newton step of all times and heights; each keeps within half a sample."""
+    if not state.place.size:
+        return
+    rest = state.residual()
+    index, value, slope, vv, vs, ss = _normal(state, seen)
+    window = rest[index]
+    right_v, right_s = (value * window).sum(1), (slope * window).sum(1)
+    determinant = vv * ss - vs * vs
+    good = determinant > 1e-9 * vv * ss
+    safe = np.where(good, determinant, 1.0)
+    height_step = np.where(good, (ss * right_v - vs * right_s) / safe, 0.0)
+    place_step = np.where(good, (vv * right_s - vs * right_v) / safe, 0.0)
+    state.height = state.height + height_step
+    state.place = state.place + np.clip(place_step, -0.5, 0.5)
+
+
+def _merge(state: _State, threshold: float, seen: IntArray) -> None:
+    """Drop contacts that became insignificant or that coincide with a stronger one."""
+    if not state.place.size:
+        return
+    order = np.argsort(state.place, kind="stable")
+    state.place, state.height = state.place[order], state.height[order]
+    _, _, _, vv, _, _ = _normal(state, seen)
+    norm = float(np.sqrt((state.pulse.at(seen.astype(np.float64))[0] ** 2).sum()))
+    # A contact at the edge or half clipped is judged by what is left of it.
+    strength = np.abs(state.height) * np.sqrt(np.maximum(vv, 0.04 * norm**2)) / state.noise_at()
+    inside = (state.place > -0.5) & (state.place < state.a.size - 0.5)
+    keep = inside & (strength >= 0.8 * threshold)
+    state.place, state.height = state.place[keep], state.height[keep]
+    while state.place.size > 1:
+        close = np.flatnonzero(np.diff(state.place) < 0.75 * state.pulse.width)
+        if not close.size:
+            break
+        weaker = np.where(
+            np.abs(state.height[close]) < np.abs(state.height[close + 1]), close, close + 1
+        )
+        keep = np.ones(state.place.size, dtype=bool)
+        keep[weaker] = False
+        state.place, state.height = state.place[keep], state.height[keep]
+
+
+class _BoxNoise:
+    """Boxcar of the pulse's width over the array, and its noise in every stretch."""
+
+    def __init__(self, a: FloatArray, width: int) -> None:
+        self.width = width
+        box = self.of(a)
+        count = max(1, -(-a.size // STRETCH))
+        self.noise = np.array(
+            [noise_of(box[k * STRETCH : (k + 1) * STRETCH]) for k in range(count)]
+        )
+
+    def of(self, a: FloatArray) -> FloatArray:
+        """Sum over the boxcar centred on each sample, over sqrt(width)."""
+        if self.width == 1:
+            return a
+        total = np.concatenate([[0.0], np.cumsum(a)])
+        lead = (self.width - 1) // 2
+        out = np.zeros_like(a)
+        if a.size > self.width:
+            out[lead : lead + a.size - self.width + 1] = (
+                total[self.width :] - total[: -self.width]
+            ) / np.sqrt(self.width)
+        return out
+
+
+def _left_over(state: _State, rest: FloatArray, box: _BoxNoise, threshold: float) -> IntArray:
+    """Samples where something still stands out, one for each pulse length at most."""
+    size = np.abs(box.of(np.where(state.valid, rest, 0.0)))
+    limit = np.repeat(threshold * box.noise, STRETCH)[: size.size]
+    candidates = np.flatnonzero(size > limit)
+    if not candidates.size:
+        return candidates
+    allowed = _doubts(state) * (_DOUBT * np.sqrt(box.width))
+    candidates = candidates[size[candidates] > limit[candidates] + allowed[candidates]]
+    if state.place.size and candidates.size:
+        after = np.searchsorted(state.place, candidates)
+        left = candidates - state.place[np.maximum(after - 1, 0)]
+        right = state.place[np.minimum(after, state.place.size - 1)] - candidates
+        near = np.minimum(np.abs(left), np.abs(right))
+        candidates = candidates[near >= max(1.0, state.pulse.width)]
+    return strongest(candidates, size[candidates], reach=3 * state.pulse.width + 2)
+
+
+def _doubts(state: _State) -> FloatArray:
+    """Sum of what every contact may differ from the shape, at each sample."""
+    if not state.place.size:
+        return np.zeros(state.a.size)
+    lags = np.arange(state.pulse.first, state.pulse.last + 1)
+    index, _, inside = state.windows(lags)
+    doubt = state.pulse.doubt * np.abs(state.height)[:, np.newaxis] * inside
+    total = np.bincount(index.ravel(), doubt.ravel(), state.a.size)
+    if state.pulse.rings:  # an impact just before the record would still ring in it
+        tail = np.arange(state.pulse.core[1], state.pulse.last + 1)
+        envelope = np.maximum.accumulate(np.abs(state.pulse.at(tail * 1.0)[0])[::-1])[::-1]
+        n = min(tail.size, total.size)
+        total[:n] += np.abs(state.height).max() * envelope[:n]
+    return total
+
+
+def strongest(index: IntArray, size: FloatArray, *, reach: float) -> IntArray:
+    """Those of rising samples `index` that are largest within `reach` samples to either side.
+
+    Examples
+    --------
+    >>> strongest(np.array([3, 5, 20]), np.array([1.0, 2.0, 1.0]), reach=4).tolist()
+    [5, 20]
+    """
+    largest = np.ones(index.size, dtype=bool)
+    for step in range(1, index.size):
+        near = index[step:] - index[:-step] <= reach
+        if not near.any():
+            break
+        largest[:-step] &= ~(near & (size[step:] > size[:-step]))
+        largest[step:] &= ~(near & (size[:-step] >= size[step:]))
+    return index[largest]
+
+
+def _finished(state: _State, seen: IntArray) -> Contacts:
+    if not state.place.size:
+        none = np.empty(0)
+        return Contacts(none, none, none, none, none, none, none, none, none.astype(bool))
+    noise, pulse = state.noise_at(), state.pulse
+    _, _, _, vv, vs, ss = _normal(state, seen)
+    determinant = np.maximum(vv * ss - vs * vs, 1e-300)
+    place_error = noise * np.sqrt(vv / determinant)
+    height_error = noise * np.sqrt(ss / determinant)
+    own_doubt = pulse.doubt[np.clip(-pulse.first, 0, pulse.doubt.size - 1)] * np.abs(state.height)
+    index, _, inside = state.windows(np.arange(pulse.first, pulse.last + 1))
+    around = _doubts(state)[np.clip(np.rint(state.place).astype(np.int64), 0, state.a.size - 1)]
+    from_others = np.maximum(around - own_doubt, 0.0)
+    strength = np.abs(state.height) / np.hypot(height_error, from_others)
+    if pulse.shape.duration < 1.5:  # within one sample nothing tells where it lies
+        place_error = np.hypot(place_error, 0.2)
+
+    core = np.arange(pulse.core[0], pulse.core[1] + 1)
+    index, u, inside = state.windows(core)
+    rest = state.residual()[index] * (inside & state.valid[index])
+    area, area_error = _areas(state, u, rest, inside & state.valid[index], noise)
+    shape_error = np.abs(pulse.area) * (height_error + from_others + own_doubt)
+    whole = (inside & state.valid[index]).all(1)
+    area_error = np.where(whole, area_error, shape_error)
+    peak = np.abs(state.a[index] * inside).max(1)
+    gap = np.diff(state.place)
+    close = gap < 0.5 * (core.size - 1)
+    misfit = np.sqrt((rest**2).mean(1)) > 4.0 * np.hypot(noise, own_doubt)
+    crowded = np.append(close, False) | np.append(False, close) | misfit
+    return Contacts(
+        state.place, place_error, state.height, height_error, strength, area, area_error, peak,
+        crowded,
+    )  # fmt: skip
+
+
+def _areas(
+    state: _State, u: FloatArray, rest: FloatArray, use: BoolArray, noise: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Velocity jumps, in sample intervals.
+
+    Without ringing the core's samples are added up, whatever the form of this very contact; with
+    ringing the core ends in mid-swing, and the height of the known pulse tells better.
+    """
+    pulse = state.pulse
+    norm = np.sqrt(np.maximum((pulse.at(u)[0] ** 2 * use).sum(1), 1e-300))
+    if pulse.rings:
+        doubt = pulse.doubt.max() * np.abs(state.height)
+        return pulse.area * state.height, pulse.area * np.hypot(noise / norm, doubt)
+    area = pulse.area * state.height + rest.sum(1) / pulse.kept
+    return area, noise * np.sqrt(rest.shape[1]) / pulse.kept

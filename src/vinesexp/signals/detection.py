@@ -1,0 +1,265 @@
+"""From a highpassed acceleration to contacts: find spikes, learn the pulse, fit every contact.
+
+The record is read by chunks, so that memory is bounded whatever its length. Nothing here needs
+tuning for a rig: thresholds follow the noise, and the pulse is learnt from the record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.signals.contacts import Contacts, fit_contacts, strongest
+from vinesexp.signals.extension import block_means
+from vinesexp.signals.pulse import Pulse, Shape, pulse_of, window
+from vinesexp.signals.shapefit import Windows, learn_pulse
+from vinesexp.signals.spikes import STRETCH, Spikes, find_spikes, noise_of
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+Read = Callable[[int, int], FloatArray]
+
+THRESHOLD = 6.0  # standard deviations: noise alone passes once in 5e8 samples
+_CHUNK = 128 * STRETCH  # samples: 2 million
+_APART = 3e-3  # s: first guesses this close together are one contact and its ringing
+_LEARN = 80  # impacts the pulse is learnt from
+_CLEAR = 15.0  # strength of an impact to learn from
+_FINEST = 8  # samples of a pulse that are worth keeping: more are averaged
+
+
+@dataclass(frozen=True)
+class Detection:
+    """What was found in one acceleration.
+
+    Attributes
+    ----------
+    time, time_error : arrays (k,)
+        s from the first sample.
+    jump, jump_error : arrays (k,)
+        Velocity jumps from the pulses' areas, m/s.
+    peak : array (k,)
+        Largest acceleration, m/s^2.
+    strength, confidence : arrays (k,)
+        Height over its error; probability that a repetition with fresh noise would pass the
+        threshold again.
+    crowded, clipped : bool arrays (k,)
+        Overlapping others or ill explained; partly beyond the sensor's range.
+    pulse : Pulse or None
+        The learnt shape, in samples of `interval` seconds.
+    noise : float
+        Median standard deviation of a sample, m/s^2.
+    """
+
+    time: FloatArray
+    time_error: FloatArray
+    jump: FloatArray
+    jump_error: FloatArray
+    peak: FloatArray
+    strength: FloatArray
+    confidence: FloatArray
+    crowded: BoolArray
+    clipped: BoolArray
+    pulse: Pulse | None
+    interval: float
+    noise: float
+
+
+def detect_contacts(
+    acceleration: FloatArray, sample_rate: float, *,
+    highpass: float | None, threshold: float = THRESHOLD, noise_floor: float = 0.0,
+    clipped: BoolArray | None = None,
+) -> Detection:  # fmt: skip
+    """Find every contact in an acceleration held in memory; see `detect_from`.
+
+    Examples
+    --------
+    >>> t = np.arange(20000) / 1e4
+    >>> a = 0.3 * np.random.default_rng(0).standard_normal(t.size)
+    >>> for s in (0.30004, 0.6, 0.90007, 1.2, 1.50001, 1.8):
+    ...     a += np.where(abs(t - s) < 2e-4, 60.0 * np.cos(np.pi * (t - s) / 4e-4), 0.0)
+    >>> found = detect_contacts(a, 1e4, highpass=None)
+    >>> np.abs(found.time - [0.30004, 0.6, 0.90007, 1.2, 1.50001, 1.8]).max() < 5e-6
+    True
+    """
+    return detect_from(
+        lambda begin, end: acceleration[begin:end], acceleration.size, sample_rate,
+        highpass=highpass, threshold=threshold, noise_floor=noise_floor,
+        clipped=None if clipped is None else lambda begin, end: clipped[begin:end],
+    )  # fmt: skip
+
+
+def detect_from(
+    read: Read, n: int, sample_rate: float, *,
+    highpass: float | None, threshold: float = THRESHOLD, noise_floor: float = 0.0,
+    clipped: Callable[[int, int], BoolArray] | None = None,
+) -> Detection:  # fmt: skip
+    """Find every contact in an acceleration that is read by pieces.
+
+    Parameters
+    ----------
+    read : callable
+        (begin, end) to highpassed samples, m/s^2; NaN where there are none.
+    n : int
+        Samples.
+    sample_rate : float
+        Hz.
+    highpass : float or None
+        Corner of the zero-phase second-order Butterworth highpass they went through, Hz.
+    threshold : float
+        In standard deviations of the noise.
+    noise_floor : float
+        m/s^2: half of what the converter resolves.
+    clipped : callable, optional
+        (begin, end) to True where a sample is beyond the sensor's range.
+    """
+    def good(begin: int, end: int) -> FloatArray:
+        return np.nan_to_num(read(begin, end), nan=0.0, posinf=0.0, neginf=0.0)
+
+    spikes = _all_spikes(good, n, sample_rate, threshold, noise_floor)
+    noise = float(np.median(spikes.noise))
+    if not spikes.index.size:
+        return _nothing(1.0 / sample_rate, noise)
+    first = strongest(spikes.index, spikes.strength, reach=_APART * sample_rate)
+    strength = spikes.strength[np.searchsorted(spikes.index, first)]
+    width = spikes.width[np.searchsorted(spikes.index, first)]
+    duration = 1.33 * _typical(width, strength)
+    k = max(1, int(duration / 1.33 / _FINEST))
+    span = window(sample_rate / k, highpass, duration / k)
+
+    def coarse(begin: int, end: int) -> tuple[FloatArray, BoolArray]:
+        """Group means over [begin, end) and whether every sample of a group is good."""
+        raw = read(begin, end)
+        bad = ~np.isfinite(raw)
+        if clipped is not None:
+            bad |= clipped(begin, end)
+        a = np.nan_to_num(raw, nan=0.0, posinf=0.0, neginf=0.0)
+        return (a, ~bad) if k == 1 else (block_means(a, k), block_means(bad * 1.0, k) == 0.0)
+
+    pulse = _learnt(
+        coarse, n, k, first, strength, spikes, span,
+        Shape(duration=max(1.0, duration / k)), highpass, k / sample_rate,
+    )  # fmt: skip
+    parts = [
+        _fit_chunk(coarse, n, k, begin, first, pulse, threshold, noise_floor)
+        for begin in range(0, n, _CHUNK // k * k)
+    ]
+    return _gathered(parts, pulse, k / sample_rate, noise, threshold)
+
+
+def _all_spikes(
+    read: Read, n: int, sample_rate: float, threshold: float, noise_floor: float
+) -> Spikes:
+    parts = []
+    for begin in range(0, n, _CHUNK):
+        found = find_spikes(
+            read(begin, min(n, begin + _CHUNK)), sample_rate,
+            threshold=threshold, noise_floor=noise_floor,
+        )  # fmt: skip
+        parts.append(Spikes(found.index + begin, found.strength, found.width, found.noise))
+    return Spikes(
+        *(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Spikes))
+    )
+
+
+def _typical(width: IntArray, strength: FloatArray) -> float:
+    """Boxcar that shows most of the stronger contacts best."""
+    strong = width[strength >= np.quantile(strength, 0.5)]
+    return float(np.median(strong))
+
+
+def _learnt(
+    coarse: Callable[[int, int], tuple[FloatArray, BoolArray]], n: int, k: int,
+    first: IntArray, strength: FloatArray, spikes: Spikes, span: tuple[int, int],
+    start: Shape, highpass: float | None, dt: float,
+) -> Pulse:  # fmt: skip
+    """The pulse, from up to `_LEARN` clear impacts that stand alone."""
+    reach = (span[1] - span[0]) * k
+    gap = np.diff(first, prepend=first[0] - 10 * reach, append=first[-1] + 10 * reach)
+    alone = (gap[:-1] > reach) & (gap[1:] > reach)
+    inside = (first + span[0] * k > 0) & (first + (span[1] + 1) * k < n)
+    usable = np.flatnonzero(alone & inside & (strength > _CLEAR))
+    order = usable[np.argsort(-strength[usable], kind="stable")]
+    order = order[order.size // 50 :]  # the very strongest may be something else
+    lags = np.arange(span[0], span[1] + 1)
+    samples, noise = [], []
+    for i in order[: 4 * _LEARN]:
+        begin = first[i] + span[0] * k
+        values, good = coarse(int(begin), int(begin) + lags.size * k)
+        if good.all():
+            samples.append(values)
+            stretch = min(first[i] // STRETCH, spikes.noise.size - 1)
+            noise.append(spikes.noise[stretch] / np.sqrt(k))
+        if len(samples) == _LEARN:
+            break
+    if not samples:
+        return pulse_of(start, span, highpass=highpass, dt=dt)
+    stack = np.array(samples)
+    windows = Windows(
+        stack, lags, np.zeros(len(stack)), stack[:, -span[0]], np.array(noise)
+    )  # fmt: skip
+    pulse, fitted = learn_pulse(windows, start, highpass=highpass, dt=dt)
+    return pulse
+
+
+def _fit_chunk(
+    coarse: Callable[[int, int], tuple[FloatArray, BoolArray]], n: int, k: int, begin: int,
+    first: IntArray, pulse: Pulse, threshold: float, noise_floor: float,
+) -> tuple[Contacts, BoolArray]:  # fmt: skip
+    """Contacts in one chunk, placed on the record's own samples, and which are clipped."""
+    end = min(n, begin + _CHUNK // k * k)
+    margin = 2 * (pulse.last - pulse.first) * k
+    low, high = max(0, begin - margin) // k * k, min(n, end + margin)
+    a, valid = coarse(low, high)
+    floor = noise_floor / np.sqrt(k)
+    noise = np.array([noise_of(a[i : i + STRETCH], floor) for i in range(0, a.size, STRETCH)])
+    start = np.unique(np.clip((first[(first >= low) & (first < high)] - low) // k, 0, a.size - 1))
+    found = fit_contacts(a, start, pulse, noise=noise, threshold=threshold, valid=valid)
+    core = np.rint(found.place).astype(np.int64)[:, np.newaxis] + np.arange(
+        pulse.core[0], pulse.core[1] + 1
+    )
+    clipped = ~valid[np.clip(core, 0, a.size - 1)].all(axis=1)
+    place = low + found.place * k + 0.5 * (k - 1)
+    keep = (place >= begin - 0.5) & (place < end - 0.5) & (found.strength > threshold - 2.0)
+    chosen = {field.name: getattr(found, field.name)[keep] for field in fields(Contacts)}
+    chosen["place"] = place[keep] / k
+    return Contacts(**chosen), clipped[keep]
+
+
+def _gathered(
+    parts: list[tuple[Contacts, BoolArray]], pulse: Pulse, dt: float, noise: float,
+    threshold: float,
+) -> Detection:  # fmt: skip
+    def all_of(name: str) -> FloatArray:
+        return np.concatenate([getattr(part, name) for part, _ in parts])
+
+    strength = all_of("strength")
+    return Detection(
+        time=all_of("place") * dt,
+        time_error=all_of("place_error") * dt,
+        jump=all_of("area") * dt,
+        jump_error=all_of("area_error") * dt,
+        peak=all_of("peak"),
+        strength=strength,
+        confidence=_normal_cdf(strength - threshold),
+        crowded=all_of("crowded").astype(bool),
+        clipped=np.concatenate([clipped for _, clipped in parts]),
+        pulse=pulse,
+        interval=dt,
+        noise=noise,
+    )
+
+
+def _nothing(dt: float, noise: float) -> Detection:
+    none = np.empty(0)
+    flags = np.empty(0, dtype=bool)
+    return Detection(none, none, none, none, none, none, none, flags, flags, None, dt, noise)
+
+
+def _normal_cdf(x: FloatArray) -> FloatArray:
+    """Cumulative normal distribution to 1e-5: logistic with a cubic term."""
+    z = np.clip(1.5976 * x + 0.070566 * x**3, -40.0, 40.0)
+    return np.asarray(1.0 / (1.0 + np.exp(-z)))

@@ -1,0 +1,203 @@
+"""The shape that a contact leaves in the record: contact, sensor, sampling and filter in one.
+
+A contact pushes for a time T, roughly as sin^p; the sensor may ring; the oscilloscope takes means
+over its sample interval; the highpass takes the slow part away. `Pulse` is that shape, tabulated
+between the samples, so that an impact's time can be found to a fraction of a sample.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+#: Table entries a sample: linear interpolation between them is below any noise.
+FINE = 32
+_RING = 8e-3  # s after an impact in which ringing is looked for
+_CONTACT = 257  # points across the contact
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Parameters of a contact; lengths in samples.
+
+    Attributes
+    ----------
+    duration : float
+        Of the contact.
+    power : float
+        The push follows sin^power: 1 half sine, 1.5 about Hertz, 2 haversine.
+    skew : float
+        Zero: symmetric; positive: quick rise, slow fall.
+    ring, ring_damping : float
+        Frequency of a resonance (cycles a sample; 0: none) and its damping ratio.
+    """
+
+    duration: float
+    power: float = 1.0
+    skew: float = 0.0
+    ring: float = 0.0
+    ring_damping: float = 0.02
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """A pulse of height 1 as a function of the lag u = (sample - time of impact), in samples.
+
+    Attributes
+    ----------
+    first : int
+        Smallest lag of the table.
+    values, slopes : arrays
+        Pulse and its derivative, `FINE` entries a sample.
+    area : float
+        Momentum: velocity jump of a pulse of height 1, in sample intervals.
+    kept : float
+        Share of the momentum that the samples of the core add up to (the rest is undershoot and
+        ringing).
+    core : (int, int)
+        Lags, inclusive, that hold the contact.
+    doubt : array
+        What single impacts differ from the shape, relative to their height, for each whole lag.
+    shape : Shape
+    learnt_from : int
+        Impacts the shape was fitted to; 0: assumed.
+    """
+
+    first: int
+    values: FloatArray = field(repr=False)
+    slopes: FloatArray = field(repr=False)
+    area: float
+    kept: float
+    core: tuple[int, int]
+    doubt: FloatArray = field(repr=False)
+    shape: Shape
+    learnt_from: int = 0
+
+    @property
+    def last(self) -> int:
+        return self.first + (self.values.size - 1) // FINE
+
+    @property
+    def width(self) -> int:
+        """Boxcar that shows it best, samples: about the contact's length at half height."""
+        return max(1, round(0.75 * self.shape.duration))
+
+    @property
+    def rings(self) -> bool:
+        """Whether what follows the contact is more than the contact's own samples can tell."""
+        return self.shape.ring > 0.0
+
+    def at(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Pulse and derivative at lags u; zero beyond the table."""
+        place = (u - self.first) * FINE
+        inside = (place >= 0.0) & (place < self.values.size - 1)
+        place = np.where(inside, place, 0.0)
+        low = place.astype(np.int64)
+        part = place - low
+        value = self.values[low] + part * (self.values[low + 1] - self.values[low])
+        slope = self.slopes[low] + part * (self.slopes[low + 1] - self.slopes[low])
+        return np.where(inside, value, 0.0), np.where(inside, slope, 0.0)
+
+
+def window(sample_rate: float, highpass: float | None, duration: float) -> tuple[int, int]:
+    """Lags that a pulse may fill: its undershoot from the highpass before, its ringing after."""
+    under = 0.53 / highpass if highpass else 0.0  # where the undershoot crosses zero
+    before = max(math.ceil(2.0 * duration) + 2, math.ceil(under * sample_rate))
+    after = max(math.ceil(2.0 * duration) + 2, math.ceil(max(under, _RING) * sample_rate))
+    return -before, after
+
+
+def pulse_of(
+    shape: Shape, span: tuple[int, int], *, highpass: float | None, dt: float,
+    doubt: FloatArray | None = None, learnt_from: int = 0,
+) -> Pulse:  # fmt: skip
+    """Tabulate a shape. Its time is the centre of the contact's momentum.
+
+    Parameters
+    ----------
+    shape : Shape
+    span : (int, int)
+        Lags of the table.
+    highpass : float or None
+        Corner of the zero-phase Butterworth highpass that the samples went through, Hz.
+    dt : float
+        Sample interval, s.
+    doubt : array, optional
+        For each whole lag; by default a tenth of the pulse's own neighbourhood.
+
+    Examples
+    --------
+    >>> pulse = pulse_of(Shape(duration=4.0), (-6, 12), highpass=None, dt=1e-4)
+    >>> round(pulse.area, 3), round(float(pulse.at(np.array([0.0]))[0][0]), 3)
+    (2.612, 1.0)
+    """
+    u = np.arange((span[1] - span[0]) * FINE + 1) / FINE + span[0]
+    values = _contact(u, shape)
+    if shape.ring > 0.0:
+        values = _rung(values, shape)
+    momentum = 1.0  # of the contact: it survives the resonance, whose static gain is 1
+    lost = dt * _lowpassed(u * dt, highpass) if highpass else np.zeros(u.size)
+    values = values - momentum * lost
+    height = float(np.abs(values).max())
+    reach = math.ceil(0.5 * shape.duration * (1.0 + 0.3 * abs(shape.skew)) + 0.5)
+    core = (-reach, reach)
+    inside = (u >= core[0] - 0.5) & (u < core[1] + 0.5)
+    kept = 1.0 - float(lost[inside].sum()) / FINE
+    values = values / height
+    if doubt is None:
+        doubt = 0.1 * neighbourhood(values, span[1] - span[0] + 1)
+    slopes = np.gradient(values, 1.0 / FINE)
+    return Pulse(
+        span[0], values, slopes, momentum / height, kept, core, doubt, shape, learnt_from
+    )  # fmt: skip
+
+
+def neighbourhood(values: FloatArray, size: int) -> FloatArray:
+    """Largest size of a tabulated pulse within two samples of each whole lag."""
+    padded = np.append(np.abs(values), np.zeros(size * FINE - values.size))
+    top = padded.reshape(size, FINE).max(axis=1)
+    wide = top.copy()
+    for shift in (1, 2):
+        wide[shift:] = np.maximum(wide[shift:], top[:-shift])
+        wide[:-shift] = np.maximum(wide[:-shift], top[shift:])
+    return wide
+
+
+def _contact(u: FloatArray, shape: Shape) -> FloatArray:
+    """Push of unit momentum, centred on it, averaged over each sample."""
+    phase = np.linspace(0.0, 1.0, _CONTACT)
+    push = np.sin(np.pi * phase ** (2.0 ** (-shape.skew))) ** shape.power
+    push[-1] = 0.0  # sin(pi) is not zero in floating point; its powers would be NaN
+    momentum = np.concatenate([[0.0], np.cumsum(0.5 * (push[1:] + push[:-1]))])
+    total = momentum[-1]
+    centre = 1.0 - float(np.trapezoid(momentum / total, phase))
+    place = (phase - centre) * shape.duration
+    risen = np.interp(u + 0.5, place, momentum / total)
+    return np.asarray(risen - np.interp(u - 0.5, place, momentum / total))
+
+
+def _rung(values: FloatArray, shape: Shape) -> FloatArray:
+    """The pulse as a resonance shows it (its momentum then comes 2 z/w after the contact's)."""
+    size = 2 * values.size
+    w = 2.0 * math.pi * shape.ring  # rad a sample
+    z = min(shape.ring_damping, 0.9)
+    wd = w * math.sqrt(1.0 - z * z)
+    t = np.arange(values.size) / FINE
+    answer = (w * w / wd) * np.exp(-z * w * t) * np.sin(wd * t) / FINE
+    product = np.fft.rfft(values, size) * np.fft.rfft(answer, size)
+    return np.asarray(np.fft.irfft(product, size)[: values.size])
+
+
+def _lowpassed(t: FloatArray, corner: float) -> FloatArray:
+    """What a zero-phase second-order Butterworth highpass takes from a unit impulse, 1/s.
+
+    |H|^2 = f^4/(f^4 + fc^4) forward and backward leaves out fc^4/(f^4 + fc^4), whose impulse
+    response is this.
+    """
+    x = math.sqrt(2.0) * np.pi * corner * np.abs(t)
+    return np.asarray(math.sqrt(0.5) * np.pi * corner * np.exp(-x) * (np.cos(x) + np.sin(x)))

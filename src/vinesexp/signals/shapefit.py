@@ -1,0 +1,231 @@
+"""Learn the pulse of a record from its own clean impacts.
+
+Every clean impact samples the same pulse at another sub-sample shift; a few dozen of them give
+duration, form and ringing of the pulse far below the sample interval. Times and heights of the
+impacts are nuisance parameters: they are projected out of every step.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.signals.pulse import Pulse, Shape, neighbourhood, pulse_of
+
+FloatArray = NDArray[np.float64]
+
+_STEPS = 8
+_EVIDENCE = 0.02  # a further parameter has to lower the misfit by this share ...
+_NOTICED = 30.0  # ... and by so much chi^2
+_LONGEST_RING = 4000  # samples
+_FEW = 5  # impacts: with fewer only the duration is fitted
+_PLAIN: Sequence[str] = ("duration",)
+_FORM: Sequence[str] = ("duration", "power", "skew")
+_RINGING: Sequence[str] = ("duration", "power", "skew", "ring", "ring_damping")
+_LIMITS = {
+    "duration": (0.3, 1e6),
+    "power": (0.5, 4.0),
+    "skew": (-1.5, 1.5),
+    "ring": (1e-4, 1.5),
+    "ring_damping": (1e-3, 0.6),
+}
+_NUDGE = {"duration": 1e-2, "power": 1e-2, "skew": 1e-2, "ring": 1e-4, "ring_damping": 1e-3}
+
+
+@dataclass
+class Windows:
+    """Windows of n clean impacts and what is believed of each.
+
+    Attributes
+    ----------
+    samples : array (n, w)
+        m/s^2.
+    lags : int array (w,)
+        Sample minus the sample `whole` of the impact.
+    shift : array (n,)
+        Time of the impact minus that sample, in samples.
+    height, noise : arrays (n,)
+        m/s^2.
+    """
+
+    samples: FloatArray
+    lags: NDArray[np.int64]
+    shift: FloatArray
+    height: FloatArray
+    noise: FloatArray
+
+    def keep(self, chosen: NDArray[np.bool_]) -> Windows:
+        return Windows(
+            self.samples[chosen], self.lags, self.shift[chosen], self.height[chosen],
+            self.noise[chosen],
+        )  # fmt: skip
+
+
+def learn_pulse(
+    windows: Windows, start: Shape, *, highpass: float | None, dt: float
+) -> tuple[Pulse, Windows]:
+    """Fit the shape to the windows: a half sine, then free form, then ringing, by evidence.
+
+    Returns
+    -------
+    Pulse, Windows
+        The pulse with its doubt, and the windows with refined times.
+    """
+    span = (int(windows.lags[0]), int(windows.lags[-1]))
+
+    def table(shape: Shape) -> Pulse:
+        return pulse_of(shape, span, highpass=highpass, dt=dt)
+
+    plain = _fit(windows, start, _PLAIN, table)
+    best = plain
+    if windows.height.size >= _FEW:
+        form = _fit(plain[2], plain[1], _FORM, table)
+        best = form if _better(form[0], plain[0]) else plain
+        ringing = [_fit(windows, shape, _RINGING, table) for shape in _ring_starts(windows, best[1])]
+        if ringing:
+            rung = min(ringing, key=lambda found: found[0])
+            best = rung if _better(rung[0], best[0]) else best
+    chi2, shape, fitted = best
+    shapes = table(shape)
+    doubt = _doubt(fitted, shapes, span)
+    whole = (span[0], max(span[1], _rung_out(shape)))
+    doubt = np.append(doubt, np.full(whole[1] - span[1], doubt[-1]))
+    pulse = pulse_of(
+        shape, whole, highpass=highpass, dt=dt, doubt=doubt, learnt_from=fitted.height.size
+    )
+    return pulse, fitted
+
+
+def _rung_out(shape: Shape) -> int:
+    """Samples after which the ringing has shrunk a thousandfold."""
+    if not shape.ring:
+        return 0
+    return min(math.ceil(7.0 / (2.0 * math.pi * shape.ring * shape.ring_damping)), _LONGEST_RING)
+
+
+def _better(new: float, old: float) -> bool:
+    return new < old * (1.0 - _EVIDENCE) and old - new > _NOTICED
+
+
+def _ring_starts(windows: Windows, shape: Shape) -> list[Shape]:
+    """Shapes with ringing to try: at the strongest line of what follows the contacts."""
+    late = windows.samples[:, windows.lags > 1.5 * shape.duration + 2.0]
+    if late.shape[1] < 12:
+        return []
+    size = 4 * late.shape[1]
+    power = (np.abs(np.fft.rfft(late * np.hanning(late.shape[1]), size)) ** 2).mean(axis=0)
+    low = size // 25  # below lies what the highpass left
+    peak = low + int(np.argmax(power[low:]))
+    if power[peak] < 8.0 * float(np.median(power[low:])):
+        return []
+    frequency = peak / size
+    return [
+        replace(shape, duration=duration, power=1.0, skew=0.0, ring=ring, ring_damping=damping)
+        for ring in (frequency, 1.0 - frequency)  # it may be an alias
+        for duration in (shape.duration, 0.6 * shape.duration)
+        for damping in (0.02,)
+    ]
+
+
+def _fit(
+    windows: Windows, start: Shape, names: Sequence[str], table: Callable[[Shape], Pulse]
+) -> tuple[float, Shape, Windows]:
+    """Gauss-Newton with step halving over the named parameters; chi^2, shape, windows."""
+    shape, now = start, place(windows, table(start), reach=math.ceil(start.duration) + 2)
+    rest, value, slope = _residual(now, table(shape))
+    chi2 = float((rest**2).sum())
+    for _ in range(_STEPS):
+        columns = []
+        for name in names:
+            nudged = replace(shape, **{name: getattr(shape, name) + _NUDGE[name]})
+            change = _residual(now, table(nudged))[0] - rest
+            columns.append(_projected(-change / _NUDGE[name], value, slope))
+        matrix = np.stack([column.ravel() for column in columns], axis=1)
+        step = np.linalg.lstsq(matrix, _projected(rest, value, slope).ravel(), rcond=1e-8)[0]
+        factor, improved = 1.0, False
+        for _ in range(5):
+            trial = _moved(shape, names, factor * step)
+            pulse = table(trial)
+            placed = place(now, pulse, reach=0)
+            new_rest, new_value, new_slope = _residual(placed, pulse)
+            new_chi2 = float((new_rest**2).sum())
+            if new_chi2 < chi2:
+                improved = True
+                break
+            factor *= 0.4
+        if not improved:
+            break
+        gained = chi2 - new_chi2
+        shape, now, rest, value, slope, chi2 = trial, placed, new_rest, new_value, new_slope, new_chi2
+        if gained < 1e-3 * chi2:
+            break
+    return chi2, shape, now
+
+
+def _moved(shape: Shape, names: Sequence[str], step: FloatArray) -> Shape:
+    new = {}
+    for name, change in zip(names, step, strict=True):
+        low, high = _LIMITS[name]
+        old = getattr(shape, name)
+        most = 0.3 * old if name in ("duration", "ring") else max(0.5, 0.5 * abs(old))
+        new[name] = float(np.clip(old + np.clip(change, -most, most), low, high))
+    return replace(shape, **new)
+
+
+def place(windows: Windows, pulse: Pulse, *, reach: int) -> Windows:
+    """Times and heights for a given pulse; `reach` > 0 looks for the best whole shift first."""
+    shift, height = windows.shift, windows.height
+    if reach:
+        trials = np.arange(-reach, reach + 1, 0.5)
+        shapes = pulse.at(windows.lags[np.newaxis, :] - trials[:, np.newaxis])[0]
+        match = windows.samples @ shapes.T / np.sqrt((shapes**2).sum(axis=1))
+        shift = trials[np.argmax(np.abs(match), axis=1)]
+        height = np.sign(match[np.arange(shift.size), np.argmax(np.abs(match), axis=1)])
+    for _ in range(4):
+        value, slope = pulse.at(windows.lags - shift[:, np.newaxis])
+        vv, vs, ss = (value * value).sum(1), (value * slope).sum(1), (slope * slope).sum(1)
+        v, s = (value * windows.samples).sum(1), (slope * windows.samples).sum(1)
+        height = np.where(vv > 0.0, v / np.maximum(vv, 1e-300), height)
+        # d(sample)/d(shift) = -height slope
+        down = ss - vs * vs / np.maximum(vv, 1e-300)
+        step = -(s - height * vs) / np.where(height * down == 0.0, np.inf, height * down)
+        shift = shift + np.clip(step, -0.5, 0.5)
+    return Windows(windows.samples, windows.lags, shift, height, windows.noise)
+
+
+def _residual(windows: Windows, pulse: Pulse) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Misfit in standard deviations, with pulse and slope scaled likewise."""
+    value, slope = pulse.at(windows.lags - windows.shift[:, np.newaxis])
+    noise = windows.noise[:, np.newaxis]
+    height = windows.height[:, np.newaxis] / noise
+    return windows.samples / noise - value * height, value * height, slope * height
+
+
+def _projected(x: FloatArray, value: FloatArray, slope: FloatArray) -> FloatArray:
+    """x less what each impact's own height and time explain of it."""
+    for direction in (value, slope - value * _ratio(slope, value)):
+        x = x - direction * _ratio(x, direction)
+    return x
+
+
+def _ratio(x: FloatArray, y: FloatArray) -> FloatArray:
+    norm = (y * y).sum(axis=1, keepdims=True)
+    return np.asarray((x * y).sum(axis=1, keepdims=True) / np.maximum(norm, 1e-300))
+
+
+def _doubt(windows: Windows, pulse: Pulse, span: tuple[int, int]) -> FloatArray:
+    """Spread of single impacts about the shape beyond the noise, relative to the height."""
+    size = span[1] - span[0] + 1
+    few = windows.height.size < _FEW
+    floor = (0.2 if few else 0.01) * neighbourhood(pulse.values, size)
+    rest = _residual(windows, pulse)[0] * (windows.noise / np.abs(windows.height))[:, np.newaxis]
+    expected = float(((windows.noise / windows.height) ** 2).mean())
+    excess = np.sqrt(np.maximum((rest**2).mean(axis=0) - expected, 0.0))
+    wide = excess.copy()  # an impact half a sample off shows its misfit one lag farther
+    wide[1:] = np.maximum(wide[1:], excess[:-1])
+    wide[:-1] = np.maximum(wide[:-1], excess[1:])
+    return np.asarray(wide + floor)
