@@ -226,7 +226,7 @@ def _envelope(record: Record, results: Path) -> Trace:
 
     with open_record(results / f"conditioned/{record.id}.nc") as view:
         trace = _read(view, "displacement")
-        frequency = float(view.attributes.get("frequency_hz") or 0.0)
+        frequency = float(view.attributes.get("oscillation_hz") or 0.0)
         cycles = max(round(frequency * len(trace.values) / view.sample_rate), 1)
     time, low, high = band(trace.time, trace.values, columns=cycles or 200)
     return Trace(_set_up(record), time, 0.5 * (high - low))
