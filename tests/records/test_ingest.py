@@ -228,6 +228,18 @@ def test_a_drop_has_no_period_and_may_be_short(tmp_path):
     assert [c.outcome for c in ingest(campaign, campaign.record("a"), tmp_path / "a.nc")] == ["ok"]
 
 
+@pytest.mark.parametrize(("test", "outcome"), [("ringdown", "warning"), ("periodic", "refused")])
+def test_a_base_that_rests_is_fine_where_it_may_rest(test, outcome, tmp_path):
+    rows = zip(T, np.full(N, 2.5), *list(COLUMNS.values())[1:], strict=True)
+    lines = [",".join(f"{value:.9g}" for value in row) for row in rows]
+    (tmp_path / "a.csv").write_text("\n".join([",".join(["Time", *COLUMNS]), *lines]))
+    yaml = YAML + "time: {column: Time, unit: s}\n"
+    campaign = make(tmp_path, "a.csv", yaml, row=f"{test},,,,,,,")
+    checks = ingest_or_refuse(campaign, campaign.record("a"), tmp_path / "a.nc")
+    assert checks[-1].outcome == outcome
+    assert checks[-1].detail.startswith("base does not" if outcome == "warning" else str(tmp_path))
+
+
 def test_an_excluded_record_is_not_even_opened(tmp_path):
     campaign = make(tmp_path, "nowhere.csv", row="periodic,,,,,,yes,cable loose")
     (check,) = ingest(campaign, campaign.record("a"), tmp_path / "a.nc")

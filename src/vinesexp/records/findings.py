@@ -14,6 +14,15 @@ from vinesexp.records.store import RecordView
 #: Which channel shows the oscillator's motion best.
 _MOTION = ("displacement", "base", "acceleration")
 
+#: Channels that have to move in each test; others may rest below the instrument's resolution.
+_MOVING = {
+    "ringdown": ("displacement", "acceleration"),
+    "sweep": _MOTION,
+    "periodic": _MOTION,
+    "transient": ("displacement", "acceleration"),
+    "drop": ("acceleration",),
+}
+
 _LEAST_PERIODS = 2.0
 
 _DEFECTS = {
@@ -51,6 +60,10 @@ def look_over(
         # Only the oscillator's own inertia forbids it to stop dead; a shaker can.
         stuck = frozen(view, role, period=period if role == "displacement" else None)
         stuck = [run for run in stuck if run not in clipped]
+        if stuck and stuck[0].length == view.n and role not in _MOVING[record.test]:
+            told = f"{role} does not change at all; noise below one step of the instrument?"
+            found.append(Check(record.id, "frozen", "warning", told))
+            continue
         for defect, runs in (("saturated", clipped), ("frozen", stuck)):
             if runs:
                 told = f"{role} {_told(view, samples, runs, defect)}"

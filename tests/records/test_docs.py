@@ -1,0 +1,47 @@
+"""docs/campaign.md and docs/formats.md keep up with the code: every key, column, format."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from vinesexp.records.campaign import TESTS, load_campaign
+from vinesexp.records.checks import OUTCOMES
+from vinesexp.records.description import CHANNEL_KEYS, KEYS
+from vinesexp.records.readers import READERS
+from vinesexp.records.schema import ACCEPTABLE, ROLES
+from vinesexp.records.table import COLUMNS
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+@pytest.mark.parametrize("word", [*KEYS, *CHANNEL_KEYS, *COLUMNS, *TESTS, "mass", "nes_mass"])
+def test_every_key_column_and_test_has_its_row(word):
+    assert re.search(rf"^\| `{word}` \|", (DOCS / "campaign.md").read_text(), re.MULTILINE)
+
+
+@pytest.mark.parametrize("word", [*ROLES, *ACCEPTABLE])
+def test_every_role_and_defect_is_told(word):
+    assert f"`{word}`" in (DOCS / "campaign.md").read_text()
+
+
+@pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.NAME)
+def test_every_format_has_its_section(reader):
+    heading = reader.NAME.split(" (")[0]
+    assert re.search(rf"^### {re.escape(heading)}$", (DOCS / "formats.md").read_text(), re.I | re.M)
+
+
+def test_every_outcome_is_told():
+    text = (DOCS / "formats.md").read_text()
+    assert all(f"`{outcome}`" in text for outcome in OUTCOMES)
+
+
+def test_the_examples_are_campaigns(tmp_path):
+    blocks = re.findall(r"```(yaml|csv)\n(.*?)```", (DOCS / "campaign.md").read_text(), re.S)
+    table = next(text for kind, text in blocks if kind == "csv")
+    examples = [text for kind, text in blocks if kind == "yaml"]
+    assert len(examples) == 2
+    for text in examples:
+        (tmp_path / "campaign.yaml").write_text(text)
+        (tmp_path / "records.csv").write_text(table)
+        assert load_campaign(tmp_path).records
