@@ -228,6 +228,19 @@ def test_a_drop_has_no_period_and_may_be_short(tmp_path):
     assert [c.outcome for c in ingest(campaign, campaign.record("a"), tmp_path / "a.nc")] == ["ok"]
 
 
+@pytest.mark.parametrize(("column", "outcome"), [(2, "warning"), (1, "refused"), (0, "refused")])
+def test_only_a_clipped_accelerometer_can_still_be_used(column, outcome, tmp_path):
+    values = list(COLUMNS.values())
+    middle, reach = values[column].mean(), np.ptp(values[column]) / 2
+    values[column] = np.clip(values[column], middle - 0.9 * reach, middle + 0.9 * reach)
+    lines = [",".join(f"{value:.9g}" for value in row) for row in zip(T, *values, strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join([",".join(["Time", *COLUMNS]), *lines]))
+    campaign = make(tmp_path, "a.csv", YAML + "time: {column: Time, unit: s}\n")
+    checks = ingest_or_refuse(campaign, campaign.record("a"), tmp_path / "a.nc")
+    assert checks[-1].outcome == outcome
+    assert "stands clipped at the end of its range" in checks[-1].detail
+
+
 @pytest.mark.parametrize(("test", "outcome"), [("ringdown", "warning"), ("periodic", "refused")])
 def test_a_base_that_rests_is_fine_where_it_may_rest(test, outcome, tmp_path):
     rows = zip(T, np.full(N, 2.5), *list(COLUMNS.values())[1:], strict=True)

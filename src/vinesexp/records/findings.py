@@ -97,7 +97,9 @@ def _told(view: RecordView, samples: Samples, runs: list[Stretch], defect: str) 
 
 
 def _judge(record: Record, channel: Channel, defect: str, told: str) -> Check:
-    if defect in channel.accept:
+    # Where an accelerometer is clipped the impact is still there, and is marked as clipped later;
+    # a clipped displacement would quietly change every amplitude.
+    if defect in channel.accept or (channel.role, defect) == ("acceleration", "saturated"):
         return Check(record.id, defect, "warning", told)
     raise RecordError(
         f"{told}, or add accept: {defect} to channels.{channel.role}", file=record.file
