@@ -22,9 +22,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from vinesexp.simulation.compiled import compiled
 from vinesexp.simulation.contact import (
     CLEARANCE,
     FREE,
@@ -36,6 +36,7 @@ from vinesexp.simulation.contact import (
     RHO,
     SIDE,
     STATE,
+    U,
     D,
 )
 
@@ -44,7 +45,7 @@ FloatArray = NDArray[np.float64]
 REMAINDER = 1e-8
 
 
-@njit(cache=True)
+@compiled
 def remaining_time(ball: FloatArray, a: float) -> float:
     """Time to the accumulation point of one ball's chatter under constant acceleration, s."""
     if a <= 0.0 or ball[RESTITUTION] >= 1.0:
@@ -56,7 +57,7 @@ def remaining_time(ball: FloatArray, a: float) -> float:
     return total / a
 
 
-@njit(cache=True)
+@compiled
 def close_chatter(
     balls: FloatArray, mass: float, rate: float, x2: float, x3: float, v: float, remainder: float
 ) -> tuple[float, float, float]:
@@ -103,7 +104,7 @@ def close_chatter(
     return T, v * T + shift, dv
 
 
-@njit(cache=True)
+@compiled
 def settle(balls: FloatArray, X: FloatArray) -> int:
     """Mark (HIT) and put to rest the balls that touch a wall without speed while it pushes them.
 
@@ -124,8 +125,8 @@ def settle(balls: FloatArray, X: FloatArray) -> int:
     return count
 
 
-@njit(cache=True)
-def release(balls: FloatArray) -> int:
+@compiled
+def release(balls: FloatArray, v: float) -> int:
     """Let go every resting ball (all rest on the same side: that on which the wall pushes)."""
     count = 0
     for i in range(balls.shape[0]):
@@ -134,6 +135,7 @@ def release(balls: FloatArray) -> int:
             balls[i, STATE] = RELEASED
             balls[i, D] = 0.0
             balls[i, RHO] = 0.0
+            balls[i, U] = v
             balls[i, HIT] = 1.0
             count += 1
     return count

@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vinesexp.simulation.chatter import close_chatter, release, settle
+from vinesexp.simulation.compiled import compiled
 from vinesexp.simulation.contact import (
     CLEARANCE,
     FREE,
@@ -24,10 +24,13 @@ from vinesexp.simulation.contact import (
     REST_END,
     REST_START,
     RESTING,
+    MASS,
+    RESTITUTION,
     RHO,
     ROOT,
     SIDE,
     STATE,
+    U,
     WALL,
     D,
     closing_now,
@@ -56,7 +59,7 @@ IntArray = NDArray[np.int32]
 T_HIGH, T_LOW, X_NOW, V_NOW = 0, 1, 2, 3
 
 
-@njit(cache=True)
+@compiled
 def advance_clock(state: FloatArray, s: float) -> None:
     """Add s to the time, keeping what rounding would drop."""
     s += state[T_LOW]
@@ -65,7 +68,7 @@ def advance_clock(state: FloatArray, s: float) -> None:
     state[T_HIGH] = total
 
 
-@njit(cache=True)
+@compiled
 def next_contact(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float) -> float:
     """First contact of any ball in (0, limit]; ROOT and WALL of each ball that has one."""
     first = math.inf
@@ -95,7 +98,7 @@ def next_contact(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float) 
     return first
 
 
-@njit(cache=True)
+@compiled
 def next_release(
     balls: FloatArray, X: FloatArray, P: FloatArray, limit: float, noise: float
 ) -> float:
@@ -114,10 +117,11 @@ def next_release(
     P[top - 1] = P[top] = 0.0
     if abs(P[0]) <= noise and P[1] >= 0.0:
         P[0] = 0.0
-    return first_root(P, 0, limit)
+    first: float = first_root(P, 0, limit)
+    return first
 
 
-@njit(cache=True)
+@compiled
 def move(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) -> None:
     """Carry clock, oscillator and balls s seconds on; contacts within rounding of s are at a
     wall."""
@@ -128,14 +132,16 @@ def move(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) -> None:
     for i in range(balls.shape[0]):
         if balls[i, STATE] == RESTING:
             continue
-        rho = 0.0 if balls[i, STATE] == RELEASED else balls[i, RHO]
         if balls[i, STATE] == RELEASED:
             bend_i = value(X, s, 3)
             gap = balls[i, D] - balls[i, SIDE] * bend_i
             balls[i, RHO] = slope(X, s, 3)
         else:
-            gap = balls[i, D] - balls[i, SIDE] * (rho * s + bend)
-            balls[i, RHO] = rho + gain
+            gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * s + bend)
+            # Where x' and y' differ by more than rounding, their difference carries no drift.
+            apart = state[V_NOW] - balls[i, U]
+            clear = abs(apart) > 0.25 * (abs(state[V_NOW]) + abs(balls[i, U]))
+            balls[i, RHO] = apart if clear else balls[i, RHO] + gain
         if s > 0.0:
             balls[i, STATE] = FREE
         if balls[i, ROOT] <= tie:
@@ -143,7 +149,7 @@ def move(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) -> None:
         balls[i, D] = max(gap, 0.0)
 
 
-@njit(cache=True)
+@compiled
 def log_marked(
     balls: FloatArray, numbers: FloatArray, labels: IntArray, row: int, kind: int, state: FloatArray
 ) -> int:
@@ -158,7 +164,7 @@ def log_marked(
     return row
 
 
-@njit(cache=True)
+@compiled
 def collide(
     balls: FloatArray, M: float, state: FloatArray, numbers: FloatArray, labels: IntArray, row: int,
     before: FloatArray,
@@ -170,11 +176,19 @@ def collide(
     state[V_NOW] = v + impact(balls, M)
     for i in range(n):
         if balls[i, HIT] == 1.0:
+            if balls[i, MASS] > M and n == 1:
+                # The lighter body takes the rounding: here the oscillator, of a wall-like ball.
+                push = (1.0 + balls[i, RESTITUTION]) * before[i] * (M / (M + balls[i, MASS]))
+                balls[i, U] += push
+                state[V_NOW] = balls[i, U] + balls[i, RHO]
+            else:
+                balls[i, U] = state[V_NOW] - balls[i, RHO]
             row = write_event(
                 numbers, labels, row, IMPACT, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
-                v, state[V_NOW], v - before[i], state[V_NOW] - balls[i, RHO],
+                v, state[V_NOW], v - before[i], balls[i, U],
             )  # fmt: skip
         elif before[i] == math.inf and balls[i, STATE] != RESTING:
+            balls[i, U] = v
             row = write_event(
                 numbers, labels, row, REST_END, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
                 v, state[V_NOW], v, v,
@@ -182,7 +196,7 @@ def collide(
     return row
 
 
-@njit(cache=True)
+@compiled
 def run(
     par: FloatArray, kind: int, table: FloatArray, duration: float, remainder: float,
     state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray,
@@ -205,7 +219,7 @@ def run(
         if settle(balls, X) > 0:
             row = log_marked(balls, numbers, labels, row, REST_START, state)
             continue
-        rate = own_rate(mass, par[P_C], par[P_K])
+        rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
         T, dx, dv = close_chatter(
             balls, mass, rate, 2.0 * X[2], 6.0 * X[3], state[V_NOW], remainder
         )
@@ -232,12 +246,12 @@ def run(
         if first >= step and goal < math.inf:
             state[T_HIGH], state[T_LOW] = goal, 0.0
         if let_go < contact and let_go <= step:
-            release(balls)
+            release(balls, state[V_NOW])
             row = log_marked(balls, numbers, labels, row, REST_END, state)
     return row
 
 
-@njit(cache=True)
+@compiled
 def sample(
     par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
     x: FloatArray, v: FloatArray, a: FloatArray,

@@ -177,7 +177,7 @@ def _ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
             )
     y0 = np.array(release.y0 or [release.x0] * n, dtype=np.float64)
     vy0 = np.array(release.vy0 or [0.0] * n, dtype=np.float64)
-    table = np.zeros((n, 10))
+    table = np.zeros((n, 11))
     for i, nes in enumerate(rig.nes):
         w = release.x0 - y0[i]
         side = 1.0 if w >= 0.0 else -1.0
@@ -191,6 +191,7 @@ def _ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
         # Within rounding of the wall means on it: 0.034 - 0.0 and b need not agree in the last bit.
         gap = 0.0 if gap <= rounding else gap
         table[i, :7] = nes.m, nes.b, nes.r, gap, side, release.v0 - vy0[i], 0.0
+        table[i, 10] = vy0[i]
     return table, y0
 
 
@@ -270,7 +271,7 @@ def _run(
     rows = max(n, 1)
     start, start_labels = np.zeros((rows, 6)), np.zeros((rows, 3), dtype=np.int32)
     start[:, 1], start[:, 2:4] = release.x0, release.v0
-    start[:n, 4], start[:n, 5] = y0, release.v0 - balls[:, 5]
+    start[:n, 4], start[:n, 5] = y0, balls[:, 10]
     start_labels[:, 1] = np.arange(rows)
     numbers, labels = [start], [start_labels]
     while state[0] < duration:

@@ -21,15 +21,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from vinesexp.simulation.compiled import compiled
 
 FloatArray = NDArray[np.float64]
 
 EPS = 2.220446049250313e-16
 
 
-@njit(cache=True)
+@compiled
 def first_root(p: FloatArray, lead: int, limit: float) -> float:
     """First root in (0, limit] of p_lead s^lead + p_(lead+1) s^(lead+1) + ...; inf if there is
     none.
@@ -37,6 +38,8 @@ def first_root(p: FloatArray, lead: int, limit: float) -> float:
     Only a root at which p falls through (or touches) zero counts: p > 0 before it. A series
     that starts below zero by rounding has its root at 0 if it falls, and none before it has risen.
     """
+    if limit <= 0.0:
+        return math.inf
     top = p.shape[0] - 1
     while lead < top and p[lead] == 0.0:
         lead += 1
@@ -69,7 +72,7 @@ def first_root(p: FloatArray, lead: int, limit: float) -> float:
             step = (slope + math.sqrt(slope * slope + 2.0 * curvature * value)) / curvature
         else:
             return math.inf
-        if s + step > limit:
+        if not s + step <= limit:
             return math.inf
         if step <= EPS * s:
             return s

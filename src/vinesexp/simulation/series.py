@@ -17,9 +17,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from vinesexp.simulation.compiled import compiled
 from vinesexp.simulation.search import first_root
 
 FloatArray = NDArray[np.float64]
@@ -35,7 +35,7 @@ P_M, P_C, P_K, P_QUADRATIC, P_COULOMB = 0, 1, 2, 3, 4
 CHIRP, POLYNOMIAL = 0, 1
 
 
-@njit(cache=True)
+@compiled
 def piece_at(table: FloatArray, t: float) -> int:
     """Number of the piece that holds t; the first before all of them, the last after."""
     low, high = 0, table.shape[0]
@@ -48,7 +48,7 @@ def piece_at(table: FloatArray, t: float) -> int:
     return low
 
 
-@njit(cache=True)
+@compiled
 def expand_base(kind: int, row: FloatArray, since: float, E: FloatArray) -> float:
     """Taylor coefficients of x_e at `since` seconds into the piece; the rate of its motion,
     rad/s."""
@@ -80,7 +80,7 @@ def expand_base(kind: int, row: FloatArray, since: float, E: FloatArray) -> floa
     return rate
 
 
-@njit(cache=True)
+@compiled
 def own_rate(mass: float, c: float, k: float) -> float:
     """Modulus of the largest eigenvalue of the oscillator, 1/s."""
     half, w2 = 0.5 * c / mass, k / mass
@@ -89,7 +89,7 @@ def own_rate(mass: float, c: float, k: float) -> float:
     return half + math.sqrt(half * half - w2)
 
 
-@njit(cache=True)
+@compiled
 def fill_series(
     par: FloatArray, mass: float, direction: float, E: FloatArray, X: FloatArray
 ) -> None:
@@ -110,7 +110,7 @@ def fill_series(
         X[n + 2] = force / (mass * (n + 1) * (n + 2))
 
 
-@njit(cache=True)
+@compiled
 def expand_weakly_nonlinear(
     par: FloatArray, mass: float, E: FloatArray, X: FloatArray, limit: float
 ) -> float:
@@ -155,7 +155,7 @@ def expand_weakly_nonlinear(
     return min(reach, first_root(P, 1 if at_rest else 0, reach))
 
 
-@njit(cache=True)
+@compiled
 def expand(
     par: FloatArray, mass: float, kind: int, table: FloatArray, piece: int, since: float,
     x: float, v: float, E: FloatArray, X: FloatArray,
@@ -170,7 +170,7 @@ def expand(
     return limit
 
 
-@njit(cache=True)
+@compiled
 def value(X: FloatArray, s: float, first: int) -> float:
     """Sum of X_n s^(n) from n = `first`."""
     total = 0.0
@@ -179,7 +179,7 @@ def value(X: FloatArray, s: float, first: int) -> float:
     return total * s**first
 
 
-@njit(cache=True)
+@compiled
 def slope(X: FloatArray, s: float, first: int) -> float:
     """Sum of n X_n s^(n-1) from n = `first`."""
     total = 0.0
@@ -188,7 +188,7 @@ def slope(X: FloatArray, s: float, first: int) -> float:
     return total * s ** (first - 1)
 
 
-@njit(cache=True)
+@compiled
 def curvature(X: FloatArray, s: float) -> float:
     """Second derivative of the series at s."""
     total = 0.0
