@@ -53,7 +53,9 @@ def test_a_campaign_from_start_to_change(workflow):
     assert steps(again) == []
 
     workflow.write_ringdown(campaign / "raw/more.csv", f0=7.862, seed=2)
-    (campaign / "raw/broken.csv").write_text("Time,Laser\ns,mm\n0.0,1.0\n0.1,oops\n")
+    good = (campaign / "raw/more.csv").read_text(encoding="utf-8").splitlines()
+    broken = [*good[:700], "1.396,oops", *good[701:]]
+    (campaign / "raw/broken.csv").write_text("\n".join(broken), encoding="utf-8")
     with (campaign / "records.csv").open("a") as stream:
         stream.write("more,raw/more.csv,ringdown,\nbroken,raw/broken.csv,ringdown,\n")
     grown = workflow.run("--config", "campaign=data/tiny")
@@ -63,6 +65,7 @@ def test_a_campaign_from_start_to_change(workflow):
     assert {"more", "broken"} <= touched
     refused = [row for row in table(results / "checks.csv") if row["outcome"] == "refused"]
     assert [row["record"] for row in refused] == ["broken"]
+    assert "line 701" in refused[0]["detail"]
     assert "oops" in refused[0]["detail"]
     assert "oops" in (results / "report.html").read_text(encoding="utf-8")
 

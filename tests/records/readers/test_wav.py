@@ -43,3 +43,36 @@ def test_a_broken_file_is_told(tmp_path):
     path.write_bytes(b"RIFF\x24\x00\x00\x00WAVEfmt ")
     with pytest.raises(RecordError, match="cannot be read as WAV"):
         open_source(path)
+
+
+def with_ixml(path, text):
+    """Put an iXML chunk in front of the chunks of a WAV file."""
+    whole = path.read_bytes()
+    text += b" " * (len(text) % 2)
+    chunk = b"iXML" + len(text).to_bytes(4, "little") + text
+    size = (int.from_bytes(whole[4:8], "little") + len(chunk)).to_bytes(4, "little")
+    path.write_bytes(whole[:4] + size + whole[8:12] + chunk + whole[12:])
+
+
+TRACK = b"<TRACK><CHANNEL_INDEX>%d</CHANNEL_INDEX><NAME>%s</NAME></TRACK>"
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        (
+            b"<BWFXML>" + TRACK % (1, b"CH1") + TRACK % (2, b" Laser ") + b"</BWFXML>",
+            ["CH1", "Laser"],
+        ),
+        (b"<BWFXML>" + TRACK % (2, b"CH2") + b"</BWFXML>", ["0", "CH2"]),
+        (b"<BWFXML>" + TRACK % (1, b"") + b"</BWFXML>", ["0", "1"]),
+        (b"<BWFXML> broken", ["0", "1"]),
+    ],
+)
+def test_tracks_are_called_as_the_recorder_names_them(text, names, tmp_path):
+    path = tmp_path / "a.wav"
+    wavfile.write(path, 8000, np.stack([SHAPE, SHAPE], axis=1).astype(np.float32))
+    with_ixml(path, text)
+    source = open_source(path)
+    assert [column.name for column in source.columns] == names
+    np.testing.assert_array_equal(next(iter(source.blocks([0])))[:, 0], SHAPE.astype(np.float32))

@@ -1,11 +1,13 @@
 """WAV files of audio interfaces and recorders: full scale is 1.
 
 Integer codes become -1 to 1; what full scale means is the channel's `file_unit` in campaign.yaml
-(``file_unit: 10 V``). Columns are called ``0``, ``1`` and so on.
+(``file_unit: 10 V``). Columns are called as the recorder's iXML chunk names its tracks, else ``0``,
+``1`` and so on.
 """
 
 from __future__ import annotations
 
+import struct
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -54,7 +56,8 @@ class WavSource:
         if not len(self._data) or rate <= 0:
             raise RecordError("holds no samples; export the record again", file=path)
         self.sample_interval: float | None = 1.0 / rate
-        self.columns = tuple(Column(str(k)) for k in range(self._data.shape[1]))
+        names = track_names(path)
+        self.columns = tuple(Column(names.get(k + 1, str(k))) for k in range(self._data.shape[1]))
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """Blocks of the given columns; see `Source.blocks`."""
@@ -71,3 +74,34 @@ class WavSource:
     def locate(self, row: int) -> str:
         """``"sample 12"``, counted from 0."""
         return f"sample {row}"
+
+
+def track_names(path: Path) -> dict[int, str]:
+    """Names of the tracks by number from 1, from the iXML chunk; empty without one."""
+    text = _chunk(path, b"iXML")
+    if not text:
+        return {}
+    from xml.etree import ElementTree
+
+    try:
+        tracks = list(ElementTree.fromstring(text.strip(b"\0 \r\n")).iter("TRACK"))
+        named = {
+            int(track.findtext("CHANNEL_INDEX", "0")): track.findtext("NAME") for track in tracks
+        }
+    except (ElementTree.ParseError, ValueError):
+        return {}  # a name is a comfort, not a reason to refuse the samples
+    return {number: name.strip() for number, name in named.items() if name and name.strip()}
+
+
+def _chunk(path: Path, wanted: bytes) -> bytes:
+    """Content of a chunk that stands before the samples; empty without it."""
+    with path.open("rb") as stream:
+        order = ">" if stream.read(12)[:4] == b"RIFX" else "<"
+        while len(header := stream.read(8)) == 8:
+            name, size = struct.unpack(f"{order}4sI", header)
+            if name == wanted:
+                return stream.read(size)
+            if name == b"data":
+                return b""
+            stream.seek(size + size % 2, 1)
+    return b""
