@@ -1,0 +1,124 @@
+"""`vinesexp impacts`: impacts in instrument files, without a campaign around them.
+
+The file goes through the same ingest, bandpass and detection as a record of a campaign, so the
+numbers are the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.records.campaign import Campaign, Channel, Known, Record, TimeColumn
+from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, unit_size
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Files, how to find the channels in them, and what the numbers mean."""
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="instrument files")
+    parser.add_argument(
+        *("--acceleration", "-a"),
+        required=True,
+        metavar="COLUMN",
+        help="column of the acceleration: name, pattern such as 'CH3*', or number from 0",
+    )
+    parser.add_argument(
+        "--acceleration-unit",
+        required=True,
+        metavar="UNIT",
+        help="m/s^2 or g where the file is in physical units, or a sensitivity: '100 mV/g'",
+    )
+    parser.add_argument("--displacement", "-x", metavar="COLUMN", help="column, if there is one")
+    parser.add_argument("--displacement-unit", metavar="UNIT", help="mm, or '0.5 V/mm'")
+    parser.add_argument("--time", default="Time*", metavar="COLUMN", help="default: Time*")
+    parser.add_argument("--time-unit", default="s", metavar="UNIT", help="default: s")
+    parser.add_argument(
+        "--sample-rate", metavar="RATE", help="'10 kHz', where the file has no times"
+    )
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="write FOLDER/<file>.csv")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Find and print the impacts of every file; 1 if one of them could not be used."""
+    channels = _channels(args)
+    failed = 0
+    for path in args.files:
+        try:
+            text = _impacts_table(path, channels, args)
+        except VinesexpError as error:
+            print(f"vinesexp impacts: {error}", file=sys.stderr)
+            failed += 1
+            continue
+        if args.out is None:
+            if len(args.files) > 1:
+                print(f"# {path}")
+            sys.stdout.write(text)
+        else:
+            args.out.mkdir(parents=True, exist_ok=True)
+            (args.out / f"{path.stem}.csv").write_text(text, encoding="utf-8")
+            print(f"{path}: {text.count(chr(10)) - 1} impacts")
+    return 1 if failed else 0
+
+
+def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Namespace) -> str:
+    from vinesexp.records.ingest import ingest
+    from vinesexp.signals.condition import condition
+    from vinesexp.signals.impacts import impacts_of_record
+
+    # A drop test is the kind of record of which nothing is assumed but contacts.
+    test = "periodic" if "displacement" in channels else "drop"
+    record = Record(id="record", file=path, test=test)
+    rate = parse_quantity(args.sample_rate, "frequency").value if args.sample_rate else None
+    states_itself = path.suffix.lower() in (".h5", ".hdf5", ".mat", ".wav")
+    by_column = rate is None and not states_itself
+    campaign = Campaign(
+        folder=path.parent,
+        name=path.stem,
+        title=path.name,
+        known=Known(),
+        channels=channels,
+        time=TimeColumn(args.time, args.time_unit, unit_size(args.time_unit, "time"))
+        if by_column
+        else None,
+        sample_rate=rate,
+        bandpass=None,
+        records=(record,),
+    )
+    with tempfile.TemporaryDirectory(prefix="vinesexp-impacts-") as folder:
+        measured, conditioned, table = (
+            Path(folder) / name for name in ("measured.nc", "conditioned.nc", "impacts.csv")
+        )
+        ingest(campaign, record, measured)
+        condition(measured, conditioned)
+        # The clearance only says that there is a ball; without it nothing is looked for.
+        impacts_of_record(measured, conditioned, table, clearance=(1.0,), test=test)
+        return table.read_text(encoding="utf-8")
+
+
+def _channels(args: argparse.Namespace) -> dict[str, Channel]:
+    channels = {"acceleration": _channel("acceleration", args.acceleration, args.acceleration_unit)}
+    if args.displacement is not None:
+        if args.displacement_unit is None:
+            raise ParameterError("--displacement needs --displacement-unit, such as mm or '1 V/mm'")
+        channels["displacement"] = _channel(
+            "displacement", args.displacement, args.displacement_unit
+        )
+    return channels
+
+
+def _channel(role: str, column: str, unit: str) -> Channel:
+    """A unit such as ``mm``, or a sensitivity such as ``100 mV/g``."""
+    name: str | int = int(column) if column.isdigit() else column
+    if unit.strip() in UNITS[role]:
+        return Channel(
+            role, name, role, unit_size(unit.strip(), role), unit=unit.strip(), sensitivity=False
+        )
+    if not any(character.isdigit() for character in unit.partition("/")[0]):
+        unit_size(unit.strip(), role)  # says what was expected
+    charge = unit.partition("/")[0].split()[-1] in UNITS["charge"]
+    return Channel(
+        role, name, role, 1.0 / parse_sensitivity(unit, role), unit="C" if charge else "V"
+    )
