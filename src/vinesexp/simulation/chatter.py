@@ -36,8 +36,8 @@ from vinesexp.simulation.contact import (
     RHO,
     SIDE,
     STATE,
-    U,
     D,
+    U,
 )
 
 FloatArray = NDArray[np.float64]

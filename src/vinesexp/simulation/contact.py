@@ -38,7 +38,8 @@ HIT = 7  # 1 while the ball is part of the impact being solved
 ROOT = 8  # time of the next contact after the start of the step, s
 WALL = 9  # the side of that contact
 U = 10  # y' of a ball in flight: exactly constant, m/s
-COLUMNS = 11
+GAP, RATE = 11, 12  # gap to `SIDE` and its rate at the point a search has reached
+COLUMNS = 13
 
 FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
 

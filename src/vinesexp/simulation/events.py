@@ -20,19 +20,19 @@ from vinesexp.simulation.contact import (
     FREE,
     HIT,
     IMPACT,
+    MASS,
     RELEASED,
     REST_END,
     REST_START,
     RESTING,
-    MASS,
     RESTITUTION,
     RHO,
     ROOT,
     SIDE,
     STATE,
-    U,
     WALL,
     D,
+    U,
     closing_now,
     impact,
     resting_mass,
@@ -197,57 +197,64 @@ def collide(
 
 
 @compiled
+def turn(
+    par: FloatArray, kind: int, table: FloatArray, piece: int, duration: float, remainder: float,
+    state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, row: int,
+    work: FloatArray, before: FloatArray,
+) -> int:  # fmt: skip
+    """One turn of the loop: up to the next event, or as far as the series holds; rows written."""
+    E, X, P = work[0], work[1], work[2]
+    if closing_now(balls) > 0:
+        return collide(balls, par[P_M], state, numbers, labels, row, before)
+    mass = par[P_M] + resting_mass(balls)
+    since = (state[T_HIGH] - table[piece, 0]) + state[T_LOW]
+    reach = expand(par, mass, kind, table, piece, since, state[X_NOW], state[V_NOW], E, X)
+    state[V_NOW] = X[1]
+    if settle(balls, X) > 0:
+        return log_marked(balls, numbers, labels, row, REST_START, state)
+    rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
+    T, dx, dv = close_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], state[V_NOW], remainder)
+    if T > 0.0:
+        advance_clock(state, T)
+        state[X_NOW] += dx
+        state[V_NOW] += dv
+        return log_marked(balls, numbers, labels, row, REST_START, state)
+    # The step ends at the end of the series, of the base's piece or of the run, or at an event.
+    step, goal = reach, math.inf
+    stop = duration
+    if piece + 1 < table.shape[0]:
+        stop = min(stop, table[piece + 1, 0])
+    if (stop - state[T_HIGH]) - state[T_LOW] <= step:
+        step, goal = max((stop - state[T_HIGH]) - state[T_LOW], 0.0), stop
+    contact = next_contact(balls, X, P, step)
+    noise = 4.0 * EPS * (par[P_K] * (abs(E[0]) + abs(X[0])) + par[P_C] * (abs(E[1]) + abs(X[1])))
+    let_go = next_release(balls, X, P, min(step, contact), noise / mass)
+    first = min(contact, let_go)
+    move(balls, X, state, min(first, step))
+    if first >= step and goal < math.inf:
+        state[T_HIGH], state[T_LOW] = goal, 0.0
+    if let_go < contact and let_go <= step:
+        release(balls, state[V_NOW])
+        row = log_marked(balls, numbers, labels, row, REST_END, state)
+    return row
+
+
+@compiled
 def run(
     par: FloatArray, kind: int, table: FloatArray, duration: float, remainder: float,
     state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray,
 ) -> int:  # fmt: skip
     """Run to `duration` or until the log is full; rows written. Resume with the same arrays."""
-    E, X, P = np.empty(ORDER + 1), np.empty(ORDER + 1), np.empty(ORDER + 1)
-    before = np.empty(balls.shape[0])
+    work, before = np.empty((3, ORDER + 1)), np.empty(balls.shape[0])
     row, room = 0, numbers.shape[0] - 2 * balls.shape[0] - 2
     piece = piece_at(table, state[T_HIGH])
     while row < room and state[T_HIGH] < duration:
         while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
             piece += 1
-        if closing_now(balls) > 0:
-            row = collide(balls, par[P_M], state, numbers, labels, row, before)
-            continue
-        mass = par[P_M] + resting_mass(balls)
-        since = (state[T_HIGH] - table[piece, 0]) + state[T_LOW]
-        reach = expand(par, mass, kind, table, piece, since, state[X_NOW], state[V_NOW], E, X)
-        state[V_NOW] = X[1]
-        if settle(balls, X) > 0:
-            row = log_marked(balls, numbers, labels, row, REST_START, state)
-            continue
-        rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
-        T, dx, dv = close_chatter(
-            balls, mass, rate, 2.0 * X[2], 6.0 * X[3], state[V_NOW], remainder
-        )
-        if T > 0.0:
-            advance_clock(state, T)
-            state[X_NOW] += dx
-            state[V_NOW] += dv
-            row = log_marked(balls, numbers, labels, row, REST_START, state)
-            continue
-        # The step ends at the end of the series, of the base's piece or of the run, or at an event.
-        step, goal = reach, math.inf
-        stop = duration
-        if piece + 1 < table.shape[0]:
-            stop = min(stop, table[piece + 1, 0])
-        if (stop - state[T_HIGH]) - state[T_LOW] <= step:
-            step, goal = max((stop - state[T_HIGH]) - state[T_LOW], 0.0), stop
-        contact = next_contact(balls, X, P, step)
-        noise = (
-            4.0 * EPS * (par[P_K] * (abs(E[0]) + abs(X[0])) + par[P_C] * (abs(E[1]) + abs(X[1])))
-        )
-        let_go = next_release(balls, X, P, min(step, contact), noise / mass)
-        first = min(contact, let_go)
-        move(balls, X, state, min(first, step))
-        if first >= step and goal < math.inf:
-            state[T_HIGH], state[T_LOW] = goal, 0.0
-        if let_go < contact and let_go <= step:
-            release(balls, state[V_NOW])
-            row = log_marked(balls, numbers, labels, row, REST_END, state)
+        row = turn(
+            par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
+            work, before,
+        )  # fmt: skip
     return row
 
 

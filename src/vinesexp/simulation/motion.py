@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.errors import ParameterError
-from vinesexp.excitation import Base, Measured, Release, WeakDamping
+from vinesexp.excitation import Base, Harmonic, Measured, Release, WeakDamping
 from vinesexp.rig import Rig, require
 from vinesexp.simulation.drive import base_motion, drive_table
 
@@ -177,7 +177,7 @@ def _ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
             )
     y0 = np.array(release.y0 or [release.x0] * n, dtype=np.float64)
     vy0 = np.array(release.vy0 or [0.0] * n, dtype=np.float64)
-    table = np.zeros((n, 11))
+    table = np.zeros((n, 13))
     for i, nes in enumerate(rig.nes):
         w = release.x0 - y0[i]
         side = 1.0 if w >= 0.0 else -1.0
@@ -203,6 +203,7 @@ def simulate(
     *,
     damping: WeakDamping | None = None,
     remainder: float | None = None,
+    general: bool = False,
 ) -> Motion:
     """Exact motion of a rig from its release: every impact, every rest, any time between.
 
@@ -222,6 +223,8 @@ def simulate(
         Only for studies of convergence: what is left of a chatter (in radians of the system's
         fastest motion) when its geometric tail is summed; the default 1e-8 makes that exact to
         rounding.
+    general : bool
+        Use the power series even where there is a closed form: each is the test of the other.
 
     Raises
     ------
@@ -245,6 +248,7 @@ def simulate(
     2.0
     """
     release = release or Release()
+    duration = float(duration)  # one compiled version serves all
     damping = damping or WeakDamping()
     require(math.isfinite(duration) and duration > 0, "duration", duration, "s, above zero")
     if isinstance(base, Measured) and duration > base.duration * (1.0 + 1e-12):
@@ -253,20 +257,29 @@ def simulate(
             "shorten the run or give a longer record"
         )
     balls, y0 = _ball_table(rig, release)
-    events, labels = _run(rig, base, damping, release, duration, remainder, balls, y0)
+    events, labels = _run(rig, base, damping, release, duration, remainder, balls, y0, general)
     return Motion(rig, base, duration, damping, release, events, labels)
 
 
 def _run(
     rig: Rig, base: Base | None, damping: WeakDamping, release: Release, duration: float,
-    remainder: float | None, balls: FloatArray, y0: FloatArray,
+    remainder: float | None, balls: FloatArray, y0: FloatArray, general: bool,
 ) -> tuple[FloatArray, IntArray]:  # fmt: skip
     """Run to the end in chunks of the log; all its rows, the start rows first."""
     from vinesexp.simulation.chatter import REMAINDER
-    from vinesexp.simulation.events import run
 
     n = len(rig.nes)
     kind, table = drive_table(base)
+    par = _parameters(rig, damping)
+    limit = REMAINDER if remainder is None else remainder
+    response = None if general else _closed_form(rig, base, damping)
+    if response is None:
+        from vinesexp.simulation.events import run
+    else:
+        from vinesexp.simulation.kernel import run_harmonic
+        from vinesexp.simulation.series import ORDER
+
+        work = np.empty((4, ORDER + 1))
     state = np.array([0.0, 0.0, release.x0, release.v0])
     rows = max(n, 1)
     start, start_labels = np.zeros((rows, 6)), np.zeros((rows, 3), dtype=np.int32)
@@ -277,10 +290,34 @@ def _run(
     while state[0] < duration:
         size = CHUNK + 4 * n
         log, log_labels = np.empty((size, 6)), np.empty((size, 3), dtype=np.int32)
-        limit = REMAINDER if remainder is None else remainder
-        count = run(
-            _parameters(rig, damping), kind, table, duration, limit, state, balls, log, log_labels
-        )
+        if response is None:
+            count = run(par, kind, table, duration, limit, state, balls, log, log_labels)
+        else:
+            count, _ = run_harmonic(
+                response, par, table, duration, limit, state, balls, log, log_labels, work
+            )
         numbers.append(log[:count])
         labels.append(log_labels[:count])
     return np.concatenate(numbers), np.concatenate(labels).astype(np.int64)
+
+
+def _closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray | None:
+    """Table of the closed form where there is a good one, else None: power series then.
+
+    Not for weakly nonlinear damping, a base that is not harmonic, an oscillator near or beyond
+    critical damping, or a resonance so sharp that the particular response would dwarf the motion.
+    """
+    from vinesexp.simulation.response import prepare
+
+    if not isinstance(base, Harmonic | None) or damping != WeakDamping():
+        return None
+    o = rig.oscillator
+    amplitude, w, phase = 0.0, o.w0, 0.0
+    if isinstance(base, Harmonic) and base.amplitude > 0.0:
+        amplitude, w, phase = base.amplitude, 2.0 * math.pi * base.frequency, base.phase
+    gap = math.hypot((o.w0 - w) * (o.w0 + w), 2.0 * o.zeta * o.w0 * w)
+    sharp = amplitude > 0.0 and gap < 1e-3 * o.w0 * o.w0
+    if o.zeta > 0.9 or sharp or not 1e-2 < w / o.w0 < 1e2:
+        return None
+    table: FloatArray = prepare(o.M, o.c1, o.k1, amplitude, w, phase)
+    return table
