@@ -1,34 +1,48 @@
 """Measured optimal clearances beside the predicted ones: clearances.csv.
 
-One row a level: a base amplitude of periodic tests, or a level that a release decays to.
-Predicted from the `combined` values of identified.csv, by the published formulas and exactly.
+Two rows a base amplitude: where the amplitude was lowest, and between which clearances permanent
+impacts end, which is what b_c predicts. One row a release and amplitude to be reached, all of
+them beside the same b_t: there is no single best clearance for a release (docs/theory.md, 29).
 """
 
 from __future__ import annotations
 
 import csv
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass, fields
+from functools import partial
 from pathlib import Path
 
-from vinesexp.clearance.optimum import Optimum, Tested, bracketed_minimum, kinked_valley
+from vinesexp.clearance.levels import Rows, Tested, periodic_levels, release_levels
+from vinesexp.clearance.optimum import Optimum, end_of_permanent, fastest, lowest_amplitude
+from vinesexp.clearance.predicted import (
+    IdentifiedRig,
+    Predicted,
+    identified_rig,
+    predicted_b_c,
+    predicted_b_t,
+)
 from vinesexp.errors import AnalysisError
-from vinesexp.records.campaign import Campaign, Known, Record
+from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
-from vinesexp.units import Quantity
 
-Rows = Sequence[Mapping[str, str]]
+#: What follows the name of a base amplitude in the row of the kink.
+END = ", end of two impacts per cycle"
 
-#: Column of regimes.csv that says when a release has decayed to a level.
-TIME_TO = re.compile(r"time_to_([\d.]+)mm_s")
+_HOW_TO_KNOW = {
+    "M": "ring-downs with added masses, impacts, or `known: mass`",
+    "c1": "M and a ring-down",
+    "k1": "M and a ring-down",
+    "r": "a drop test, or impacts with a known clearance",
+    "m": "`known: nes_mass` in campaign.yaml",
+}
 
 
 @dataclass(frozen=True)
 class Comparison:
     """One row of clearances.csv, mm; None where it cannot be known.
 
-    `error_percent` is that of the exact prediction against the measured optimum.
+    `error_percent` is that of the exact prediction against the measured clearance.
     """
 
     test: str
@@ -43,43 +57,6 @@ class Comparison:
     error_percent: float | None = None
 
 
-def identified_values(identified: Rows, known: Known) -> dict[str, Quantity]:
-    """The combined M, c1, k1, r and the weighed ball m, with standard errors; SI."""
-    values = {
-        row["parameter"]: Quantity(float(row["value"]), float(row["std_error"]))
-        for row in identified
-        if row["method"] == "combined" and row["parameter"] in ("M", "c1", "k1", "r")
-    }
-    if known.nes_mass:
-        values["m"] = known.nes_mass[0]
-    return values
-
-
-def periodic_levels(campaign: Campaign, regimes: Rows) -> dict[float, list[Tested]]:
-    """Tests of one NES by base amplitude, m: mean amplitude over clearance."""
-    levels: dict[float, list[Tested]] = {}
-    for record, row in _usable(campaign, regimes, "periodic"):
-        if record.base_amplitude is not None and row.get("amplitude_mean_m"):
-            tested = Tested(
-                record.clearance[0], float(row["amplitude_mean_m"]), row["regime"], record.id
-            )
-            levels.setdefault(record.base_amplitude, []).append(tested)
-    return dict(sorted(levels.items()))
-
-
-def transient_levels(campaign: Campaign, regimes: Rows) -> dict[tuple[float, float], list[Tested]]:
-    """Releases of one NES by (release m, level m): time to the level over clearance, s."""
-    levels: dict[tuple[float, float], list[Tested]] = {}
-    for record, row in _usable(campaign, regimes, "transient"):
-        for column, text in row.items():
-            match = TIME_TO.fullmatch(column)
-            if match and text and record.release:
-                key = (record.release, float(match[1]) * 1e-3)
-                tested = Tested(record.clearance[0], float(text), row["regime"], record.id)
-                levels.setdefault(key, []).append(tested)
-    return {key: levels[key] for key in sorted(levels, key=lambda k: (k[0], -k[1]))}
-
-
 def compare(
     campaign: Campaign, identified: Rows, regimes: Rows
 ) -> tuple[list[Comparison], list[Check]]:
@@ -90,94 +67,108 @@ def compare(
     campaign : Campaign
     identified, regimes : sequences of mappings
         Rows of identified.csv and regimes.csv.
+
+    Returns
+    -------
+    rows, checks
+        A level that cannot be measured keeps its row, with empty cells, and a check says why.
     """
-    values = identified_values(identified, campaign.known)
-    missing = [name for name in ("M", "c1", "k1", "r", "m") if name not in values]
-    rows, checks = [], []
-    periodic, transient = periodic_levels(campaign, regimes), transient_levels(campaign, regimes)
-    for G, tests in periodic.items():
-        row, told = _row("periodic", f"G = {1e3 * G:g} mm", tests, values, G=G)
-        rows.append(row)
-        checks += told
-    for (x0, level), tests in transient.items():
-        name = f"{1e3 * x0:g} mm to {1e3 * level:g} mm"
-        row, told = _row("transient", name, tests, values, x0=x0)
-        rows.append(row)
-        checks += told
-    if (periodic or transient) and missing:
-        names = ", ".join(missing)
-        checks.append(Check("", "prediction", "warning", f"not identified: {names}"))
-    if not periodic and not transient:
-        detail = "no periodic or transient test with one NES: no measured optimal clearance"
-        checks.append(Check("", "optimal clearance", "warning", detail))
-    return rows, checks
+    rig = identified_rig(identified, campaign.known)
+    rows: list[Comparison] = []
+    checks: list[Check] = []
+    for level in periodic_levels(campaign, regimes):
+        predicted = _told(
+            checks, level.name, partial(predicted_b_c, rig, G=level.G, frequency=level.frequency)
+        )
+        for name, find in (
+            (level.name, lowest_amplitude),
+            (level.name + END, end_of_permanent),
+        ):
+            optimum = _measured(checks, "periodic", name, level.tests, find)
+            rows.append(_row("periodic", name, optimum, predicted))
+    # Without f0 the time between two samples of the amplitude is unknown: no ties.
+    resolution = 0.5 / rig.f0.value if rig.f0 else 0.0
+    for release in release_levels(campaign, regimes):
+        predicted = _told(checks, release.name, partial(predicted_b_t, rig, x0=release.x0))
+        optimum = _measured(
+            *(checks, "transient", release.name, release.tests),
+            partial(fastest, resolution=resolution),
+        )
+        rows.append(_row("transient", release.name, optimum, predicted))
+    return rows, [*_absent(campaign, rig, rows), *dict.fromkeys(checks)]
 
 
-def _row(
-    test: str, level: str, tests: Sequence[Tested], values: Mapping[str, Quantity], **drive: float
-) -> tuple[Comparison, list[Check]]:
-    optimum, checks = _measured(test, level, tests)
-    predicted = _predicted(values, **drive)
-    error = None
-    if optimum and predicted["exact_mm"] is not None:
-        error = 100.0 * (predicted["exact_mm"] / (1e3 * optimum.clearance) - 1.0)
-    measured = {
-        "measured_mm": 1e3 * optimum.clearance if optimum else None,
-        "measured_low_mm": 1e3 * optimum.low if optimum else None,
-        "measured_high_mm": 1e3 * optimum.high if optimum else None,
-    }
-    return Comparison(test, level, **measured, **predicted, error_percent=error), checks
+def _told(checks: list[Check], level: str, predict: Callable[[], Predicted]) -> Predicted | None:
+    """The prediction; where a value is missing `_absent` says so once for all levels."""
+    try:
+        return predict()
+    except AnalysisError as error:
+        if "without" not in str(error):
+            checks.append(Check("", "prediction", "warning", f"{level}: {error}"))
+        return None
 
 
-def _measured(test: str, level: str, tests: Sequence[Tested]) -> tuple[Optimum | None, list[Check]]:
-    find = kinked_valley if test == "periodic" else bracketed_minimum
+def _measured(
+    checks: list[Check],
+    test: str,
+    level: str,
+    tests: Sequence[Tested],
+    find: Callable[[Sequence[Tested]], Optimum],
+) -> Optimum | None:
     try:
         optimum = find(tests)
     except AnalysisError as error:
-        return None, [Check("", "optimal clearance", "warning", f"{test}, {level}: {error}")]
+        checks.append(Check("", "optimal clearance", "warning", f"{test}, {level}: {error}"))
+        return None
     if optimum.at_edge:
         detail = (
-            f"{test}, {level}: best at {1e3 * optimum.clearance:g} mm, the end of what was "
-            "tested; the optimum may lie beyond"
+            f"{test}, {level}: best at {1e3 * optimum.clearance:.4g} mm, at the end of what was "
+            f"tried ({1e3 * tests[0].clearance:.4g} to {1e3 * tests[-1].clearance:.4g} mm); the "
+            "optimum may lie beyond"
         )
-        return optimum, [Check("", "optimal clearance", "warning", detail)]
-    return optimum, []
+        checks.append(Check("", "optimal clearance", "warning", detail))
+    return optimum
 
 
-def _predicted(
-    values: Mapping[str, Quantity], *, G: float | None = None, x0: float | None = None
-) -> dict[str, float | None]:
-    from vinesexp.theory.clearance import predict_periodic, predict_transient
-
-    names = ("published_mm", "exact_mm", "predicted_low_mm", "predicted_high_mm")
-    needed = ("M", "c1", "k1", "r", "m") if G is not None else ("r",)
-    if any(name not in values for name in needed):
-        return dict.fromkeys(names)
-    try:
-        if G is not None:
-            found = predict_periodic(G=G, values=values)
-        else:
-            found = predict_transient(x0=x0 or 0.0, values=values)
-    except AnalysisError:
-        return dict.fromkeys(names)
-    return dict(
-        zip(
-            names,
-            (1e3 * found.published, 1e3 * found.exact, 1e3 * found.low, 1e3 * found.high),
-            strict=True,
-        )
+def _row(test: str, level: str, optimum: Optimum | None, predicted: Predicted | None) -> Comparison:
+    measured = (optimum.clearance, optimum.low, optimum.high) if optimum else (None,) * 3
+    values = (
+        (predicted.published, predicted.exact, predicted.low, predicted.high)
+        if predicted
+        else (None,) * 4
     )
+    error = None
+    if optimum and predicted:
+        error = 100.0 * (predicted.exact / optimum.clearance - 1.0)
+    lengths = [None if length is None else 1e3 * length for length in (*measured, *values)]
+    return Comparison(test, level, *[*lengths, error])
 
 
-def _usable(
-    campaign: Campaign, regimes: Rows, test: str
-) -> Iterable[tuple[Record, Mapping[str, str]]]:
-    """Records of one test with exactly one NES, with their rows of regimes.csv."""
-    by_id = {record.id: record for record in campaign.records}
-    for row in regimes:
-        record = by_id.get(row["record"])
-        if record and record.test == test and len(record.clearance) == 1 and not record.exclude:
-            yield record, row
+def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Sequence[Comparison]) -> list[Check]:
+    """Why there is no measured optimum or no prediction, as far as it concerns all levels."""
+    checks = []
+    if not rows:
+        several = any(len(r.clearance) > 1 for r in campaign.records)
+        detail = (
+            "no usable periodic test (with base_amplitude_mm) and no usable release (with "
+            "release_mm) with one NES: no measured optimal clearance"
+            + ("; tests with several NESs do not enter" if several else "")
+        )
+        checks.append(Check("", "optimal clearance", "warning", detail))
+    needed = {
+        "periodic": [n for n in rig.missing if any(row.test == "periodic" for row in rows)],
+        "transient": [
+            n for n in rig.missing if n == "r" and any(row.test == "transient" for row in rows)
+        ],
+    }
+    for test, names in needed.items():
+        if names:
+            symbol = {"periodic": "b_c", "transient": "b_t"}[test]
+            how = "; ".join(f"{name} needs {_HOW_TO_KNOW[name]}" for name in names)
+            checks.append(
+                Check("", "prediction", "warning", f"no {symbol} without {', '.join(names)}: {how}")
+            )
+    return checks
 
 
 def write_clearances(path: Path, rows: Sequence[Comparison]) -> None:

@@ -2,161 +2,238 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from vinesexp.figures.style import COLOURS, new_figure
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.figures.style import COLOURS, FAINT, label, new_figure, regime_colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Row = Mapping[str, str]
+Floats = NDArray[np.float64]
+#: Value, low, high; mm.
+Interval = tuple[float, float, float]
+
+_PANELS = 3  # in a row
 
 
-def amplitude_over_clearance(
-    levels: Mapping[str, Sequence[Row]], comparisons: Mapping[str, Row]
-) -> Figure:
+@dataclass(frozen=True)
+class Valley:
+    """Periodic tests at one base amplitude, and what is predicted for it; mm.
+
+    Attributes
+    ----------
+    name : ``G = 0.25 mm``.
+    G : base amplitude.
+    clearance, mean, largest : of each record.
+    regime : of each record.
+    curve : predicted amplitude over clearance (two arrays, empty where unknown).
+    lowest, end : measured clearance of lowest amplitude and end of permanent impacts.
+    published, exact : predicted b_c, the exact one with its interval.
+    """
+
+    name: str
+    G: float
+    clearance: Floats
+    mean: Floats
+    largest: Floats
+    regime: tuple[str, ...]
+    curve: tuple[Floats, Floats]
+    lowest: Interval | None = None
+    end: Interval | None = None
+    published: float | None = None
+    exact: Interval | None = None
+
+
+def amplitude_over_clearance(valleys: Sequence[Valley]) -> Figure:
     """One panel a base amplitude: mean (points) and largest (ticks) amplitude, coloured by regime.
 
     Parameters
     ----------
-    levels : mapping
-        Level name to rows with clearance_mm, amplitude_mean_m, amplitude_max_m, regime.
-    comparisons : mapping
-        Level name to its row of clearances.csv.
+    valleys : sequence of Valley
     """
-    figure, axes = new_figure(1, len(levels), height=3.2)
-    shown: set[str] = set()
-    for axis, (level, rows) in zip(axes, levels.items(), strict=True):
-        _valley(axis, rows, shown)
-        _predicted_band(axis, comparisons.get(level, {}))
-        axis.set_title(level)
-        axis.set_xlabel("clearance b (mm)")
-        axis.set_ylim(bottom=0.0)
-    axes[0].set_ylabel("amplitude of the mass (mm)")
-    if shown:
-        figure.legend(
-            handles=[
-                axes[0].plot([], [], "o", color=COLOURS[name], label=name)[0]
-                for name in COLOURS
-                if name in shown
-            ],
-            loc="outside lower center",
-            ncols=4,
-            title="mean amplitude, by regime; the tick above is the largest",
-            title_fontsize=8.5,
-        )
+    columns = min(len(valleys), _PANELS)
+    rows = -(-len(valleys) // columns)
+    figure, axes = new_figure(rows, columns, height=0.7 + 3.1 * rows)
+    for axis, valley in zip(axes, valleys, strict=False):
+        _panel(axis, valley)
+    for axis in axes[len(valleys) :]:
+        axis.remove()
+    for axis in axes[::columns]:
+        axis.set_ylabel("amplitude of the mass (mm)")
+    _key(figure, axes[0], [regime for valley in valleys for regime in valley.regime])
     return figure
 
 
-def _valley(axis: Axes, rows: Sequence[Row], shown: set[str]) -> None:
-    points = sorted((float(row["clearance_mm"]), row) for row in rows)
-    clearances = [b for b, _ in points]
-    means = [1e3 * float(row["amplitude_mean_m"]) for _, row in points]
-    axis.plot(clearances, means, color="#cccccc", linewidth=0.8, zorder=1)
-    for b, row in points:
-        colour = COLOURS.get(row["regime"], COLOURS["measured"])
-        shown.add(row["regime"])
-        mean, largest = (1e3 * float(row[f"amplitude_{kind}_m"]) for kind in ("mean", "max"))
-        axis.plot([b, b], [mean, largest], color=colour, linewidth=0.8, alpha=0.6, zorder=2)
-        axis.plot(b, largest, "_", color=colour, markersize=6, zorder=2)
-        axis.plot(b, mean, "o", color=colour, zorder=3)
+def _panel(axis: Axes, valley: Valley) -> None:
+    axis.plot(*valley.curve, color=COLOURS["exact"], linewidth=1.6, zorder=2)
+    for b, mean, largest, regime in zip(
+        valley.clearance, valley.mean, valley.largest, valley.regime, strict=True
+    ):
+        colour = regime_colour(regime)
+        axis.plot([b, b], [mean, largest], color=colour, linewidth=0.8, alpha=0.5, zorder=1)
+        axis.plot(b, largest, "_", color=colour, markersize=6, zorder=3)
+        axis.plot(b, mean, "o", color=colour, zorder=4)
+    top = 1.3 * float(valley.largest.max())
+    axis.set_ylim(0.0, top)
+    axis.set_title(valley.name)
+    axis.set_xlabel("clearance b (mm)")
+    axis.margins(x=0.08)
+    _predicted(axis, valley, top)
+    _measured(axis, valley, top)
 
 
-def _predicted_band(axis: Axes, row: Row) -> None:
-    top = axis.get_ylim()[1]
-    for kind, place in (("published", 0.99), ("exact", 0.90)):
-        if row.get(f"{kind}_mm"):
-            value = float(row[f"{kind}_mm"])
-            axis.axvline(value, color=COLOURS[kind], linewidth=1.2, zorder=0)
-            axis.text(
-                *(value, place * top, f" {kind} {value:.1f}"),
-                color=COLOURS[kind],
-                fontsize=8,
-                va="top",
-            )
-    if row.get("predicted_low_mm"):
-        low, high = float(row["predicted_low_mm"]), float(row["predicted_high_mm"])
-        axis.axvspan(low, high, color=COLOURS["exact"], alpha=0.15, linewidth=0, zorder=0)
-    if row.get("measured_low_mm"):
-        low, high = float(row["measured_low_mm"]), float(row["measured_high_mm"])
-        axis.plot([low, high], [0.03 * top] * 2, "|-", color=COLOURS["measured"], markersize=8)
-        axis.text(0.5 * (low + high), 0.045 * top, "measured", ha="center", fontsize=8)
+def _predicted(axis: Axes, valley: Valley, top: float) -> None:
+    """Both b_c as lines; their names on either side, so that near ones do not overlap."""
+    if valley.exact:
+        value, low, high = valley.exact
+        axis.axvspan(low, high, color=COLOURS["exact"], alpha=0.25, linewidth=0, zorder=0)
+        axis.axvline(value, color=COLOURS["exact"], linewidth=1.0, zorder=0)
+        label(
+            *(axis, f"exact $b_c$\n{value:.1f}", (value, 0.99 * top)),
+            colour=COLOURS["exact"],
+            shift=(-3, 0),
+            ha="right",
+            va="top",
+        )
+    if valley.published is not None:
+        axis.axvline(
+            valley.published, color=COLOURS["published"], linewidth=1.0, linestyle="--", zorder=0
+        )
+        label(
+            *(axis, f"published\n{valley.published:.1f}", (valley.published, 0.99 * top)),
+            colour=COLOURS["published"],
+            shift=(3, 0),
+            va="top",
+        )
 
 
-def optimum_over_level(rows: Sequence[Row]) -> Figure:
-    """Best clearance over base amplitude: measured with its bracket, predicted as lines."""
-    figure, (axis,) = new_figure(height=3.0)
-    levels = [float(row["level"].split("=")[1].split()[0]) for row in rows]
+def _measured(axis: Axes, valley: Valley, top: float) -> None:
+    """Brackets of the two measured clearances, near the axis."""
+    if valley.lowest:
+        _bracket(axis, valley.lowest, 0.10 * top, "lowest", COLOURS["measured"])
+    if valley.end:
+        _bracket(axis, valley.end, 0.03 * top, "end", COLOURS["strongly modulated"])
+
+
+def _bracket(axis: Axes, interval: Interval, height: float, name: str, colour: str) -> None:
+    value, low, high = interval
+    axis.plot([low, high], [height] * 2, "|-", color=colour, markersize=7, linewidth=1.4)
+    axis.plot(value, height, "o", color=colour, markersize=3.5)
+    label(axis, f"{name} {value:.1f}", (low, height), colour=colour, shift=(-5, 0), ha="right")
+
+
+def _key(figure: Figure, axis: Axes, regimes: Sequence[str]) -> None:
+    known = [name for name in COLOURS if name in {r.split(" | ")[0] for r in regimes}]
+    handles = [
+        axis.plot([], [], "o", color=COLOURS[name], label=f"mean, {name}")[0] for name in known
+    ]
+    handles += [
+        axis.plot([], [], "_", color=COLOURS["measured"], label="largest")[0],
+        axis.plot([], [], color=COLOURS["exact"], label="predicted, two impacts per cycle")[0],
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+
+
+def optimum_over_level(valleys: Sequence[Valley]) -> Figure:
+    """Clearance of lowest amplitude and end of permanent impacts over base amplitude, and b_c."""
+    figure, (axis,) = new_figure(height=3.2)
     for kind, style in (("published", "--"), ("exact", "-")):
-        pairs = [
-            (G, float(row[f"{kind}_mm"]))
-            for G, row in zip(levels, rows, strict=True)
-            if row.get(f"{kind}_mm")
+        known = [
+            (v.G, v.published if kind == "published" else v.exact and v.exact[0]) for v in valleys
         ]
-        if pairs:
-            x, y = zip(*[(0.0, 0.0), *pairs], strict=True)
+        points = [(G, b) for G, b in known if b is not None]
+        if points:
+            x, y = zip(*[(0.0, 0.0), *points], strict=True)
             axis.plot(x, y, style, color=COLOURS[kind])
-            shift = 10 if kind == "published" else -14
-            axis.annotate(
-                f"predicted, {kind}",
-                (x[-1], y[-1]),
-                xytext=(-90, shift),
-                textcoords="offset points",
-                color=COLOURS[kind],
+            above = kind == "published"
+            label(
+                *(axis, f"predicted $b_c$, {kind}", (0.5 * x[-1], 0.5 * y[-1])),
+                colour=COLOURS[kind],
+                shift=(-6, 12) if above else (8, -12),
+                ha="right" if above else "left",
             )
-    for G, row in zip(levels, rows, strict=True):
-        if row.get("measured_mm"):
-            best, low, high = (float(row[f"measured{k}_mm"]) for k in ("", "_low", "_high"))
+    for kind, marker, colour, side in (
+        ("lowest", "o", "measured", 1.0),
+        ("end", "s", "strongly modulated", -1.0),
+    ):
+        for i, valley in enumerate(valleys):
+            interval: Interval | None = getattr(valley, kind)
+            if interval is None:
+                continue
+            b, low, high = interval
+            G = valley.G * (1.0 + 0.006 * side)
             axis.errorbar(
-                *(G, best, [[best - low], [high - best]]),
-                fmt="o",
-                color=COLOURS["measured"],
+                *(G, b, [[b - low], [high - b]]),
+                fmt=marker,
+                color=COLOURS[colour],
                 capsize=3,
+                markersize=4,
             )
-            axis.annotate(
-                f"{best:g} mm", (G, best), xytext=(8, -10), textcoords="offset points", fontsize=8
+            name = {"lowest": "lowest amplitude", "end": "end of two impacts per cycle"}[kind]
+            text = f"{b:.1f} mm" if i else f"{name}\n{b:.1f} mm"
+            label(
+                *(axis, text, (G, b)),
+                colour=COLOURS[colour],
+                shift=(8 * side, -7 * side),
+                ha="left" if side > 0 else "right",
             )
     axis.set_xlabel("base amplitude G (mm)")
-    axis.set_ylabel("best clearance b (mm)")
-    axis.set_xlim(0.0, 1.15 * max(levels))
+    axis.set_ylabel("clearance b (mm)")
+    axis.set_xlim(0.0, 1.18 * max(valley.G for valley in valleys))
     axis.set_ylim(bottom=0.0)
     return figure
+
+
+@dataclass(frozen=True)
+class Reached:
+    """Time from a release to one amplitude over clearance, mm and s; NaN where not reached."""
+
+    target: float
+    clearance: Floats
+    time: Floats
+    curve: tuple[Floats, Floats]
+    best: Interval | None = None
 
 
 def time_over_clearance(
-    levels: Mapping[str, Sequence[tuple[float, float]]], row: Row, *, release_mm: float
+    levels: Sequence[Reached], *, title: str, published: float | None, exact: float | None
 ) -> Figure:
-    """Time from release to a level over clearance, one line a level, both b_t as marks."""
-    figure, (axis,) = new_figure(height=3.2)
-    for level, pairs in levels.items():
-        clearances, times = zip(*sorted(pairs), strict=True)
-        axis.plot(clearances, times, "-", color="#cccccc", linewidth=0.8)
-        axis.plot(clearances, times, "o", color=COLOURS["measured"])
-        best = min(range(len(times)), key=times.__getitem__)
-        axis.plot(clearances[best], times[best], "o", color=COLOURS["impact"], markersize=6)
-        axis.annotate(
-            f"to {level}",
-            (clearances[-1], times[-1]),
-            xytext=(6, -3),
-            textcoords="offset points",
-            fontsize=8,
-        )
+    """Time to each amplitude over clearance, predicted and measured; both b_t as marks."""
+    figure, (axis,) = new_figure(height=3.6)
+    for level in levels:
+        axis.plot(*level.curve, color=COLOURS["exact"], linewidth=1.2, zorder=1)
+        axis.plot(level.clearance, level.time, "-", color=FAINT, linewidth=0.8, zorder=0)
+        axis.plot(level.clearance, level.time, "o", color=COLOURS["measured"], zorder=3)
+        last = int(np.flatnonzero(np.isfinite(level.time))[-1])
+        name = f"to {level.target:g} mm"
+        label(axis, name, (level.clearance[last], level.time[last]), colour="#000000", shift=(8, 0))
+        if level.best:
+            best, low, high = level.best
+            time = float(level.time[np.argmin(np.abs(level.clearance - best))])
+            axis.plot([low, high], [time, time], "|-", color=COLOURS["impact"], linewidth=1.4)
+            axis.plot(best, time, "o", color=COLOURS["impact"], markersize=6, zorder=4)
     axis.set_ylim(bottom=0.0)
-    top = axis.get_ylim()[1]
-    for kind in ("published", "exact"):
-        if row.get(f"{kind}_mm"):
-            value = float(row[f"{kind}_mm"])
-            axis.axvline(value, color=COLOURS[kind])
-            axis.text(
-                *(value, 0.99 * top, f" $b_t$ {kind} {value:.1f}"),
-                color=COLOURS[kind],
-                fontsize=8,
+    top = 1.12 * axis.get_ylim()[1]
+    axis.set_ylim(0.0, top)
+    for name, value, style in (("published", published, "--"), ("exact", exact, "-")):
+        if value is not None:
+            axis.axvline(value, color=COLOURS[name], linestyle=style, linewidth=1.0, zorder=0)
+            left = name == "exact"
+            label(
+                *(axis, f"{name} $b_t$ {value:.1f}", (value, 0.99 * top)),
+                colour=COLOURS[name],
+                shift=(-3 if left else 3, 0),
+                ha="right" if left else "left",
                 va="top",
             )
     axis.set_xlabel("clearance b (mm)")
-    axis.set_ylabel("time to the level (s)")
-    axis.set_title(f"release from {release_mm:g} mm; the fastest clearance of each level in colour")
-    axis.margins(x=0.12)
+    axis.set_ylabel("time to the amplitude (s)")
+    axis.set_title(title)
+    axis.margins(x=0.1)
     return figure

@@ -1,10 +1,12 @@
 """One look for every figure: the same colour for the same thing, and files that come out the same.
 
 Colours are from the palette of Okabe and Ito, told apart by readers of every colour vision.
+Measured values are points, theory is lines.
 """
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,24 +20,26 @@ COLOURS = {
     "base": "#999999",
     "acceleration": "#333333",
     "measured": "#000000",
-    "published": "#E69F00",
+    "published": "#B87900",
     "exact": "#009E73",
+    "bare": "#999999",
     "impact": "#D55E00",
     "impact +1": "#D55E00",
-    "impact -1": "#56B4E9",
+    "impact -1": "#0072B2",
     "no impact": "#BBBBBB",
-    "chaos below T1": "#999999",
+    "chaos below T1": "#8A8A8A",
     "strongly modulated": "#D55E00",
     "two symmetric": "#0072B2",
     "two asymmetric": "#56B4E9",
     "three or more per cycle": "#CC79A7",
-    "chatter": "#F0E442",
+    "chatter": "#C9B100",
 }
 
 #: A sequence for things that have no colour of their own.
-SEQUENCE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+SEQUENCE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B87900", "#56B4E9", "#000000")
 
 WIDTH = 7.2  # in: the text width of the report
+FAINT = "#cccccc"  # what only guides the eye
 
 _SETTINGS: Any = {
     "font.family": "DejaVu Sans",
@@ -59,9 +63,12 @@ _SETTINGS: Any = {
     "path.simplify": True,
 }
 
+_PATH = re.compile(r'\bd="[^"]*"')
+_LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
+
 
 def new_figure(
-    rows: int = 1, columns: int = 1, *, height: float = 3.0
+    rows: int = 1, columns: int = 1, *, height: float = 3.0, **subplots: Any
 ) -> tuple[Figure, list[Axes]]:
     """A figure of the report's width (height in inches) and its axes, row by row."""
     import matplotlib as mpl
@@ -69,14 +76,53 @@ def new_figure(
 
     mpl.rcParams.update(_SETTINGS)
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False)
+    axes = figure.subplots(rows, columns, squeeze=False, **subplots)
     return figure, list(axes.ravel())
 
 
+def regime_colour(regime: str) -> str:
+    """Colour of a regime; of the first ball's where there are several (``a | b``)."""
+    return COLOURS.get(regime.split(" | ")[0], COLOURS["measured"])
+
+
+def label(
+    axis: Axes,
+    text: str,
+    at: tuple[float, float],
+    *,
+    colour: str,
+    shift: tuple[float, float] = (5.0, 0.0),
+    **style: Any,
+) -> None:
+    """Name something beside it, in its colour; `at` in data, `shift` in points."""
+    options: dict[str, Any] = {"va": "center", "fontsize": 8.0, "annotation_clip": False} | style
+    axis.annotate(text, at, xytext=shift, textcoords="offset points", color=colour, **options)
+
+
 def save(figure: Figure, path: Path) -> list[Path]:
-    """Write `path`.svg and `path`.pdf, without dates: the same figure gives the same bytes."""
+    """Write `path`.svg and `path`.pdf, without dates: the same figure gives the same bytes.
+
+    Coordinates of the SVG are cut to hundredths of a point, which no screen shows and which
+    takes a third off long traces.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     files = [path.with_name(f"{path.name}.svg"), path.with_name(f"{path.name}.pdf")]
     figure.savefig(files[0], metadata={"Date": None})
+    files[0].write_text(shortened(files[0].read_text(encoding="utf-8")), encoding="utf-8")
     figure.savefig(files[1], metadata={"CreationDate": None, "ModDate": None})
     return files
+
+
+def shortened(svg: str) -> str:
+    """The SVG with the coordinates of its paths to two decimals.
+
+    Examples
+    --------
+    >>> shortened('<path d="M 1.23456 2 L -0.5 7.10001" transform="scale(0.015625)"/>')
+    '<path d="M 1.23 2 L -0.5 7.1" transform="scale(0.015625)"/>'
+    """
+
+    def cut(number: re.Match[str]) -> str:
+        return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
+
+    return _PATH.sub(lambda path: _LONG_NUMBER.sub(cut, path[0]), svg)

@@ -1,0 +1,130 @@
+"""Which tests belong together: those that differ in the clearance of one NES and in nothing else.
+
+A level is a base amplitude of periodic tests, or a release and the amplitude that it is to fall to.
+Within a level one number over clearance is to be made small.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+from vinesexp.records.campaign import Campaign, Record
+
+Rows = Sequence[Mapping[str, str]]
+_T = TypeVar("_T")
+
+#: Column of regimes.csv that says when a release has decayed to an amplitude.
+TIME_TO = re.compile(r"time_to_([\d.eE+-]+)mm_s")
+
+#: Base amplitudes and releases in records.csv that agree to this share are one level.
+_SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class Tested:
+    """One tested clearance, m, with what is to be made small (m or s) and its regime.
+
+    `value` is None where the release never fell to the level within its record.
+    """
+
+    clearance: float
+    value: float | None
+    regime: str = ""
+    record: str = ""
+
+    __test__ = False  # not for pytest
+
+
+@dataclass(frozen=True)
+class Periodic:
+    """Periodic tests at one base amplitude G, m: mean amplitude (m) over clearance.
+
+    `frequency` is that of the base, Hz, where all of them share it.
+    """
+
+    G: float
+    frequency: float | None
+    tests: tuple[Tested, ...]
+
+    @property
+    def name(self) -> str:
+        """As in clearances.csv."""
+        return f"G = {1e3 * self.G:.6g} mm"
+
+
+@dataclass(frozen=True)
+class Release:
+    """Releases from x0, m: time (s) until the amplitude is below `target`, m, over clearance."""
+
+    x0: float
+    target: float
+    tests: tuple[Tested, ...]
+
+    @property
+    def name(self) -> str:
+        """As in clearances.csv."""
+        return f"{1e3 * self.x0:.6g} mm to {1e3 * self.target:.6g} mm"
+
+
+def periodic_levels(campaign: Campaign, regimes: Rows) -> list[Periodic]:
+    """Levels of the periodic tests with one NES, small base amplitude first."""
+    groups: dict[float, list[tuple[Record, Tested]]] = {}
+    for record, row in single_nes(campaign, regimes, "periodic"):
+        if record.base_amplitude and row.get("amplitude_mean_m"):
+            tested = Tested(
+                record.clearance[0], float(row["amplitude_mean_m"]), row["regime"], record.id
+            )
+            _group(groups, record.base_amplitude).append((record, tested))
+    levels = []
+    for G in sorted(groups):
+        records, tests = zip(*groups[G], strict=True)
+        frequencies = {record.frequency[0] for record in records if record.frequency}
+        frequency = frequencies.pop() if len(frequencies) == 1 else None
+        levels.append(Periodic(G, frequency, tuple(sorted(tests, key=lambda t: t.clearance))))
+    return levels
+
+
+def release_levels(campaign: Campaign, regimes: Rows) -> list[Release]:
+    """Levels of the releases with one NES: by release, then from high to low amplitude."""
+    groups: dict[float, list[tuple[Record, Mapping[str, str]]]] = {}
+    for record, row in single_nes(campaign, regimes, "transient"):
+        if record.release:
+            _group(groups, abs(record.release)).append((record, row))
+    levels = []
+    for x0 in sorted(groups):
+        # A column that no record of this release has filled belongs to another release.
+        columns = dict.fromkeys(name for _, row in groups[x0] for name, text in row.items() if text)
+        targets = {float(m[1]) * 1e-3: name for name in columns if (m := TIME_TO.fullmatch(name))}
+        for target in sorted(targets, reverse=True):
+            tests = [
+                Tested(record.clearance[0], _number(row[targets[target]]), row["regime"], record.id)
+                for record, row in groups[x0]
+            ]
+            levels.append(Release(x0, target, tuple(sorted(tests, key=lambda t: t.clearance))))
+    return levels
+
+
+def single_nes(
+    campaign: Campaign, regimes: Rows, test: str
+) -> Iterable[tuple[Record, Mapping[str, str]]]:
+    """Records of one test with exactly one NES, with their rows of regimes.csv."""
+    by_id = {record.id: record for record in campaign.records}
+    for row in regimes:
+        record = by_id.get(row["record"])
+        if record and record.test == test and len(record.clearance) == 1 and not record.exclude:
+            yield record, row
+
+
+def _group(groups: dict[float, list[_T]], key: float) -> list[_T]:
+    """The list under `key`, or under a key that is the same but for rounding."""
+    for known in groups:
+        if abs(known - key) <= _SAME * abs(key):
+            return groups[known]
+    return groups.setdefault(key, [])
+
+
+def _number(text: str | None) -> float | None:
+    return float(text) if text else None

@@ -1,0 +1,211 @@
+"""Predictions from identified values: b_c and b_t, and the curves that go through them.
+
+The identified k1 and c1 are made from M, f0 and zeta, so their errors go together; the covariance
+that the predictions get says so. Without it the error of f0, known to a few parts in a million,
+would be taken for that of k1, known to a few in a thousand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.errors import AnalysisError
+from vinesexp.records.campaign import Known
+from vinesexp.units import Quantity
+
+Floats = NDArray[np.float64]
+
+#: What a prediction needs, in the order of theory.clearance.VALUES.
+NEEDED = ("M", "c1", "k1", "r", "m")
+
+
+@dataclass(frozen=True)
+class IdentifiedRig:
+    """What is known of the rig for predictions; SI.
+
+    Attributes
+    ----------
+    values : of those of `NEEDED` that are known.
+    f0, zeta : natural frequency, Hz, and damping ratio where identified.
+    """
+
+    values: Mapping[str, Quantity]
+    f0: Quantity | None = None
+    zeta: Quantity | None = None
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Values without which nothing periodic can be predicted."""
+        return tuple(name for name in NEEDED if name not in self.values)
+
+    @property
+    def covariance(self) -> Floats | None:
+        """5 x 5 covariance in the order of `NEEDED`; None where the values are independent.
+
+        With k1 = M (2 pi f0)^2 and c1 = 4 pi zeta f0 M: J diag(M, f0, zeta) J^T.
+
+        Examples
+        --------
+        >>> values = {"M": Quantity(4.7, 0.047), "c1": Quantity(3.02, 0.03),
+        ...           "k1": Quantity(11470.0, 114.7), "r": Quantity(0.6), "m": Quantity(0.032)}
+        >>> rig = IdentifiedRig(values, Quantity(7.862), Quantity(0.0065))
+        >>> V = rig.covariance
+        >>> bool(np.isclose(V[0, 2], np.sqrt(V[0, 0] * V[2, 2]), rtol=1e-9))  # M and k1 go together
+        True
+        """
+        if self.missing or self.f0 is None or self.zeta is None:
+            return None
+        M, c1, k1 = (self.values[name].value for name in ("M", "c1", "k1"))
+        relative = [
+            quantity.std_error / abs(quantity.value) if quantity.value else 0.0
+            for quantity in (self.values["M"], self.f0, self.zeta)
+        ]
+        # d ln(M, c1, k1)/d ln(M, f0, zeta), scaled to SI
+        J = np.array([[M, 0.0, 0.0], [c1, c1, c1], [k1, 2.0 * k1, 0.0]]) * np.array(relative)
+        covariance = np.zeros((5, 5))
+        covariance[:3, :3] = J @ J.T
+        for i, name in ((3, "r"), (4, "m")):
+            covariance[i, i] = self.values[name].std_error ** 2
+        return covariance
+
+
+def identified_rig(identified: Sequence[Mapping[str, str]], known: Known) -> IdentifiedRig:
+    """The `combined` rows of identified.csv and the weighed ball."""
+    found = {
+        row["parameter"]: Quantity(float(row["value"]), float(row["std_error"] or 0.0))
+        for row in identified
+        if row["method"] == "combined"
+    }
+    values: dict[str, Quantity] = {
+        name: found[name] for name in ("M", "c1", "k1", "r") if name in found
+    }
+    if known.nes_mass:
+        values["m"] = known.nes_mass[0]
+    return IdentifiedRig(values, found.get("f0"), found.get("zeta"))
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """A predicted clearance, m: published formula, exact value, its 95 % interval."""
+
+    published: float
+    exact: float
+    low: float
+    high: float
+
+
+def predicted_b_c(rig: IdentifiedRig, *, G: float, frequency: float | None = None) -> Predicted:
+    """b_c at base amplitude G (m) and frequency (Hz; the oscillator's own where None).
+
+    Raises
+    ------
+    AnalysisError
+        A value is missing, or there is no stable orbit at any clearance.
+    """
+    from vinesexp.theory.clearance import predict_periodic
+
+    _require(rig, NEEDED)
+    found = predict_periodic(G=G, values=rig.values, covariance=rig.covariance, frequency=frequency)
+    return Predicted(found.published, found.exact, found.low, found.high)
+
+
+def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
+    """b_t for a release from x0, m; AnalysisError where r is missing."""
+    from vinesexp.theory.clearance import predict_transient
+
+    _require(rig, ("r",))
+    found = predict_transient(x0=x0, values=rig.values, covariance=rig.covariance)
+    return Predicted(found.published, found.exact, found.low, found.high)
+
+
+def _require(rig: IdentifiedRig, names: Sequence[str]) -> None:
+    missing = [name for name in names if name not in rig.values]
+    if missing:
+        raise AnalysisError(f"no prediction without {', '.join(missing)}")
+
+
+def amplitude_curve(
+    rig: IdentifiedRig, *, G: float, frequency: float | None, low: float, high: float
+) -> tuple[Floats, Floats]:
+    """Predicted swing of the mass over clearance, m, in permanent two impacts per cycle.
+
+    Half the swing of the exact symmetric orbit over one period, which is what the amplitude of a
+    record is, from `low` up to the exact b_c; empty where that is below `low` or unknown.
+    """
+    from vinesexp.theory.clearance import b_c_exact
+    from vinesexp.theory.orbits import Reduced, amplitudes_at, family
+
+    if rig.missing:
+        return np.empty(0), np.empty(0)
+    values = {name: rig.values[name].value for name in NEEDED}
+    try:
+        end = float(b_c_exact(G=G, frequency=frequency, **values))
+    except AnalysisError:
+        return np.empty(0), np.empty(0)
+    if end <= low:
+        return np.empty(0), np.empty(0)
+    b = np.linspace(low, min(high, end), 60)
+    p = Reduced.of_rig(frequency=frequency, **values)
+    orbit = family(amplitudes_at(b / G, p)[1], p)
+    swing = _half_swing(
+        orbit.x, orbit.v_after, orbit.phase, zeta=float(p.zeta), Omega=float(p.Omega)
+    )
+    return b, G * swing
+
+
+def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -> float | None:
+    """Clearance of the smallest swing on the exact orbit, m: a little below b_c.
+
+    None where it cannot be known, or where the swing still falls at b_c.
+    """
+    try:
+        end = predicted_b_c(rig, G=G, frequency=frequency).exact
+    except AnalysisError:
+        return None
+    b, swing = amplitude_curve(rig, G=G, frequency=frequency, low=0.5 * end, high=end)
+    if not b.size or (i := int(np.argmin(swing))) in (0, b.size - 1):
+        return None
+    a0, a1, a2 = swing[i - 1 : i + 2]
+    return float(b[i] + 0.5 * (b[1] - b[0]) * (a0 - a2) / (a0 - 2.0 * a1 + a2))
+
+
+def _half_swing(
+    x: Floats, v: Floats, phase: NDArray[np.complex128], *, zeta: float, Omega: float
+) -> Floats:
+    """Largest |x| between two impacts of the symmetric orbit, in units w0 = 1, G = 1.
+
+    Between impacts x = e^(-zeta t)(h cos + g sin) + steady response; of 201 samples over half a
+    period the largest misses the top by less than (pi/400)^2/2 = 3e-5 of the amplitude.
+    """
+    zeta = max(zeta, 1e-9)  # an undamped resonance has no steady response
+    H = (1.0 + 2j * zeta * Omega) / (1.0 - Omega**2 + 2j * zeta * Omega)
+    wd = math.sqrt(1.0 - zeta**2)
+    steady = H * phase
+    h = x - steady.imag
+    g = (v - (1j * Omega * steady).imag + zeta * h) / wd
+    t = np.linspace(0.0, math.pi / Omega, 201)[:, None]
+    free = np.exp(-zeta * t) * (h * np.cos(wd * t) + g * np.sin(wd * t))
+    swing: Floats = np.abs(free + (steady * np.exp(1j * Omega * t)).imag).max(axis=0)
+    return swing
+
+
+def decay_curve(
+    rig: IdentifiedRig, *, x0: float, target: float, low: float, high: float
+) -> tuple[Floats, Floats]:
+    """Predicted time (s) over clearance (m) for a captured ball to bring x0 down to `target`."""
+    from vinesexp.theory.transient import Decaying, time_to_level
+
+    if rig.missing:
+        return np.empty(0), np.empty(0)
+    values = {name: rig.values[name].value for name in NEEDED}
+    b = np.linspace(low, high, 80)
+    try:
+        release = Decaying(x_m=x0, **values)
+        return b, np.asarray(time_to_level(release, b=b, level=target))
+    except AnalysisError:
+        return np.empty(0), np.empty(0)

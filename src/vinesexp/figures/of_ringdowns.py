@@ -1,0 +1,131 @@
+"""Figures of ring-downs: a decay beside what was identified from it, M from added masses."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.figures.gallery import Drawn
+from vinesexp.figures.ringdown import Decay, added_mass_line, ringdown_and_fit
+from vinesexp.figures.traces import Trace
+from vinesexp.records.campaign import Campaign, Record
+from vinesexp.records.store import open_record
+from vinesexp.report.numbers import with_error
+from vinesexp.signals.cycles import cycle_amplitudes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+Row = Mapping[str, str]
+
+#: Samples of one decay that are read.
+_MOST = 4_000_000
+#: Decays whose misfit is drawn together.
+_MOST_DECAYS = 6
+#: A decay is drawn until its amplitude has fallen to this share.
+_FADED = 0.03
+
+
+def draw_ringdowns(
+    campaign: Campaign, results: Path, identified: Sequence[Row]
+) -> Iterator[tuple[Figure, Drawn]]:
+    """A decay with its exponential, and the line of added masses where there are some."""
+    found = {
+        record.id: best
+        for record in campaign.records
+        if record.test == "ringdown" and not record.exclude
+        for best in [_identified(record, results)]
+        if best
+    }
+    bare = [r for r in campaign.records if r.id in found and not r.added_mass]
+    decays = [(r, *_decay(r, found[r.id], results)) for r in bare[:_MOST_DECAYS]]
+    drawn = [(r, decay, trace) for r, decay, trace in decays if decay.time.size]
+    if drawn:
+        yield _figure(drawn, found)
+    yield from _line(
+        [r for r in campaign.records if "f0" in found.get(r.id, ())], found, identified
+    )
+
+
+def _identified(record: Record, results: Path) -> dict[str, tuple[float, float]]:
+    """f0 and zeta of one ring-down with their standard errors, by its most precise method."""
+    path = results / f"steps/{record.id}/estimates.json"
+    estimates: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
+    best: dict[str, tuple[float, float]] = {}
+    for estimate in estimates:
+        name = str(estimate["parameter"]).removesuffix("_added")
+        if name in ("f0", "zeta"):
+            value, error = float(estimate["value"]), float(estimate["std_error"])
+            if np.isfinite(value) and error <= best.get(name, (0.0, np.inf))[1]:
+                best[name] = (value, error)
+    return best if "f0" in best else {}
+
+
+def _decay(
+    record: Record, found: Mapping[str, tuple[float, float]], results: Path
+) -> tuple[Decay, Trace]:
+    """Amplitudes from the largest on, and the exponential of the identified f0 and zeta."""
+    f0 = found["f0"][0]
+    with open_record(results / f"conditioned/{record.id}.nc") as view:
+        if "displacement" not in view.roles:
+            return Decay(record.id, *[np.empty(0)] * 3), Trace("", np.empty(0), np.empty(0))
+        trace = Trace(
+            "displacement", view.time(0, _MOST), 1e3 * view.read("displacement", 0, _MOST)
+        )
+        time, swing = cycle_amplitudes(trace.values, view.sample_rate, f0)
+    first = int(np.argmax(swing))
+    gone = np.flatnonzero(swing[first:] < _FADED * swing[first])
+    last = first + int(gone[0]) if gone.size else swing.size
+    time, swing = time[first:last], swing[first:last]
+    shape = np.exp(-found.get("zeta", (0.0, 0.0))[0] * 2.0 * np.pi * f0 * (time - time[0]))
+    fitted = float(swing @ shape / (shape @ shape)) * shape  # the scale that misses least
+    return Decay(record.id, trace.time[0] + time, swing, fitted), trace
+
+
+def _figure(
+    decays: Sequence[tuple[Record, Decay, Trace]],
+    found: Mapping[str, Mapping[str, tuple[float, float]]],
+) -> tuple[Figure, Drawn]:
+    record, decay, trace = decays[0]
+    values = {name: with_error(*pair) for name, pair in found[record.id].items()}
+    title = f"{record.id}: f₀ = {values['f0']} Hz"
+    title += f", ζ = {values['zeta']}" if "zeta" in values else ""
+    figure = ringdown_and_fit(trace, decay, [decay for _, decay, _ in decays], title=title)
+    caption = (
+        f"Above: ring-down {record.id} (bandpassed) with the exponential of the identified f₀ and "
+        "ζ. Below: what the exponential leaves of the amplitude of each ring-down, cycle by cycle. "
+        "Scatter around zero is noise; a bow is damping that depends on amplitude."
+    )
+    return figure, Drawn("ringdown_fit", "ringdown", caption)
+
+
+def _line(
+    records: Sequence[Record],
+    found: Mapping[str, Mapping[str, tuple[float, float]]],
+    identified: Sequence[Row],
+) -> Iterator[tuple[Figure, Drawn]]:
+    row = next(
+        (r for r in identified if (r["parameter"], r["method"]) == ("M", "added mass")), None
+    )
+    if row is None:
+        return
+    M = float(row["value"])
+    loads = np.array([record.added_mass or 0.0 for record in records])
+    periods = np.array([(2.0 * np.pi * found[r.id]["f0"][0]) ** -2.0 for r in records])
+    k1 = float(np.mean((M + loads) / periods))
+    figure = added_mass_line(
+        *(loads, periods, (M, k1)),
+        M_text=f"M = {with_error(M, float(row['std_error'] or 0.0), 'kg')} by added mass",
+    )
+    caption = (
+        "Ring-downs with added masses: the squared period grows with the mass along a straight "
+        "line, which meets zero at minus the mass of the oscillator. A point off the line is a "
+        "wrong added mass."
+    )
+    yield figure, Drawn("ringdown_added_mass", "ringdown", caption)
