@@ -48,7 +48,7 @@ def compiled(function: F) -> F:
     than the division.
     """
     dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
-    cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    cache_file: Any = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if hasattr(cache_file, "_source_stamp"):
         cache_file._source_stamp = _STAMP
     return cast("F", dispatcher)

@@ -3,10 +3,10 @@
 In a regular response one flight lasts about as long as the last one, so its contact is found with
 one evaluation of the closed form, in a chaotic one with two. That would be a gamble on its own. The
 proof comes afterwards, from both ends: with x and its derivatives known at the start and at the
-landing, and S >= |x''''| in between (`walls.py`), the gaps to both walls are bounded below by quartics
-that leave from the start and, backwards in time, from the landing. If these are positive up to the
-middle of the flight, there was no earlier contact. If the proof fails, nothing has been done, and the
-caller takes the cautious way (`kernel.fly`).
+landing, and S >= |x''''| in between (`walls.py`), the gaps to both walls are bounded below by
+quartics that leave from the start and, backwards in time, from the landing. If these are positive
+up to the middle of the flight, there was no earlier contact. If the proof fails, nothing has been
+done, and the caller takes the cautious way (`kernel.fly`).
 """
 
 from __future__ import annotations

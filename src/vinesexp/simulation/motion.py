@@ -312,12 +312,13 @@ def _closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArra
     if not isinstance(base, Harmonic | None) or damping != WeakDamping():
         return None
     o = rig.oscillator
-    amplitude, w, phase = 0.0, o.w0, 0.0
+    amplitude, frequency, phase = 0.0, o.f0, 0.0
     if isinstance(base, Harmonic) and base.amplitude > 0.0:
-        amplitude, w, phase = base.amplitude, 2.0 * math.pi * base.frequency, base.phase
+        amplitude, frequency, phase = base.amplitude, base.frequency, base.phase
+    w = 2.0 * math.pi * frequency
     gap = math.hypot((o.w0 - w) * (o.w0 + w), 2.0 * o.zeta * o.w0 * w)
     sharp = amplitude > 0.0 and gap < 1e-3 * o.w0 * o.w0
     if o.zeta > 0.9 or sharp or not 1e-2 < w / o.w0 < 1e2:
         return None
-    table: FloatArray = prepare(o.M, o.c1, o.k1, amplitude, w, phase)
+    table: FloatArray = prepare(o.M, o.c1, o.k1, amplitude, frequency, phase)
     return table

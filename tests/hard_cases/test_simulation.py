@@ -1,0 +1,348 @@
+"""What a simulator of impacts gets wrong first: ends of ranges, ties, chatter, rest, bad input."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+from vinesexp.errors import ParameterError
+from vinesexp.excitation import WeakDamping
+
+TABLE2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+DRIVE = Harmonic(amplitude=0.25e-3, frequency=TABLE2.f0)
+
+
+def rig_of(b=0.030, r=0.6, m=0.032, oscillator=TABLE2):
+    return Rig(oscillator, nes=[NES(m=m, b=b, r=r)])
+
+
+def stays_inside(motion, points=20001):
+    """No ball is ever outside its cavity by more than rounding."""
+    t = np.linspace(0.0, motion.duration, points)
+    x, _ = motion.at(t)
+    y, _ = motion.ball(t)
+    for i, nes in enumerate(motion.rig.nes):
+        scale = nes.b + np.abs(x).max() + np.abs(y[i]).max()
+        # y is carried in a straight line from the last impact: rounding of y' times the flight.
+        drift = np.abs(motion.impacts["vy_after"]).max(initial=0.0) * motion.duration
+        assert np.abs(x - y[i]).max() <= nes.b + 1e-14 * (scale + drift), i
+
+
+def energy_balance(motion, points_per_cycle=4000):
+    """Residual and scale of: input = dissipated in damper + at impacts + change."""
+    rig, o = motion.rig, motion.rig.oscillator
+    hits = motion.impacts
+    m = np.array([n.m for n in rig.nes])[hits["nes"]]
+    r = np.array([n.r for n in rig.nes])[hits["nes"]]
+    rho = hits["v_before"] - hits["vy_before"]
+    lost = (0.5 * m * o.M / (o.M + m) * rho**2 * (1.0 - r**2)).sum()
+    edges = np.unique(np.concatenate([[0.0], hits["time"], motion.rests["start"],
+                                      motion.rests["end"], [motion.duration]]))  # fmt: skip
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    work = 0.0
+    for start, end in itertools.pairwise(edges):
+        pieces = max(1, math.ceil((end - start) * o.f0 * 4))
+        grid = np.linspace(start, end, pieces + 1)
+        for a, b in itertools.pairwise(grid):
+            if b - a < 1e-12:
+                continue
+            t = np.clip(0.5 * (b - a) * nodes + 0.5 * (a + b), a, np.nextafter(b, a))
+            _x, v = motion.at(t)
+            x_e, v_e = motion.base(t)
+            power = v * (o.k1 * x_e + o.c1 * v_e) - o.c1 * v**2
+            work += 0.5 * (b - a) * (weights * power).sum()
+
+    def total(x, v, vy):
+        return (
+            0.5 * o.M * v**2
+            + 0.5 * o.k1 * x**2
+            + sum(0.5 * n.m * u**2 for n, u in zip(rig.nes, vy, strict=True))
+        )
+
+    start = total(motion.release.x0, motion.release.v0, motion.ball(0.0)[1][:, 0])
+    t = np.nextafter(motion.duration, 0.0)
+    end = total(*motion.at(t), motion.ball(t)[1][:, 0])
+    return work - lost - (end - start), abs(work) + lost + abs(start) + abs(end)
+
+
+@pytest.mark.parametrize("general", [False, True])
+@pytest.mark.parametrize("r", [0.0, 1e-6, 0.3, 0.6, 0.999, 1.0])
+@pytest.mark.parametrize("b", [0.010, 0.040])
+def test_restitution_from_none_to_full(r, b, general):
+    motion = simulate(rig_of(b=b, r=r), DRIVE, Release(y0=[0.9 * b]), 6.0, general=general)
+    assert len(motion.impacts["time"]) > 10
+    stays_inside(motion)
+    residual, scale = energy_balance(motion)
+    assert abs(residual) < 1e-10 * scale
+
+
+def test_closed_form_and_series_agree_before_chaos():
+    for b, duration in ((0.030, 40.0), (0.040, 2.6)):
+        args = (rig_of(b=b), DRIVE, Release(y0=[b - 1e-4]), duration)
+        fast, general = simulate(*args), simulate(*args, general=True)
+        np.testing.assert_allclose(
+            fast.impacts["time"], general.impacts["time"], rtol=0, atol=3e-11
+        )
+        t = np.linspace(0, duration, 1000)
+        np.testing.assert_allclose(fast.at(t)[0], general.at(t)[0], rtol=0, atol=1e-10)
+
+
+def chattering(**options):
+    """Released with the ball just off the wall that pushes it: it chatters to rest within ms."""
+    return simulate(rig_of(b=0.030), DRIVE, Release(x0=-0.010, y0=[-0.0399]), 1.0, **options)
+
+
+def test_result_does_not_depend_on_where_chatter_is_summed():
+    """What the cut leaves out falls with its second power; at 1e-8 nothing is left to see."""
+    cuts = (3e-2, 3e-3, 3e-4, 1e-8, 1e-11)
+    runs = [chattering(remainder=cut) for cut in cuts]
+    rest = [(run.rests["start"][0], run.rests["end"][0]) for run in runs]
+    after = np.array([run.at(0.1) for run in runs])
+    assert all(len(run.rests["start"]) == 1 for run in runs)
+    assert len(runs[-1].impacts["time"]) > len(runs[0].impacts["time"]) + 10
+    start_error = [abs(rest[k][0] - rest[-1][0]) for k in range(4)]
+    state_error = [np.abs(after[k] - after[-1]).max() for k in range(4)]
+    for error in (start_error, state_error):
+        assert error[0] > 1e-12  # coarse cuts can be seen
+        assert error[1] < 0.03 * error[0]
+        assert error[3] < 1e-15
+
+
+def test_rest_is_held_and_left_where_the_wall_stops_pushing():
+    motion = chattering()
+    assert len(motion.rests["start"]) == 1
+    for start, end, side in zip(
+        motion.rests["start"], motion.rests["end"], motion.rests["side"], strict=True
+    ):
+        t = np.linspace(start, end, 200)[1:-1]
+        x, v = motion.at(t)
+        y, vy = motion.ball(t)
+        np.testing.assert_allclose(x - y[0], side * 0.030, rtol=1e-14)
+        np.testing.assert_array_equal(v, vy[0])
+        push = side * motion.acceleration(t)
+        assert (push > 0.0).all()
+        assert end < motion.duration
+        assert abs(motion.acceleration(end)) < 1e-12 * np.abs(push).max()
+
+
+def test_start_on_a_wall():
+    rig = rig_of()
+    closing = simulate(rig, DRIVE, Release(y0=[-0.030], vy0=[-0.1]), 1.0)
+    assert closing.impacts["time"][0] == 0.0
+    assert closing.impacts["side"][0] == 1
+    leaving = simulate(rig, DRIVE, Release(y0=[-0.030], vy0=[0.1]), 1.0)
+    assert leaving.impacts["time"][0] > 0.0
+    resting = simulate(rig, None, Release(x0=-0.010, y0=[-0.040]), 1.0)
+    assert resting.rests["start"][0] == 0.0  # released from -x the wall pushes the ball at once
+    quarter = 0.25 / TABLE2.f0
+    assert resting.rests["end"][0] == pytest.approx(quarter, rel=0.02)
+    still = simulate(rig, None, Release(y0=[-0.030]), 1.0)
+    assert still.rests["end"][0] == 1.0
+    assert len(still.impacts["time"]) == 0
+
+
+def test_start_outside_is_refused():
+    with pytest.raises(ParameterError, match=r"ball 0 starts at x - y = 0.0301 m, outside"):
+        simulate(rig_of(), DRIVE, Release(y0=[-0.0301]), 1.0)
+
+
+@pytest.mark.parametrize("b", [1e-9, 1e-6, 1.0, 1e3])
+def test_clearance_tiny_and_huge(b):
+    motion = simulate(
+        rig_of(b=b), DRIVE, Release(y0=[0.5 * b], vy0=[0.0]), 2.0 if b > 1e-5 else 0.2
+    )
+    stays_inside(motion)
+    if b >= 1.0:
+        assert len(motion.impacts["time"]) == 0
+    else:
+        assert len(motion.impacts["time"]) > 2
+
+
+@pytest.mark.parametrize("eps", [1e-8, 0.1, 1.0])
+def test_mass_ratio(eps):
+    motion = simulate(rig_of(m=eps * 4.7, b=0.005), DRIVE, Release(y0=[0.004]), 6.0)
+    hits = motion.impacts
+    momentum = 4.7 * (hits["v_after"] - hits["v_before"]) + eps * 4.7 * (
+        hits["vy_after"] - hits["vy_before"]
+    )
+    assert np.abs(momentum).max() <= 1e-15 * 4.7 * np.abs(hits["vy_after"]).max() + 1e-16
+    residual, scale = energy_balance(motion)
+    assert abs(residual) < 1e-10 * scale
+
+
+@pytest.mark.parametrize("zeta", [0.0, 1e-12, 0.5, 0.89, 0.91, 1.0, 3.0, 50.0])
+@pytest.mark.parametrize("ratio", [0.5, 1.0])
+def test_any_damping(zeta, ratio):
+    """Without damping at exact resonance the amplitude grows as G w0 t/2; the rest is exact too."""
+    oscillator = Oscillator.from_modal(M=1.0, f0=1.0, zeta=zeta)
+    base = Harmonic(amplitude=0.01, frequency=ratio)
+    free = simulate(Rig(oscillator), base, Release(), 20.0)
+    w0, w, t = oscillator.w0, 2.0 * np.pi * ratio, np.linspace(0.0, 20.0, 301)
+    if zeta == 0.0 and ratio == 1.0:
+        exact = 0.5 * 0.01 * (np.sin(w0 * t) - w0 * t * np.cos(w0 * t))
+        np.testing.assert_allclose(free.at(t)[0], exact, atol=3e-14)
+    late = t > 15.0
+    if zeta >= 0.5:
+        H = (w0**2 + 2j * zeta * w0 * w) / (w0**2 - w**2 + 2j * zeta * w0 * w)
+        steady = 0.01 * (H * np.exp(1j * w * t)).imag
+        slow = np.exp(-15.0 * w0 * (zeta if zeta <= 1 else zeta - np.sqrt(zeta**2 - 1.0)))
+        np.testing.assert_allclose(free.at(t)[0][late], steady[late], atol=1e-13 + 20 * slow)
+    rig = rig_of(b=0.002, oscillator=oscillator, m=0.05)
+    motion = simulate(rig, base, Release(), 10.0)
+    assert len(motion.impacts["time"]) > 5
+    stays_inside(motion)
+    if zeta <= 1.0:
+        residual, scale = energy_balance(motion)
+        assert abs(residual) < 1e-9 * scale
+
+
+def test_no_impact_and_no_nes():
+    motion = simulate(rig_of(b=0.5), DRIVE, Release(), 10.0)
+    assert len(motion.impacts["time"]) == 0
+    bare = simulate(Rig(TABLE2), DRIVE, Release(), 10.0)
+    t = np.linspace(0, 10, 100)
+    np.testing.assert_allclose(bare.at(t)[0], motion.at(t)[0], rtol=0, atol=1e-16)
+    assert bare.ball(t)[0].shape == (0, 100)
+    assert set(bare.impacts) == {
+        "time", "nes", "side", "x", "v_before", "v_after", "vy_before", "vy_after"
+    }  # fmt: skip
+
+
+def test_time_far_from_zero_shifts_nothing():
+    """A drive whose phase is that of a million cycles later gives the same motion."""
+    early = Harmonic(0.25e-3, 8.0, phase=0.25)
+    late = Harmonic(0.25e-3, 8.0, phase=0.25 + 2.0 * np.pi * 1e6)
+    one, two = (simulate(rig_of(), base, Release(y0=[0.0299]), 20.0) for base in (early, late))
+    # 2 pi 1e6 is known to one rounding, 1e-9 rad; five impacts are before chaos.
+    np.testing.assert_allclose(one.impacts["time"][:5], two.impacts["time"][:5], atol=1e-7)
+
+
+def two_balls(first, second):
+    return Rig(TABLE2, nes=[first, second])
+
+
+def test_simultaneous_impacts_do_not_depend_on_order():
+    a, b = NES(m=0.02, b=0.030, r=0.6), NES(m=0.05, b=0.020, r=0.4)
+    # Same gap to the same wall and the same speed: both hit at the same time, again and again.
+    one = simulate(two_balls(a, b), DRIVE, Release(y0=[-0.029, -0.019]), 1.5)
+    two = simulate(two_balls(b, a), DRIVE, Release(y0=[-0.019, -0.029]), 1.5)
+    first = one.impacts["time"] == one.impacts["time"][0]
+    assert first.sum() == 2
+    np.testing.assert_allclose(one.impacts["time"], two.impacts["time"], rtol=1e-13)
+    np.testing.assert_array_equal(one.impacts["nes"][2:], 1 - two.impacts["nes"][2:])
+    hits = {k: v[first] for k, v in one.impacts.items()}
+    for i, nes in enumerate((a, b)):
+        before = hits["v_before"][i] - hits["vy_before"][i]
+        after = hits["v_after"][i] - hits["vy_after"][i]
+        assert after == pytest.approx(-nes.r * before, rel=1e-12)
+    gained = sum(n.m * (hits["vy_after"] - hits["vy_before"])[i] for i, n in enumerate((a, b)))
+    assert 4.7 * (hits["v_after"] - hits["v_before"])[0] + gained == pytest.approx(0.0, abs=1e-16)
+
+
+def test_identical_balls_chatter_and_rest_together():
+    half, start = NES(m=0.016, b=0.030, r=0.6), -0.0399
+    pair = simulate(two_balls(half, half), DRIVE, Release(x0=-0.010, y0=[start, start]), 1.0)
+    one = chattering()
+    assert len(pair.rests["start"]) == 2
+    assert len(pair.impacts["time"]) == 2 * len(one.impacts["time"])
+    np.testing.assert_allclose(pair.impacts["time"][::2], one.impacts["time"], rtol=1e-11)
+    np.testing.assert_allclose(pair.rests["start"], one.rests["start"][0], rtol=1e-13)
+    np.testing.assert_allclose(pair.rests["end"], one.rests["end"][0], rtol=1e-13)
+
+
+def test_heavy_balls_of_unequal_restitution_gain_no_energy():
+    from vinesexp.simulation.contact import HIT, MASS, RESTITUTION, RHO, SIDE, impact
+
+    rng = np.random.default_rng(5)
+    for _ in range(2000):
+        balls = np.zeros((3, 13))
+        balls[:, MASS] = 10.0 ** rng.uniform(-2, 2, 3)
+        balls[:, RESTITUTION] = rng.uniform(0, 1, 3).round()
+        balls[:, SIDE] = rng.choice([-1.0, 1.0], 3)
+        balls[:, RHO] = balls[:, SIDE] * rng.uniform(0, 1, 3)
+        balls[:, HIT] = 1.0
+        v, m = rng.normal(), balls[:, MASS].copy()
+        u = v - balls[:, RHO]
+        dv = impact(balls, 1.0)
+        u_after = v + dv - balls[:, RHO]
+        assert dv + (m * (u_after - u)).sum() == pytest.approx(0.0, abs=1e-12 * (1 + m.sum()))
+        before = v**2 + (m * u**2).sum()
+        assert (v + dv) ** 2 + (m * u_after**2).sum() <= before * (1 + 1e-12)
+        assert (balls[:, SIDE] * balls[:, RHO] <= 1e-12).all()
+
+
+def test_balls_resting_when_another_hits():
+    a, b = NES(m=0.03, b=0.040, r=0.3), NES(m=0.02, b=0.012, r=0.5)
+    motion = simulate(two_balls(a, b), DRIVE, Release(y0=[0.039, 0.0]), 20.0)
+    stays_inside(motion)
+    assert len(motion.rests["start"]) > 3
+    for i in range(2):
+        mine = motion.rests["nes"] == i
+        start, end = motion.rests["start"][mine], motion.rests["end"][mine]
+        assert (end >= start).all()
+        assert (start[1:] >= end[:-1]).all()
+
+
+@pytest.mark.slow
+def test_ten_million_impacts():
+    rig = rig_of(b=0.005, r=0.7)
+    duration = 1e7 / (2 * TABLE2.f0)
+    motion = simulate(rig, DRIVE, Release(y0=[0.004]), duration)
+    assert len(motion.impacts["time"]) > 0.9e7
+    assert (np.diff(motion.impacts["time"]) >= 0).all()
+
+
+def test_ten_thousand_impacts_on_the_exact_orbit():
+    """Symmetric periodic orbit (docs/theory.md): after 1e4 impacts still there to 1e-12."""
+    o, m, b, r, G = TABLE2, 0.032, 0.030, 0.6, 0.25e-3
+    w = o.w0
+    motion = simulate(
+        rig_of(b=b, r=r), Harmonic(G, w / (2 * np.pi)), Release(y0=[b - 1e-4]), 1.03e4 / (2 * o.f0)
+    )
+    assert len(motion.impacts["time"]) > 1e4
+    eps, T = m / o.M, 2 * np.pi / w
+    h = T / 2
+    wd, al = w * np.sqrt(1 - o.zeta**2), o.zeta * w
+    C, S, e = np.cos(wd * h), np.sin(wd * h) / wd, np.exp(-al * h)
+    Phi = e * np.array([[C + al * S, S], [-w * w * S, C - al * S]])
+    alpha, beta = np.linalg.solve(Phi + np.eye(2), [0.0, -2 * eps])
+    H = (w**2 + 2j * o.zeta * w * w) / (2j * o.zeta * w * w)
+    R = G * abs(H)
+    after = (1 - r + 2 * eps) / (1 + r) - 2 * eps
+    p, q = T / 4 + alpha, (after - beta) / w
+    u = max(np.roots([p * p + q * q, -2 * b * p, b * b - R * R]).real)
+    x0, v_after = b - u * T / 4, after * u
+    # x is here that of the wall met last, mirrored to side +1 or -1.
+    x, v = motion.impacts["x"][-10:], motion.impacts["v_after"][-10:]
+    np.testing.assert_allclose(np.abs(x), abs(x0), rtol=1e-12)
+    np.testing.assert_allclose(np.abs(v), abs(v_after), rtol=1e-12)
+    np.testing.assert_allclose(np.diff(motion.impacts["time"][-10:]), h, rtol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: simulate(rig_of(), DRIVE, Release(), 0.0), "duration = 0.0"),
+        (lambda: simulate(rig_of(), DRIVE, Release(), math.nan), "duration = nan"),
+        (lambda: simulate(rig_of(), DRIVE, Release(y0=[0.0, 0.0]), 1.0), "y0 has 2 values"),
+        (lambda: Release(x0=math.inf), "x0 = inf"),
+        (lambda: Release(vy0=[math.nan]), "vy0 = nan"),
+        (lambda: Harmonic(-1.0, 1.0), "base amplitude = -1.0"),
+        (lambda: Harmonic(1.0, 0.0), "base frequency = 0.0"),
+        (lambda: Harmonic(1.0, 1.0, math.inf), "base phase = inf"),
+        (lambda: NES(m=-1.0, b=1.0, r=0.5), "ball mass m = -1.0"),
+        (lambda: NES(m=1.0, b=math.nan, r=0.5), "clearance b = nan"),
+        (lambda: NES(m=1.0, b=1.0, r=1.1), "restitution r = 1.1"),
+        (lambda: Oscillator(M=1.0, c1=-1.0, k1=1.0), "damping c1 = -1.0"),
+        (lambda: WeakDamping(quadratic=-1.0), "quadratic damping = -1.0"),
+        (lambda: simulate(rig_of(), DRIVE, Release(), 1.0).at(2.0), r"t = 2.0: expected times"),
+    ],
+)
+def test_bad_input_is_one_clear_line(make, message):
+    with pytest.raises(ParameterError, match=message) as caught:
+        make()
+    assert "\n" not in str(caught.value)
