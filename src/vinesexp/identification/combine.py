@@ -1,228 +1,290 @@
-"""All records together: one row a method, one `combined` row a parameter.
+"""All estimates of a campaign as one table: a row a method, and the combined values.
 
-Records and methods are weighted by their variances. Where they scatter more than their standard
-errors allow, the error of the mean grows by that factor (Birge's ratio), and a check says who disagrees.
+The scale M comes from added mass, from impacts and from the scale in the cupboard; everything else
+follows: k1 = M w0^2, c1 = 2 zeta w0 M. Estimates are tested against one another, and what
+disagrees or cannot be known is said.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 
-import numpy as np
-
+from vinesexp.identification.addedmass import added_mass, mass_from_added
+from vinesexp.identification.average import DISAGREES, MATTERS, Mean, mean_of
 from vinesexp.identification.estimate import Estimate
-from vinesexp.records.campaign import Campaign, Known
+from vinesexp.identification.record import NOTHING
+from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
-from vinesexp.units import Quantity
 
-UNITS = {"f0": "Hz", "zeta": "1", "M": "kg", "c1": "N s/m", "k1": "N/m", "r": "1"}
+__all__ = ["COMBINED", "combine", "combined", "mass_from_added"]
 
-#: Methods of one parameter that are this many standard errors apart, and this share, disagree.
-_APART = 4.0
-_APART_SHARE = 0.01
-
-#: Smallest relative standard error that a combined value is given: sensors are not calibrated
-#: better, and no record tells.
-_HARDLY_BETTER = 1e-6
-
-_HOW_TO_KNOW = {
-    "f0": "needs a ring-down or a sweep without NES",
-    "zeta": "needs a ring-down or a sweep without NES",
-    "M": "needs ring-downs with added masses, or impacts with a known clearance and ball mass, or "
-    "`known: mass` in campaign.yaml",
-    "c1": "needs M, f0 and zeta",
-    "k1": "needs M and f0",
-    "r": "needs a drop test, or impacts in a test with one NES and a known clearance",
-}
+COMBINED = "combined"
+#: The rung of a record that counts; the cheaper ones are shown beside it.
+BEST = ("likelihood", "sweep", "impacts", "drop")
+#: Relative standard error of a weighed mass without one.
+_ASSUMED = 5e-3
+_GAIN_MATTERS = 0.01
+_LAG_MATTERS = 2e-5  # s
 
 
-def weighted_mean(estimates: Sequence[Estimate], *, method: str) -> Estimate:
-    """Inverse-variance mean of estimates of one parameter, its error grown where they scatter.
-
-    Examples
-    --------
-    >>> pair = [Estimate("M", 4.6, 0.1, "kg", "a", ("x",)), Estimate("M", 4.8, 0.1, "kg", "a", ("y",))]
-    >>> mean = weighted_mean(pair, method="a")
-    >>> round(mean.value, 3), round(mean.std_error, 3), mean.records
-    (4.7, 0.1, ('x', 'y'))
-    """
-    values = np.array([estimate.value for estimate in estimates])
-    errors = np.array([estimate.std_error for estimate in estimates])
-    floor = _HARDLY_BETTER * np.abs(values)
-    errors = np.maximum(errors, np.where(floor > 0.0, floor, np.finfo(float).tiny))
-    weights = 1.0 / errors**2
-    mean = float(weights @ values / weights.sum())
-    error = float(1.0 / np.sqrt(weights.sum()))
-    if len(values) > 1:
-        birge = float(np.sqrt(weights @ (values - mean) ** 2 / (len(values) - 1)))
-        error *= max(birge, 1.0)
-    records = tuple(dict.fromkeys(id for estimate in estimates for id in estimate.records))
-    first = estimates[0]
-    return Estimate(first.parameter, mean, error, first.unit, method, records)
-
-
-def mass_from_added(
-    bare: Sequence[Estimate], added: Sequence[Estimate], mass_of: Callable[[str], float]
-) -> Estimate | None:
-    """M from natural frequencies with and without added masses.
-
-    (2 pi f)^-2 = (M + added)/k1 is a straight line over the added mass; M is its intercept over its
-    slope (docs/theory.md, identification).
+def combine(found: Sequence[Estimate], campaign: Campaign) -> tuple[list[Estimate], list[Check]]:
+    """Rows of identified.csv and what is to be said about them.
 
     Parameters
     ----------
-    bare, added : sequences of Estimate
-        Frequencies, Hz.
-    mass_of : callable
-        Record id to the added mass, kg.
-    """
-    points = [(0.0, estimate) for estimate in bare]
-    points += [(mass_of(estimate.records[0]), estimate) for estimate in added]
-    loads = np.array([load for load, _ in points])
-    if not bare and len(set(loads)) < 2 or not added:
-        return None
-    frequencies = np.array([estimate.value for _, estimate in points])
-    relative = np.array([max(e.std_error / e.value, _HARDLY_BETTER) for _, e in points])
-    y = frequencies**-2.0
-    weights = 1.0 / (2.0 * relative * y) ** 2
-    design = np.stack([np.ones_like(loads), loads], axis=1)
-    covariance = np.linalg.inv(design.T @ (weights[:, None] * design))
-    intercept, slope = covariance @ design.T @ (weights * y)
-    misfit = float(weights @ (y - design @ np.array([intercept, slope])) ** 2)
-    if len(points) > 2:
-        covariance *= max(misfit / (len(points) - 2), 1.0)
-    M = float(intercept / slope)
-    gradient = np.array([1.0, -M]) / slope
-    error = float(np.sqrt(gradient @ covariance @ gradient))
-    records = tuple(id for _, estimate in points for id in estimate.records)
-    return Estimate("M", M, error, "kg", "added mass", records)
-
-
-def combine(
-    estimates: Iterable[Estimate], campaign: Campaign
-) -> tuple[list[Estimate], list[Check]]:
-    """identified.csv and what has to be said about it.
-
-    Parameters
-    ----------
-    estimates : iterable of Estimate
-        Of all records.
+    found : sequence of Estimate
+        Of all records (`identification.record.estimate_record`).
     campaign : Campaign
-        For added masses and weighed ones.
+        For weighed and added masses.
 
     Returns
     -------
-    rows, checks
-        Methods of a parameter first, then its `combined` row. What cannot be known is absent.
+    list of Estimate, list of Check
+        Parameters that cannot be known are absent; a check says which and why.
     """
-    found = list(estimates)
+    excluded = {record.id for record in campaign.records if record.exclude}
+    used = [e for e in found if not excluded & set(e.records)]
     checks = [
-        Check(e.records[0] if e.records else "", e.parameter or e.method, "warning", e.note)
-        for e in found
-        if e.note
+        Check(e.records[0], "identification", "warning", e.note)
+        for e in used
+        if e.parameter == NOTHING
     ]
-    found = [e for e in found if math.isfinite(e.value)]
+    used = [e for e in used if e.parameter != NOTHING]
     rows: list[Estimate] = []
-    combined: dict[str, Estimate] = {}
-    for parameter in ("f0", "zeta", "M", "r"):
-        methods = _methods(parameter, found, campaign)
-        if methods:
-            combined[parameter] = _combined(methods)
-            checks += _disagreement(methods)
-            rows += [*methods, combined[parameter]]
-    for row in _derived(combined):
-        rows += [
-            row,
-            Estimate(row.parameter, row.value, row.std_error, row.unit, "combined", row.records),
-        ]
-        combined[row.parameter] = row
-    rows += _by_method("zeta_small", found)
-    for parameter in UNITS:
-        if parameter not in combined:
-            detail = f"{parameter} cannot be known: {_HOW_TO_KNOW[parameter]}"
-            checks.append(Check("", parameter, "warning", detail))
+    for parameter in ("f0", "zeta"):
+        new, told = _by_method(parameter, used)
+        rows += new
+        checks += told
+    masses, told = _masses(used, campaign)
+    rows += masses
+    checks += told
+    rows += _scaled(rows)
+    new, told = _restitution(used)
+    rows += new
+    checks += told
+    checks += _absent(rows)
+    checks += _channels(used)
+    checks += _damping(used)
     return rows, checks
 
 
-def _by_method(parameter: str, found: Sequence[Estimate]) -> list[Estimate]:
-    methods = dict.fromkeys(e.method for e in found if e.parameter == parameter)
-    return [
-        weighted_mean(
-            [e for e in found if e.parameter == parameter and e.method == method], method=method
-        )
-        for method in methods
+def combined(rows: Sequence[Estimate], parameter: str) -> Estimate | None:
+    """The combined row of a parameter."""
+    return next((e for e in rows if e.parameter == parameter and e.method == COMBINED), None)
+
+
+def _by_method(parameter: str, found: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]]:
+    """A row for every method, and the combined one from each record's best rung."""
+    own = [e for e in found if e.parameter == parameter]
+    rows = [
+        mean_of([e for e in own if e.method == method], method=method)[0]
+        for method in dict.fromkeys(e.method for e in own)
     ]
+    best = [e for e in own if e.method in BEST]
+    if not best:
+        return rows, []
+    total, mean = mean_of(best, method=COMBINED)
+    return [*rows, total], _disagreement(best, mean)
 
 
-def _methods(parameter: str, found: Sequence[Estimate], campaign: Campaign) -> list[Estimate]:
-    methods = _by_method(parameter, found)
-    if parameter != "M":
-        return methods
-    bare = [e for e in found if e.parameter == "f0" and e.method == "ring-down"]
-    added = [e for e in found if e.parameter == "f0_added"]
-
-    def mass_of(record: str) -> float:
-        return campaign.record(record).added_mass or 0.0
-
-    from_added = mass_from_added(bare, added, mass_of) if added else None
-    weighed = _weighed(campaign.known)
-    return [*filter(None, (from_added, weighed)), *methods]
-
-
-def _weighed(known: Known) -> Estimate | None:
-    mass: Quantity | None = known.mass
-    return Estimate("M", mass.value, mass.std_error, "kg", "weighed") if mass else None
+def _disagreement(estimates: Sequence[Estimate], mean: Mean) -> list[Check]:
+    if mean.outlier is None:
+        return []
+    odd = estimates[mean.outlier]
+    others = mean_of([e for e in estimates if e is not odd], method="")[0]
+    names = odd.records if len(odd.records) == 1 else ("",)
+    detail = (
+        f"{odd.parameter} = {odd.value:.6g} {odd.unit} ({odd.method}) disagrees with the others, "
+        f"{others.value:.6g}, by {100 * abs(odd.value / others.value - 1):.2g} % or "
+        f"{mean.pull:.1f} standard errors; the combined error is widened, look at this record"
+    )
+    return [Check(names[0], "agreement", "warning", " ".join(detail.split()))]
 
 
-def _combined(methods: Sequence[Estimate]) -> Estimate:
-    """The mean of all methods; a weighed mass without an uncertainty is taken as it is."""
-    exact = [e for e in methods if e.method == "weighed" and e.std_error == 0.0]
-    if exact:
-        e = exact[0]
-        return Estimate(e.parameter, e.value, 0.0, e.unit, "combined", e.records)
-    return weighted_mean(methods, method="combined")
+def _masses(found: Sequence[Estimate], campaign: Campaign) -> tuple[list[Estimate], list[Check]]:
+    """M by every way there is, and combined."""
+    rows: list[Estimate] = []
+    checks: list[Check] = []
+    loads = {record.id: record.added_mass or 0.0 for record in campaign.records}
+    by_mass, told = added_mass(found, loads)
+    checks += told
+    if by_mass is not None:
+        rows.append(by_mass)
+    hits = [e for e in found if e.parameter == "M" and e.method == "impacts"]
+    if hits:
+        row, mean = mean_of(hits, method="impacts")
+        checks += _disagreement(hits, mean)
+        weighed = max((m.std_error / m.value for m in campaign.known.nes_mass), default=0.0)
+        error = math.hypot(row.std_error, row.value * weighed)
+        rows.append(Estimate("M", row.value, error, "kg", "impacts", row.records))
+    known = campaign.known.mass
+    if known is not None:
+        error = known.std_error or _ASSUMED * known.value
+        if not known.std_error:
+            detail = (
+                f"known.mass has no uncertainty: {100 * _ASSUMED:g} % assumed; "
+                "write it as '4.7 +- 0.01 kg'"
+            )
+            checks.append(Check("", "weighed mass", "warning", detail))
+        rows.append(Estimate("M", known.value, error, "kg", "weighed"))
+    if not rows:
+        return [], checks
+    total, mean = mean_of(rows, method=COMBINED)
+    return [*rows, total], [*checks, *_scales_disagree(rows)]
 
 
-def _disagreement(methods: Sequence[Estimate]) -> list[Check]:
+def _scales_disagree(rows: Sequence[Estimate]) -> list[Check]:
+    """M by different ways: a wrong clearance or mass in the sheet shows here and nowhere else."""
     checks = []
-    for i, one in enumerate(methods):
-        for other in methods[i + 1 :]:
-            apart = abs(one.value - other.value)
-            error = math.hypot(one.std_error, other.std_error)
-            if apart > _APART * error and apart > _APART_SHARE * abs(one.value):
-                advice = (
-                    "; a wrong clearance, ball mass or added mass in the sheet does this"
-                    if one.parameter == "M"
-                    else ""
-                )
+    for i, a in enumerate(rows):
+        for b in rows[i + 1 :]:
+            apart = abs(a.value - b.value)
+            pull = apart / math.hypot(a.std_error, b.std_error)
+            if pull > DISAGREES and apart > MATTERS * a.value:
+                blame = {
+                    "impacts": "clearance_mm or known.nes_mass",
+                    "added mass": "added_mass_g",
+                    "weighed": "known.mass",
+                }
                 detail = (
-                    f"{one.parameter} by {one.method} is {one.value:.5g}, by {other.method} "
-                    f"{other.value:.5g}: {apart / abs(one.value):.1%} apart{advice}"
+                    f"M = {a.value:.4g} kg ({a.method}) and {b.value:.4g} kg ({b.method}) differ "
+                    f"by {100 * apart / a.value:.2g} % or {pull:.1f} standard errors; "
+                    f"check {blame[a.method]}, and {blame[b.method]}"
                 )
-                checks.append(Check("", one.parameter, "warning", detail))
+                checks.append(Check("", "mass", "warning", detail))
     return checks
 
 
-def _derived(combined: dict[str, Estimate]) -> list[Estimate]:
-    """k1 = M w0^2 and c1 = 2 zeta w0 M with the errors of their factors."""
-    if "M" not in combined or "f0" not in combined:
+def _scaled(rows: Sequence[Estimate]) -> list[Estimate]:
+    """k1 and c1 from every M, by the combined f0 and zeta."""
+    f0, zeta = combined(rows, "f0"), combined(rows, "zeta")
+    if f0 is None or zeta is None:
         return []
-    M, f0 = combined["M"], combined["f0"]
     w0 = 2.0 * math.pi * f0.value
-    of_M, of_f0 = M.std_error / M.value, f0.std_error / f0.value
-    k1 = M.value * w0 * w0
-    rows = [
-        Estimate(
-            *("k1", k1, k1 * math.hypot(of_M, 2.0 * of_f0), "N/m", "M (2 pi f0)^2"),
-            records=tuple(dict.fromkeys([*M.records, *f0.records])),
-        )
-    ]
-    if "zeta" in combined:
-        zeta = combined["zeta"]
+    relative_f0 = f0.std_error / f0.value
+    relative_zeta = zeta.std_error / zeta.value if zeta.value else 0.0
+    masses = [e for e in rows if e.parameter == "M"]
+    stiffness, damping = [], []
+    for M in masses:
+        relative = M.std_error / M.value
+        records = tuple(dict.fromkeys((*M.records, *f0.records)))
+        k1 = M.value * w0 * w0
         c1 = 2.0 * zeta.value * w0 * M.value
-        of_zeta = zeta.std_error / abs(zeta.value) if zeta.value else 0.0
-        error = abs(c1) * math.sqrt(of_M**2 + of_f0**2 + of_zeta**2)
-        records = tuple(dict.fromkeys([*M.records, *zeta.records]))
-        rows.insert(0, Estimate("c1", c1, error, "N s/m", "2 zeta (2 pi f0) M", records))
-    return rows
+        k1_error = k1 * math.hypot(relative, 2.0 * relative_f0)
+        c1_error = c1 * math.hypot(relative, relative_zeta, relative_f0)
+        stiffness.append(Estimate("k1", k1, k1_error, "N/m", M.method, records))
+        damping.append(Estimate("c1", c1, c1_error, "N s/m", M.method, records))
+    return [*damping, *stiffness]
+
+
+def _restitution(found: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]]:
+    """r by impacts and by drops; r_1, r_2 of several balls beside it."""
+    rows: list[Estimate] = []
+    checks: list[Check] = []
+    numbered = sorted({e.parameter for e in found if _is_numbered(e.parameter)})
+    single = [e for e in found if e.parameter == "r"]
+    if not single:  # only tests with several balls: r is what they have in common
+        single = [
+            Estimate("r", e.value, e.std_error, e.unit, e.method, e.records)
+            for e in found
+            if e.parameter in numbered
+        ]
+    for parameter in ("r", *numbered):
+        own = single if parameter == "r" else [e for e in found if e.parameter == parameter]
+        new, told = _by_method(parameter, own)
+        rows += new
+        checks += told
+    return rows, checks
+
+
+def _is_numbered(parameter: str) -> bool:
+    return parameter.startswith("r_") and parameter[2:].isdigit()
+
+
+def _absent(rows: Sequence[Estimate]) -> list[Check]:
+    """What is not in the table, and what it would take."""
+    reasons = {
+        "f0": "no free decay and no sweep without NES that could be used",
+        "zeta": "no free decay and no sweep without NES that could be used",
+        "M": (
+            "not weighed (known.mass), no ring-down with added mass beside one without, "
+            "no impacts of a ball of known mass (known.nes_mass)"
+        ),
+        "r": "no drop test and no test with an NES that shows ten impacts or more",
+    }
+    present = {e.parameter for e in rows}
+    checks = [
+        Check("", "identification", "warning", f"{name} is not known: {reason}")
+        for name, reason in reasons.items()
+        if name not in present
+    ]
+    if not {"k1", "c1"} <= present:
+        lacking = ", ".join(name for name in ("M", "f0", "zeta") if name not in present)
+        detail = f"k1 and c1 are not known: they need {lacking}"
+        checks.append(Check("", "identification", "warning", detail))
+    return checks
+
+
+def _channels(found: Sequence[Estimate]) -> list[Check]:
+    """Sign, gain and lag of the accelerometer beside the laser, where they are off."""
+    checks = []
+    for e in found:
+        sure = abs(e.value) > 5.0 * e.std_error
+        if e.parameter == "accelerometer_gain" and e.value < 0.0 and sure:
+            detail = (
+                "acceleration and displacement have opposite signs; the displacement's is taken. "
+                "Turn the sensitivity of one of them round"
+            )
+            checks.append(Check(e.records[0], "sign", "warning", detail))
+        off = abs(abs(e.value) - 1.0)
+        if e.parameter == "accelerometer_gain" and off > max(5.0 * e.std_error, _GAIN_MATTERS):
+            detail = (
+                f"the acceleration is {abs(e.value):.4g} times the second derivative of the "
+                "displacement: one sensitivity is wrong, or the channels are not what they are "
+                "said to be"
+            )
+            checks.append(Check(e.records[0], "gain", "warning", detail))
+    return [*checks, *_lags([e for e in found if e.parameter == "channel_lag"])]
+
+
+def _lags(lags: Sequence[Estimate]) -> list[Check]:
+    """One line on the lag of all records, and one for each that differs from the others."""
+    known = [e for e in lags if e.std_error < _LAG_MATTERS]
+    if not known:
+        return []
+    middle = sorted(e.value for e in known)[len(known) // 2]
+    checks = []
+    if abs(middle) > _LAG_MATTERS:
+        order = "after" if middle > 0.0 else "before"
+        detail = (
+            f"the displacement comes {1e6 * abs(middle):.0f} us {order} the acceleration "
+            f"(median of {len(known)} records); removed record by record"
+        )
+        checks.append(Check("", "lag", "ok", detail))
+    for e in known:
+        if abs(e.value - middle) > max(_LAG_MATTERS, DISAGREES * e.std_error):
+            detail = (
+                f"the displacement comes {1e6 * e.value:.0f} us after the acceleration, in the "
+                f"other records {1e6 * middle:.0f} us; removed"
+            )
+            checks.append(Check(e.records[0], "lag", "warning", detail))
+    return checks
+
+
+def _damping(found: Sequence[Estimate]) -> list[Check]:
+    """Free decays whose damping depends on amplitude."""
+    checks = []
+    words = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
+    for record in dict.fromkeys(e.records[0] for e in found if e.parameter in words):
+        own = {e.parameter: e for e in found if e.records[0] == record}
+        terms = " and ".join(word for name, word in words.items() if name in own)
+        zeta = own.get("zeta") or own.get("zeta_added")
+        where = own.get("zeta_amplitude")
+        if zeta is not None and where is not None:
+            detail = (
+                f"damping depends on amplitude ({terms} part); zeta = {zeta.value:.4g} holds at "
+                f"{1e3 * where.value:.3g} mm"
+            )
+            checks.append(Check(record, "damping", "ok", detail))
+    return checks

@@ -1,9 +1,4 @@
-"""Restitution from a dropped ball: each flight is r times as long as the one before.
-
-    t_i = t_0 + d (1 - r^i)/(1 - r),    i = 0, 1, 2, ...
-
-All bounce times are fitted at once, since two flights share the bounce between them.
-"""
+"""r from a drop test: a bouncing ball's flights shrink by r each."""
 
 from __future__ import annotations
 
@@ -13,89 +8,92 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.least_squares import gauss_newton
 
-Floats = NDArray[np.float64]
+FloatArray = NDArray[np.float64]
 
-_FEWEST_BOUNCES = 4
-#: A flight that differs from the fit by more than this share of itself ends the series.
-_LAST_FLIGHT = 0.2
+_FEWEST = 3
+_ITERATIONS = 20
 
 
 @dataclass(frozen=True)
-class Drop:
-    """Restitution from one drop.
-
-    Attributes
-    ----------
-    r, r_error : restitution and its standard error.
-    bounces : used.
-    time_error : rms misfit of the bounce times, s.
-    """
+class Bounces:
+    """r with its standard error, the bounces used and the first flight, s."""
 
     r: float
-    r_error: float
-    bounces: int
-    time_error: float
+    error: float
+    count: int
+    first_flight: float
 
 
-def restitution_from_bounces(times: Floats) -> Drop:
-    """Fit the restitution to bounce times, s.
+def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
+    """Fit impact times t_k = t_1 + T (1 - r^(k-1))/(1 - r) to the longest run of bounces.
 
-    Flights shrink; the series ends where one does not (the ball lies, or something else hit).
+    A flight lasts 2 v/g and every bounce multiplies v by r; drag of the air is below the timing
+    error at bench heights.
+
+    Parameters
+    ----------
+    times, errors : arrays (n,)
+        Impact times and their standard errors, s.
+
+    Returns
+    -------
+    Bounces
 
     Raises
     ------
     AnalysisError
-        Fewer than four bounces in a series.
+        Fewer than three impacts whose flights shrink.
 
     Examples
     --------
-    >>> times = np.cumsum([0.1, *0.3 * 0.6 ** np.arange(6)])
-    >>> found = restitution_from_bounces(times)
-    >>> round(found.r, 6), found.bounces
-    (0.6, 7)
+    >>> t = 0.1 + 0.2 * np.concatenate([[0.0], np.cumsum(0.6 ** np.arange(6))])
+    >>> round(restitution_of_bounces(t, np.full(7, 1e-6)).r, 6)
+    0.6
     """
-    series = _series(np.sort(np.asarray(times, dtype=np.float64)))
-    if series.size < _FEWEST_BOUNCES:
+    t, error = _longest_run(times, errors)
+    if t.size < _FEWEST:
         raise AnalysisError(
-            f"{series.size} bounces of shrinking distance, expected {_FEWEST_BOUNCES} or more"
+            f"{t.size} bounces with shrinking flights, expected {_FEWEST} or more to give r"
         )
-    flights = np.diff(series)
-    r = float(flights[1] / flights[0])
-    start = np.array([series[0], flights[0], min(r, 0.999)])
-    found, covariance, residual = gauss_newton(
-        lambda p: _bounce_times(p, series.size), series, start
-    )
-    variance = float(residual @ residual) / (series.size - 3)
-    return Drop(
-        r=float(found[2]),
-        r_error=float(np.sqrt(variance * covariance[2, 2])),
-        bounces=series.size,
-        time_error=float(np.sqrt(np.mean(residual**2))),
-    )
+    flights = np.diff(t)
+    r = float(np.exp(np.polyfit(np.arange(flights.size), np.log(flights), 1)[0]))
+    k = np.arange(t.size)
+    p = np.array([t[0], flights[0], min(r, 0.999)])
+    for _ in range(_ITERATIONS):
+        powers = p[2] ** k
+        partial = np.concatenate([[0.0], np.cumsum(powers[:-1])])
+        slopes = np.concatenate([[0.0], np.cumsum(k[:-1] * p[2] ** (k[:-1] - 1.0))])
+        jacobian = np.stack([np.ones(t.size), partial, p[1] * slopes], 1) / error[:, np.newaxis]
+        rest = (t - p[0] - p[1] * partial) / error
+        step = np.linalg.lstsq(jacobian, rest, rcond=None)[0]
+        p = p + step
+        if np.abs(step[2]) < 1e-13:
+            break
+    covariance = np.linalg.inv(jacobian.T @ jacobian)
+    freedom = max(1, t.size - 3)
+    scale = max(1.0, float(rest @ rest) / freedom)
+    return Bounces(float(p[2]), float(np.sqrt(scale * covariance[2, 2])), t.size, float(p[1]))
 
 
-def _series(times: Floats) -> Floats:
-    """The first run of bounces whose flights keep shrinking in about the same ratio."""
+def _longest_run(times: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The impacts from the first of the longest stretch in which every flight is shorter.
+
+    Ratios must also be alike: a missed bounce makes one flight far too long.
+    """
+    if times.size < 2:
+        return times, errors
     flights = np.diff(times)
-    if flights.size < 2 or flights[0] <= 0.0:
-        return times[:0]
-    ratio = flights[1] / flights[0]
-    last = 1
-    for i in range(1, flights.size):
-        if not 0.0 < flights[i] < flights[i - 1]:
-            break
-        if abs(flights[i] / flights[i - 1] / ratio - 1.0) > _LAST_FLIGHT:
-            break
-        last = i + 1
-    return times[: last + 1]
-
-
-def _bounce_times(p: Floats, bounces: int) -> tuple[Floats, Floats]:
-    t0, d, r = p
-    powers = r ** np.arange(bounces - 1)
-    sums = np.concatenate([[0.0], np.cumsum(powers)])
-    slopes = np.arange(bounces - 1) * r ** np.maximum(np.arange(bounces - 1) - 1, 0)
-    by_r = d * np.concatenate([[0.0], np.cumsum(slopes)])
-    return t0 + d * sums, np.stack([np.ones(bounces), sums, by_r], axis=1)
+    ratio = flights[1:] / flights[:-1]
+    typical = float(np.median(ratio[ratio < 1.0])) if (ratio < 1.0).any() else 0.0
+    good = (ratio < 1.0) & (np.abs(ratio - typical) < 0.25 * max(typical, 0.2))
+    best, start = (0, 0), 0
+    for i, fine in enumerate([*good.tolist(), False]):
+        if not fine:
+            if i - start > best[1] - best[0]:
+                best = (start, i)
+            start = i + 1
+    if best[1] == best[0]:
+        return times[:0], errors[:0]
+    chosen = slice(best[0], best[1] + 2)
+    return times[chosen], errors[chosen]

@@ -1,18 +1,18 @@
-"""One identified value with its uncertainty, its method and the records it is from."""
+"""One estimate: a parameter, its value, its standard error, and where it came from."""
 
 from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-#: Half width of a 95 % interval in standard errors.
-COVERAGE_95 = 1.959963984540054
+from vinesexp.errors import RecordError
 
 #: Columns of identified.csv.
-COLUMNS = (
+IDENTIFIED = (
     "parameter",
     "value",
     "std_error",
@@ -22,27 +22,33 @@ COLUMNS = (
     "method",
     "records",
 )
+#: Two-sided 95 % of the normal distribution.
+_Z95 = 1.959964
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """One value of one parameter.
+    """A value of one parameter by one method.
 
     Parameters
     ----------
     parameter : str
-        Name of identified.csv: ``f0``, ``zeta``, ``M``, ``c1``, ``k1``, ``r``; or ``f0_added``, the
-        natural frequency with an added mass, which only `combine` reads.
+        ``f0``, ``zeta``, ``M``, ``c1``, ``k1``, ``r`` and others (docs/identification.md).
     value, std_error : float
-        SI.
+        In `unit`.
     unit : str
-        For the table: ``Hz``, ``kg``, ``1``.
+        SI; ``1`` for a ratio.
     method : str
-        In a few words.
+        ``likelihood``, ``added mass``, ``impacts``, ...
     records : tuple of str
-        Ids.
+        Ids of the records it came from.
     note : str
         What a person should know of it; becomes a row of checks.csv.
+
+    Examples
+    --------
+    >>> Estimate("f0", 7.862, 0.001, "Hz", "likelihood", ("rd_1",)).interval()
+    (7.860040036, 7.863959964)
     """
 
     parameter: str
@@ -53,38 +59,55 @@ class Estimate:
     records: tuple[str, ...] = ()
     note: str = ""
 
-    @property
-    def ci95(self) -> tuple[float, float]:
-        """95 % interval of a normal distribution."""
-        half = COVERAGE_95 * self.std_error
+    def interval(self) -> tuple[float, float]:
+        """95 % interval."""
+        half = _Z95 * self.std_error
         return self.value - half, self.value + half
 
 
 def write_estimates(path: Path, estimates: Iterable[Estimate]) -> None:
-    """Keep the estimates of one record for the steps after."""
-    text = json.dumps([asdict(estimate) for estimate in estimates], indent=1)
-    Path(path).write_text(text + "\n", encoding="utf-8")
+    """Write estimates as JSON, all digits kept."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    rows = [asdict(estimate) for estimate in estimates]
+    path.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
 
 
 def read_estimates(path: Path) -> list[Estimate]:
-    """Read what `write_estimates` wrote."""
-    rows = json.loads(Path(path).read_text(encoding="utf-8"))
-    return [Estimate(**{**row, "records": tuple(row["records"])}) for row in rows]
+    """Read what `write_estimates` wrote.
+
+    Raises
+    ------
+    RecordError
+        The file is not such a list.
+    """
+    try:
+        rows = json.loads(Path(path).read_text(encoding="utf-8"))
+        return [Estimate(**{**row, "records": tuple(row["records"])}) for row in rows]
+    except (ValueError, TypeError, KeyError) as error:
+        raise RecordError(
+            f"is no list of estimates ({error}); run the estimate step again", file=path
+        ) from None
 
 
-def write_identified(path: Path, estimates: Sequence[Estimate]) -> None:
-    """identified.csv: one row an estimate, ten digits."""
-    with Path(path).open("w", encoding="utf-8", newline="") as stream:
+def write_identified(path: Path, estimates: Iterable[Estimate]) -> None:
+    """Write identified.csv: value, standard error, 95 % interval, unit, method and records.
+
+    Records are separated by semicolons.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for estimate in estimates:
-            numbers = (estimate.value, estimate.std_error, *estimate.ci95)
-            writer.writerow(
-                [
-                    estimate.parameter,
-                    *(f"{number:.10g}" for number in numbers),
-                    estimate.unit,
-                    estimate.method,
-                    ";".join(estimate.records),
-                ]
-            )
+        writer.writerow(IDENTIFIED)
+        for e in estimates:
+            digits = _digits(e)
+            numbers = [f"{v:.{digits}g}" for v in (e.value, e.std_error, *e.interval())]
+            writer.writerow([e.parameter, *numbers, e.unit, e.method, ";".join(e.records)])
+
+
+def _digits(e: Estimate) -> int:
+    """Significant digits that show the error to three digits, at least six."""
+    if e.std_error <= 0.0 or e.value == 0.0 or not math.isfinite(e.std_error):
+        return 9
+    return min(max(6, math.ceil(math.log10(abs(e.value) / e.std_error)) + 3), 15)

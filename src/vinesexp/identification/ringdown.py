@@ -1,341 +1,410 @@
-"""Natural frequency and damping from a free decay: a ladder from counting to likelihood.
+"""f0 and damping from free decays, by three rungs of rising cost.
 
-1. Log decrement: cycle amplitudes and zero crossings. Nearly free, for a first guess.
-2. Likelihood: x = e^(-s t)(a cos wt + b sin wt) + slow drift, all at once. With white noise this
-   is the maximum-likelihood estimate, and its covariance is the Cramer-Rao bound; noise of
-   another colour is taken at its density around the natural frequency.
-3. Law of damping: the envelope under viscous, viscous + quadratic, and viscous + Coulomb damping;
-   the evidence (Bayesian information criterion) says which of them the decay shows.
+Log decrement: a straight line through the logarithm of the amplitude. Envelope: amplitude and
+phase of every period, the form of the damping chosen by evidence. Likelihood: the displacement
+itself, slow drift as further linear unknowns.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.least_squares import gauss_newton
+from vinesexp.identification.decay import FORMS, NAMES, Decay, logs_and_phases, nudged
+from vinesexp.identification.phasors import Phasors, decay_window, demodulate
+from vinesexp.signals.clipping import resolution_of
+from vinesexp.signals.condition import fill_gaps
+from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.signals.extension import block_means
 
-Floats = NDArray[np.float64]
+__all__ = ["POINTS", "RingDown", "cycle_amplitudes", "fit_ringdown", "ring_down"]
 
-_SAMPLES_PER_CYCLE = 40  # after averaging: the sinusoid loses 0.1 % of its amplitude, no phase
-_FADED = 0.02  # of the largest amplitude: where the fit ends
-_DRIFT_TERMS = 4  # polynomial of third degree
-_FEWEST_CYCLES = 3
+FloatArray = NDArray[np.float64]
+
+#: Block means a period: a sine loses 0.3 % of its information there.
+POINTS = 24
+_LOOK = 1 << 16  # samples that show the converter's step
+_ITERATIONS = 12
+_CONVERGED = 1e-4  # standard errors
+_OUTLYING = 6.0  # standard deviations
+_MOST_DRIFT = 24  # cosines
+_EVIDENCE = 6.0  # units of BIC that a richer form has to gain: strong evidence
+#: Evidence, decay, free parameters, covariance.
+_Tried = tuple[float, Decay, tuple[str, ...], FloatArray]
 
 
 @dataclass(frozen=True)
 class RingDown:
-    """Free decay of one mode.
+    """What one decay says.
 
     Attributes
     ----------
-    f0, zeta : undamped natural frequency, Hz; damping ratio.
-    f0_error, zeta_error : standard errors.
-    amplitude : at the start of the fit, m.
-    start, end : of the fit, s from the first sample.
-    residual : rms of what the fit leaves over rms of the decay.
-    log_decrement : damping ratio by the first rung.
+    method : str
+        ``log decrement``, ``envelope`` or ``likelihood``.
+    f0, f0_error : float
+        Undamped natural frequency, Hz.
+    zeta, zeta_error : float
+        Equivalent viscous damping ratio at amplitude `reference`.
+    reference : float
+        m; where the record speaks loudest.
+    decay : Decay
+        All parameters; `covariance` is of those in `free`.
+    residual : float
+        rms of the misfit over the rms of the motion.
+    window : (float, float)
+        What was fitted, s from the first sample.
     """
 
+    method: str
     f0: float
-    zeta: float
     f0_error: float
-    zeta_error: float
-    amplitude: float
-    start: float
-    end: float
-    residual: float
-    log_decrement: float
-
-
-@dataclass(frozen=True)
-class DampingLaw:
-    """The envelope's law: dA/dt = -s A - q A^2 - k, with the terms that the evidence asks for.
-
-    Attributes
-    ----------
-    name : ``viscous``, ``viscous + quadratic`` or ``viscous + Coulomb``.
-    zeta : damping ratio of the viscous part.
-    zeta_error : its standard error.
-    extra : q (1/(m s)) or k (m/s); 0 for viscous.
-    residual : rms misfit of the envelope over its rms, of this law.
-    residual_exponential : the same of the exponential.
-    evidence : difference of BIC in favour of this law over the exponential.
-    """
-
-    name: str
     zeta: float
     zeta_error: float
-    extra: float
+    reference: float
+    decay: Decay
+    free: tuple[str, ...]
+    covariance: FloatArray
     residual: float
-    residual_exponential: float
-    evidence: float
+    window: tuple[float, float]
+
+    @property
+    def start(self) -> float:
+        """Beginning of what was fitted, s from the first sample."""
+        return self.window[0]
+
+    @property
+    def end(self) -> float:
+        """End of what was fitted, s from the first sample."""
+        return self.window[1]
+
+    @property
+    def amplitude(self) -> float:
+        """Amplitude at `start`, m."""
+        return float(self.amplitude_at(np.array([self.start]))[0])
+
+    def amplitude_at(self, t: FloatArray) -> FloatArray:
+        """Fitted amplitude at times t (s from the first sample), m."""
+        row = self.decay.vector()[np.newaxis]
+        later = np.maximum(t, self.decay.start)
+        log_A = logs_and_phases(row, later, start=self.decay.start)[0][0]
+        # Less than a window before its first centre, the decay is continued at its first rate.
+        early = np.minimum(t - self.decay.start, 0.0)
+        return np.asarray(np.exp(log_A - self.decay.rate(math.exp(self.decay.log_A)) * early))
 
 
-def cycle_amplitudes(x: Floats, sample_rate: float, frequency: float) -> tuple[Floats, Floats]:
-    """Middle time (s from the first sample) and half swing of each cycle.
-
-    Examples
-    --------
-    >>> t = np.arange(1000) / 1000.0
-    >>> _, a = cycle_amplitudes(np.sin(2 * np.pi * 10.0 * t), 1000.0, 10.0)
-    >>> bool(np.all(np.abs(a - 1.0) < 1e-3)), len(a)
-    (True, 10)
-    """
-    length = sample_rate / frequency
-    edges = np.round(np.arange(0.0, len(x) + 1e-9, length)).astype(int)
-    edges = edges[edges <= len(x)]
-    if len(edges) < 2:
-        return np.empty(0), np.empty(0)
-    whole = x[: edges[-1]]
-    high = np.maximum.reduceat(whole, edges[:-1])
-    low = np.minimum.reduceat(whole, edges[:-1])
-    return 0.5 * (edges[:-1] + edges[1:]) / sample_rate, 0.5 * (high - low)
-
-
-def decay_window(x: Floats, sample_rate: float, frequency: float) -> tuple[int, int]:
-    """Samples from the cycle of largest swing to where the swing has faded into the floor.
-
-    The floor is the median swing of the last tenth of the record, where that is small.
+def fit_ringdown(x: FloatArray, *, sample_rate: float, frequency: float) -> RingDown:
+    """The likelihood rung on a record as it was sampled; arguments as of `ring_down`.
 
     Raises
     ------
     AnalysisError
-        Fewer than three cycles of decay.
+        No free decay of three periods in the record.
+
+    Examples
+    --------
+    >>> t = np.arange(20000) / 1000.0
+    >>> w0, zeta = 2 * np.pi * 7.862, 0.0065
+    >>> x = 0.02 * np.exp(-zeta * w0 * t) * np.cos(w0 * np.sqrt(1 - zeta**2) * t)
+    >>> found = fit_ringdown(x, sample_rate=1000.0, frequency=7.8)
+    >>> round(found.f0, 5), round(found.zeta, 7), round(found.amplitude, 4)
+    (7.862, 0.0065, 0.02)
     """
-    time, swing = cycle_amplitudes(x, sample_rate, frequency)
-    if swing.size < _FEWEST_CYCLES:
-        raise AnalysisError(
-            f"{swing.size} cycles at {frequency:.4g} Hz, expected {_FEWEST_CYCLES} or more"
-        )
-    peak = int(np.argmax(swing >= 0.97 * swing.max()))
-    floor = float(np.median(swing[-max(swing.size // 10, 3) :]))
-    level = _FADED * swing.max()
-    if floor < 0.2 * swing.max():
-        level = max(level, 2.0 * floor)
-    faded = np.flatnonzero(swing[peak:] < level)
-    last = peak + int(faded[0]) if faded.size else swing.size
-    if last - peak < _FEWEST_CYCLES:
-        raise AnalysisError(
-            f"the decay lasts {last - peak} cycles, expected {_FEWEST_CYCLES} or more"
-        )
-    half = 0.5 / frequency
-    begin = max(round((time[peak] - half) * sample_rate), 0)
-    # A release within the cycle is not yet a free decay: begin at the first extreme after it.
-    cycle = x[begin : begin + math.ceil(sample_rate / frequency)]
-    if peak > 0:
-        begin += int(np.argmax(np.abs(cycle - np.median(x))))
-    return begin, min(round((time[last - 1] + half) * sample_rate), len(x))
+    k = max(1, int(sample_rate / (POINTS * frequency)))
+    coarse = block_means(fill_gaps(x), k)
+    return ring_down(
+        coarse, k / sample_rate, frequency=frequency, resolution=resolution_of(x[:_LOOK])
+    )[-1]
 
 
-def fit_ringdown(x: Floats, *, sample_rate: float, frequency: float) -> RingDown:
-    """Identify f0 and zeta from the displacement of a free decay (unfiltered).
+def ring_down(
+    x: FloatArray, step: float, *, frequency: float, resolution: float = 0.0
+) -> list[RingDown]:
+    """All rungs on one record.
 
     Parameters
     ----------
-    x : ndarray, shape (n,)
-        Displacement in any unit; a constant and a slow drift do no harm.
-    sample_rate : float
-        Hz.
+    x : array (n,)
+        Displacement, m; block means some 24 a period lose nothing.
+    step : float
+        s between them.
     frequency : float
-        First guess of the natural frequency, Hz, to a few percent.
+        About that of the oscillation, Hz.
+    resolution : float
+        Step of the converter, m.
+
+    Returns
+    -------
+    list of RingDown
+        Log decrement, envelope, likelihood.
 
     Raises
     ------
     AnalysisError
-        No decay of three cycles or more.
+        No free decay of three periods in the record.
 
     Examples
     --------
-    >>> t = np.arange(20000) / 1000.0
-    >>> x = 0.02 * np.exp(-0.0065 * 2 * np.pi * 7.862 * t) * np.cos(2 * np.pi * 7.862 * t)
-    >>> found = fit_ringdown(x, sample_rate=1000.0, frequency=7.8)
-    >>> round(found.f0, 3), round(found.zeta, 5)
-    (7.862, 0.0065)
+    >>> t = np.arange(4000) / 200.0
+    >>> x = 1e-2 * np.exp(-0.3 * t) * np.cos(2 * np.pi * 7.9 * t + 0.3)
+    >>> x += 1e-5 * np.random.default_rng(0).standard_normal(t.size)
+    >>> best = ring_down(x, 1 / 200.0, frequency=7.8)[-1]
+    >>> best.decay.form, abs(best.f0 - 7.9009) < 1e-3
+    ('viscous', True)
     """
-    begin, end = decay_window(x, sample_rate, frequency)
-    k = max(int(sample_rate / (_SAMPLES_PER_CYCLE * frequency)), 1)
-    y = _averages(x[begin:end], k)
-    rate = sample_rate / k
-    t = np.arange(y.size) / rate
-    w = 2.0 * math.pi * _spectral_peak(y, rate, frequency)
-    times, swing = cycle_amplitudes(y - y.mean(), rate, w / (2.0 * math.pi))
-    slope = _decay_rate(times, swing)
-    start = np.concatenate([[w, slope], _linear_part(t, y, w, slope)])
-    found, covariance, residual = gauss_newton(lambda p: _decay_model(t, p), y, start)
-    w, s = float(found[0]), float(found[1])
-    variance = _noise_variance(residual, rate, w / (2.0 * math.pi))
-    w0 = math.hypot(w, s)
-    errors = variance * covariance[:2, :2]
-    to_f0 = np.array([w, s]) / (2.0 * math.pi * w0)
-    to_zeta = np.array([-s * w, w * w]) / w0**3
+    phasors = _kept(demodulate(x, step, frequency), resolution)
+    w, rate = (float(v) for v in _line(phasors)[:2])
+    better = w / (2.0 * math.pi)
+    if abs(better / frequency - 1.0) < 0.2:  # once more with the frequency and decay found
+        phasors = _kept(demodulate(x, step, better, rate=rate), resolution)
+    decrement = _log_decrement(phasors)
+    envelope = _envelope(phasors, decrement.decay)
+    likelihood = _likelihood(x, step, phasors, envelope)
+    return [decrement, envelope, likelihood]
+
+
+def _kept(p: Phasors, resolution: float) -> Phasors:
+    begin, end = decay_window(p, resolution=resolution)
+    return replace(p, t=p.t[begin:end], z=p.z[begin:end])
+
+
+def _line(p: Phasors) -> FloatArray:
+    """Frequency, decay rate, log amplitude and phase at the first window, by straight lines."""
+    size = np.abs(p.z)
+    weight = size / p.error if p.error > 0 else size / size.max()
+    log_z = np.log(size) + 1j * np.unwrap(np.angle(p.z))
+    basis = np.stack([np.ones(p.t.size), p.t - p.t[0]], axis=1)
+    c = np.linalg.lstsq(basis * weight[:, np.newaxis], log_z * weight, rcond=None)[0]
+    return np.array([p.w + c[1].imag, -c[1].real, c[0].real, c[0].imag])
+
+
+def _log_decrement(p: Phasors) -> RingDown:
+    w, alpha, log_A, phase = _line(p)
+    t = p.t - p.t[0]
+    fitted = np.exp(log_A - alpha * t + 1j * (phase + (w - p.w) * t))
+    rest = p.z / fitted - 1.0
+    weight = np.abs(p.z) ** 2
+    freedom = max(1, p.t.size - 2)
+    spread = float(np.sqrt((weight * rest.real**2).sum() / freedom))
+    turned = float(np.sqrt((weight * rest.imag**2).sum() / freedom))
+    mean = (weight * t).sum() / weight.sum()
+    lever = math.sqrt(float((weight * (t - mean) ** 2).sum()))
+    decay = Decay(log_A, phase + p.w * p.t[0], w, alpha=alpha, start=float(p.t[0]))
+    covariance = np.diag([turned**2, spread**2]) / lever**2
+    residual = float(np.sqrt((np.abs(p.z - fitted) ** 2).sum() / weight.sum()))
+    window = (float(p.t[0] - 0.5 * p.span), float(p.t[-1] + 0.5 * p.span))
+    return _result(
+        "log decrement", decay, ("w", "alpha"), covariance, _mean_amplitude(p), residual, window
+    )
+
+
+def _mean_amplitude(p: Phasors) -> float:
+    """The amplitude at which the record speaks loudest: mean of A weighted with A^2."""
+    size = np.abs(p.z)
+    return float((size**3).sum() / (size**2).sum())
+
+
+def _result(
+    method: str, decay: Decay, free: tuple[str, ...], covariance: FloatArray, amplitude: float,
+    residual: float, window: tuple[float, float],
+) -> RingDown:  # fmt: skip
+    """f0 and zeta with errors: from the damped frequency and the decay rate at `amplitude`."""
+    rate = decay.rate(amplitude)
+    gradient = {"alpha": 1.0, "beta": amplitude, "gamma": 1.0 / amplitude}
+    g_rate = np.array([gradient.get(name, 0.0) for name in free])
+    g_w = np.array([1.0 if name == "w" else 0.0 for name in free])
+    # w_d^2 + rate^2 = w0^2, zeta = rate/w0
+    w0 = math.hypot(decay.w, rate)
+    g_w0 = (decay.w * g_w + rate * g_rate) / w0
+    g_zeta = g_rate / w0 - rate / w0**2 * g_w0
+    f0_error = math.sqrt(max(float(g_w0 @ covariance @ g_w0), 0.0)) / (2.0 * math.pi)
+    zeta_error = math.sqrt(max(float(g_zeta @ covariance @ g_zeta), 0.0))
     return RingDown(
-        f0=w0 / (2.0 * math.pi),
-        zeta=s / w0,
-        f0_error=float(np.sqrt(to_f0 @ errors @ to_f0)),
-        zeta_error=float(np.sqrt(to_zeta @ errors @ to_zeta)),
-        amplitude=float(np.hypot(found[2], found[3])),
-        start=begin / sample_rate,
-        end=end / sample_rate,
-        residual=float(np.std(residual) / np.std(y)),
-        log_decrement=slope / math.hypot(w, slope),
-    )
+        method, w0 / (2.0 * math.pi), f0_error, rate / w0, zeta_error, amplitude, decay, free,
+        covariance, residual, window,
+    )  # fmt: skip
 
 
-def damping_law(x: Floats, *, sample_rate: float, ringdown: RingDown) -> DampingLaw:
-    """Which law of damping the envelope shows, by evidence.
+def _envelope(p: Phasors, start: Decay) -> RingDown:
+    """Best form of damping for amplitude and phase of every period."""
+    n = 2 * p.t.size
+    error = max(p.error, 1e-9 * float(np.abs(p.z).max()))
 
-    The envelope comes from a sinusoid fitted to each cycle, so that noise averages out.
+    def misfit(rows: FloatArray) -> FloatArray:
+        log_A, phase = logs_and_phases(rows, p.t, start=start.start)
+        difference = (np.exp(log_A + 1j * (phase - p.w * p.t)) - p.z) / error
+        return np.concatenate([difference.real, difference.imag], axis=1)
 
-    Examples
-    --------
-    >>> t = np.arange(20000) / 1000.0
-    >>> x = 0.02 / (1.0 + 0.5 * t) * np.cos(2 * np.pi * 7.862 * t)
-    >>> x += np.random.default_rng(1).normal(0.0, 1e-5, t.size)
-    >>> found = fit_ringdown(x, sample_rate=1000.0, frequency=7.8)
-    >>> damping_law(x, sample_rate=1000.0, ringdown=found).name
-    'viscous + quadratic'
+    def tried(form: str, terms: tuple[str, ...]) -> _Tried | None:
+        if n <= len(terms) + 3:
+            return None
+        free = ("log_A", "phase", "w", *terms)
+        vector, covariance, chi2 = _gauss_newton(
+            _started(start, terms, p).vector(), free, misfit, span=float(p.t[-1] - p.t[0])
+        )
+        if min(vector[3:6]) < 0.0:  # a damping that gives energy
+            return None
+        # The noise inside the windows may miss what differs from window to window, so that chi^2
+        # has no absolute scale: its logarithm counts.
+        evidence = n * math.log(max(chi2 / n, 1e-12)) + len(free) * math.log(n)
+        scale = max(1.0, chi2 / max(1, n - len(free)))
+        return evidence, _decay(vector, form, start.start), free, covariance * scale
+
+    best = _selected(tried)
+    _, decay, free, covariance = best
+    rest = misfit(decay.vector()[np.newaxis])[0] * error
+    residual = float(np.sqrt((rest**2).sum() / (np.abs(p.z) ** 2).sum()))
+    window = (float(p.t[0] - 0.5 * p.span), float(p.t[-1] + 0.5 * p.span))
+    return _result("envelope", decay, free, covariance, _mean_amplitude(p), residual, window)
+
+
+def _selected(tried: Callable[[str, tuple[str, ...]], _Tried | None]) -> _Tried:
+    """The form with the best evidence: single terms, then more as long as each is worth it."""
+    best: _Tried | None = None
+    bent: tuple[str, ...] = ()  # a spring that is not straight shows whatever damps the motion
+    for count in (1, 2, 3):
+        richer: _Tried | None = None
+        for form, terms in FORMS.items():
+            known = set(best[2]) - {"kappa"} if best else set()
+            if len(terms) == count and known <= {"log_A", "phase", "w", *terms}:
+                candidate = tried(form, (*terms, *bent))
+                if candidate and (richer is None or candidate[0] < richer[0]):
+                    richer = candidate
+        if richer and not bent:
+            terms = tuple(name for name in richer[2] if name not in ("log_A", "phase", "w"))
+            candidate = tried(richer[1].form, (*terms, "kappa"))
+            if candidate and candidate[0] < richer[0] - _EVIDENCE:
+                richer, bent = candidate, ("kappa",)
+        if richer is None or (best is not None and richer[0] > best[0] - _EVIDENCE):
+            break
+        best = richer
+    if best is None:
+        raise AnalysisError("the amplitude does not decay; a free decay is expected")
+    return best
+
+
+def _started(start: Decay, terms: tuple[str, ...], p: Phasors) -> Decay:
+    """The straight-line decay shared out over the terms of a form."""
+    A, rate = _mean_amplitude(p), max(start.alpha, 0.0) / len(terms)
+    given = {"alpha": rate, "beta": rate / A, "gamma": rate * A}
+    alpha, beta, gamma = (given[name] if name in terms else 0.0 for name in given)
+    return replace(start, alpha=alpha, beta=beta, gamma=gamma)
+
+
+def _decay(vector: FloatArray, form: str, start: float) -> Decay:
+    return Decay(**dict(zip(NAMES, vector.tolist(), strict=True)), start=start, form=form)
+
+
+def _gauss_newton(
+    vector: FloatArray, free: tuple[str, ...], misfit: Callable[[FloatArray], FloatArray], *,
+    span: float,
+) -> tuple[FloatArray, FloatArray, float]:  # fmt: skip
+    """Least squares over the named parameters; vector, covariance of unit noise, chi^2.
+
+    `misfit` takes several parameter sets at once, so that a step costs one integration.
     """
-    w0 = 2.0 * math.pi * ringdown.f0
-    segment = x[round(ringdown.start * sample_rate) : round(ringdown.end * sample_rate)]
-    time, envelope = _envelope(segment, sample_rate, w0)
-    if time.size < 6:
-        raise AnalysisError("fewer than six cycles: the law of damping cannot be told")
-    s, A0 = ringdown.zeta * w0, float(envelope[0])
-    laws = {
-        "viscous": np.array([A0, s]),
-        "viscous + quadratic": np.array([A0, 0.7 * s, 0.6 * s / A0]),
-        "viscous + Coulomb": np.array([A0, 0.7 * s, 0.1 * s * A0]),
-    }
-    fits = {}
-    for name, start in laws.items():
-        try:
-            fits[name] = _fit_law(name, time, envelope, start)
-        except AnalysisError:
-            continue
-    if "viscous" not in fits:
-        raise AnalysisError("the envelope is no decay")
-    chosen = min(fits, key=lambda name: fits[name][3])
-    found, covariance, misfit, bic = fits[chosen]
-    scale = float(np.sqrt(np.mean(envelope**2)))
-    variance = misfit**2 * time.size / max(time.size - found.size, 1)
-    return DampingLaw(
-        name=chosen,
-        zeta=float(found[1]) / w0,
-        zeta_error=float(np.sqrt(variance * covariance[1, 1])) / w0,
-        extra=float(found[2]) if found.size > 2 else 0.0,
-        residual=misfit / scale,
-        residual_exponential=fits["viscous"][2] / scale,
-        evidence=fits["viscous"][3] - bic,
+    at = [NAMES.index(name) for name in free]
+    damp = 0.0
+    rows, changes = nudged(vector, free, span=span)
+    values = misfit(rows)
+    chi2 = float(values[0] @ values[0])
+    for _ in range(_ITERATIONS):
+        jacobian = (values[1:] - values[0]).T / changes
+        scale = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
+        scaled = jacobian / scale
+        normal = scaled.T @ scaled
+        step = np.linalg.solve(normal + (damp + 1e-12) * np.eye(len(free)), -scaled.T @ values[0])
+        trial = vector.copy()
+        trial[at] += step / scale
+        new_rows, new_changes = nudged(trial, free, span=span)
+        new_values = misfit(new_rows)
+        new_chi2 = float(new_values[0] @ new_values[0])
+        if new_chi2 <= chi2 * (1.0 + 1e-12):
+            vector, rows, changes, values = trial, new_rows, new_changes, new_values
+            gained, chi2, damp = chi2 - new_chi2, new_chi2, damp * 0.2
+            if gained < 1e-6 * chi2 / max(1, values.shape[1]) or np.abs(step).max() < _CONVERGED:
+                break
+        else:
+            damp = max(10.0 * damp, 1e-3)
+            if damp > 1e6:
+                break
+    jacobian = (values[1:] - values[0]).T / changes
+    scale = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
+    normal = (jacobian / scale).T @ (jacobian / scale)
+    covariance = np.linalg.pinv(normal, rcond=1e-13) / np.outer(scale, scale)
+    return vector, covariance, chi2
+
+
+def _likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> RingDown:
+    """The form that the envelope chose, fitted to the displacement; drift is linear unknowns."""
+    begin = max(0, math.ceil(envelope.window[0] / step))
+    end = min(x.size, math.floor(envelope.window[1] / step) + 1)
+    t, y = np.asarray(step * np.arange(begin, end), dtype=np.float64), x[begin:end]
+    drift = _drift(t, envelope.f0)
+    q = np.linalg.qr(drift)[0]
+    start = replace(envelope.decay, start=float(t[0]))
+    vector = start.vector()
+    # The decay is started at the first sample instead of the first window's centre.
+    back = float(t[0]) - envelope.decay.start
+    A = math.exp(vector[0])
+    vector[0] -= envelope.decay.rate(A) * back
+    vector[1] += vector[2] * back
+    noise = max(p.noise, 1e-9 * A)
+    y = _without_outliers(y, q, start, t, noise)
+    projected = y - q @ (q.T @ y)
+
+    def misfit(rows: FloatArray) -> FloatArray:
+        log_A, phase = logs_and_phases(rows, t, start=float(t[0]))
+        model = np.exp(log_A) * np.cos(phase)
+        model -= (model @ q) @ q.T
+        return (model - projected) / noise
+
+    free = envelope.free
+    vector, covariance, _ = _gauss_newton(vector, free, misfit, span=float(t[-1] - t[0]))
+    decay = _decay(vector, envelope.decay.form, float(t[0]))
+    rest = misfit(vector[np.newaxis])[0] * noise
+    covariance = covariance * (_noise_at(rest, step, envelope.f0) / noise) ** 2
+    residual = float(np.sqrt((rest @ rest) / (projected @ projected)))
+    return _result(
+        "likelihood", decay, free, covariance, envelope.reference, residual, envelope.window
     )
 
 
-def _fit_law(
-    name: str, time: Floats, envelope: Floats, start: Floats
-) -> tuple[Floats, Floats, float, float]:
-    found, covariance, residual = gauss_newton(
-        lambda p: _law_with_jacobian(name, time, p), envelope, start
-    )
-    if found.size > 2 and found[2] < 0.0:
-        raise AnalysisError("a law that feeds energy in")
-    misfit = float(np.sqrt(np.mean(residual**2)))
-    bic = time.size * math.log(max(misfit, 1e-300) ** 2) + found.size * math.log(time.size)
-    return found, covariance, misfit, bic
+def _without_outliers(
+    y: FloatArray, q: FloatArray, decay: Decay, t: FloatArray, noise: float
+) -> FloatArray:
+    """Samples far off the start's fit replaced by it: a sensor that lost its target."""
+    log_A, phase = logs_and_phases(decay.vector()[np.newaxis], t, start=decay.start)
+    model = (np.exp(log_A) * np.cos(phase))[0]
+    for _ in range(2):
+        fitted = model + q @ (q.T @ (y - model))
+        rest = np.abs(y - fitted)
+        outlying = rest > max(_OUTLYING * noise, _OUTLYING * float(np.median(rest)) / 0.6745)
+        if not 0 < outlying.mean() < 0.05:
+            return y
+        y = np.where(outlying, fitted, y)
+    return y
 
 
-def _law_with_jacobian(name: str, t: Floats, p: Floats) -> tuple[Floats, Floats]:
-    value = _law(name, t, p)
-    steps = 1e-6 * np.maximum(np.abs(p), 1e-9)
-    columns = []
-    for i, h in enumerate(steps):
-        shift = np.zeros_like(p)
-        shift[i] = h
-        columns.append((_law(name, t, p + shift) - _law(name, t, p - shift)) / (2.0 * h))
-    return value, np.stack(columns, axis=1)
+def _drift(t: FloatArray, f0: float) -> FloatArray:
+    """Constant, slope and slow cosines, all well below f0."""
+    span = float(t[-1] - t[0])
+    count = min(_MOST_DRIFT, int(2.0 * span * f0 / 8.0))
+    phase = (t - t[0]) / span
+    columns = [np.ones_like(t), phase, *(np.cos(np.pi * k * phase) for k in range(1, count + 1))]
+    return np.stack(columns, axis=1)
 
 
-def _law(name: str, t: Floats, p: Floats) -> Floats:
-    """Envelope under a law, from A0 at t = 0; smooth through s = 0."""
-    A0, s = p[0], p[1]
-    lived = _lived_time(s, t)  # (1 - e^(-s t))/s
-    if name == "viscous":
-        return np.asarray(A0 * np.exp(-s * t))
-    if name == "viscous + quadratic":
-        return np.asarray(A0 * np.exp(-s * t) / np.maximum(1.0 + p[2] * A0 * lived, 1e-9))
-    return np.asarray(np.maximum(A0 * np.exp(-s * t) - p[2] * lived, 0.0))
+def _noise_at(rest: FloatArray, step: float, f0: float) -> float:
+    """Noise per sample as it acts near f0: the residual's spectrum there, not its total.
 
-
-def _lived_time(s: float, t: Floats) -> Floats:
-    if abs(s) * float(t[-1]) < 1e-8:
-        return t
-    return np.asarray(-np.expm1(-s * t) / s)
-
-
-def _envelope(x: Floats, sample_rate: float, w0: float) -> tuple[Floats, Floats]:
-    """Time and amplitude of the sinusoid fitted to each cycle (with a straight line under it)."""
-    n = round(2.0 * math.pi / w0 * sample_rate)
-    cycles = len(x) // n
-    local = np.arange(n) / sample_rate
-    basis = np.stack([np.cos(w0 * local), np.sin(w0 * local), np.ones(n), local], axis=1)
-    parts = np.linalg.lstsq(basis, x[: cycles * n].reshape(cycles, n).T, rcond=None)[0]
-    return (np.arange(cycles) + 0.5) * n / sample_rate, np.hypot(parts[0], parts[1])
-
-
-def _averages(x: Floats, k: int) -> Floats:
-    return np.asarray(x[: len(x) // k * k].reshape(-1, k).mean(axis=1))
-
-
-def _spectral_peak(y: Floats, rate: float, frequency: float) -> float:
-    """The strongest line within a fifth of `frequency`, Hz, from a zero-padded spectrum."""
-    n = 8 * y.size
-    window = np.hanning(y.size)
-    spectrum = np.abs(np.fft.rfft((y - y.mean()) * window, n))
-    grid = np.arange(spectrum.size) * rate / n
-    near = np.flatnonzero(np.abs(grid - frequency) < 0.2 * frequency)
-    return float(grid[near[np.argmax(spectrum[near])]]) if near.size else frequency
-
-
-def _decay_rate(time: Floats, swing: Floats) -> float:
-    """Slope of the logarithm of the swing, weighted by the swing squared; 1/s, above zero."""
-    good = swing > 0.0
-    t, log, weight = time[good], np.log(swing[good]), swing[good] ** 2
-    centre = np.average(t, weights=weight)
-    slope = np.sum(weight * (t - centre) * log) / np.sum(weight * (t - centre) ** 2)
-    return max(-float(slope), 1e-6 / float(time[-1] - time[0] + 1e-12))
-
-
-def _decay_basis(t: Floats, w: float, s: float) -> Floats:
-    fade = np.exp(-s * t)
-    u = 2.0 * t / t[-1] - 1.0
-    drift = np.polynomial.legendre.legvander(u, _DRIFT_TERMS - 1)
-    return np.column_stack([fade * np.cos(w * t), fade * np.sin(w * t), drift])
-
-
-def _linear_part(t: Floats, y: Floats, w: float, s: float) -> Floats:
-    return np.asarray(np.linalg.lstsq(_decay_basis(t, w, s), y, rcond=None)[0])
-
-
-def _decay_model(t: Floats, p: Floats) -> tuple[Floats, Floats]:
-    basis = _decay_basis(t, p[0], p[1])
-    a, b = p[2], p[3]
-    by_w = t * (b * basis[:, 0] - a * basis[:, 1])
-    by_s = -t * (a * basis[:, 0] + b * basis[:, 1])
-    return basis @ p[2:], np.column_stack([by_w, by_s, basis])
-
-
-def _noise_variance(residual: Floats, rate: float, frequency: float) -> float:
-    """Variance of the white noise that would be as dense around `frequency` as this residual.
-
-    Never less than the residual's own where that is white: the larger of the two is taken, since
-    a mode that is not quite linear leaves its misfit on its own frequency.
+    Drift and hum far from f0 do not make f0 uncertain; noise near it does.
     """
-    n = residual.size
-    power = np.abs(np.fft.rfft(residual)) ** 2 / n
-    grid = np.arange(power.size) * rate / n
-    near = (grid > 0.7 * frequency) & (grid < 1.3 * frequency)
-    around = float(np.mean(power[near])) if np.any(near) else 0.0
-    return max(around, float(np.var(residual)))
+    power = np.abs(np.fft.rfft(rest)) ** 2 / rest.size
+    frequency = np.fft.rfftfreq(rest.size, step)
+    near = (frequency > 0.5 * f0) & (frequency < 2.0 * f0)
+    return math.sqrt(float(power[near].mean())) if near.sum() >= 10 else float(rest.std())

@@ -1,12 +1,13 @@
-"""f0 and zeta from base and mass motion without impacts: the transmissibility, fitted as it is.
+"""f0 and zeta from the base's motion and the mass's, without impacts: any excitation will do.
 
-Over a finite record the Fourier sums obey, exactly but for sampling,
+Between the Fourier transforms X and B of mass and base stands the transmissibility
 
-    X D e^(j w lag) = N X_e + (j w) p + q,   N = w0^2 + 2 j zeta w0 w,   D = N - w^2,
+    (w0^2 - w^2 + 2 i zeta w0 w) X = g exp(-i w lag) (w0^2 + 2 i zeta w0 w) B + T(w)
 
-where p and q are two real numbers that carry the state at both ends: no steady state, no window and
-no particular sweep is assumed. The lag between the two channels is fitted too: 30 us of it would
-move f0 by twenty standard errors. Only bins in which the base moved are used.
+where T, a real polynomial in i w, is what the record cut off at both ends; g and lag are those of
+the channels. Both X and B are noisy: maximum likelihood weighs each line with the noise that
+passes through the equation to it. Only lines near the resonance are used, so that drift and hum
+stay out.
 """
 
 from __future__ import annotations
@@ -18,131 +19,228 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.least_squares import gauss_newton
 
-Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
-_MARGIN = 0.04  # of the band on either side, where the response still rings
-_FEWEST_BINS = 8
+_TRANSIENT = 4  # coefficients of T
+_LINES = 12  # fewest
+_ITERATIONS = 30
+_BAND = (0.75, 1.25)  # of the resonance
 
 
 @dataclass(frozen=True)
 class Transmissibility:
-    """Natural frequency and damping from base to mass.
+    """Result of a sweep.
 
     Attributes
     ----------
-    f0, zeta : undamped natural frequency, Hz; damping ratio.
-    f0_error, zeta_error : standard errors.
-    lag : of the displacement behind the base, s.
-    residual : rms of what the fit leaves over rms of the response, in the band.
+    f0, f0_error : float
+        Hz.
+    zeta, zeta_error : float
+    gain, gain_error : float
+        Displacement over base far below resonance: 1 if both are calibrated.
+    lag, lag_error : float
+        By which the displacement comes late beside the base, s.
+    chi2 : float
+        Misfit over its expectation.
+    lines : int
+        Fourier lines used.
     """
 
     f0: float
-    zeta: float
     f0_error: float
+    zeta: float
     zeta_error: float
+    gain: float
+    gain_error: float
     lag: float
-    residual: float
+    lag_error: float
+    chi2: float
+    lines: int
 
 
-def fourier_sums(x: Floats, *, sample_rate: float, band: tuple[float, float]) -> Complex:
-    """Integral of x e^(-j w t) over the record by the trapezoidal rule, at the bins in `band`.
-
-    Bins are multiples of one over the record's length from first to last sample.
-    """
-    n = len(x) - 1
-    looped = np.array(x[:n])
-    looped[0] = 0.5 * (x[0] + x[n])  # e^(-j w t) is the same at both ends
-    first, last = (math.ceil(edge * n / sample_rate) for edge in band)
-    spectrum = np.fft.rfft(looped)[first:last]
-    return np.asarray(spectrum / sample_rate)
-
-
-def fit_transmissibility(
-    base: Floats,
-    displacement: Floats,
-    *,
-    sample_rate: float,
-    band: tuple[float, float],
-    frequency: float | None = None,
-) -> Transmissibility:
-    """Fit f0 and zeta to base and displacement of a record without impacts.
+def transmissibility(
+    base: FloatArray, x: FloatArray, step: float, *, frequency: float,
+    swept: tuple[float, float] | None = None,
+) -> Transmissibility:  # fmt: skip
+    """Fit the oscillator to base and displacement.
 
     Parameters
     ----------
-    base, displacement : ndarray, shape (n,)
-        In the same unit.
-    sample_rate : float
-        Hz.
-    band : (low, high)
-        Frequencies that the base went through, Hz.
-    frequency : float, optional
-        First guess; else where the displacement is largest.
+    base, x : arrays (n,)
+        m, on the same time axis.
+    step : float
+        s.
+    frequency : float
+        About f0, Hz.
+    swept : (low, high), optional
+        Frequencies that the base went through, Hz; lines outside carry nothing.
 
     Raises
     ------
     AnalysisError
-        Too short a record for the band, or no resonance in it.
+        Fewer than 12 Fourier lines near the resonance, or a base that does not move there.
+
+    Examples
+    --------
+    >>> dt, n, f0, zeta = 0.005, 12000, 7.9, 0.02
+    >>> t = dt * np.arange(n)
+    >>> b = 1e-4 * np.random.default_rng(0).standard_normal(n)
+    >>> w = 2 * np.pi * np.fft.rfftfreq(n, dt); w0 = 2 * np.pi * f0
+    >>> H = (w0**2 + 2j * zeta * w0 * w) / (w0**2 - w**2 + 2j * zeta * w0 * w)
+    >>> x = np.fft.irfft(H * np.fft.rfft(b), n)
+    >>> found = transmissibility(b, x, dt, frequency=7.5)
+    >>> round(found.f0, 6), round(found.zeta, 6), round(found.gain, 6)
+    (7.9, 0.02, 1.0)
     """
-    wide = (band[0] * (1.0 - _MARGIN), band[1] * (1.0 + _MARGIN))
-    n = len(displacement) - 1
-    X = fourier_sums(displacement, sample_rate=sample_rate, band=wide)
-    X_e = fourier_sums(base, sample_rate=sample_rate, band=wide)
-    first = math.ceil(wide[0] * n / sample_rate)
-    w = 2.0 * math.pi * (first + np.arange(X.size)) * sample_rate / n
-    if X.size < _FEWEST_BINS:
+    low, high = _BAND[0] * frequency, _BAND[1] * frequency
+    if swept is not None:
+        low, high = max(low, 0.97 * min(swept)), min(high, 1.03 * max(swept))
+    n = _smooth_length(x.size)
+    f = np.asarray(np.fft.rfftfreq(n, step), dtype=np.float64)
+    chosen = (f >= low) & (f <= high)
+    if int(chosen.sum()) < _LINES:
         raise AnalysisError(
-            f"{X.size} frequencies between {wide[0]:.4g} and {wide[1]:.4g} Hz, expected "
-            f"{_FEWEST_BINS} or more: the record is too short"
+            f"{int(chosen.sum())} Fourier lines from {low:.4g} to {high:.4g} Hz, expected "
+            f"{_LINES} or more; record a longer sweep through the resonance"
         )
-    w_guess = 2.0 * math.pi * frequency if frequency else float(w[np.argmax(np.abs(X))])
-    start = np.array([w_guess, 0.01, 0.0, 0.0, 0.0])
-    start[3:] = _state_terms(w, X, X_e, start)
-    data = np.concatenate([X.real, X.imag])
-    found, covariance, residual = gauss_newton(lambda p: _model(w, X_e, p), data, start)
-    if not wide[0] < found[0] / (2.0 * math.pi) < wide[1] or found[1] <= 0.0:
-        raise AnalysisError(
-            f"no resonance between {wide[0]:.4g} and {wide[1]:.4g} Hz in the response"
-        )
-    errors = np.sqrt(np.diag(covariance) * float(residual @ residual) / (data.size - start.size))
+    X = np.fft.rfft(x[:n] - x[:n].mean())
+    B = np.fft.rfft(base[:n] - base[:n].mean())
+    noise_x, noise_b = _line_noise(X, f, chosen), _line_noise(B, f, chosen)
+    lines = _Lines(2.0 * math.pi * f[chosen], X[chosen], B[chosen], noise_x, noise_b)
+    if not np.abs(lines.B).max() > 5.0 * noise_b:
+        raise AnalysisError("the base does not move near the resonance; a sweep is expected")
+    return _solved(lines, 2.0 * math.pi * frequency)
+
+
+def _smooth_length(n: int) -> int:
+    """Largest 2^a 3^b 5^c not above n: what a Fourier transform is quick at."""
+    best = 1
+    five = 1
+    while five <= n:
+        three = five
+        while three <= n:
+            best = max(best, three << ((n // three).bit_length() - 1))
+            three *= 3
+        five *= 5
+    return best
+
+
+def _line_noise(spectrum: ComplexArray, f: FloatArray, chosen: NDArray[np.bool_]) -> float:
+    """Standard error of real and imaginary part of a line: from the quiet half far above.
+
+    White noise is the same there as near the resonance; overtones of the motion are few.
+    """
+    above = f > 3.0 * f[chosen][-1]
+    quiet = np.abs(spectrum[above if int(above.sum()) > 50 else ~chosen])
+    # median of a Rayleigh variable: sqrt(2 ln 2) of one part's deviation
+    return float(np.median(quiet)) / math.sqrt(2.0 * math.log(2.0))
+
+
+@dataclass(frozen=True)
+class _Lines:
+    w: FloatArray
+    X: ComplexArray
+    B: ComplexArray
+    noise_x: float
+    noise_b: float
+
+
+def _parts(p: FloatArray, lines: _Lines) -> tuple[ComplexArray, ComplexArray]:
+    """Denominator and numerator (with gain and lag) at parameters (w0, zeta, gain, lag)."""
+    w0, zeta, gain, lag = p
+    s = 2j * zeta * w0 * lines.w
+    return w0 * w0 - lines.w**2 + s, gain * np.exp(-1j * lines.w * lag) * (w0 * w0 + s)
+
+
+def _weighted(p: FloatArray, lines: _Lines) -> tuple[ComplexArray, FloatArray]:
+    """Equation error of every line and its standard deviation."""
+    D, N = _parts(p, lines)
+    sigma = np.sqrt((lines.noise_x * np.abs(D)) ** 2 + (lines.noise_b * np.abs(N)) ** 2)
+    return D * lines.X - N * lines.B, np.maximum(sigma, 1e-300)
+
+
+def _stack(z: ComplexArray) -> FloatArray:
+    return np.concatenate([z.real, z.imag])
+
+
+def _solved(lines: _Lines, start: float) -> Transmissibility:
+    centre, half = float(lines.w.mean()), float(np.ptp(lines.w)) / 2.0 or 1.0
+    # T(w) = sum of real c_k (i w)^k: in a shifted real basis, the same span and well conditioned.
+    u = (lines.w - centre) / half
+    powers = [u**k for k in range(_TRANSIENT)]
+    transient = np.stack(
+        [*(power * (1.0 + 0j) for power in powers), *(power * 1j for power in powers)], axis=1
+    )
+    peak = float(lines.w[np.argmax(np.abs(lines.X))])
+    best: tuple[float, FloatArray] | None = None
+    for w0 in {start, peak}:
+        for zeta in (0.003, 0.02):
+            found = _iterated(np.array([w0, zeta, 1.0, 0.0]), lines, transient)
+            if best is None or found[0] < best[0]:
+                best = found
+    if best is None:
+        raise AnalysisError("no fit")
+    cost, p = best
+    jacobian, _ = _jacobian(p, lines, transient)
+    covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-15, hermitian=True)
+    freedom = max(1, 2 * lines.w.size - 4 - transient.shape[1])
+    chi2 = cost / freedom
+    error = np.sqrt(np.diag(covariance) * max(1.0, chi2))
+    two_pi = 2.0 * math.pi
     return Transmissibility(
-        f0=float(found[0]) / (2.0 * math.pi),
-        zeta=float(found[1]),
-        f0_error=float(errors[0]) / (2.0 * math.pi),
-        zeta_error=float(errors[1]),
-        lag=float(found[2]),
-        residual=float(np.linalg.norm(residual) / np.linalg.norm(data)),
-    )
+        float(p[0]) / two_pi, float(error[0]) / two_pi, float(p[1]), float(error[1]),
+        float(p[2]), float(error[2]), float(p[3]), float(error[3]), chi2, lines.w.size,
+    )  # fmt: skip
 
 
-def _parts(w: Floats, p: Floats) -> tuple[Complex, Complex]:
-    N = p[0] ** 2 + 2j * p[1] * p[0] * w
-    return N, N - w * w
+def _jacobian(
+    p: FloatArray, lines: _Lines, transient: ComplexArray
+) -> tuple[FloatArray, FloatArray]:
+    """Derivatives of the weighted misfit with T projected out, and the misfit itself."""
+    error, sigma = _weighted(p, lines)
+    basis = np.concatenate([(transient / sigma[:, np.newaxis]).real,
+                            (transient / sigma[:, np.newaxis]).imag])  # fmt: skip
+    q = np.linalg.qr(basis)[0]
+
+    def out(z: ComplexArray) -> FloatArray:
+        r = _stack(z / sigma)
+        return np.asarray(r - q @ (q.T @ r))
+
+    changes = np.array([1e-7 * p[0], 1e-7, 1e-6, 1e-6 / p[0]])
+    columns = []
+    for k, change in enumerate(changes):
+        moved = p.copy()
+        moved[k] += change
+        columns.append(out((_weighted(moved, lines)[0] - error) / change))
+    return np.stack(columns, axis=1), out(error)
 
 
-def _state_terms(w: Floats, X: Complex, X_e: Complex, p: Floats) -> Floats:
-    """p and q of the module's equation for given w0 and zeta, by linear least squares."""
-    N, D = _parts(w, p)
-    rest = X - N * X_e / D
-    columns = np.stack([1j * w / D, 1.0 / D], axis=1)
-    stacked = np.concatenate([columns.real, columns.imag])
-    right = np.concatenate([rest.real, rest.imag])
-    return np.asarray(np.linalg.lstsq(stacked, right, rcond=None)[0])
-
-
-def _model(w: Floats, X_e: Complex, p: Floats) -> tuple[Floats, Floats]:
-    N, D = _parts(w, p)
-    late = np.exp(-1j * w * p[2])
-    X = (N * X_e + 1j * w * p[3] + p[4]) / D
-    by_w0 = 2.0 * p[0] + 2j * p[1] * w
-    by_zeta = 2j * p[0] * w
-    columns = np.stack(
-        [by_w0 * (X_e - X) / D, by_zeta * (X_e - X) / D, -1j * w * X, 1j * w / D, 1.0 / D], axis=1
-    )
-    X, columns = late * X, late[:, None] * columns
-    return (
-        np.concatenate([X.real, X.imag]),
-        np.concatenate([columns.real, columns.imag]),
-    )
+def _iterated(p: FloatArray, lines: _Lines, transient: ComplexArray) -> tuple[float, FloatArray]:
+    """Levenberg-Marquardt on the weighted misfit (weights of the present parameters)."""
+    damp = 1e-3
+    jacobian, misfit = _jacobian(p, lines, transient)
+    cost = float(misfit @ misfit)
+    for _ in range(_ITERATIONS):
+        scale = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
+        scaled = jacobian / scale
+        step = -np.linalg.solve(scaled.T @ scaled + damp * np.eye(4), scaled.T @ misfit) / scale
+        trial = p + step
+        trial[1] = abs(trial[1])
+        inside = 0.7 * lines.w[0] < trial[0] < 1.4 * lines.w[-1]
+        new_jacobian, new_misfit = (
+            _jacobian(trial, lines, transient) if inside else (jacobian, misfit)
+        )
+        new_cost = float(new_misfit @ new_misfit)
+        # The transient's polynomial could swallow a resonance outside the band: kept inside.
+        if inside and new_cost < cost:
+            gained = cost - new_cost
+            p, jacobian, misfit, cost, damp = trial, new_jacobian, new_misfit, new_cost, damp * 0.2
+            if gained < 1e-9 * cost or np.abs(step * scale).max() < 1e-3:
+                break
+        else:
+            damp *= 8.0
+            if damp > 1e8:
+                break
+    return cost, p

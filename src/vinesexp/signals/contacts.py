@@ -266,7 +266,7 @@ def _doubts(state: _State) -> FloatArray:
         envelope = np.maximum.accumulate(np.abs(state.pulse.at(tail * 1.0)[0])[::-1])[::-1]
         n = min(tail.size, total.size)
         total[:n] += np.abs(state.height).max() * envelope[:n]
-    return total
+    return np.asarray(total)
 
 
 def strongest(index: IntArray, size: FloatArray, *, reach: float) -> IntArray:

@@ -26,6 +26,7 @@ Read = Callable[[int, int], FloatArray]
 THRESHOLD = 6.0  # standard deviations: noise alone passes once in 5e8 samples
 _CHUNK = 128 * STRETCH  # samples: 2 million
 _APART = 3e-3  # s: first guesses this close together are one contact and its ringing
+_WEAK = 0.15  # of the strongest neighbour
 _LEARN = 80  # impacts the pulse is learnt from
 _CLEAR = 15.0  # strength of an impact to learn from
 _FINEST = 8  # samples of a pulse that are worth keeping: more are averaged
@@ -95,7 +96,7 @@ def detect_contacts(
 def detect_from(
     read: Read, n: int, sample_rate: float, *,
     highpass: float | None, threshold: float = THRESHOLD, noise_floor: float = 0.0,
-    clipped: Callable[[int, int], BoolArray] | None = None,
+    clipped: Callable[[int, int], BoolArray] | None = None, frequency: float | None = None,
 ) -> Detection:  # fmt: skip
     """Find every contact in an acceleration that is read by pieces.
 
@@ -115,7 +116,10 @@ def detect_from(
         m/s^2: half of what the converter resolves.
     clipped : callable, optional
         (begin, end) to True where a sample is beyond the sensor's range.
+    frequency : float, optional
+        Of the oscillator, Hz: its spring answers every jump a little within the contact.
     """
+
     def good(begin: int, end: int) -> FloatArray:
         return np.nan_to_num(read(begin, end), nan=0.0, posinf=0.0, neginf=0.0)
 
@@ -139,6 +143,9 @@ def detect_from(
         a = np.nan_to_num(raw, nan=0.0, posinf=0.0, neginf=0.0)
         return (a, ~bad) if k == 1 else (block_means(a, k), block_means(bad * 1.0, k) == 0.0)
 
+    # What is weak beside a strong neighbour may be its undershoot or ringing: left for later.
+    tall = strength >= _WEAK * _neighbour(first, strength, reach=(span[1] - span[0]) * k)
+    first, strength = first[tall], strength[tall]
     pulse = _learnt(
         coarse, n, k, first, strength, spikes, span,
         Shape(duration=max(1.0, duration / k)), highpass, k / sample_rate,
@@ -147,7 +154,8 @@ def detect_from(
         _fit_chunk(coarse, n, k, begin, first, pulse, threshold, noise_floor)
         for begin in range(0, n, _CHUNK // k * k)
     ]
-    return _gathered(parts, pulse, k / sample_rate, noise, threshold)
+    answer = _spring_answer(pulse, k / sample_rate, highpass, frequency)
+    return _gathered(parts, pulse, k / sample_rate, noise, threshold, answer)
 
 
 def _all_spikes(
@@ -171,6 +179,18 @@ def _typical(width: IntArray, strength: FloatArray) -> float:
     return float(np.median(strong))
 
 
+def _neighbour(index: IntArray, strength: FloatArray, *, reach: int) -> FloatArray:
+    """Strength of the strongest other within `reach` samples; 0 where there is none."""
+    top = np.zeros(index.size)
+    for step in range(1, index.size):
+        near = index[step:] - index[:-step] <= reach
+        if not near.any():
+            break
+        top[:-step] = np.maximum(top[:-step], np.where(near, strength[step:], 0.0))
+        top[step:] = np.maximum(top[step:], np.where(near, strength[:-step], 0.0))
+    return top
+
+
 def _learnt(
     coarse: Callable[[int, int], tuple[FloatArray, BoolArray]], n: int, k: int,
     first: IntArray, strength: FloatArray, spikes: Spikes, span: tuple[int, int],
@@ -178,8 +198,7 @@ def _learnt(
 ) -> Pulse:  # fmt: skip
     """The pulse, from up to `_LEARN` clear impacts that stand alone."""
     reach = (span[1] - span[0]) * k
-    gap = np.diff(first, prepend=first[0] - 10 * reach, append=first[-1] + 10 * reach)
-    alone = (gap[:-1] > reach) & (gap[1:] > reach)
+    alone = _neighbour(first, strength, reach=reach) == 0.0
     inside = (first + span[0] * k > 0) & (first + (span[1] + 1) * k < n)
     usable = np.flatnonzero(alone & inside & (strength > _CLEAR))
     order = usable[np.argsort(-strength[usable], kind="stable")]
@@ -201,7 +220,7 @@ def _learnt(
     windows = Windows(
         stack, lags, np.zeros(len(stack)), stack[:, -span[0]], np.array(noise)
     )  # fmt: skip
-    pulse, fitted = learn_pulse(windows, start, highpass=highpass, dt=dt)
+    pulse, _ = learn_pulse(windows, start, highpass=highpass, dt=dt)
     return pulse
 
 
@@ -229,9 +248,28 @@ def _fit_chunk(
     return Contacts(**chosen), clipped[keep]
 
 
+def _spring_answer(
+    pulse: Pulse, dt: float, highpass: float | None, frequency: float | None
+) -> float:
+    """What the measured jump is multiplied by because of the spring.
+
+    After a jump dv the spring decelerates with w0^2 dv t. Highpassed, that ramp is
+    w0^2 dv/(2 sqrt(2) wc) high at the contact itself, and adds to its area.
+    """
+    if not highpass or not frequency:
+        return 1.0
+    two_pi = 2.0 * np.pi
+    height = (two_pi * frequency) ** 2 / (2.0 * np.sqrt(2.0) * two_pi * highpass)
+    lags = np.arange(pulse.core[0], pulse.core[1] + 1)
+    if pulse.rings:
+        value = pulse.at(lags * 1.0)[0]
+        return float(1.0 + height * dt * pulse.area * value.sum() / (value @ value))
+    return float(1.0 + height * dt * lags.size / pulse.kept)
+
+
 def _gathered(
     parts: list[tuple[Contacts, BoolArray]], pulse: Pulse, dt: float, noise: float,
-    threshold: float,
+    threshold: float, answer: float,
 ) -> Detection:  # fmt: skip
     def all_of(name: str) -> FloatArray:
         return np.concatenate([getattr(part, name) for part, _ in parts])
@@ -240,8 +278,8 @@ def _gathered(
     return Detection(
         time=all_of("place") * dt,
         time_error=all_of("place_error") * dt,
-        jump=all_of("area") * dt,
-        jump_error=all_of("area_error") * dt,
+        jump=all_of("area") * dt / answer,
+        jump_error=all_of("area_error") * dt / answer,
         peak=all_of("peak"),
         strength=strength,
         confidence=_normal_cdf(strength - threshold),

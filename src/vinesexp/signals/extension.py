@@ -35,9 +35,7 @@ def block_means(x: FloatArray, k: int) -> FloatArray:
     return np.asarray(x[:whole].reshape(-1, k).mean(axis=1))
 
 
-def continued_sine(
-    edge: FloatArray, n: int, *, sample_rate: float, frequency: float
-) -> FloatArray:
+def continued_sine(edge: FloatArray, n: int, *, sample_rate: float, frequency: float) -> FloatArray:
     """Continue the oscillation at the end of `edge` for n samples.
 
     Parameters

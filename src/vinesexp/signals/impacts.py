@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,9 @@ from numpy.typing import NDArray
 from vinesexp.errors import RecordError
 from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.attribution import attribute
+from vinesexp.signals.channels import agreement_of
 from vinesexp.signals.clipping import Range, converter_range
+from vinesexp.signals.condition import fill_gaps
 from vinesexp.signals.detection import THRESHOLD, Detection, detect_from
 from vinesexp.signals.kinks import Kinks, coarsen, slope_changes, weighted
 
@@ -26,8 +29,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _BLOCK = 1 << 20
-#: Agreement of the two kinds of jump is judged from so many standard errors on.
-_SURE = 5.0
+_SURE = 5.0  # standard errors from which on a gain has a sign
+_LAG_KNOWN = 2e-4  # s: a worse known lag is left alone
 
 
 @dataclass(frozen=True)
@@ -114,7 +117,7 @@ def read_impacts(path: Path) -> Impacts:
     missing = [name for name in COLUMNS if name not in header]
     if missing:
         raise RecordError(f"has no column {missing[0]}; run the impacts step again", file=path)
-    found = {}
+    found: dict[str, NDArray[Any]] = {}
     try:
         for name in COLUMNS:
             at = header.index(name)
@@ -172,26 +175,24 @@ def find_impacts(
     frequency: float | None = None, threshold: float = THRESHOLD,
 ) -> Impacts:  # fmt: skip
     """Impacts of an open record; see `impacts_of_record`."""
+    if frequency is None:
+        frequency = conditioned.attributes.get("oscillation_hz")
     limits = converter_range(record, "acceleration")
     found = detect_from(
         lambda begin, end: conditioned.read("acceleration", begin, end),
         conditioned.n, conditioned.sample_rate,
         highpass=conditioned.attributes.get("acceleration_low_hz"),
         threshold=threshold, noise_floor=0.5 * limits.resolution,
-        clipped=_clipped(record, limits),
+        clipped=_clipped(record, limits), frequency=frequency if oscillates else None,
     )  # fmt: skip
-    if frequency is None:
-        frequency = conditioned.attributes.get("oscillation_hz")
-    kinks = None
+    kinks, sign = None, 1.0
     if oscillates and frequency and "displacement" in record.roles and found.time.size:
-        kinks = _kinks(record, found, float(frequency))
-    impacts = _table(found, kinks, start=record.start)
+        kinks, sign = _kinks(record, found, float(frequency))
+    impacts = _table(found, kinks, sign=sign, start=record.start)
     return attribute(impacts, clearance=clearance, nes_mass=nes_mass)
 
 
-def _clipped(
-    record: RecordView, limits: Range
-) -> Callable[[int, int], NDArray[np.bool_]] | None:
+def _clipped(record: RecordView, limits: Range) -> Callable[[int, int], NDArray[np.bool_]] | None:
     if not limits.clips:
         return None
 
@@ -202,9 +203,8 @@ def _clipped(
     return clipped
 
 
-def _kinks(record: RecordView, found: Detection, frequency: float) -> Kinks:
-    from vinesexp.signals.condition import fill_gaps
-
+def _kinks(record: RecordView, found: Detection, frequency: float) -> tuple[Kinks, float]:
+    """What the displacement says, and the sign of the acceleration beside it."""
     k = coarsen(np.empty(0), record.sample_rate, frequency)
     group = max(1, round(k.step * record.sample_rate))
     size = _BLOCK // group * group
@@ -216,28 +216,22 @@ def _kinks(record: RecordView, found: Detection, frequency: float) -> Kinks:
         for begin in range(0, record.n, size)
     ]  # fmt: skip
     x = type(k)(np.concatenate(means), k.step, k.start)
-    first = slope_changes(x, found.time, found.jump, frequency=frequency)
-    sign = _sign(found.jump, found.jump_error, first)
-    return slope_changes(
-        x, found.time, sign * found.jump, frequency=frequency, jump_errors=found.jump_error
+    agreement = agreement_of(record, frequency=frequency)
+    sign, lag = 1.0, 0.0
+    if agreement is not None and abs(agreement.gain) > _SURE * agreement.gain_error:
+        sign = math.copysign(1.0, agreement.gain)
+        if agreement.lag_error < _LAG_KNOWN:
+            lag = agreement.lag
+    kinks = slope_changes(
+        x, found.time + lag, sign * found.jump, frequency=frequency, jump_errors=found.jump_error
     )
+    return kinks, sign
 
 
-def _sign(jump: FloatArray, error: FloatArray, kinks: Kinks) -> float:
-    """-1 where acceleration and displacement point opposite ways beyond doubt, else +1."""
-    known = np.isfinite(kinks.jump)
-    product = float((jump * kinks.jump)[known].sum())
-    doubt = float(
-        np.sqrt(((jump * kinks.jump_error) ** 2 + (kinks.jump * error) ** 2)[known].sum())
-    )
-    return -1.0 if product < -_SURE * doubt else 1.0
-
-
-def _table(found: Detection, kinks: Kinks | None, *, start: float) -> Impacts:
+def _table(found: Detection, kinks: Kinks | None, *, sign: float, start: float) -> Impacts:
     n = found.time.size
     unknown = np.full(n, np.nan)
     kinks = kinks or Kinks(unknown, unknown, unknown, unknown, unknown, unknown)
-    sign = _sign(found.jump, found.jump_error, kinks)
     jump, error = weighted(sign * found.jump, found.jump_error, kinks.jump, kinks.jump_error)
     return Impacts(
         time_s=start + found.time,

@@ -21,6 +21,8 @@ IntArray = NDArray[np.int64]
 _HALF = 0.35  # periods to either side of an impact
 _POINTS = 200  # a period: block means lose nothing down to that
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record
+#: Decay rate and detuning of the oscillator over w, before anything is seen, and their doubt.
+_GUESS, _GUESS_ERROR = (0.01, 0.0), (0.01, 0.02)
 _LEAST = 6  # points to either side
 
 
@@ -90,6 +92,7 @@ def slope_changes(
     True
     """
     k = times.size
+    answer = Answer(2.0 * math.pi * frequency)
     out = Kinks(*(np.full(k, np.nan) for _ in range(6)))
     half = max(_LEAST, round(_HALF / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
@@ -102,42 +105,133 @@ def slope_changes(
         chosen = np.flatnonzero(fits)
         for begin in range(0, chosen.size, 4096):
             group = chosen[begin : begin + 4096]
-            _solve(x, times, jumps, jump_errors, centre, group, reach, frequency, share, out)
+            windows = _windows(x, times, jumps, centre, group, reach, answer, full=share > 0.3)
+            if answer.w_free is None:
+                # The longest windows there are show how the oscillator answers; twice converges.
+                for _ in range(2):
+                    answer = _refined(windows, answer, x.step)
+                    windows = _windows(
+                        x, times, jumps, centre, group, reach, answer, full=share > 0.3
+                    )
+            _solve(windows, jumps[group], jump_errors, group, x.step, out)
         open_ &= ~fits
     return out
 
 
-def _solve(
-    x: Coarse, times: FloatArray, jumps: FloatArray, jump_errors: FloatArray | None,
-    centre: IntArray, group: IntArray, reach: int, frequency: float, share: float, out: Kinks,
-) -> None:  # fmt: skip
-    w = 2.0 * math.pi * frequency
+@dataclass(frozen=True)
+class Answer:
+    """How the displacement answers a jump: exp(-rate s) sin(w_free s)/w_free.
+
+    `w` is that of the oscillation around it, rad/s; `w_free` (None: the same) and `rate` (1/s) are
+    the oscillator's own; `common` is the relative error that they leave to all jumps alike.
+    """
+
+    w: float
+    w_free: float | None = None
+    rate: float = 0.0
+    common: float = 0.0
+
+    def kink(self, s: FloatArray, step: float) -> FloatArray:
+        """Displacement s after a unit jump of velocity, averaged over `step`."""
+        w = self.w_free or self.w
+        late = np.maximum(s, 0.0)
+        value = np.sinc(0.5 * w * step / np.pi) * np.exp(-self.rate * late) * np.sin(w * late) / w
+        inside = np.abs(s) < 0.5 * step
+        return np.where(inside, (s + 0.5 * step) ** 2 / (2.0 * step), value)
+
+
+@dataclass(frozen=True)
+class _Windows:
+    """Displacement around each impact of a group, neighbours subtracted, and what it is made of."""
+
+    samples: FloatArray
+    s: FloatArray  # time since the impact
+    offset: FloatArray  # of the impact from the window's centre
+    kink: FloatArray
+    q: FloatArray
+    upper: FloatArray
+    answer: Answer
+    full: bool
+
+
+def _windows(
+    x: Coarse, times: FloatArray, jumps: FloatArray, centre: IntArray, group: IntArray,
+    reach: int, answer: Answer, *, full: bool,
+) -> _Windows:  # fmt: skip
     grid = np.arange(-reach, reach + 1)
-    s = grid * x.step
-    smooth = _smooth(s, w, full=share > 0.3)
-    q, upper = np.linalg.qr(smooth)
+    local = np.asarray(grid * x.step, dtype=np.float64)
+    q, upper = np.linalg.qr(_smooth(local, answer.w, full=full))
     index = centre[group, np.newaxis] + grid
-    samples = x.values[index] - _neighbours(x, times, jumps, index, group, w)
+    samples = x.values[index] - _neighbours(x, times, jumps, index, group, answer)
     offset = times[group] - (x.start + centre[group] * x.step)
-    kink = _kink(s - offset[:, np.newaxis], w, x.step)
-    bent = kink - (kink @ q) @ q.T
+    s = local - offset[:, np.newaxis]
+    return _Windows(samples, s, offset, answer.kink(s, x.step), q, upper, answer, full)
+
+
+def _out(values: FloatArray, q: FloatArray) -> FloatArray:
+    """Less all that is smooth."""
+    return np.asarray(values - (values @ q) @ q.T)
+
+
+def _refined(windows: _Windows, answer: Answer, step: float) -> Answer:
+    """Free frequency and decay as all windows together show them, from a wide first guess."""
+    bent = _out(windows.kink, windows.q)
+    norm = (bent * bent).sum(axis=1, keepdims=True)
+    samples = _out(windows.samples, windows.q)
+    jump = (bent * samples).sum(axis=1, keepdims=True) / norm
+    rest = samples - jump * bent
+    late = np.maximum(windows.s, 0.0)
+    w = answer.w_free or answer.w
+    fall = np.exp(-answer.rate * late) / w
+    columns, shares = [], []
+    for change in (
+        -late * fall * np.sin(w * late),
+        late * fall * np.cos(w * late) - fall * np.sin(w * late) / w,
+    ):
+        column = _out(change, windows.q)
+        share = (column * bent).sum(axis=1, keepdims=True) / norm
+        columns.append((jump * (column - bent * share)).ravel())
+        shares.append(float(share.mean()))
+    basis, share_of = np.stack(columns, axis=1), np.array(shares)
+    freedom = rest.shape[1] - windows.q.shape[1] - 1
+    noise = float((rest**2).sum()) / (rest.shape[0] * freedom)
+    guess = np.array([_GUESS[0] * answer.w - answer.rate, answer.w - w])
+    weight = np.diag(noise / (np.array(_GUESS_ERROR) * answer.w) ** 2)
+    normal = basis.T @ basis + weight
+    change = np.linalg.solve(normal, basis.T @ rest.ravel() + weight @ guess)
+    covariance = noise * np.linalg.inv(normal)
+    common = float(np.sqrt(share_of @ covariance @ share_of))
+    return Answer(answer.w, w + float(change[1]), answer.rate + float(change[0]), common)
+
+
+def _solve(
+    windows: _Windows, jumps: FloatArray, jump_errors: FloatArray | None, group: IntArray,
+    step: float, out: Kinks,
+) -> None:  # fmt: skip
+    q, upper, kink = windows.q, windows.upper, windows.kink
+    bent = _out(kink, q)
     norm = (bent * bent).sum(axis=1)
-    jump = (bent * samples).sum(axis=1) / norm
-    rest = samples - jump[:, np.newaxis] * kink
-    rest = rest - (rest @ q) @ q.T
+    jump = (bent * windows.samples).sum(axis=1) / norm
+    rest = _out(windows.samples - jump[:, np.newaxis] * kink, q)
     # The noise is the same in all windows; one of them knows it to 1/sqrt(2 n) only.
-    noise = math.sqrt(float(np.median((rest**2).sum(axis=1))) / (grid.size - smooth.shape[1] - 1))
+    noise = math.sqrt(float(np.median((rest**2).sum(axis=1))) / (kink.shape[1] - q.shape[1] - 1))
     error = noise / np.sqrt(norm)
+    # An error that all jumps share does not average out: each is given its part of it.
+    shared = windows.answer.common * np.abs(jump) * math.sqrt(jump.size)
+    error = np.hypot(error, shared)
     out.jump[group], out.jump_error[group] = jump, error
     best, best_error = jump, error
     if jump_errors is not None:
-        best, best_error = weighted(jump, error, jumps[group], jump_errors[group])
-    amplitude = (samples - best[:, np.newaxis] * kink) @ q
+        best, best_error = weighted(jump, error, jumps, jump_errors[group])
+    amplitude = (windows.samples - best[:, np.newaxis] * kink) @ q
+    w = windows.answer.w
+    blurred = np.ones(q.shape[1])  # block means shrink an oscillation a little
+    blurred[2:] = np.sinc(0.5 * w * step / np.pi)
     for rows, value, deviation in (
-        (_smooth(offset, w, full=share > 0.3), out.x, out.x_error),
-        (_smooth_slope(offset, w, full=share > 0.3), out.v_before, out.v_error),
+        (_smooth(windows.offset, w, full=windows.full), out.x, out.x_error),
+        (_smooth_slope(windows.offset, w, full=windows.full), out.v_before, out.v_error),
     ):
-        functional = np.linalg.solve(upper.T, rows.T).T
+        functional = np.linalg.solve(upper.T, (rows / blurred).T).T
         value[group] = (functional * amplitude).sum(axis=1)
         leak = (functional * (kink @ q)).sum(axis=1) * best_error
         deviation[group] = np.hypot(noise * np.sqrt((functional**2).sum(axis=1)), leak)
@@ -180,15 +274,13 @@ def _smooth_slope(s: FloatArray, w: float, *, full: bool) -> FloatArray:
     return w * np.stack(columns, axis=-1)
 
 
-def _kink(s: FloatArray, w: float, step: float) -> FloatArray:
-    """Displacement s after a unit jump of velocity, averaged over `step`."""
-    late = np.sin(w * np.maximum(s, 0.0)) / w
-    inside = np.abs(s) < 0.5 * step
-    return np.where(inside, (s + 0.5 * step) ** 2 / (2.0 * step), late)
-
-
 def _neighbours(
-    x: Coarse, times: FloatArray, jumps: FloatArray, index: IntArray, group: IntArray, w: float
+    x: Coarse,
+    times: FloatArray,
+    jumps: FloatArray,
+    index: IntArray,
+    group: IntArray,
+    answer: Answer,
 ) -> FloatArray:
     """What the other impacts in the windows did to the displacement (smooth parts left out)."""
     t = x.start + index * x.step
@@ -203,5 +295,5 @@ def _neighbours(
                 break
             rows = np.flatnonzero(there)
             s = t[rows] - times[other[rows], np.newaxis]
-            total[rows] += jumps[other[rows], np.newaxis] * _kink(s, w, x.step)
+            total[rows] += jumps[other[rows], np.newaxis] * answer.kink(s, x.step)
     return total

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +93,7 @@ class Pulse:
         """Whether what follows the contact is more than the contact's own samples can tell."""
         return self.shape.ring > 0.0
 
-    def at(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def at(self, u: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
         """Pulse and derivative at lags u; zero beyond the table."""
         place = (u - self.first) * FINE
         inside = (place >= 0.0) & (place < self.values.size - 1)
@@ -106,7 +107,7 @@ class Pulse:
 
 def window(sample_rate: float, highpass: float | None, duration: float) -> tuple[int, int]:
     """Lags that a pulse may fill: its undershoot from the highpass before, its ringing after."""
-    under = 0.53 / highpass if highpass else 0.0  # where the undershoot crosses zero
+    under = 1.3 / highpass if highpass else 0.0  # the undershoot is down to 1e-3 of itself
     before = max(math.ceil(2.0 * duration) + 2, math.ceil(under * sample_rate))
     after = max(math.ceil(2.0 * duration) + 2, math.ceil(max(under, _RING) * sample_rate))
     return -before, after
@@ -137,11 +138,11 @@ def pulse_of(
     (2.612, 1.0)
     """
     u = np.arange((span[1] - span[0]) * FINE + 1) / FINE + span[0]
-    values = _contact(u, shape)
+    contact = values = _contact(u, shape)
     if shape.ring > 0.0:
         values = _rung(values, shape)
     momentum = 1.0  # of the contact: it survives the resonance, whose static gain is 1
-    lost = dt * _lowpassed(u * dt, highpass) if highpass else np.zeros(u.size)
+    lost = _undershoot(u, contact, dt, highpass) if highpass else np.zeros(u.size)
     values = values - momentum * lost
     height = float(np.abs(values).max())
     reach = math.ceil(0.5 * shape.duration * (1.0 + 0.3 * abs(shape.skew)) + 0.5)
@@ -165,7 +166,7 @@ def neighbourhood(values: FloatArray, size: int) -> FloatArray:
     for shift in (1, 2):
         wide[shift:] = np.maximum(wide[shift:], top[:-shift])
         wide[:-shift] = np.maximum(wide[:-shift], top[shift:])
-    return wide
+    return np.asarray(wide)
 
 
 def _contact(u: FloatArray, shape: Shape) -> FloatArray:
@@ -191,6 +192,15 @@ def _rung(values: FloatArray, shape: Shape) -> FloatArray:
     answer = (w * w / wd) * np.exp(-z * w * t) * np.sin(wd * t) / FINE
     product = np.fft.rfft(values, size) * np.fft.rfft(answer, size)
     return np.asarray(np.fft.irfft(product, size)[: values.size])
+
+
+def _undershoot(u: FloatArray, contact: FloatArray, dt: float, highpass: float) -> FloatArray:
+    """What the highpass takes: the lowpassed momentum, spread as the contact is."""
+    push = contact[np.flatnonzero(contact)[0] : np.flatnonzero(contact)[-1] + 1]
+    lead = np.flatnonzero(contact)[0] + round(u[0] * FINE)  # of its first entry, from lag 0
+    far = np.arange(u.size + push.size - 1) - (push.size - 1) - lead
+    impulse = dt * _lowpassed((u[0] + far / FINE) * dt, highpass)
+    return np.asarray(np.convolve(impulse, push / push.sum(), mode="valid"))
 
 
 def _lowpassed(t: FloatArray, corner: float) -> FloatArray:

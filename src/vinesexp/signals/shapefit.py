@@ -85,11 +85,13 @@ def learn_pulse(
     if windows.height.size >= _FEW:
         form = _fit(plain[2], plain[1], _FORM, table)
         best = form if _better(form[0], plain[0]) else plain
-        ringing = [_fit(windows, shape, _RINGING, table) for shape in _ring_starts(windows, best[1])]
+        ringing = [
+            _fit(windows, shape, _RINGING, table) for shape in _ring_starts(windows, best[1])
+        ]
         if ringing:
             rung = min(ringing, key=lambda found: found[0])
             best = rung if _better(rung[0], best[0]) else best
-    chi2, shape, fitted = best
+    _, shape, fitted = best
     shapes = table(shape)
     doubt = _doubt(fitted, shapes, span)
     whole = (span[0], max(span[1], _rung_out(shape)))
@@ -145,7 +147,8 @@ def _fit(
             change = _residual(now, table(nudged))[0] - rest
             columns.append(_projected(-change / _NUDGE[name], value, slope))
         matrix = np.stack([column.ravel() for column in columns], axis=1)
-        step = np.linalg.lstsq(matrix, _projected(rest, value, slope).ravel(), rcond=1e-8)[0]
+        target = _projected(rest, value, slope).ravel()
+        step = np.asarray(np.linalg.lstsq(matrix, target, rcond=1e-8)[0], dtype=np.float64)
         factor, improved = 1.0, False
         for _ in range(5):
             trial = _moved(shape, names, factor * step)
@@ -160,7 +163,14 @@ def _fit(
         if not improved:
             break
         gained = chi2 - new_chi2
-        shape, now, rest, value, slope, chi2 = trial, placed, new_rest, new_value, new_slope, new_chi2
+        shape, now, rest, value, slope, chi2 = (
+            trial,
+            placed,
+            new_rest,
+            new_value,
+            new_slope,
+            new_chi2,
+        )
         if gained < 1e-3 * chi2:
             break
     return chi2, shape, now

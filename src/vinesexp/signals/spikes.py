@@ -1,8 +1,8 @@
 """Where an acceleration stands out of its noise: candidates for impacts, quickly.
 
 Boxcars of 1, 2, 4, ... samples up to a millisecond serve pulses of any length. Each is compared
-with its own noise, taken anew for every stretch of a few thousand samples from the lower quartile of
-its absolute values: impacts and their ringing may fill half of a stretch before they count as
+with its own noise, taken anew for every stretch of samples from the lower quartile of its
+absolute values: impacts and their ringing may fill half of a stretch before they count as
 noise, and the threshold knows nothing of the record's length.
 """
 

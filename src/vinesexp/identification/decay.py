@@ -1,0 +1,127 @@
+"""Forms of free decay: viscous, quadratic and Coulomb damping, alone or together.
+
+Averaged over a cycle, the amplitude of a weakly damped oscillator obeys
+
+    dA/dt = -(gamma + alpha A + beta A^2),        dphi/dt = w (1 + kappa A^2)
+
+with alpha from viscous (c/2M), beta from quadratic and gamma from Coulomb friction; kappa is the
+first term of a spring that is not straight. The logarithm of A is integrated, by which a purely
+viscous decay is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+#: Parameters of a decay in this order: log amplitude and phase at the start, angular frequency.
+NAMES = ("log_A", "phase", "w", "alpha", "beta", "gamma", "kappa")
+_STEPS = 48
+#: Forms that are tried, simplest first.
+FORMS: dict[str, tuple[str, ...]] = {
+    "viscous": ("alpha",),
+    "quadratic": ("beta",),
+    "Coulomb": ("gamma",),
+    "viscous and quadratic": ("alpha", "beta"),
+    "viscous and Coulomb": ("alpha", "gamma"),
+    "quadratic and Coulomb": ("beta", "gamma"),
+    "viscous, quadratic and Coulomb": ("alpha", "beta", "gamma"),
+}
+
+
+@dataclass(frozen=True)
+class Decay:
+    """A free decay from time `start`: see the module's equations. SI."""
+
+    log_A: float
+    phase: float
+    w: float
+    alpha: float = 0.0
+    beta: float = 0.0
+    gamma: float = 0.0
+    kappa: float = 0.0
+    start: float = 0.0
+    form: str = field(default="viscous", compare=False)
+
+    def vector(self) -> FloatArray:
+        return np.array([getattr(self, name) for name in NAMES])
+
+    def rate(self, A: float) -> float:
+        """-dA/dt over A: equivalent viscous decay rate at amplitude A, 1/s."""
+        return self.gamma / A + self.alpha + self.beta * A
+
+
+def logs_and_phases(
+    parameters: FloatArray, t: FloatArray, *, start: float
+) -> tuple[FloatArray, FloatArray]:
+    """log A and phase at times t for several parameter sets at once.
+
+    Parameters
+    ----------
+    parameters : array (p, 7)
+        Rows in the order of `NAMES`.
+    t : array (n,)
+        s, rising, none before `start`.
+
+    Returns
+    -------
+    log_A, phase : arrays (p, n)
+        Fourth-order Runge-Kutta on 48 steps, cubic in between.
+    """
+    end = max(float(t[-1]), start + 1e-12)
+    grid = np.linspace(start, end, _STEPS + 1)
+    h = grid[1] - grid[0]
+    most = 4.0 / h
+    _, _, w, alpha, beta, gamma, kappa = parameters.T
+
+    def slope(log_A: FloatArray) -> tuple[FloatArray, FloatArray]:
+        A = np.exp(log_A)
+        rate = np.clip(gamma / A + alpha + beta * A, -most, most)
+        return -rate, w * (1.0 + kappa * A * A)
+
+    log_A, phase = parameters[:, 0].copy(), parameters[:, 1].copy()
+    # A trial step may ask for a Coulomb friction that stops the motion, or for gain: bounded here.
+    low_end, high_end = log_A - 20.0, log_A + 2.0
+    values = np.empty((_STEPS + 1, 4, len(parameters)))
+    for i in range(_STEPS + 1):
+        k1, p1 = slope(log_A)
+        values[i] = log_A, phase, k1, p1
+        k2, p2 = slope(np.clip(log_A + 0.5 * h * k1, low_end, high_end))
+        k3, p3 = slope(np.clip(log_A + 0.5 * h * k2, low_end, high_end))
+        k4, p4 = slope(np.clip(log_A + h * k3, low_end, high_end))
+        log_A = np.clip(log_A + h / 6.0 * (k1 + 2 * k2 + 2 * k3 + k4), low_end, high_end)
+        phase = phase + h / 6.0 * (p1 + 2 * p2 + 2 * p3 + p4)
+    place = np.clip((t - start) / h, 0.0, _STEPS - 1e-9)
+    low = place.astype(np.int64)
+    u = place - low
+    h00, h10 = (1 + 2 * u) * (1 - u) ** 2, u * (1 - u) ** 2
+    h01, h11 = u * u * (3 - 2 * u), u * u * (u - 1)
+    left, right = values[low], values[low + 1]
+
+    def between(column: int) -> FloatArray:
+        value = h00 * left[:, column].T + h01 * right[:, column].T
+        return np.asarray(value + h * (h10 * left[:, column + 2].T + h11 * right[:, column + 2].T))
+
+    return between(0), between(1)
+
+
+def nudged(
+    vector: FloatArray, free: Sequence[str], *, span: float
+) -> tuple[FloatArray, FloatArray]:
+    """The vector, one copy for each free parameter a little changed, and the changes."""
+    A = float(np.exp(vector[0]))
+    scale = 1.0 / max(span, 1e-12)
+    sizes = {
+        "log_A": 1.0, "phase": 1.0, "w": scale, "alpha": scale, "beta": scale / A,
+        "gamma": scale * A, "kappa": scale / (vector[2] * A * A),
+    }  # fmt: skip
+    rows = np.tile(vector, (len(free) + 1, 1))
+    changes = np.array([1e-5 * sizes[name] for name in free])
+    for i, name in enumerate(free):
+        rows[i + 1, NAMES.index(name)] += changes[i]
+    return rows, changes

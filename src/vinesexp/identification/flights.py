@@ -1,0 +1,198 @@
+"""M and r from impacts: between walls the ball flies freely, so its velocity is known.
+
+At an impact the ball is at y = x - side b. Between two impacts of one ball it flies straight,
+
+    u_j = (y_{j+1} - y_j)/(t_{j+1} - t_j),
+
+so it gives and takes the momentum m (u_j - u_{j-1}), and the mass M (x'_after - x'_before):
+M = -m du/dx', r = -(x'_after - u_j)/(x'_before - u_{j-1}) (docs/theory.md: what identifies what).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.errors import AnalysisError
+from vinesexp.signals.impacts import Impacts
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_FEWEST = 10  # impacts with a flight before and after
+_CERTAIN = 0.9  # that an impact is one, and of this ball
+_OUTLYING = 4.0  # robust standard deviations
+_LONGEST = 0.9  # periods: a longer flight may hide an impact
+
+
+@dataclass(frozen=True)
+class Flights:
+    """Impacts that have a free flight before and after.
+
+    Attributes
+    ----------
+    index : int array (n,)
+        Rows of the impact table.
+    u_before, u_after : arrays (n,)
+        Ball's velocity, m/s.
+    v_before, v_after : arrays (n,)
+        Oscillator's velocity, m/s.
+    jump, jump_error : arrays (n,)
+        Of the oscillator's velocity, m/s.
+    """
+
+    index: IntArray
+    u_before: FloatArray
+    u_after: FloatArray
+    v_before: FloatArray
+    v_after: FloatArray
+    jump: FloatArray
+    jump_error: FloatArray
+
+    def keep(self, chosen: NDArray[np.bool_]) -> Flights:
+        return Flights(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+
+
+def flights_of(impacts: Impacts, *, nes: int, b: float, period: float) -> Flights:
+    """Free flights of one ball from wall to wall.
+
+    Parameters
+    ----------
+    impacts : Impacts
+    nes : int
+        Number of the ball, from 1.
+    b : float
+        Its clearance, m.
+    period : float
+        Of the oscillation, s: flights longer than 0.9 of it may hide an impact that was missed.
+    """
+    own = np.flatnonzero((impacts.nes == nes) & (np.nan_to_num(impacts.nes_confidence) >= _CERTAIN))
+    t, x = impacts.time_s[own], impacts.x_m[own]
+    side = impacts.side[own]
+    y = x - side * b
+    dt = np.diff(t)
+    sure = (
+        (impacts.confidence[own] > _CERTAIN)
+        & np.isfinite(x)
+        & (impacts.crowded[own] == 0)
+        & (impacts.clipped[own] == 0)
+    )
+    crosses = (side[1:] != side[:-1]) & (dt < _LONGEST * period) & sure[1:] & sure[:-1]
+    # Impacts of unknown origin in between may have been this ball's.
+    others = np.flatnonzero(
+        (impacts.nes != nes) & ~(np.nan_to_num(impacts.nes_confidence) >= _CERTAIN)
+    )
+    if others.size:
+        between = np.searchsorted(impacts.time_s[others], t)
+        crosses &= between[1:] == between[:-1]
+    u = np.divide(np.diff(y), dt, out=np.full(dt.size, np.nan), where=dt > 0.0)
+    inner = np.flatnonzero(crosses[1:] & crosses[:-1]) + 1
+    rows = own[inner]
+    v = impacts.v_before_m_s[rows]
+    jump = impacts.velocity_jump_m_s[rows]
+    return Flights(
+        rows, u[inner - 1], u[inner], v, v + jump, jump, impacts.velocity_jump_error_m_s[rows]
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class MassRatio:
+    """eps = m/M of the ball that hits, its standard error, and the impacts used."""
+
+    eps: float
+    error: float
+    count: int
+
+
+def mass_ratio(flights: Flights) -> MassRatio:
+    """Slope of the oscillator's jumps over the ball's, robustly.
+
+    Raises
+    ------
+    AnalysisError
+        Fewer than ten impacts with free flights before and after.
+    """
+    _require(flights)
+    du, dv = flights.u_after - flights.u_before, flights.jump
+    weight = 1.0 / flights.jump_error**2
+    keep = np.ones(du.size, dtype=bool)
+    slope = error = 0.0
+    for _ in range(5):
+        w = weight * keep
+        slope = float((w * du * dv).sum() / (w * du * du).sum())
+        rest = (dv - slope * du) / flights.jump_error
+        spread = 1.4826 * float(np.median(np.abs(rest[keep] - np.median(rest[keep]))))
+        freedom = max(1, int(keep.sum()) - 1)
+        scale = max(1.0, float((rest[keep] ** 2).sum()) / freedom)
+        error = float(np.sqrt(scale / (w * du * du).sum()))
+        new = np.abs(rest) < _OUTLYING * max(1.0, spread)
+        if (new == keep).all():
+            break
+        keep = new
+    return MassRatio(-slope, error, int(keep.sum()))
+
+
+@dataclass(frozen=True)
+class Restitution:
+    """r: mean, its standard error, scatter of single impacts, dependence on impact speed.
+
+    Attributes
+    ----------
+    r, error : float
+    scatter : float
+        Standard deviation from impact to impact.
+    slope, slope_error : float
+        Change of r per m/s of relative speed.
+    speed : float
+        Median relative speed, m/s.
+    count : int
+    """
+
+    r: float
+    error: float
+    scatter: float
+    slope: float
+    slope_error: float
+    speed: float
+    count: int
+
+
+def restitution(flights: Flights) -> Restitution:
+    """Relative velocity after over before, averaged robustly over impacts.
+
+    Raises
+    ------
+    AnalysisError
+        Fewer than ten impacts with free flights before and after.
+    """
+    _require(flights)
+    before = flights.v_before - flights.u_before
+    after = flights.v_after - flights.u_after
+    r = -after / before
+    centre = float(np.median(r))
+    spread = 1.4826 * float(np.median(np.abs(r - centre)))
+    keep = np.abs(r - centre) <= _OUTLYING * max(spread, 1e-12)
+    before, after, r = np.abs(before[keep]), np.abs(after[keep]), r[keep]
+    # Errors of speed are the same for all: least squares of after over before.
+    value = float((after * before).sum() / (before * before).sum())
+    rest = after - value * before
+    freedom = max(1, r.size - 1)
+    error = float(np.sqrt((rest**2).sum() / freedom / (before**2).sum()))
+    lever = before - before.mean()
+    spread_of_speed = float((lever**2).sum())
+    slope = float((lever * r).sum() / spread_of_speed) if spread_of_speed > 0 else 0.0
+    scatter = float(r.std(ddof=1))
+    slope_error = scatter / np.sqrt(spread_of_speed) if spread_of_speed > 0 else np.inf
+    return Restitution(
+        value, error, scatter, slope, float(slope_error), float(np.median(before)), r.size
+    )
+
+
+def _require(flights: Flights) -> None:
+    if flights.index.size < _FEWEST:
+        raise AnalysisError(
+            f"{flights.index.size} impacts with a free flight before and after, expected "
+            f"{_FEWEST} or more"
+        )

@@ -1,0 +1,148 @@
+"""Demodulation: a decaying oscillation as one complex amplitude a period, and where to fit it.
+
+Everything a record says about f0 and damping near its oscillation is in these few hundred
+numbers; choosing the stretch to fit, the form of the damping and the start values is done on them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.errors import AnalysisError
+
+FloatArray = NDArray[np.float64]
+
+_OUTLYING = 6.0  # noise standard deviations
+_FEWEST = 3  # periods that a decay has to show
+_ABOVE_NOISE = 3.0  # standard errors of a complex amplitude
+_ABOVE_STEP = 1.0  # converter steps: below, an amplitude is staircase, not sine
+
+
+@dataclass(frozen=True)
+class Phasors:
+    """Complex amplitudes z of x = Re(z exp(i w t)), one a window.
+
+    Attributes
+    ----------
+    t : array (n,)
+        Centre of each window, s.
+    z : complex array (n,)
+        m.
+    error : float
+        Standard error of real and imaginary part, m.
+    noise : float
+        Standard deviation of a sample, m.
+    w : float
+        rad/s.
+    span : float
+        Length of a window, s.
+    """
+
+    t: FloatArray
+    z: NDArray[np.complex128]
+    error: float
+    noise: float
+    w: float
+    span: float
+
+
+def demodulate(x: FloatArray, step: float, frequency: float, *, rate: float = 0.0) -> Phasors:
+    """Fit constant, slope and a damped sine to consecutive windows of one period.
+
+    Samples that stand out of a window's fit (a sensor that lost its target for a moment) are left
+    out of it.
+
+    Parameters
+    ----------
+    x : array (n,)
+        Displacement, m, `step` s apart.
+    frequency : float
+        About that of the oscillation, Hz.
+    rate : float
+        Decay within a window, 1/s, as far as it is known.
+
+    Raises
+    ------
+    AnalysisError
+        Fewer than three windows.
+
+    Examples
+    --------
+    >>> t = np.arange(2400) / 240.0
+    >>> x = 2.0 * np.exp(-0.1 * t) * np.cos(2 * np.pi * 10 * t) + 5.0
+    >>> p = demodulate(x, 1 / 240.0, 10.0, rate=0.1)
+    >>> bool(abs(abs(p.z[0]) - 2.0 * np.exp(-0.1 * p.t[0])) < 1e-9)
+    True
+    """
+    size = round(1.0 / (frequency * step))
+    count = x.size // size if size else 0
+    if count < _FEWEST or size < 6:
+        raise AnalysisError(
+            f"{count} periods of {frequency:.6g} Hz in the record, expected {_FEWEST} or more"
+        )
+    s = (np.arange(size) - 0.5 * (size - 1)) * step
+    w = 2.0 * math.pi * frequency
+    fall = np.exp(-rate * s)
+    basis = np.stack([np.ones(size), s / s[-1], fall * np.cos(w * s), -fall * np.sin(w * s)], 1)
+    windows = x[: count * size].reshape(count, size)
+    inverse = np.linalg.pinv(basis)
+    fitted, noise = _robust(windows, basis, inverse)
+    t = np.asarray(((np.arange(count) + 0.5) * size - 0.5) * step, dtype=np.float64)
+    z = (fitted[:, 2] + 1j * fitted[:, 3]) * np.exp(-1j * w * t)
+    error = noise * math.sqrt(0.5 * float((inverse[2] ** 2).sum() + (inverse[3] ** 2).sum()))
+    return Phasors(t, z, error, noise, w, size * step)
+
+
+def _robust(
+    windows: FloatArray, basis: FloatArray, inverse: FloatArray
+) -> tuple[FloatArray, float]:
+    """Coefficients of every window, and the noise of a sample in the quieter half of them."""
+    count, size = windows.shape
+    filled = windows
+    for _ in range(3):
+        fitted = filled @ inverse.T
+        rest = windows - fitted @ basis.T
+        rms = np.sort(np.sqrt((rest**2).sum(axis=1) / (size - 4)))
+        noise = float(rms[: max(1, count // 2)].mean())
+        outlying = np.abs(rest) > _OUTLYING * max(noise, 1e-300)
+        outlying &= (outlying.mean(axis=1) < 0.2)[:, np.newaxis]  # else it is no moment
+        if not outlying.any():
+            break
+        filled = np.where(outlying, fitted @ basis.T, windows)
+    return fitted, noise
+
+
+def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:
+    """First and last-plus-one window of the free decay.
+
+    It begins with the largest amplitude (what came before was the release, or waiting for it) and
+    ends where the amplitude has died into noise or into the converter's steps.
+
+    Parameters
+    ----------
+    p : Phasors
+    resolution : float
+        Step of the converter, m.
+
+    Raises
+    ------
+    AnalysisError
+        Nothing stands out, or it does not decay for three windows.
+    """
+    size = np.abs(p.z)
+    start = int(np.argmax(size))
+    # A window that the release falls into is partly at rest: its amplitude is too small,
+    # and the next one is the largest; one more is left out if it still disagrees.
+    floor = max(_ABOVE_NOISE * p.error, _ABOVE_STEP * resolution)
+    below = np.flatnonzero(size[start:] < floor)
+    end = start + int(below[0]) if below.size else size.size
+    if end - start < _FEWEST:
+        raise AnalysisError(
+            f"the oscillation stands above {1e3 * floor:.3g} mm for {end - start} periods, "
+            f"expected {_FEWEST} or more"
+        )
+    return start, end
