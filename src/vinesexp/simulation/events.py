@@ -240,25 +240,6 @@ def turn(
 
 
 @compiled
-def run(
-    par: FloatArray, kind: int, table: FloatArray, duration: float, remainder: float,
-    state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray,
-) -> int:  # fmt: skip
-    """Run to `duration` or until the log is full; rows written. Resume with the same arrays."""
-    work, before = np.empty((3, ORDER + 1)), np.empty(balls.shape[0])
-    row, room = 0, numbers.shape[0] - 2 * balls.shape[0] - 2
-    piece = piece_at(table, state[T_HIGH])
-    while row < room and state[T_HIGH] < duration:
-        while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
-            piece += 1
-        row = turn(
-            par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
-            work, before,
-        )  # fmt: skip
-    return row
-
-
-@compiled
 def sample(
     par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
     x: FloatArray, v: FloatArray, a: FloatArray,

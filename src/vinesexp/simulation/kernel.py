@@ -1,4 +1,4 @@
-"""The fast event loop: harmonic base (or none) and linear damping, in closed form.
+"""The event loop, and its fast way: harmonic base (or none) and linear damping, in closed form.
 
 Flights between walls are covered in a few evaluations of the closed form (`response.py`) by steps
 that are certain to pass no contact (`walls.py`). What is not such a flight, that is chatter, rest,
@@ -35,7 +35,6 @@ from vinesexp.simulation.events import (
     V_NOW,
     X_NOW,
     advance_clock,
-    collide,
     turn,
 )
 from vinesexp.simulation.flight import bounce, cross
@@ -52,6 +51,7 @@ from vinesexp.simulation.response import (
     phasor,
 )
 from vinesexp.simulation.search import EPS
+from vinesexp.simulation.series import piece_at
 from vinesexp.simulation.walls import certain_step, guess, landing, open_until
 
 FloatArray = NDArray[np.float64]
@@ -61,6 +61,7 @@ LANDED = 1e-8  # rad: from here one Newton step is exact to rounding (its error 
 SHORT = 0.3  # rad: flights shorter than this are left to the power series
 LONGEST = 3.0  # rad: no longer step is tried, the bound would only get worse
 NEAR = 0.06  # rad: from here the fifth-order guess lands within LANDED
+REFRESH = 64  # flights after which the turned phasor, which gathers rounding, is taken afresh
 DRAWN_BACK = 0.999  # so that a guessed step can be proved
 
 
@@ -208,23 +209,22 @@ def fly(
 
 
 @compiled
-def run_harmonic(
-    response: FloatArray, par: FloatArray, table: FloatArray, duration: float, remainder: float,
-    state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, work: FloatArray,
+def run(
+    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
+    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
+    labels: IntArray, work: FloatArray,
 ) -> tuple[int, int]:  # fmt: skip
-    """Run to `duration` or until the log is full: rows written, evaluations of the motion.
+    """Run to `duration` or until the log is full: rows written, evaluations of the closed form.
 
-    `work` (4, ORDER + 1) is scratch space of the power series.
+    Resume with the same arrays. `closed` says that `response` holds the closed form of the motion;
+    without it every turn is one of the general loop. `work` (4, ORDER + 1) is scratch space.
     """
-    head = response[0]
-    row, evaluations, age = 0, 0, 0
+    row, evaluations, age, piece = 0, 0, 0, piece_at(table, state[T_HIGH])
     room = numbers.shape[0] - 2 * balls.shape[0] - 2
-    c = work[3]
+    head, c, before = response[0], work[3], np.empty(balls.shape[0])
+    single = closed and balls.shape[0] == 1 and balls[0, MASS] <= par[0]
+    last, span = math.pi / head[H_RATE], (ENTRIES - 2) * head[H_SPACING]
     c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
-    span = (ENTRIES - 2) * head[H_SPACING]
-    before = np.empty(balls.shape[0])
-    single = balls.shape[0] == 1 and balls[0, MASS] <= par[0]
-    last, T = math.pi / head[H_RATE], 0.0
     while row < room and state[T_HIGH] < duration:
         while single and balls[0, D] == 0.0 and balls[0, STATE] == FREE and row < room:
             rho = balls[0, SIDE] * balls[0, RHO]
@@ -239,27 +239,29 @@ def run_harmonic(
                 break
             last = T
             age += 1
-            if age >= 64:
+            if age >= REFRESH:
                 c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
                 age = 0
-        if closing_now(balls) > 0:
-            row = collide(balls, par[0], state, numbers, labels, row, before)
-            continue
-        xh, vh = state[X_NOW] - c[0], state[V_NOW] + head[H_W] * c[1]
-        a = -(head[H_W] ** 2) * c[0] - head[H_W0SQ] * xh - head[H_TWOALPHA] * vh
         left = (duration - state[T_HIGH]) - state[T_LOW]
-        if is_flight(balls, a, head[H_RATE]):
-            evaluations += fly(response, state, balls, c, min(left, span))
-            age += 1
-            if state[T_HIGH] >= duration or left <= EPS * duration:
-                state[T_HIGH], state[T_LOW] = duration, 0.0
-        else:
-            row = turn(
-                par, 0, table, 0, duration, remainder, state, balls, numbers, labels, row,
-                work, before,
-            )  # fmt: skip
-            age = 64
-        if age >= 64:  # the turned phasor has gathered rounding; take it afresh
+        if closed and closing_now(balls) == 0:
+            xh, vh = state[X_NOW] - c[0], state[V_NOW] + head[H_W] * c[1]
+            a = -(head[H_W] ** 2) * c[0] - head[H_W0SQ] * xh - head[H_TWOALPHA] * vh
+            if is_flight(balls, a, head[H_RATE]):
+                evaluations += fly(response, state, balls, c, min(left, span))
+                age += 1
+                if age >= REFRESH:
+                    c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
+                    age = 0
+                if state[T_HIGH] >= duration or left <= EPS * duration:
+                    state[T_HIGH], state[T_LOW] = duration, 0.0
+                continue
+        while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
+            piece += 1
+        row = turn(
+            par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
+            work, before,
+        )  # fmt: skip
+        if closed:
             c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
             age = 0
     return row, evaluations

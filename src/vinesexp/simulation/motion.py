@@ -108,7 +108,7 @@ class Motion:
         out = np.empty((3, flat.size))
         kind, table = drive_table(self.base_drive)
         flat = np.ascontiguousarray(flat)
-        sample(_parameters(self.rig, self.damping), kind, table, self._nodes, flat, *out)
+        sample(parameters(self.rig, self.damping), kind, table, self._nodes, flat, *out)
         if order is not None:
             back = np.empty_like(out)
             back[:, order] = out
@@ -162,12 +162,12 @@ class Motion:
         return y, vy
 
 
-def _parameters(rig: Rig, damping: WeakDamping) -> FloatArray:
+def parameters(rig: Rig, damping: WeakDamping) -> FloatArray:
     o = rig.oscillator
     return np.array([o.M, o.c1, o.k1, damping.quadratic, damping.coulomb])
 
 
-def _ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
+def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
     """Table of balls at the start (`contact.py`) and their places y0, refused where outside."""
     n = len(rig.nes)
     for name, values in (("y0", release.y0), ("vy0", release.vy0)):
@@ -256,7 +256,7 @@ def simulate(
             f"duration = {duration}: the base record lasts {base.duration:.9g} s; "
             "shorten the run or give a longer record"
         )
-    balls, y0 = _ball_table(rig, release)
+    balls, y0 = ball_table(rig, release)
     events, labels = _run(rig, base, damping, release, duration, remainder, balls, y0, general)
     return Motion(rig, base, duration, damping, release, events, labels)
 
@@ -267,19 +267,17 @@ def _run(
 ) -> tuple[FloatArray, IntArray]:  # fmt: skip
     """Run to the end in chunks of the log; all its rows, the start rows first."""
     from vinesexp.simulation.chatter import REMAINDER
+    from vinesexp.simulation.kernel import run
+    from vinesexp.simulation.series import ORDER
 
     n = len(rig.nes)
     kind, table = drive_table(base)
-    par = _parameters(rig, damping)
+    par = parameters(rig, damping)
     limit = REMAINDER if remainder is None else remainder
-    response = None if general else _closed_form(rig, base, damping)
+    response = None if general else closed_form(rig, base, damping)
+    closed, work = response is not None, np.empty((4, ORDER + 1))
     if response is None:
-        from vinesexp.simulation.events import run
-    else:
-        from vinesexp.simulation.kernel import run_harmonic
-        from vinesexp.simulation.series import ORDER
-
-        work = np.empty((4, ORDER + 1))
+        response = np.ones((4, 9))
     state = np.array([0.0, 0.0, release.x0, release.v0])
     rows = max(n, 1)
     start, start_labels = np.zeros((rows, 6)), np.zeros((rows, 3), dtype=np.int32)
@@ -290,18 +288,15 @@ def _run(
     while state[0] < duration:
         size = CHUNK + 4 * n
         log, log_labels = np.empty((size, 6)), np.empty((size, 3), dtype=np.int32)
-        if response is None:
-            count = run(par, kind, table, duration, limit, state, balls, log, log_labels)
-        else:
-            count, _ = run_harmonic(
-                response, par, table, duration, limit, state, balls, log, log_labels, work
-            )
+        count, _ = run(
+            closed, response, par, kind, table, duration, limit, state, balls, log, log_labels, work
+        )
         numbers.append(log[:count])
         labels.append(log_labels[:count])
     return np.concatenate(numbers), np.concatenate(labels).astype(np.int64)
 
 
-def _closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray | None:
+def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray | None:
     """Table of the closed form where there is a good one, else None: power series then.
 
     Not for weakly nonlinear damping, a base that is not harmonic, an oscillator near or beyond
