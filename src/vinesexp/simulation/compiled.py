@@ -23,6 +23,7 @@ MODULES = (
     "response",
     "search",
     "series",
+    "statistics",
     "walls",
 )
 
