@@ -141,53 +141,70 @@ def _key(figure: Figure, axis: Axes, regimes: Sequence[str]) -> None:
 
 
 def optimum_over_level(valleys: Sequence[Valley]) -> Figure:
-    """Clearance of lowest amplitude and end of permanent impacts over base amplitude, and b_c."""
-    figure, (axis,) = new_figure(height=3.2)
-    for kind, style in (("published", "--"), ("exact", "-")):
-        known = [
-            (v.G, v.published if kind == "published" else v.exact and v.exact[0]) for v in valleys
-        ]
-        points = [(G, b) for G, b in known if b is not None]
-        if points:
-            x, y = zip(*[(0.0, 0.0), *points], strict=True)
-            axis.plot(x, y, style, color=COLOURS[kind])
-            above = kind == "published"
-            label(
-                *(axis, f"predicted $b_c$, {kind}", (0.5 * x[-1], 0.5 * y[-1])),
-                colour=COLOURS[kind],
-                shift=(-6, 12) if above else (8, -12),
-                ha="right" if above else "left",
-            )
-    for kind, marker, colour, side in (
-        ("lowest", "o", "measured", 1.0),
-        ("end", "s", "strongly modulated", -1.0),
-    ):
-        for i, valley in enumerate(valleys):
-            interval: Interval | None = getattr(valley, kind)
-            if interval is None:
-                continue
-            b, low, high = interval
-            G = valley.G * (1.0 + 0.006 * side)
-            axis.errorbar(
-                *(G, b, [[b - low], [high - b]]),
-                fmt=marker,
-                color=COLOURS[colour],
-                capsize=3,
-                markersize=4,
-            )
-            name = {"lowest": "lowest amplitude", "end": "end of two impacts per cycle"}[kind]
-            text = f"{b:.1f} mm" if i else f"{name}\n{b:.1f} mm"
-            label(
-                *(axis, text, (G, b)),
-                colour=COLOURS[colour],
-                shift=(8 * side, -7 * side),
-                ha="left" if side > 0 else "right",
-            )
+    """How far each measured clearance is from the exact b_c, over base amplitude.
+
+    Parameters
+    ----------
+    valleys : sequence of Valley
+        With an exact b_c each.
+    """
+    figure, (axis,) = new_figure(height=2.9)
+    known = [valley for valley in valleys if valley.exact is not None]
+    for valley in known:
+        exact, low, high = valley.exact or (1.0, 1.0, 1.0)
+        G = valley.G
+        width = 0.02 * max(v.G for v in valleys)
+        axis.fill_between(
+            *([G - width, G + width], 100.0 * (low / exact - 1.0), 100.0 * (high / exact - 1.0)),
+            color=COLOURS["exact"],
+            alpha=0.3,
+            linewidth=0,
+        )
+        if valley.published is not None:
+            away = 100.0 * (valley.published / exact - 1.0)
+            axis.plot([G - width, G + width], [away, away], "--", color=COLOURS["published"])
+            if valley is known[0]:
+                label(
+                    *(axis, "published $b_c$", (G - width, away)),
+                    colour=COLOURS["published"],
+                    shift=(-4, 3),
+                    ha="right",
+                )
+        _deviation(axis, valley, exact, named=valley is known[-1])
+    axis.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
+    label(
+        *(axis, "exact $b_c$", (1.0, 0.0)),
+        colour=COLOURS["exact"],
+        shift=(-2, 7),
+        ha="right",
+        xycoords=axis.get_yaxis_transform(),
+    )
     axis.set_xlabel("base amplitude G (mm)")
-    axis.set_ylabel("clearance b (mm)")
-    axis.set_xlim(0.0, 1.18 * max(valley.G for valley in valleys))
-    axis.set_ylim(bottom=0.0)
+    axis.set_ylabel("clearance from the exact $b_c$ (%)")
+    span = max(v.G for v in known) - min(v.G for v in known) or 1.0
+    axis.set_xlim(known[0].G - 0.25 * span, known[-1].G + 0.45 * span)
+    axis.margins(y=0.15)
     return figure
+
+
+def _deviation(axis: Axes, valley: Valley, exact: float, *, named: bool) -> None:
+    """Both measured clearances of one base amplitude, with their brackets."""
+    for kind, name, marker, colour in (
+        (valley.lowest, "lowest amplitude", "o", "measured"),
+        (valley.end, "end of two impacts per cycle", "s", "strongly modulated"),
+    ):
+        if kind is None:
+            continue
+        value, low, high = (100.0 * (b / exact - 1.0) for b in kind)
+        axis.errorbar(
+            *(valley.G, value, [[value - low], [high - value]]),
+            fmt=marker,
+            color=COLOURS[colour],
+            capsize=3,
+            markersize=4.5,
+        )
+        text = f"{kind[0]:.1f} mm" + (f"\n{name}" if named else "")
+        label(axis, text, (valley.G, value), colour=COLOURS[colour], shift=(9, 0))
 
 
 @dataclass(frozen=True)

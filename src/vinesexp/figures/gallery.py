@@ -60,7 +60,13 @@ def draw_family(family: str, campaign: Campaign, results: Path) -> list[Drawn]:
     for figure, entry in draw(campaign, results):
         save(figure, folder / entry.name)
         drawn.append(entry)
-    for name in before - {entry.name for entry in drawn}:
+    elsewhere = {
+        entry.name
+        for other in FAMILIES
+        if other != family and (folder / f"{other}.json").is_file()
+        for entry in _read(folder / f"{other}.json")
+    }
+    for name in before - elsewhere - {entry.name for entry in drawn}:
         for ending in ("svg", "pdf"):
             (folder / f"{name}.{ending}").unlink(missing_ok=True)
     text = json.dumps([asdict(entry) for entry in drawn], indent=1, ensure_ascii=False)

@@ -1,4 +1,4 @@
-"""The figures of what single records hold: traces, impacts, regimes, decays, sweeps."""
+"""The figures of what single records hold: traces, impacts, releases, sweeps."""
 
 from __future__ import annotations
 
@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 
 from vinesexp.figures.gallery import Drawn
 from vinesexp.figures.impacts import Marks, impacts_on_acceleration
-from vinesexp.figures.regimes import Strip, regime_strips
 from vinesexp.figures.traces import COLUMNS, Trace, amplitudes, overview
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.store import RecordView, open_record
-from vinesexp.theory.regimes import regime_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +29,6 @@ _SHOWN = {
 }
 _BLOCK = 1 << 20  # samples read at once
 _ZOOM_CYCLES = 3.5
-_MOST_STRIPS = 40
 _MOST_POINTS = 1200  # of a drawn line
 
 
@@ -45,7 +42,6 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
         yield _overview(record, results)
         if test != "ringdown":
             yield from _impacts(record, results)
-    yield from _strips([r for r in usable if r.test == "periodic" and r.clearance], results)
     yield from _sweeps([r for r in usable if r.test == "sweep"], results)
     yield from _releases([r for r in usable if r.test in ("transient", "ringdown")], results)
 
@@ -112,7 +108,8 @@ def _overview(record: Record, results: Path) -> tuple[Figure, Drawn]:
     return figure, Drawn(f"record_{record.test}", record.test, caption)
 
 
-def _marks(record: Record, results: Path) -> Marks:
+def marks_of(record: Record, results: Path) -> Marks:
+    """The impacts of a record as they are drawn."""
     with (results / f"impacts/{record.id}.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     return Marks(
@@ -123,7 +120,7 @@ def _marks(record: Record, results: Path) -> Marks:
 
 
 def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
-    marks = _marks(record, results)
+    marks = marks_of(record, results)
     with open_record(results / f"conditioned/{record.id}.nc") as view:
         if "acceleration" not in view.roles or not marks.time.size:
             return
@@ -176,41 +173,6 @@ def _set_up(record: Record) -> str:
     if record.added_mass:
         parts.append(f"{1e3 * record.added_mass:g} g added")
     return ", ".join(parts) or record.test
-
-
-def _strips(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, Drawn]]:
-    groups: dict[str, list[Strip]] = {}
-    ordered = sorted(
-        records, key=lambda r: (len(r.clearance), r.base_amplitude or 0.0, r.clearance)
-    )
-    for record in ordered[:_MOST_STRIPS]:
-        with open_record(results / f"conditioned/{record.id}.nc") as view:
-            frequency = view.attributes.get("oscillation_hz")
-            length, start = view.n / view.sample_rate, view.start
-        cycles = int(length * float(frequency or 0.0))
-        if cycles < 1:
-            continue
-        marks = _marks(record, results)
-        edges = start + np.arange(cycles + 1) / float(frequency or 1.0)
-        counts = np.histogram(marks.time, edges)[0].astype(float)
-        told = regime_of(
-            *(marks.time, marks.side),
-            period=1.0 / float(frequency or 1.0),
-            start=float(edges[0] + 0.2 * length),
-            end=float(edges[-1]),
-        )
-        title = f"G = {1e3 * (record.base_amplitude or 0.0):g} mm"
-        title += f", {len(record.clearance)} NESs" if len(record.clearance) > 1 else ""
-        name = " + ".join(f"{1e3 * b:g}" for b in record.clearance) + " mm"
-        groups.setdefault(title, []).append(Strip(name, told.regime.value, counts))
-    if not groups:
-        return
-    caption = (
-        "Impacts in each cycle of every periodic test, one strip a clearance. A solid blue strip "
-        "is a permanent response with two impacts per cycle; blue spells that come and go are "
-        "strongly modulated response; white is a ball that misses the walls."
-    )
-    yield regime_strips(list(groups.items())), Drawn("regimes_periodic", "periodic", caption)
 
 
 def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, Drawn]]:

@@ -27,6 +27,7 @@ from vinesexp.figures.clearance import (
 )
 from vinesexp.figures.gallery import Drawn
 from vinesexp.figures.identification import estimates_by_method
+from vinesexp.figures.of_regimes import draw_regimes
 from vinesexp.figures.of_ringdowns import draw_ringdowns
 from vinesexp.records.campaign import Campaign
 from vinesexp.report.numbers import with_error
@@ -45,6 +46,7 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     rig = identified_rig(identified, campaign.known)
     yield from _periodic(periodic_levels(campaign, regimes), regimes, compared, rig)
     yield from _releases(release_levels(campaign, regimes), compared, rig)
+    yield from draw_regimes(campaign, results, regimes)
     yield from draw_ringdowns(campaign, results, identified)
     values = {
         row["parameter"]: with_error(float(row["value"]), float(row["std_error"]), row["unit"])
@@ -87,11 +89,11 @@ def _periodic(
     )
     figure = amplitude_over_clearance(valleys)
     yield figure, Drawn("clearance_periodic", "clearance", caption)
-    if len(valleys) > 1:
+    if sum(valley.exact is not None for valley in valleys) > 1:
         caption = (
-            "Clearance of lowest amplitude and end of two impacts per cycle over base amplitude: "
-            "measured (points, bars reach to the clearances tried on either side) and predicted "
-            "b_c (lines). b_c predicts the end; the lowest amplitude lies a little below it."
+            "How far the measured clearances are from the exact b_c, over base amplitude; bars "
+            "reach to the clearances tried on either side. b_c predicts the end of two impacts per "
+            "cycle; the lowest amplitude lies a little below it."
         )
         yield optimum_over_level(valleys), Drawn("clearance_optimum", "clearance", caption)
 

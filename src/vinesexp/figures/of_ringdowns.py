@@ -79,7 +79,7 @@ def _decay(
             "displacement", view.time(0, _MOST), 1e3 * view.read("displacement", 0, _MOST)
         )
         time, swing = cycle_amplitudes(trace.values, view.sample_rate, f0)
-    first = int(np.argmax(swing))
+    first = min(int(np.argmax(swing)) + 1, swing.size - 1)  # the release itself is no cycle
     gone = np.flatnonzero(swing[first:] < _FADED * swing[first])
     last = first + int(gone[0]) if gone.size else swing.size
     time, swing = time[first:last], swing[first:last]

@@ -9,13 +9,19 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from vinesexp.clearance.levels import periodic_levels
+from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.gallery import Drawn, listed
 from vinesexp.records.campaign import Campaign
-from vinesexp.report.numbers import millimetres, significant, with_error
+from vinesexp.report.numbers import significant, with_error
 from vinesexp.report.provenance import provenance
-from vinesexp.report.verdict import verdicts
+from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
+from vinesexp.theory.regimes import REGIMES
 
 Row = Mapping[str, str]
+
+#: Outcomes of checks, worst first.
+SEVERITY = {"refused": 0, "excluded": 1, "warning": 2}
 
 #: Parameters in the order of the table, each with what it is.
 PARAMETERS = {
@@ -27,6 +33,9 @@ PARAMETERS = {
     "r": "restitution",
 }
 
+#: How each parameter is written, as markup.
+SYMBOLS = {"f0": "f<sub>0</sub>", "zeta": "ζ", "c1": "c<sub>1</sub>", "k1": "k<sub>1</sub>"}
+
 #: Tests in the order of the page, each with its heading.
 TESTS = {
     "ringdown": "Ring-downs",
@@ -34,6 +43,15 @@ TESTS = {
     "periodic": "Periodic tests",
     "transient": "Releases",
     "drop": "Drop tests",
+}
+
+#: Settings of the tests that get a column where any test has them.
+SETTINGS = {
+    "clearances": "clearance (mm)",
+    "base": "base amplitude (mm)",
+    "frequency": "frequency (Hz)",
+    "added": "added mass (g)",
+    "release": "release (mm)",
 }
 
 
@@ -57,7 +75,7 @@ def build_report(campaign: Campaign, results: Path, out: Path) -> Path:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(mm=millimetres, significant=significant)
+    environment.filters.update(significant=significant, symbols=symbols)
     html = environment.get_template("report.html.j2").render(**page_content(campaign, results))
     partial = out.with_name(f".{out.name}.part")
     partial.write_text(html, encoding="utf-8")
@@ -71,26 +89,63 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         name: _rows(results / f"{name}.csv")
         for name in ("identified", "regimes", "clearances", "checks")
     }
-    figures = [{**vars(drawn), "svg": inline_svg(results, drawn)} for drawn in listed(results)]
     records = [record.file for record in campaign.records]
     description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
+    parameters = identified_table(tables["identified"])
+    known = {row["name"] for row in parameters}
+    tests = tests_table(campaign, tables["checks"])
+    problems = [row for row in tables["checks"] if row["outcome"] != "ok"]
     return {
         "campaign": campaign,
-        "verdicts": {
-            test: verdicts([row for row in tables["clearances"] if row["test"] == test])
-            for test in ("periodic", "transient")
-        },
-        "clearances": tables["clearances"],
-        "parameters": identified_table(tables["identified"]),
-        "unknown": [name for name in PARAMETERS if name not in _combined(tables["identified"])],
-        "identified": tables["identified"],
-        "regimes": tables["regimes"],
-        "tests": tests_table(campaign),
-        "problems": [row for row in tables["checks"] if row["outcome"] != "ok"],
-        "figures": figures,
+        **_verdict(campaign, tables, {row["name"]: row["value"] for row in parameters}),
+        "parameters": parameters,
+        "unknown": {name: what for name, what in PARAMETERS.items() if name not in known},
+        "regimes": regimes_by_test(campaign, tables["regimes"]),
+        "definitions": REGIMES,
+        "tests": tests,
+        "columns": [
+            {"key": key, "name": name}
+            for key, name in SETTINGS.items()
+            if any(row[key] != "–" for row in tests)
+        ],
+        "problems": sorted(
+            (row for row in problems if row["record"]), key=lambda row: SEVERITY[row["outcome"]]
+        ),
+        "limits": [row for row in problems if not row["record"]],
+        "refused": len({row["record"] for row in problems if row["outcome"] == "refused"}),
+        "excluded": len({row["record"] for row in problems if row["outcome"] == "excluded"}),
+        "figures": [
+            {**vars(drawn), "svg": inline_svg(results, drawn)} for drawn in listed(results)
+        ],
         "headings": TESTS,
         "provenance": provenance([*description, *records], folder=campaign.folder),
     }
+
+
+def _verdict(
+    campaign: Campaign, tables: Mapping[str, list[dict[str, str]]], parameters: Mapping[str, str]
+) -> dict[str, Any]:
+    levels = periodic_levels(campaign, tables["regimes"])
+    rig = identified_rig(tables["identified"], campaign.known)
+    periodic = periodic_verdicts(levels, tables["clearances"], rig)
+    releases = release_verdicts(tables["clearances"])
+    return {
+        "periodic": periodic,
+        "releases": releases,
+        "headline": headline(periodic, releases, parameters),
+    }
+
+
+def regimes_by_test(campaign: Campaign, regimes: Sequence[Row]) -> dict[str, list[dict[str, Any]]]:
+    """Rows of regimes.csv with what the record was, by test; tests without NES have none."""
+    found: dict[str, list[dict[str, Any]]] = {}
+    by_id = {record.id: record for record in campaign.records}
+    for row in regimes:
+        record = by_id.get(row["record"])
+        if record is not None and record.clearance and row["regime"]:
+            clearance = " + ".join(f"{1e3 * b:g}" for b in record.clearance)
+            found.setdefault(record.test, []).append({**row, "clearance": clearance})
+    return found
 
 
 def _combined(identified: Sequence[Row]) -> dict[str, Row]:
@@ -104,6 +159,7 @@ def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
     return [
         {
             "name": name,
+            "symbol": SYMBOLS.get(name, name.replace("_", " ")),
             "meaning": PARAMETERS.get(name, _meaning(name)),
             "value": _value(combined[name]),
             "methods": [
@@ -125,9 +181,10 @@ def _value(row: Row) -> str:
     return with_error(float(row["value"]), float(row["std_error"] or 0.0), row["unit"])
 
 
-def tests_table(campaign: Campaign) -> list[dict[str, Any]]:
+def tests_table(campaign: Campaign, checks: Sequence[Row]) -> list[dict[str, Any]]:
     """What was measured: for each kind of test, how many records and over which range."""
     rows = []
+    unused = {row["record"] for row in checks if row["outcome"] in ("refused", "excluded")}
     for test, heading in TESTS.items():
         records = [r for r in campaign.records if r.test == test]
         if records:
@@ -135,6 +192,7 @@ def tests_table(campaign: Campaign) -> list[dict[str, Any]]:
                 {
                     "heading": heading,
                     "count": len(records),
+                    "unused": sum(record.id in unused for record in records),
                     "clearances": _range([1e3 * b for r in records for b in r.clearance]),
                     "base": _range([1e3 * r.base_amplitude for r in records if r.base_amplitude]),
                     "frequency": _range([f for r in records for f in r.frequency or ()]),
@@ -160,6 +218,19 @@ def inline_svg(results: Path, drawn: Drawn) -> str:
     text = text.replace('href="#', f'href="#{drawn.name}-').replace("url(#", f"url(#{drawn.name}-")
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     return re.sub(r'(<svg[^>]*?) height="[^"]*"([^>]*?) width="[^"]*"', r"\1\2", text, count=1)
+
+
+def symbols(text: str) -> Any:
+    """Text as markup, with b_c and b_t as they are written on paper.
+
+    Examples
+    --------
+    >>> str(symbols("b_c < b_t"))
+    'b<sub>c</sub> &lt; b<sub>t</sub>'
+    """
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub(r"\bb_([ct])\b", r"b<sub>\1</sub>", str(escape(text))))
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
