@@ -33,3 +33,11 @@ def test_only_combined_values_are_scored():
     relative, errors = score_parameters(rows, {"M": 4.7})
     assert relative.error == pytest.approx(-0.1 / 4.7)
     assert errors.error == pytest.approx(-1.0)
+
+
+def test_balls_that_hit_together_are_one_impact_to_be_found():
+    true, jumps = np.array([1.0, 1.0, 2.0, 2.00015, 3.0]), np.full(5, 0.01)
+    found = np.array([1.0, 2.0001, 3.0])
+    scores = {s.unit: s for s in score_impacts("a", true, jumps, found, until=8.0)}
+    assert scores["missed"].truth == 3
+    assert scores["missed"].error == scores["false"].error == 0

@@ -21,6 +21,8 @@ Floats = NDArray[np.float64]
 
 #: A found impact belongs to a true one if it is no farther than this: twice a usual contact, s.
 MATCH_WITHIN = 1e-3
+#: Balls that hit within this, half a usual contact, make one pulse: one impact to be found, s.
+ONE_PULSE = 2e-4
 #: True impacts weaker than this share of the record's median are not counted as missed.
 NEGLIGIBLE = 0.05
 
@@ -95,8 +97,7 @@ def score_impacts(
     until : float
         End of the record, s.
     """
-    seen = true <= until
-    true, jumps = true[seen], np.abs(jumps[seen])
+    true, jumps = _pulses(true[true <= until], jumps[true <= until])
     pairs = match(true, np.sort(found))
     matched = np.zeros(true.size, dtype=bool)
     matched[[i for i, _ in pairs]] = True
@@ -112,6 +113,14 @@ def score_impacts(
         scores.append(Score("impact time, bias", record, 0.0, 0.0, float(np.median(errors)), "s"))
         scores.append(Score("impact time, spread", record, 0.0, 0.0, spread, "s"))
     return scores
+
+
+def _pulses(true: Floats, jumps: Floats) -> tuple[Floats, Floats]:
+    """Times and sizes of what can be told apart: impacts that overlap are one."""
+    first = np.diff(true, prepend=-np.inf) > ONE_PULSE
+    if not first.any():
+        return true, np.abs(jumps)
+    return true[first], np.abs(np.add.reduceat(jumps, np.flatnonzero(first)))
 
 
 def score_campaign(
