@@ -6,7 +6,6 @@ what was found from all of them. A figure that has nothing to show is not drawn.
 
 from __future__ import annotations
 
-import importlib
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
@@ -19,9 +18,6 @@ from vinesexp.records.campaign import Campaign
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Family to the module whose `draw(campaign, results)` yields its figures, in this order.
-FAMILIES = {"results": "vinesexp.figures.of_results", "records": "vinesexp.figures.of_records"}
-
 
 @dataclass(frozen=True)
 class Drawn:
@@ -30,6 +26,25 @@ class Drawn:
     name: str
     section: str
     caption: str
+
+
+def _draw_results(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
+    from vinesexp.figures.of_results import draw
+
+    return draw(campaign, results)
+
+
+def _draw_records(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
+    from vinesexp.figures.of_records import draw
+
+    return draw(campaign, results)
+
+
+#: Family to the function that yields its figures, in this order. Each loads what it draws itself.
+FAMILIES: dict[str, Callable[[Campaign, Path], Iterator[tuple[Figure, Drawn]]]] = {
+    "results": _draw_results,
+    "records": _draw_records,
+}
 
 
 def draw_family(family: str, campaign: Campaign, results: Path) -> list[Drawn]:
@@ -49,15 +64,12 @@ def draw_family(family: str, campaign: Campaign, results: Path) -> list[Drawn]:
         For each, <name>.svg and <name>.pdf are in the folder; figures of the family that an
         earlier run drew and this one does not are gone.
     """
-    # Named, not imported above: each family's process loads what it draws and no more.
-    draw: Callable[[Campaign, Path], Iterator[tuple[Figure, Drawn]]]
-    draw = importlib.import_module(FAMILIES[family]).draw
     folder = results / "figures"
     folder.mkdir(parents=True, exist_ok=True)
     listing = folder / f"{family}.json"
     before = {entry.name for entry in _read(listing)} if listing.is_file() else set()
     drawn = []
-    for figure, entry in draw(campaign, results):
+    for figure, entry in FAMILIES[family](campaign, results):
         save(figure, folder / entry.name)
         drawn.append(entry)
     elsewhere = {

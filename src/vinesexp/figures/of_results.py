@@ -27,10 +27,10 @@ from vinesexp.figures.clearance import (
 )
 from vinesexp.figures.gallery import Drawn
 from vinesexp.figures.identification import estimates_by_method
+from vinesexp.figures.numbers import with_error
 from vinesexp.figures.of_regimes import draw_regimes
 from vinesexp.figures.of_ringdowns import draw_ringdowns
 from vinesexp.records.campaign import Campaign
-from vinesexp.report.numbers import with_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

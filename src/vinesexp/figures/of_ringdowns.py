@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.figures.gallery import Drawn
+from vinesexp.figures.numbers import with_error
 from vinesexp.figures.ringdown import Decay, added_mass_line, ringdown_and_fit
 from vinesexp.figures.traces import Trace
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.store import open_record
-from vinesexp.report.numbers import with_error
 from vinesexp.signals.cycles import cycle_amplitudes
 
 if TYPE_CHECKING:

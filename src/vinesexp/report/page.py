@@ -12,8 +12,8 @@ from typing import Any
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.gallery import Drawn, listed
+from vinesexp.figures.numbers import significant, with_error
 from vinesexp.records.campaign import Campaign
-from vinesexp.report.numbers import significant, with_error
 from vinesexp.report.provenance import provenance
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
 from vinesexp.theory.regimes import REGIMES

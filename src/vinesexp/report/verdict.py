@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from vinesexp.clearance.comparison import END
 from vinesexp.clearance.levels import Periodic
 from vinesexp.clearance.predicted import IdentifiedRig, predicted_lowest
-from vinesexp.report.numbers import millimetres, with_interval
+from vinesexp.figures.numbers import millimetres, with_interval
 
 Row = Mapping[str, str]
 _NO_ROW: Row = {}
