@@ -1,0 +1,243 @@
+"""clearances.csv: what is measured, what is predicted, and what cannot be."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp.clearance.comparison import compare, write_clearances
+from vinesexp.clearance.levels import periodic_levels, release_levels
+from vinesexp.clearance.predicted import (
+    NEEDED,
+    IdentifiedRig,
+    amplitude_curve,
+    identified_rig,
+    predicted_b_c,
+    predicted_lowest,
+)
+from vinesexp.errors import AnalysisError
+from vinesexp.records.campaign import Campaign, Known, Record
+from vinesexp.units import Quantity
+
+HEADER = (
+    "test,level,measured_mm,measured_low_mm,measured_high_mm,published_mm,exact_mm,"
+    "predicted_low_mm,predicted_high_mm,error_percent"
+)
+TABLE_2 = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "f0": 7.8623, "zeta": 0.0065035}
+TRIED = (25, 30, 32, 33, 34, 35, 45)
+AMPLITUDES = (7.99, 5.87, 5.35, 5.27, 5.39, 7.49, 8.83)
+
+
+def campaign(records: list[Record], *, nes_mass: bool = True) -> Campaign:
+    known = Known(nes_mass=(Quantity(0.032),) if nes_mass else ())
+    return Campaign(Path("c"), "c", "C", known, {}, None, None, None, tuple(records))
+
+
+def periodic(b: float, **changed) -> Record:
+    return Record(
+        **{
+            "id": f"b{b}",
+            "file": Path("x"),
+            "test": "periodic",
+            "clearance": (1e-3 * b,),
+            "base_amplitude": 0.25e-3,
+            "frequency": (7.8623, 7.8623),
+        }
+        | changed
+    )
+
+
+def regime_row(record: str, mean_mm: float, regime: str, **more: str) -> dict[str, str]:
+    return {"record": record, "regime": regime, "amplitude_mean_m": str(1e-3 * mean_mm)} | more
+
+
+def combined(values: dict[str, float], error: float = 1e-3) -> list[dict[str, str]]:
+    return [
+        {"parameter": name, "value": str(v), "std_error": str(error * v), "method": "combined"}
+        for name, v in values.items()
+    ]
+
+
+@pytest.fixture
+def tests_at_025() -> tuple[Campaign, list[dict[str, str]]]:
+    records = [periodic(b) for b in TRIED]
+    rows = [
+        regime_row(f"b{b}", a, "two symmetric" if b <= 34 else "strongly modulated")
+        for b, a in zip(TRIED, AMPLITUDES, strict=True)
+    ]
+    return campaign(records), rows
+
+
+def test_table_2_rig_at_025_mm(tests_at_025):
+    loaded, regimes = tests_at_025
+    rows, checks = compare(loaded, combined(TABLE_2), regimes)
+    lowest, end = rows
+    assert lowest.level == "G = 0.25 mm"
+    assert lowest.measured_mm == pytest.approx(33.0, abs=0.2)
+    assert (lowest.measured_low_mm, lowest.measured_high_mm) == pytest.approx((32.0, 34.0))
+    assert lowest.published_mm == pytest.approx(33.968, abs=0.01)
+    assert lowest.exact_mm == pytest.approx(33.923, abs=0.01)
+    assert lowest.predicted_low_mm < lowest.exact_mm < lowest.predicted_high_mm
+    assert lowest.error_percent == pytest.approx(
+        100.0 * (lowest.exact_mm / lowest.measured_mm - 1.0)
+    )
+    assert (end.measured_low_mm, end.measured_high_mm) == pytest.approx((34.0, 35.0))
+    assert checks == []
+
+
+def test_table_has_the_columns_of_the_contract_and_empty_cells(tmp_path, tests_at_025):
+    loaded, regimes = tests_at_025
+    rows, _ = compare(loaded, [], regimes)
+    write_clearances(tmp_path / "clearances.csv", rows)
+    text = (tmp_path / "clearances.csv").read_text(encoding="utf-8")
+    assert text.splitlines()[0] == HEADER
+    with (tmp_path / "clearances.csv").open(encoding="utf-8", newline="") as stream:
+        first = next(csv.DictReader(stream))
+    assert float(first["measured_mm"]) == pytest.approx(33.0, abs=0.2)
+    assert first["exact_mm"] == first["published_mm"] == first["error_percent"] == ""
+
+
+def test_without_M_or_r_the_prediction_is_empty_and_the_reason_told(tests_at_025):
+    loaded, regimes = tests_at_025
+    known = {name: v for name, v in TABLE_2.items() if name not in ("M", "k1", "c1", "r")}
+    rows, checks = compare(loaded, combined(known), regimes)
+    assert all(row.exact_mm is None and row.measured_mm for row in rows)
+    (told,) = checks
+    assert told.outcome == "warning"
+    assert told.detail.startswith("no b_c without M, c1, k1, r: M needs ring-downs with added")
+
+
+def test_without_a_weighed_ball_the_prediction_asks_for_it(tests_at_025):
+    loaded, regimes = tests_at_025
+    _, checks = compare(campaign(list(loaded.records), nes_mass=False), combined(TABLE_2), regimes)
+    assert "m needs `known: nes_mass` in campaign.yaml" in checks[0].detail
+
+
+def test_too_few_clearances_are_an_absence_with_its_reason(tests_at_025):
+    loaded, regimes = tests_at_025
+    rows, checks = compare(loaded, combined(TABLE_2), regimes[:2])
+    assert all(row.measured_mm is None and row.exact_mm for row in rows)
+    assert len(checks) == 2
+    assert "periodic, G = 0.25 mm: 2 clearances tried, expected 3 or more" in checks[0].detail
+
+
+def test_ring_downs_alone_have_no_row_and_one_reason():
+    loaded = campaign([Record("a", Path("a"), "ringdown")])
+    regimes = [{"record": "a", "regime": "", "amplitude_mean_m": "0.01"}]
+    rows, checks = compare(loaded, combined(TABLE_2), regimes)
+    assert rows == []
+    (told,) = checks
+    assert "no usable periodic test" in told.detail
+    assert "several NESs" not in told.detail
+
+
+def test_only_single_nes_records_enter():
+    records = [periodic(20), periodic(30, clearance=(0.03, 0.03)), periodic(40, exclude=True)]
+    records.append(periodic(45, base_amplitude=None))
+    regimes = [regime_row(record.id, 5.0, "two symmetric") for record in records]
+    (level,) = periodic_levels(campaign(records), [*regimes, regime_row("gone", 1.0, "chatter")])
+    assert [test.record for test in level.tests] == ["b20"]
+
+
+def test_a_frequency_counts_only_where_all_share_it():
+    records = [periodic(20), periodic(30, frequency=(7.7, 7.7))]
+    regimes = [regime_row(record.id, 5.0, "two symmetric") for record in records]
+    assert periodic_levels(campaign(records[:1]), regimes)[0].frequency == 7.8623
+    assert periodic_levels(campaign(records), regimes)[0].frequency is None
+
+
+def release(b: float, x0: float = 0.02) -> Record:
+    return Record(f"r{b}_{x0}", Path("x"), "transient", clearance=(1e-3 * b,), release=x0)
+
+
+def test_releases_are_told_by_release_and_level():
+    records = [release(b) for b in (10, 27, 33, 48)] + [release(b, 0.03) for b in (20, 50)]
+    regimes = [
+        regime_row(r.id, 1.0, "strongly modulated")
+        | ({"time_to_10mm_s": f"{t}", "time_to_3mm_s": s} if r.release == 0.02 else {})
+        | ({"time_to_15mm_s": f"{t}"} if r.release == 0.03 else {})
+        for r, t, s in zip(
+            records, (1.8, 1.4, 1.2, 1.3, 1.7, 1.2), ("4.3", "2.8", "2.9", "", "", ""), strict=True
+        )
+    ]
+    names = [level.name for level in release_levels(campaign(records), regimes)]
+    assert names == ["20 mm to 10 mm", "20 mm to 3 mm", "30 mm to 15 mm"]
+    rows, checks = compare(campaign(records), combined(TABLE_2), regimes)
+    ten, three, fifteen = rows
+    assert ten.measured_mm == pytest.approx(33.0)
+    assert (three.measured_low_mm, three.measured_high_mm) == pytest.approx((10.0, 33.0))
+    assert ten.published_mm == pytest.approx(33.333, abs=1e-3)
+    assert ten.exact_mm == pytest.approx(27.317, abs=1e-3)
+    assert fifteen.measured_mm is None
+    assert [c.detail for c in checks] == [
+        "transient, 30 mm to 15 mm: 2 clearances tried, expected 3 or more to have one between two"
+    ]
+
+
+def test_b_t_needs_r_only():
+    records = [release(b) for b in (10, 27, 48)]
+    regimes = [regime_row(r.id, 1.0, "", time_to_5mm_s=f"{t}") for r, t in zip(
+        records, (3.0, 2.0, 2.5), strict=True)]  # fmt: skip
+    rows, checks = compare(campaign(records), combined({"r": 0.6}), regimes)
+    assert rows[0].exact_mm == pytest.approx(27.317, abs=1e-3)
+    assert checks == []
+
+
+def rig(error: float = 1e-3) -> IdentifiedRig:
+    return identified_rig(combined(TABLE_2, error), Known(nes_mass=(Quantity(0.032),)))
+
+
+def test_errors_of_k1_and_c1_go_together_with_those_of_M():
+    """Against 4000 campaigns drawn from M, f0 and zeta."""
+    from vinesexp.theory.clearance import b_c_published
+
+    rng = np.random.default_rng(3)
+    M = 4.7 * (1.0 + 1e-2 * rng.standard_normal(4000))
+    f0 = 7.8623 * (1.0 + 1e-2 * rng.standard_normal(4000))
+    zeta = 0.0065035 * (1.0 + 1e-2 * rng.standard_normal(4000))
+    w0 = 2.0 * np.pi * f0
+    b_c = b_c_published(G=0.25e-3, eps=0.032 / M, lam=2.0 * zeta * M / 0.032, r=0.6)
+    parts = {"M": M, "c1": 2.0 * zeta * w0 * M, "k1": M * w0**2}
+    covariance = rig(1e-2).covariance
+    assert covariance is not None
+    sampled = np.cov(np.stack(list(parts.values())))
+    assert covariance[:3, :3] == pytest.approx(sampled, rel=0.12)
+    fixed = IdentifiedRig(
+        rig(1e-2).values | {"r": Quantity(0.6)}, Quantity(7.8623, 0.0786), rig(1e-2).zeta
+    )
+    found = predicted_b_c(fixed, G=0.25e-3)
+    assert found.high - found.low == pytest.approx(2.0 * 1.96 * np.std(b_c), rel=0.06)
+
+
+def test_without_values_there_is_no_prediction_but_no_crash():
+    empty = IdentifiedRig({})
+    assert empty.missing == NEEDED
+    assert empty.covariance is None
+    assert predicted_lowest(empty, G=0.25e-3, frequency=None) is None
+    assert amplitude_curve(empty, G=0.25e-3, frequency=None, low=0.02, high=0.04)[0].size == 0
+    with pytest.raises(AnalysisError, match="no prediction without M, c1, k1, r, m"):
+        predicted_b_c(empty, G=0.25e-3)
+
+
+def test_lowest_amplitude_is_predicted_a_little_below_b_c():
+    """The minimum that direct simulation found at 33 mm (docs/theory.md)."""
+    least = predicted_lowest(rig(), G=0.25e-3, frequency=None)
+    assert least == pytest.approx(0.0330, abs=2e-4)
+
+
+def test_predicted_swing_is_that_of_a_simulated_motion():
+    from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+
+    b, swing = amplitude_curve(rig(), G=0.25e-3, frequency=7.8623, low=0.03, high=0.033)
+    plant = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=float(b[0]), r=0.6)])
+    motion = simulate(
+        plant,
+        Harmonic(amplitude=0.25e-3, frequency=7.8623),
+        Release(x0=0.0, v0=0.0, y0=[0.99 * float(b[0])], vy0=[0.0]),
+        duration=120.0,
+    )
+    x, _ = motion.at(np.arange(100.0, 120.0, 1e-4))
+    assert swing[0] == pytest.approx(0.5 * np.ptp(x), rel=2e-3)

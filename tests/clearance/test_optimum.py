@@ -1,0 +1,119 @@
+"""Measured optima: the valley's floor, its kink, and the fastest release."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vinesexp.clearance.levels import Tested
+from vinesexp.clearance.optimum import end_of_permanent, fastest, lowest_amplitude
+from vinesexp.errors import AnalysisError
+
+TWO, MODULATED = "two symmetric", "strongly modulated"
+
+
+def valley(clearances: list[float], floor: float, kink: float) -> list[Tested]:
+    """A parabola with its vertex at `floor`, and a jump up beyond `kink`."""
+    return [
+        Tested(b, 5.0 + 300.0 * (b - floor) ** 2 + (2.0 if b > kink else 0.0),
+               MODULATED if b > kink else TWO)
+        for b in clearances
+    ]  # fmt: skip
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    floor=st.floats(0.021, 0.039),
+    beyond=st.floats(0.0, 0.004),
+    step=st.floats(0.0007, 0.003),
+    shift=st.floats(0.0, 1.0),
+)
+def test_the_floor_of_a_smooth_valley_is_found_and_bracketed(floor, beyond, step, shift):
+    tried = [float(b) for b in np.arange(0.01 + shift * step, 0.05, step)]
+    kink = floor + beyond
+    best = lowest_amplitude(valley(tried, floor, kink))
+    assert best.low <= floor <= best.high
+    assert best.low <= best.clearance <= best.high
+    last_permanent = max(b for b in tried if b <= kink)
+    assert best.clearance <= last_permanent + 1e-15  # never across the kink
+    assert best.clearance == pytest.approx(min(floor, last_permanent), abs=1e-9)
+
+
+@settings(deadline=None, max_examples=40)
+@given(scatter=st.lists(st.floats(1.0, 9.0), min_size=3, max_size=12), seed=st.integers(0, 99))
+def test_whatever_was_measured_the_estimate_stays_in_its_bracket(scatter, seed):
+    rng = np.random.default_rng(seed)
+    tests = [
+        Tested(0.01 + 0.002 * i, a, TWO if rng.random() < 0.6 else MODULATED)
+        for i, a in enumerate(scatter)
+    ]
+    best = lowest_amplitude(tests)
+    assert best.low <= best.clearance <= best.high
+    assert best.value == min(scatter)
+
+
+def test_an_optimum_at_the_end_is_told():
+    falling = [Tested(b, 0.1 / b, TWO) for b in (0.01, 0.02, 0.03)]
+    best = lowest_amplitude(falling)
+    assert best.at_edge
+    assert best.clearance == best.high == 0.03
+
+
+def test_repeated_clearances_are_averaged():
+    tests = [*valley([0.03, 0.032, 0.034], 0.032, 0.05), Tested(0.032, 9.0, TWO)]
+    assert lowest_amplitude(tests).clearance != pytest.approx(0.032, abs=1e-4)
+
+
+@pytest.mark.parametrize("find", [lowest_amplitude, end_of_permanent])
+def test_two_clearances_are_too_few(find):
+    with pytest.raises(AnalysisError, match="2 clearances tried, expected 3 or more"):
+        find([Tested(0.01, 1.0, TWO), Tested(0.02, 2.0, MODULATED), Tested(0.02, 2.1, MODULATED)])
+
+
+def test_the_end_lies_between_the_last_permanent_and_the_first_modulated():
+    tests = valley([0.030, 0.033, 0.034, 0.0345, 0.036], 0.033, 0.034)
+    end = end_of_permanent(tests)
+    assert (end.low, end.high) == (0.034, 0.0345)
+    assert end.clearance == pytest.approx(0.03425)
+
+
+def test_coexisting_regimes_widen_the_end():
+    tests = valley([0.030, 0.033, 0.034, 0.035, 0.036], 0.033, 0.0345)
+    odd = [*tests[:1], Tested(0.033, 6.0, MODULATED), *tests[2:]]
+    end = end_of_permanent(odd)
+    assert (end.low, end.high) == (0.030, 0.035)
+    repeats_disagree = [*tests, Tested(0.034, 7.0, MODULATED)]
+    assert end_of_permanent(repeats_disagree).low == 0.033
+
+
+@pytest.mark.parametrize(
+    ("regimes", "said"),
+    [
+        ((TWO, TWO, TWO), "at every tried clearance .* try larger ones"),
+        ((MODULATED, MODULATED, MODULATED), "at no tried clearance .* try smaller ones"),
+        ((MODULATED, TWO, MODULATED), "not permanent at the smallest tried clearance .10 mm."),
+        ((TWO, MODULATED, TWO), "permanent at the largest tried clearance .30 mm."),
+    ],
+)
+def test_an_end_that_is_not_between_two_tests_is_said_to_be_absent(regimes, said):
+    tests = [Tested(0.01 * (i + 1), 5.0, regime) for i, regime in enumerate(regimes)]
+    with pytest.raises(AnalysisError, match=said):
+        end_of_permanent(tests)
+
+
+def test_ties_widen_the_bracket_of_the_fastest():
+    times = {0.020: 3.3, 0.027: 2.83, 0.030: 2.80, 0.036: 2.84, 0.042: 3.2, 0.048: 3.5}
+    tests = [Tested(b, t) for b, t in times.items()]
+    sharp, blurred = fastest(tests, resolution=0.0), fastest(tests, resolution=0.06)
+    assert (sharp.low, sharp.clearance, sharp.high) == (0.027, 0.030, 0.036)
+    assert (blurred.low, blurred.clearance, blurred.high) == (0.020, 0.030, 0.042)
+    assert not blurred.at_edge
+
+
+def test_a_release_that_never_gets_there_is_no_optimum_but_bounds_it():
+    tests = [Tested(0.02, 3.0), Tested(0.03, 2.5), Tested(0.04, 2.6), Tested(0.05, None)]
+    best = fastest(tests, resolution=0.2)
+    assert (best.low, best.clearance, best.high) == (0.02, 0.03, 0.05)
+    assert not best.at_edge
