@@ -95,6 +95,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     known = {row["name"] for row in parameters}
     tests = tests_table(campaign, tables["checks"])
     problems = [row for row in tables["checks"] if row["outcome"] != "ok"]
+    figures = [{**vars(drawn), "svg": inline_svg(results, drawn)} for drawn in listed(results)]
     return {
         "campaign": campaign,
         **_verdict(campaign, tables, {row["name"]: row["value"] for row in parameters}),
@@ -114,12 +115,16 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "limits": [row for row in problems if not row["record"]],
         "refused": len({row["record"] for row in problems if row["outcome"] == "refused"}),
         "excluded": len({row["record"] for row in problems if row["outcome"] == "excluded"}),
-        "figures": [
-            {**vars(drawn), "svg": inline_svg(results, drawn)} for drawn in listed(results)
-        ],
+        "figures": figures,
+        "first": min(figures, key=_early, default=None),
         "headings": TESTS,
         "provenance": provenance([*description, *records], folder=campaign.folder),
     }
+
+
+def _early(figure: Mapping[str, Any]) -> int:
+    """Which figure stands beside the verdict: clearances, else the fit of a ring-down."""
+    return 0 if figure["section"] == "clearance" else 1 if figure["name"] == "ringdown_fit" else 2
 
 
 def _verdict(
@@ -217,7 +222,11 @@ def inline_svg(results: Path, drawn: Drawn) -> str:
     text = re.sub(r'\bid="', f'id="{drawn.name}-', text)
     text = text.replace('href="#', f'href="#{drawn.name}-').replace("url(#", f"url(#{drawn.name}-")
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    return re.sub(r'(<svg[^>]*?) height="[^"]*"([^>]*?) width="[^"]*"', r"\1\2", text, count=1)
+    head, rest = text.split(">", maxsplit=1)
+    head = re.sub(
+        r'\s(?:width|height)="[^"]*"', "", head
+    )  # the view box is left: it fills its place
+    return f"{head}>{rest}"
 
 
 def symbols(text: str) -> Any:

@@ -1,0 +1,142 @@
+"""What figures are drawn from: bands of long traces, cycles, colours, files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vinesexp.figures import style
+from vinesexp.figures.identification import estimates_by_method
+from vinesexp.figures.numbers import with_error
+from vinesexp.figures.of_records import amplitude, extremes
+from vinesexp.figures.of_regimes import _cycle_edges
+from vinesexp.figures.regimes import Strip, regime_strips
+from vinesexp.figures.traces import band, sequence
+from vinesexp.records.store import create_record, open_record
+from vinesexp.theory.regimes import REGIMES
+
+
+@settings(deadline=None, max_examples=60)
+@given(n=st.integers(1, 3000), columns=st.integers(1, 900), seed=st.integers(0, 9))
+def test_a_band_shows_every_extreme_and_keeps_to_its_columns(n, columns, seed):
+    values = np.random.default_rng(seed).standard_normal(n)
+    time, low, high = band(np.arange(n, dtype=float), values, columns=columns)
+    assert time.size == low.size == high.size <= columns
+    assert low.min() == values.min()
+    assert high.max() == values.max()
+    assert np.all(np.diff(time) > 0)
+
+
+def write_record(path: Path, values: np.ndarray, rate: float, **attributes: float) -> None:
+    with create_record(
+        path, sample_rate=rate, quantities={"displacement": "displacement"}, attributes=attributes
+    ) as writer:
+        writer.append({"displacement": values})
+
+
+def test_extremes_by_blocks_are_those_of_the_whole(tmp_path, monkeypatch):
+    from vinesexp.figures import of_records
+
+    x = np.random.default_rng(1).standard_normal(10_007).astype(np.float32).astype(float)
+    write_record(tmp_path / "a.nc", x, 100.0)
+    with open_record(tmp_path / "a.nc") as view:
+        whole = extremes(view, "displacement", 37)
+        monkeypatch.setattr(of_records, "_BLOCK", 300)
+        parts = extremes(view, "displacement", 37)
+    for a, b in zip(whole, parts, strict=True):
+        assert np.array_equal(a, b)
+    assert whole[2].max() == x.max()
+
+
+def test_amplitude_of_a_sine_is_its_amplitude_in_mm(tmp_path):
+    t = np.arange(60_000) / 2000.0
+    write_record(tmp_path / "a.nc", 4e-3 * np.sin(50.0 * t), 2000.0, oscillation_hz=50 / 2 / np.pi)
+    with open_record(tmp_path / "a.nc") as view:
+        trace = amplitude(view, "a")
+    assert trace.values == pytest.approx(4.0, rel=3e-3)
+
+
+@settings(deadline=None, max_examples=50)
+@given(phase=st.floats(0.0, 1.0), drift=st.floats(-2e-4, 2e-4))
+def test_permanent_impacts_count_two_in_every_cycle_whatever_their_phase(phase, drift):
+    """Also where the frequency of the record is known to 2e-4 only."""
+    frequency, cycles = 8.0, 400
+    times = (0.5 * np.arange(2 * cycles + 6) - 1.0 + phase) / (frequency * (1.0 + drift))
+    edges = _cycle_edges(times, frequency, start=0.0, cycles=cycles)
+    counts = np.histogram(times, edges)[0]
+    assert np.all(counts == 2)
+
+
+def test_every_regime_has_a_colour_of_its_own():
+    colours = [style.COLOURS[name] for name in REGIMES]
+    assert len(set(colours)) == len(colours)
+    assert style.regime_colour("two symmetric | chatter") == style.COLOURS["two symmetric"]
+    assert style.regime_colour("unheard of") == style.COLOURS["measured"]
+
+
+#: Viénot's projections of linear RGB for readers without long- or middle-wave cones.
+_PROTAN = np.array([[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]])
+_DEUTAN = np.array([[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]])
+
+
+@pytest.mark.parametrize("seen", [np.eye(3), _PROTAN, _DEUTAN])
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("impact +1", "impact -1"),
+        ("two symmetric", "strongly modulated"),
+        ("published", "exact"),
+        ("measured", "exact"),
+    ],
+)
+def test_colours_that_meet_in_a_figure_are_told_apart_by_all_readers(seen, one, other):
+    from matplotlib.colors import to_rgb
+
+    def linear(name: str) -> np.ndarray:
+        return seen @ (np.array(to_rgb(style.COLOURS[name])) ** 2.2)
+
+    assert np.abs(linear(one) - linear(other)).max() > 0.08
+
+
+def test_colours_of_many_records_do_not_repeat():
+    for n in (1, 7, 8, 30):
+        assert len(set(sequence(n))) == n
+
+
+def test_saved_twice_the_bytes_are_the_same(tmp_path):
+    for name in ("a", "b"):
+        figure, (axis,) = style.new_figure()
+        axis.plot([0.0, 1.0 / 3.0], [0.0, 2.0], label="x")
+        style.save(figure, tmp_path / name)
+    for ending in ("svg", "pdf"):
+        assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()
+
+
+def test_a_long_strip_is_drawn_in_few_columns(tmp_path):
+    strips = [Strip("34 mm", "two symmetric", np.full(280_000, 2.0))]
+    svg, _ = style.save(regime_strips([("G = 0.2 mm", strips)]), tmp_path / "s")
+    assert svg.stat().st_size < 60_000
+
+
+def test_one_method_alone_needs_no_comparison():
+    row = {"parameter": "f0", "value": "8", "std_error": "1", "ci95_low": "6", "ci95_high": "10"}
+    rows = [row | {"method": "likelihood"}, row | {"method": "combined"}]
+    assert estimates_by_method(rows, {"f0": "8 ± 1 Hz"}) is None
+
+
+@settings(deadline=None, max_examples=100)
+@given(value=st.floats(1e-7, 1e6), share=st.floats(1e-7, 0.5))
+def test_a_value_reads_back_to_within_a_tenth_of_its_error(value, share):
+    text = with_error(value, share * value)
+    power = 0
+    if text.startswith("("):
+        text, exponent = text[1:].split(")·10⁻")
+        power = int(exponent.translate(str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹", "0123456789")))
+    shown, error = (float(part) * 10.0**-power for part in text.split(" ± "))
+    # Errors above ten are shown to whole units.
+    assert abs(shown - value) <= max(0.06 * share * value, 0.51 * (10.0**-power))
+    assert error == pytest.approx(share * value, rel=0.06, abs=0.51 * 10.0**-power)

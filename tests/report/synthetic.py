@@ -1,0 +1,219 @@
+"""Finished results of small made-up campaigns, in the form that the steps before write them."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.clearance.comparison import compare, write_clearances
+from vinesexp.records.campaign import Campaign, Record, load_campaign
+from vinesexp.records.checks import Check, write_checks
+from vinesexp.records.store import create_record, write_refused
+
+RATE, F0, ZETA = 1000.0, 8.0, 0.0065
+QUANTITIES = {
+    "base": "displacement",
+    "displacement": "displacement",
+    "acceleration": "acceleration",
+}
+IMPACT_COLUMNS = (
+    "time_s",
+    "nes",
+    "side",
+    "velocity_jump_m_s",
+    "peak_acceleration_m_s2",
+    "confidence",
+)
+
+IDENTIFIED = (
+    "parameter",
+    "value",
+    "std_error",
+    "ci95_low",
+    "ci95_high",
+    "unit",
+    "method",
+    "records",
+)
+
+YAML = """\
+title: {title}
+known: {{nes_mass: 32 g}}
+channels:
+  base: {{column: 0, quantity: displacement, unit: mm}}
+  displacement: {{column: 1, quantity: displacement, unit: mm}}
+  acceleration: {{column: 2, quantity: acceleration, unit: m/s^2}}
+sample_rate: 1 kHz
+"""
+COLUMNS = (
+    "record,file,test,clearance_mm,base_amplitude_mm,frequency_hz,added_mass_g,release_mm,"
+    "exclude,note"
+)
+RINGDOWNS = ["rd_1,raw/rd_1.csv,ringdown,,,,,20,,", "rd_2,raw/rd_2.csv,ringdown,,,,,15,,"]
+FULL = [
+    *RINGDOWNS,
+    "added,raw/added.csv,ringdown,,,,300,20,,",
+    *(f"p_{b},raw/p_{b}.csv,periodic,{b},0.25,8,,,," for b in (25, 30, 33, 34, 35, 45)),
+    *(f"q_{b},raw/q_{b}.csv,periodic,{b},0.15,8,,,," for b in (15, 20, 24)),
+    *(f"t_{b},raw/t_{b}.csv,transient,{b},,,,20,," for b in (10, 27, 33, 48)),
+    "t_two,raw/t_two.csv,transient,33;10,,,,20,,",
+    "s_0,raw/s_0.csv,sweep,,0.25,7.2:8.4,,,,",
+    "s_34,raw/s_34.csv,sweep,34,0.25,7.2:8.4,,,,",
+    "s_two,raw/s_two.csv,sweep,23;34,0.25,7.2:8.4,,,,",
+    "drop_1,raw/drop_1.csv,drop,,,,,,,",
+    "left_out,raw/left_out.csv,periodic,50,0.25,8,,,yes,the ball stuck",
+    "broken,raw/broken.csv,periodic,60,0.25,8,,,,",
+]
+#: Combined values with standard errors and units, and a second method for some.
+VALUES = {
+    "f0": (F0, 1e-4, "Hz"),
+    "zeta": (ZETA, 1e-5, "1"),
+    "M": (4.7, 0.01, "kg"),
+    "c1": (3.07, 0.01, "N s/m"),
+    "k1": (11875.0, 25.0, "N/m"),
+    "r": (0.6, 0.002, "1"),
+}
+
+
+def make_campaign(folder: Path, lines: list[str], *, title: str = "A made-up rig") -> Campaign:
+    """A campaign folder whose raw files hold nothing."""
+    (folder / "raw").mkdir(parents=True)
+    (folder / "campaign.yaml").write_text(YAML.format(title=title), encoding="utf-8")
+    (folder / "records.csv").write_text("\n".join([COLUMNS, *lines]) + "\n", encoding="utf-8")
+    campaign = load_campaign(folder)
+    for record in campaign.records:
+        record.file.write_text(f"{record.id}\n", encoding="utf-8")
+    return campaign
+
+
+def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ...]) -> None:
+    """Every table and record that the figures and the report are made from."""
+    regimes, checks = [], [Check("", "lag", "warning", "b_c < b_t & nothing else")]
+    for record in campaign.records:
+        if record.id == "broken" or record.exclude:
+            outcome = "excluded" if record.exclude else "refused"
+            checks.append(Check(record.id, "time", outcome, record.note or "raw: <time> stands"))
+            for kind in ("records", "conditioned"):
+                write_refused(results / f"{kind}/{record.id}.nc", outcome)
+            _write(results / f"impacts/{record.id}.csv", IMPACT_COLUMNS, [])
+            regimes.append({"record": record.id, "regime": ""})
+            continue
+        signals, impacts = _signals(record)
+        for kind in ("records", "conditioned"):
+            with create_record(
+                results / f"{kind}/{record.id}.nc",
+                sample_rate=RATE,
+                quantities=QUANTITIES,
+                attributes={"oscillation_hz": F0},
+            ) as writer:
+                writer.append(signals)
+        _write(results / f"impacts/{record.id}.csv", IMPACT_COLUMNS, impacts)
+        regimes.append(_regime(record))
+        _estimates(record, results)
+    _write(results / "regimes.csv", tuple(_columns(regimes)), regimes)
+    identified = list(_identified(parameters))
+    _write(results / "identified.csv", IDENTIFIED, identified)
+    rows, told = compare(campaign, identified, [{k: str(v) for k, v in r.items()} for r in regimes])
+    write_clearances(results / "clearances.csv", rows)
+    write_checks(results / "checks.csv", [*checks, *told])
+
+
+def _signals(record: Record) -> tuple[dict[str, np.ndarray], list[dict[str, object]]]:
+    rng = np.random.default_rng(len(record.id) + 7)
+    t = np.arange(round(6.0 * RATE)) / RATE
+    amplitude = 5e-3 * np.ones_like(t)
+    if record.test in ("ringdown", "transient"):
+        amplitude = (record.release or 0.02) * np.exp(-ZETA * 2 * np.pi * F0 * t)
+    x = amplitude * np.cos(2 * np.pi * F0 * t)
+    a = 0.1 * rng.standard_normal(t.size)
+    hits = np.empty(0)
+    if record.clearance:
+        hits = np.arange(0.05, 5.9, 0.5 / F0)
+    elif record.test == "drop":
+        hits = np.cumsum(0.1 * 0.6 ** np.arange(6))
+    sides = np.where(np.arange(hits.size) % 2, -1, 1)
+    for hit, side in zip(hits, sides, strict=True):
+        a[round(hit * RATE)] += 40.0 * side
+    impacts = [
+        {
+            "time_s": f"{hit:.6f}",
+            "nes": 1,
+            "side": side,
+            "velocity_jump_m_s": 0.01 * side,
+            "peak_acceleration_m_s2": 40.0,
+            "confidence": 1.0,
+        }
+        for hit, side in zip(hits, sides, strict=True)
+    ]
+    base = (record.base_amplitude or 0.0) * np.sin(2 * np.pi * F0 * t)
+    return {"base": base, "displacement": x, "acceleration": a}, impacts
+
+
+def _regime(record: Record) -> dict[str, object]:
+    row: dict[str, object] = {"record": record.id, "regime": "", "amplitude_mean_m": 0.004,
+                              "amplitude_max_m": 0.005, "impacts_per_cycle": ""}  # fmt: skip
+    if not record.clearance:
+        return row
+    b = 1e3 * record.clearance[0]
+    kink = 136.0 * 1e3 * (record.base_amplitude or 1.0)
+    permanent = record.test == "periodic" and b <= kink
+    row["regime"] = "two symmetric" if permanent else "strongly modulated"
+    row["impacts_per_cycle"] = 2.0 if permanent else 1.6
+    mean = 5e-3 + 3e-5 * (b - 0.97 * kink) ** 2 + (0.0 if permanent else 2e-3)
+    row |= {"amplitude_mean_m": mean, "amplitude_max_m": 1.3 * mean}
+    if record.test == "transient":
+        row |= {
+            "time_to_10mm_s": 1.8 - 0.015 * b,
+            "time_to_3mm_s": 2.8 + 0.002 * (b - 28.0) ** 2 if b < 40 else "",
+        }
+    return row
+
+
+def _estimates(record: Record, results: Path) -> None:
+    rows = []
+    if record.test == "ringdown":
+        load, suffix = record.added_mass or 0.0, "_added" if record.added_mass else ""
+        f0 = F0 / np.sqrt(1.0 + load / 4.7)
+        rows = [
+            {"parameter": f"{name}{suffix}", "value": value, "std_error": error, "unit": unit,
+             "method": method, "records": [record.id]}
+            for method, error in (("log decrement", 1e-2), ("likelihood", 1e-5))
+            for name, value, unit in (("f0", f0, "Hz"), ("zeta", ZETA, ""))
+        ]  # fmt: skip
+        rows.append({**rows[0], "parameter": "damping_linear", "value": float("nan")})
+    path = results / f"steps/{record.id}/estimates.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(rows), encoding="utf-8")
+
+
+def _identified(parameters: tuple[str, ...]):
+    for name in parameters:
+        value, error, unit = VALUES[name]
+        ways = {"M": ("added mass", "impacts"), "f0": ("likelihood", "sweep")}.get(name, ("fit",))
+        for i, method in enumerate((*ways, "combined")):
+            shifted = value + (i * error if method != "combined" else 0.0)
+            yield {
+                "parameter": name,
+                "value": shifted,
+                "std_error": error,
+                "ci95_low": shifted - 1.96 * error,
+                "ci95_high": shifted + 1.96 * error,
+                "unit": unit,
+                "method": method,
+                "records": "rd_1;rd_2",
+            }
+
+
+def _columns(rows: list[dict[str, object]]) -> dict[str, None]:
+    return dict.fromkeys(name for row in rows for name in row)
+
+
+def _write(path: Path, columns: tuple[str, ...], rows: list[dict[str, object]]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, columns, restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)

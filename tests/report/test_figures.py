@@ -1,0 +1,87 @@
+"""Which figures a campaign gets, and what every figure file has to be."""
+
+from __future__ import annotations
+
+import shutil
+
+from vinesexp.figures.gallery import FAMILIES, draw_all, draw_family, listed
+
+MOST_BYTES = 300_000
+
+
+def test_a_full_campaign_gets_every_figure(full):
+    assert [entry.name for entry in full.drawn] == [
+        "clearance_periodic",
+        "clearance_optimum",
+        "clearance_release_20mm",
+        "regimes_periodic",
+        "ringdown_fit",
+        "ringdown_added_mass",
+        "identified",
+        "record_ringdown",
+        "record_periodic",
+        "impacts_periodic",
+        "record_transient",
+        "impacts_transient",
+        "record_drop",
+        "impacts_drop",
+        "sweep_one_nes",
+        "sweep_two_nes",
+        "transient_one_nes",
+        "transient_two_nes",
+    ]
+
+
+def test_ring_downs_alone_get_theirs_and_no_empty_panel(bare):
+    names = [entry.name for entry in bare.drawn]
+    assert names == ["ringdown_fit", "identified", "record_ringdown"]
+
+
+def test_a_campaign_without_a_usable_record_gets_none(nothing):
+    assert nothing.drawn == []
+    assert listed(nothing.results) == []
+
+
+def test_files_are_small_dated_by_nobody_and_two_a_figure(full):
+    for entry in full.drawn:
+        svg = (full.results / f"figures/{entry.name}.svg").read_text(encoding="utf-8")
+        assert len(svg.encode()) < MOST_BYTES, entry.name
+        assert "dc:date" not in svg
+        pdf = (full.results / f"figures/{entry.name}.pdf").read_bytes()
+        assert pdf.startswith(b"%PDF")
+        assert b"CreationDate" not in pdf
+
+
+def test_every_caption_says_what_to_read_off(full):
+    for entry in full.drawn:
+        assert len(entry.caption) > 60
+        assert entry.caption.endswith(".")
+
+
+def test_the_same_results_give_the_same_bytes(bare, tmp_path):
+    again = tmp_path / "results"
+    shutil.copytree(bare.results, again)
+    for family in FAMILIES:
+        draw_family(family, bare.campaign, again)
+    for entry in bare.drawn:
+        for ending in ("svg", "pdf"):
+            name = f"figures/{entry.name}.{ending}"
+            assert (again / name).read_bytes() == (bare.results / name).read_bytes(), name
+
+
+def test_a_figure_that_is_no_longer_drawn_is_gone(bare, tmp_path):
+    results = tmp_path / "results"
+    shutil.copytree(bare.results, results)
+    text = (results / "identified.csv").read_text(encoding="utf-8").splitlines()
+    kept = [line for line in text if ",sweep," not in line]
+    (results / "identified.csv").write_text("\n".join(kept) + "\n", encoding="utf-8")
+    drawn = draw_all(bare.campaign, results)
+    assert "identified" not in [entry.name for entry in drawn]
+    assert not (results / "figures/identified.svg").exists()
+    assert not (results / "figures/identified.pdf").exists()
+    assert (results / "figures/record_ringdown.svg").exists()
+
+
+def test_the_families_share_no_figure(full):
+    names = [entry.name for entry in listed(full.results)]
+    assert len(set(names)) == len(names)

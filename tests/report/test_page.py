@@ -1,0 +1,173 @@
+"""The report: complete, self-contained, honest about what is absent."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from vinesexp.report.page import build_report, inline_svg
+from vinesexp.report.provenance import digest, git_revision
+
+MOST_BYTES = 3_000_000
+VOID = {"meta", "br", "img", "hr", "input", "link"}
+
+
+class Structure(HTMLParser):
+    """Ids, references and open tags of a page."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ids: list[str] = []
+        self.references: list[str] = []
+        self.tags: list[str] = []
+        self.open: list[str] = []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        if tag not in VOID:
+            self.open.append(tag)
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(value)
+            elif name in ("href", "xlink:href", "src"):
+                self.references.append(value)
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(params=["full", "bare", "nothing"])
+def page(request) -> str:
+    return request.getfixturevalue(request.param).html
+
+
+def structure(html: str) -> Structure:
+    found = Structure()
+    found.feed(html)
+    return found
+
+
+def test_every_tag_is_closed_and_every_id_its_own(page):
+    found = structure(page)
+    assert found.open == []
+    assert len(set(found.ids)) == len(found.ids)
+
+
+def test_every_reference_stays_on_the_page_and_finds_its_place(page):
+    found = structure(page)
+    for reference in found.references:
+        assert reference.startswith(("#", "data:image/png;base64,")), reference[:80]
+        if reference.startswith("#"):
+            assert reference[1:] in found.ids
+    for name in re.findall(r"url\(#([^)]*)\)", page):
+        assert name in found.ids
+
+
+def test_the_page_needs_no_network_and_no_script(page):
+    found = structure(page)
+    assert not {"script", "link", "iframe", "img", "object"} & set(found.tags)
+    assert "@import" not in page
+    assert not re.search(r'(?:src|href)="https?:', page)
+
+
+def test_the_page_is_small(page):
+    assert len(page.encode()) < MOST_BYTES
+
+
+def test_nothing_undefined_or_numeric_nonsense_reaches_the_reader(page):
+    text = re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL)
+    assert not re.search(r"\b(?:None|nan|NaN|inf|Undefined)\b", text)
+    assert "{{" not in text
+
+
+def text_of(html: str) -> str:
+    plain = re.sub(r"<(?:svg|style).*?</(?:svg|style)>", "", html, flags=re.DOTALL)
+    inline = re.sub(r"</?(?:sub|b)>", "", plain)
+    return " ".join(re.sub(r"<[^>]*>", " ", inline).split())
+
+
+def test_the_verdict_comes_first(full):
+    text = text_of(full.html)
+    text = text[text.index("Provenance") :]  # after the navigation
+    verdict = text.index("At G = 0.25 mm the mass moved least with a clearance of 33.0 mm")
+    assert verdict < text.index("What was measured") < text.index("Identified values")
+    assert "Permanent two impacts per cycle end between 34 and 35 mm" in text
+    assert "bc lies in the gap in which two impacts per cycle end" in text
+
+
+def test_the_first_figure_stands_before_the_first_table(full, bare):
+    for made, name in ((full, "clearance_periodic"), (bare, "ringdown_fit")):
+        assert made.html.index(f'id="figure-{name}"') < made.html.index("<table")
+
+
+def test_every_drawn_figure_is_on_the_page_once(full):
+    for entry in full.drawn:
+        assert full.html.count(f'<figure id="figure-{entry.name}"') == 1
+
+
+def test_problems_are_all_told(full):
+    text = text_of(full.html)
+    assert "1 record could not be used ; 1 left out by records.csv" in text.replace(
+        "used;", "used ;"
+    )
+    assert "broken refused time raw: &lt;time&gt; stands" in text
+    assert "left_out excluded time the ball stuck" in text
+    assert "Periodic tests 11 (2 not used)" in text
+
+
+def test_markup_in_names_is_text(full):
+    assert "<title>Rig &lt;A&gt; &amp; ball – vinesexp</title>" in full.html
+
+
+def test_what_ring_downs_cannot_tell_is_said(bare):
+    text = text_of(bare.html)
+    assert "No best clearance can be told: there is no usable periodic test" in text
+    assert "The records give f₀ = 8.00000 ± 0.00010 Hz, ζ = (6.500 ± 0.010)·10⁻³." in text
+    assert "Not known from these records: M (mass of the oscillator), c1 (damping)" in text
+    assert "mm, lowest amplitude" not in text
+    assert "clearance (mm)" not in text  # no column that would be empty
+
+
+def test_a_campaign_without_a_usable_record_still_has_a_report(nothing):
+    text = text_of(nothing.html)
+    assert "The records give no parameter either." in text
+    assert "1 record could not be used" in text
+
+
+def test_combined_value_first_and_methods_folded(full):
+    table = full.html[full.html.index('id="identified"') :]
+    assert (
+        table.index("4.700 ± 0.010 kg") < table.index("<details>") < table.index("<td>impacts</td>")
+    )
+
+
+def test_provenance_names_every_input_with_its_digest(full):
+    for record in full.campaign.records:
+        assert hashlib.sha256(record.file.read_bytes()).hexdigest() in full.html
+    assert digest(full.campaign.folder / "records.csv") in full.html
+    assert git_revision(full.results) == "not under git"
+
+
+def test_the_page_appears_only_when_complete(full, tmp_path):
+    (tmp_path / "report.html").write_text("old", encoding="utf-8")
+    broken = tmp_path / "results"
+    with pytest.raises(FileNotFoundError):
+        build_report(full.campaign, broken, tmp_path / "report.html")
+    assert (tmp_path / "report.html").read_text(encoding="utf-8") == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_inlined_figures_scale_with_the_page(full):
+    svg = inline_svg(full.results, full.drawn[0])
+    head = svg[: svg.index(">")]
+    assert "viewBox" in head
+    assert "width=" not in head
+    assert "height=" not in head

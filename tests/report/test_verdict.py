@@ -1,0 +1,94 @@
+"""The words of the verdict."""
+
+from __future__ import annotations
+
+import pytest
+
+from vinesexp.report.verdict import (
+    PeriodicVerdict,
+    ReleaseVerdict,
+    agreement,
+    headline,
+    release_verdicts,
+)
+
+PREDICTED = {"exact_mm": "33.9", "predicted_low_mm": "33.5", "predicted_high_mm": "34.3"}
+
+
+def measured(low: float, high: float) -> dict[str, str]:
+    return {
+        "measured_mm": str(0.5 * (low + high)),
+        "measured_low_mm": str(low),
+        "measured_high_mm": str(high),
+    }
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "says", "agrees"),
+    [
+        (33, 34, "b_c lies in the gap in which two impacts per cycle end", True),
+        (34.2, 36, "b_c lies in the gap in which two impacts per cycle end", True),
+        (34.4, 36, "b_c is 1.5 % below the clearances between which", False),
+        (30, 31, "b_c is 9.4 % above the clearances between which", False),
+    ],
+)
+def test_agreement_is_judged_by_the_gap_that_was_left_between_tests(low, high, says, agrees):
+    text, found = agreement({}, measured(low, high) | PREDICTED)
+    assert text.startswith(says)
+    assert found is agrees
+
+
+def test_without_the_end_the_lowest_amplitude_is_compared():
+    text, agrees = agreement(measured(33, 35) | PREDICTED, {})
+    assert text == "b_c lies in the gap in which amplitude is lowest"
+    assert agrees
+
+
+def test_without_a_prediction_or_a_measurement_there_is_nothing_to_compare():
+    assert agreement(measured(33, 35), {}) == ("nothing to compare", None)
+    assert agreement(PREDICTED, PREDICTED) == ("nothing to compare", None)
+
+
+def verdict(**changed: str) -> PeriodicVerdict:
+    parts = {
+        "level": "G = 0.2 mm",
+        "lowest": "26.4",
+        "lowest_between": "26 and 27",
+        "end_between": "27 and 27.5",
+        "exact": "27.13 ± 0.02",
+        "published": "27.2",
+        "exact_lowest": "26.4",
+    }
+    return PeriodicVerdict(**{**parts, **changed}, sentence="", agrees=True)
+
+
+def test_headline_of_a_measured_optimum():
+    text = headline([verdict(lowest=""), verdict()], [], {})
+    assert text == (
+        "At G = 0.2 mm the mass moved least with a clearance of 26.4 mm (between 26 and 27 mm). "
+        "Permanent two impacts per cycle end between 27 and 27.5 mm, where b_c is predicted at "
+        "27.13 ± 0.02 mm."
+    )
+
+
+def test_headline_leaves_out_what_is_not_known():
+    assert headline([verdict(exact="")], [], {}).endswith("end between 27 and 27.5 mm.")
+    assert headline([verdict(end_between="")], [], {}).endswith(
+        "b_c is predicted at 27.13 ± 0.02 mm."
+    )
+    few = headline([verdict(lowest="")], [], {"f0": "8 Hz"})
+    assert few == (
+        "No best clearance can be told: too few clearances were tried to tell the best one. "
+        "The records give f₀ = 8 Hz."
+    )
+
+
+def test_headline_of_releases_says_that_there_is_no_single_best():
+    told = ReleaseVerdict("20 mm to 3 mm", "30.0", "24 and 33", "33.3", "27.3")
+    assert "other amplitudes have other fastest clearances" in headline([], [told], {})
+
+
+def test_release_verdicts_keep_what_is_absent_absent():
+    row = {"test": "transient", "level": "20 mm to 3 mm", "measured_mm": "", "measured_low_mm": "",
+           "measured_high_mm": "", "published_mm": "33.3", "exact_mm": ""}  # fmt: skip
+    assert release_verdicts([row]) == [ReleaseVerdict("20 mm to 3 mm", "–", "", "33.3", "–")]
