@@ -6,10 +6,7 @@ Names are imported when they are first used, so that a small command stays quick
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import version
 from typing import Any
-
-__version__ = version("vinesexp")
 
 _HOME = {
     "Oscillator": "vinesexp.rig",
@@ -23,10 +20,14 @@ _HOME = {
     "Motion": "vinesexp.simulation.motion",
 }
 
-__all__ = sorted([*_HOME, "__version__"])  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = sorted([*_HOME, "__version__"])
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("vinesexp")
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'vinesexp' has no attribute '{name}'")

@@ -1,4 +1,5 @@
 # The campaign that this run is about, and what its steps depend on.
+import os
 import re
 import sys
 from dataclasses import replace
@@ -7,6 +8,9 @@ from pathlib import Path
 from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign import load_campaign
+
+# Steps are short processes: without compiled modules each would compile the package again.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 CAMPAIGN_FOLDER = Path(config.get("campaign", "data/twin"))
 RESULTS = Path(config.get("results", Path("results") / CAMPAIGN_FOLDER.resolve().name))
