@@ -83,7 +83,7 @@ def detect_contacts(
     >>> for s in (0.30004, 0.6, 0.90007, 1.2, 1.50001, 1.8):
     ...     a += np.where(abs(t - s) < 2e-4, 60.0 * np.cos(np.pi * (t - s) / 4e-4), 0.0)
     >>> found = detect_contacts(a, 1e4, highpass=None)
-    >>> np.abs(found.time - [0.30004, 0.6, 0.90007, 1.2, 1.50001, 1.8]).max() < 5e-6
+    >>> bool(np.abs(found.time - [0.30004, 0.6, 0.90007, 1.2, 1.50001, 1.8]).max() < 5e-6)
     True
     """
     return detect_from(

@@ -96,7 +96,29 @@ def _pole(x: FloatArray, step: float, near: float, span: float) -> complex:
     if first > 0.0 and second > 0.0:
         rate = math.log(second / first) / (half * step)
     limit = math.log(_GROWTH) / max(span, step)
-    return complex(min(max(rate, -limit), limit), omega)
+    return _refined(x, step, complex(min(max(rate, -limit), limit), omega), limit)
+
+
+def _refined(x: FloatArray, step: float, s: complex, limit: float) -> complex:
+    """A few steps of least squares on the pole, amplitudes and constant projected out."""
+    t = step * (np.arange(x.size) - x.size + 0.5)
+    start = s
+    for _ in range(4):
+        wave = np.exp(s * t)
+        basis = np.stack([np.ones(t.size), wave.real, wave.imag], axis=1)
+        q = np.linalg.qr(basis)[0]
+        c = np.linalg.lstsq(basis, x, rcond=None)[0]
+        rest = x - basis @ c
+        change = t * np.stack(
+            [c[1] * wave.real + c[2] * wave.imag, c[2] * wave.real - c[1] * wave.imag]
+        )
+        columns = (change - (change @ q) @ q.T).T
+        d = np.linalg.lstsq(columns, rest, rcond=1e-6)[0]
+        omega = s.imag + float(d[1])
+        if not 0.7 * start.imag < omega < 1.4 * start.imag:
+            return start
+        s = complex(min(max(s.real + float(d[0]), -limit), limit), omega)
+    return s
 
 
 def continued_line(edge: FloatArray, n: int, *, length: int) -> FloatArray:

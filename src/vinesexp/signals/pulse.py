@@ -135,7 +135,7 @@ def pulse_of(
     --------
     >>> pulse = pulse_of(Shape(duration=4.0), (-6, 12), highpass=None, dt=1e-4)
     >>> round(pulse.area, 3), round(float(pulse.at(np.array([0.0]))[0][0]), 3)
-    (2.612, 1.0)
+    (2.613, 1.0)
     """
     u = np.arange((span[1] - span[0]) * FINE + 1) / FINE + span[0]
     contact = values = _contact(u, shape)
