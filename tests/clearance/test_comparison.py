@@ -186,6 +186,20 @@ def test_b_t_needs_r_only():
     assert checks == []
 
 
+def test_an_optimum_at_the_end_of_what_was_tried_is_told():
+    records = [release(b) for b in (10, 27, 33, 48)]
+    for times, said in (
+        ((3.0, 2.5, 2.2, 2.0), "best at 48 mm at the end of what was tried (10 to 48 mm)"),
+        ((3.0, 2.5, 2.0, 2.01), "best at 33 mm, and no worse at the end of what was tried"),
+    ):
+        regimes = [
+            regime_row(r.id, 1.0, "", time_to_5mm_s=f"{t}")
+            for r, t in zip(records, times, strict=True)
+        ]
+        _, (told,) = compare(campaign(records), combined(TABLE_2), regimes)
+        assert said in told.detail
+
+
 def rig(error: float = 1e-3) -> IdentifiedRig:
     return identified_rig(combined(TABLE_2, error), Known(nes_mass=(Quantity(0.032),)))
 

@@ -156,6 +156,11 @@ def test_provenance_names_every_input_with_its_digest(full):
     assert git_revision(full.results) == "not under git"
 
 
+def test_how_each_record_was_processed_is_told(full):
+    text = text_of(full.html)
+    assert "drop_1 6 s 1 kHz 8 all all 6" in text
+
+
 def test_the_page_appears_only_when_complete(full, tmp_path):
     (tmp_path / "report.html").write_text("old", encoding="utf-8")
     broken = tmp_path / "results"

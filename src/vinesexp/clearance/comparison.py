@@ -121,10 +121,13 @@ def _measured(
         checks.append(Check("", "optimal clearance", "warning", f"{test}, {level}: {error}"))
         return None
     if optimum.at_edge:
+        tried = [1e3 * item.clearance for item in tests]
+        at = f"best at {1e3 * optimum.clearance:.4g} mm"
+        if optimum.clearance not in (tests[0].clearance, tests[-1].clearance):
+            at += ", and no worse"
         detail = (
-            f"{test}, {level}: best at {1e3 * optimum.clearance:.4g} mm, at the end of what was "
-            f"tried ({1e3 * tests[0].clearance:.4g} to {1e3 * tests[-1].clearance:.4g} mm); the "
-            "optimum may lie beyond"
+            f"{test}, {level}: {at} at the end of what was tried ({tried[0]:.4g} to "
+            f"{tried[-1]:.4g} mm); the optimum may lie beyond"
         )
         checks.append(Check("", "optimal clearance", "warning", detail))
     return optimum

@@ -209,3 +209,16 @@ def decay_curve(
         return b, np.asarray(time_to_level(release, b=b, level=target))
     except AnalysisError:
         return np.empty(0), np.empty(0)
+
+
+def predicted_fastest(rig: IdentifiedRig, *, x0: float, target: float) -> float | None:
+    """Clearance, m, with which a captured ball brings x0 down to `target` soonest; None unknown."""
+    from vinesexp.theory.transient import Decaying, best_clearance
+
+    if rig.missing:
+        return None
+    values = {name: rig.values[name].value for name in NEEDED}
+    try:
+        return best_clearance(Decaying(x_m=x0, **values), level=target).b
+    except AnalysisError:
+        return None

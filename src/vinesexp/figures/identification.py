@@ -16,6 +16,9 @@ Row = Mapping[str, str]
 #: How each parameter is written.
 SYMBOLS = {"f0": "f₀", "zeta": "ζ", "M": "M", "c1": "c₁", "k1": "k₁", "r": "r"}
 
+#: c1 and k1 are made from M, f0 and zeta: their panels would repeat that of M.
+_FOLLOW = ("c1", "k1")
+
 #: Units of a relative deviation, smallest first, with their sizes.
 _SHARES = (("ppm", 1e-6), ("%", 1e-2))
 
@@ -39,7 +42,7 @@ def estimates_by_method(rows: Sequence[Row], values: Mapping[str, str]) -> Figur
         name: [row for row in rows if row["parameter"] == name and row["method"] != "combined"]
         for name in values
     }
-    shown = [name for name, own in methods.items() if len(own) > 1]
+    shown = [name for name, own in methods.items() if len(own) > 1 and name not in _FOLLOW]
     if not shown:
         return None
     lines = [len(methods[name]) for name in shown]

@@ -59,7 +59,7 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
             "Identified values that more than one method found, as deviation from the combined "
             "value (green, its 95 % interval shaded), which the predictions use. Bars are 95 % "
             "intervals. Methods whose bars do not meet disagree; for M that means a wrong "
-            "clearance, ball mass or added mass."
+            "clearance, ball mass or added mass. c1 and k1 follow from M, f0 and ζ."
         )
         yield figure, Drawn("identified", "identified", caption)
 

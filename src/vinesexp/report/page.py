@@ -9,11 +9,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vinesexp.clearance.levels import periodic_levels
+from vinesexp.clearance.levels import periodic_levels, release_levels
 from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.gallery import Drawn, listed
 from vinesexp.figures.numbers import significant, with_error
 from vinesexp.records.campaign import Campaign
+from vinesexp.report.processing import processed_records
 from vinesexp.report.provenance import provenance
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
 from vinesexp.theory.regimes import REGIMES
@@ -91,6 +92,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     }
     records = [record.file for record in campaign.records]
     description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
+    processed = processed_records(campaign, results)
     parameters = identified_table(tables["identified"])
     known = {row["name"] for row in parameters}
     tests = tests_table(campaign, tables["checks"])
@@ -118,7 +120,12 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "figures": figures,
         "first": min(figures, key=_early, default=None),
         "headings": TESTS,
-        "provenance": provenance([*description, *records], folder=campaign.folder),
+        "processed": processed,
+        "provenance": provenance(
+            [*description, *records],
+            folder=campaign.folder,
+            digests={campaign.record(row.record).file: row.sha256 for row in processed},
+        ),
     }
 
 
@@ -133,7 +140,9 @@ def _verdict(
     levels = periodic_levels(campaign, tables["regimes"])
     rig = identified_rig(tables["identified"], campaign.known)
     periodic = periodic_verdicts(levels, tables["clearances"], rig)
-    releases = release_verdicts(tables["clearances"])
+    releases = release_verdicts(
+        release_levels(campaign, tables["regimes"]), tables["clearances"], rig
+    )
     return {
         "periodic": periodic,
         "releases": releases,

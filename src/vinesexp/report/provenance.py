@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -72,8 +72,21 @@ def git_revision(folder: Path) -> str:
     return done.stdout.strip()
 
 
-def provenance(inputs: Iterable[Path], *, folder: Path) -> Provenance:
-    """Describe the run: `inputs` that exist are digested, names relative to `folder`."""
+def provenance(
+    inputs: Iterable[Path], *, folder: Path, digests: Mapping[Path, str] | None = None
+) -> Provenance:
+    """Describe the run.
+
+    Parameters
+    ----------
+    inputs : iterable of Path
+        Those that exist are listed.
+    folder : Path
+        Names are relative to it.
+    digests : mapping, optional
+        Digests that were taken when a file was read; the others are taken now.
+    """
+    digests = digests or {}
     files = []
     for path in inputs:
         if path.is_file():
@@ -83,7 +96,9 @@ def provenance(inputs: Iterable[Path], *, folder: Path) -> Provenance:
                 name = path.resolve().relative_to(folder.resolve()).as_posix()
             except ValueError:
                 name = str(path)
-            files.append(InputFile(name, status.st_size, _minute(changed), digest(path)))
+            files.append(
+                InputFile(name, status.st_size, _minute(changed), digests.get(path) or digest(path))
+            )
     return Provenance(
         made=_minute(datetime.now(tz=UTC)),
         package=version("vinesexp"),
