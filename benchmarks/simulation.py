@@ -1,0 +1,335 @@
+"""Speed against error of impact simulation, this package and its peers side by side.
+
+    python -m benchmarks.simulation              # about three minutes
+    python -m benchmarks.simulation map          # 200 x 200 amplitude map, all cores
+
+writes docs/benchmarks/simulation.md and simulation.svg. The exact times are those of a replay in 40
+digits (`impact_problems.py`). Times are the best of several runs on one core, after compilation.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import mpmath as mp
+import numpy as np
+from benchmarks.impact_peers import Impacts, peers
+from benchmarks.impact_problems import TABLE_2, Problem, exact_times, problems
+
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "benchmarks" / "simulation.md"
+FIGURE = ROOT / "docs" / "benchmarks" / "simulation.svg"
+
+
+HEAD = """# Impact simulation: speed against error
+
+Made by `python -m benchmarks.simulation`; every row of one run on one machine, one core, after
+compilation. Errors are against a replay in 40 digits. Impacts are counted up to the last exact
+one; where a run has left the true path for good, its further impacts count as missed and false.
+
+![Error against time](simulation.svg)
+"""
+
+GRAZE = """## Near graze
+
+x = sin t, wall at 1 - d, one call over [0, 3], d = 1e-1 ... 1e-12.
+
+| method | d at which the impact is missed |
+|---|---|"""
+
+COST = """
+## Cost of an impact
+
+Table 2 rig, G = 0.25 mm at resonance, 1000 s, compiled loop with its log.
+
+| clearances (mm) | ns per impact | evaluations of the motion per impact |
+|---|---|---|"""
+
+
+@dataclass(frozen=True)
+class Score:
+    """One method on one problem."""
+
+    problem: str
+    method: str
+    error: float  # largest time error over the matched impacts, s
+    missed: int
+    false: int
+    milliseconds: float
+
+
+def ours(general: bool) -> Callable[[Problem], Impacts]:
+    def solve(problem: Problem) -> Impacts:
+        motion = simulate(
+            problem.rig, problem.base, problem.release, problem.duration, general=general
+        )
+        hits = motion.impacts
+        return list(
+            zip(hits["time"].tolist(), hits["nes"].tolist(), hits["side"].tolist(), strict=True)
+        )
+
+    return solve
+
+
+def best_time(function: Callable[[], Impacts], budget: float = 0.3) -> tuple[Impacts, float]:
+    """Result and shortest time (s) of runs repeated within the budget."""
+    begin = time.perf_counter()
+    result = function()
+    best = time.perf_counter() - begin
+    spent = best
+    while spent < budget:
+        begin = time.perf_counter()
+        function()
+        taken = time.perf_counter() - begin
+        best, spent = min(best, taken), spent + taken
+    return result, best
+
+
+def compare(exact: list[tuple[mp.mpf, int, int]], found: Impacts) -> tuple[float, int, int]:
+    """Largest error of matched impacts, missed ones and false ones, up to the last exact time.
+
+    An impact is matched to the nearest one of the same ball and wall within a quarter of the
+    shortest interval between exact impacts of that ball.
+    """
+    end = float(exact[-1][0])
+    missed, matched, error = 0, set(), 0.0
+    for ball in {b for _, b, _ in exact}:
+        mine = [(t, side) for t, b, side in exact if b == ball]
+        times = np.array([float(t) for t, _ in mine])
+        window = 0.25 * float(np.diff(times).min()) if times.size > 1 else 1.0
+        for t, side in mine:
+            near = [
+                (abs(float(mp.mpf(f[0]) - t)), n)
+                for n, f in enumerate(found)
+                if f[1] == ball
+                and f[2] == side
+                and n not in matched
+                and abs(f[0] - float(t)) < window
+            ]
+            if near:
+                distance, n = min(near)
+                matched.add(n)
+                error = max(error, distance)
+            else:
+                missed += 1
+    false = sum(1 for n, f in enumerate(found) if n not in matched and f[0] < end * (1 - 1e-9))
+    return error, missed, false
+
+
+def score_all() -> list[Score]:
+    """Every method on every problem."""
+    methods: dict[str, Callable[[Problem], Impacts]] = {
+        "vinesexp": ours(False), "vinesexp, power series": ours(True), **peers()
+    }  # fmt: skip
+    scores = []
+    for problem in problems():
+        motion = simulate(problem.rig, problem.base, problem.release, problem.duration)
+        times = exact_times(problem, motion.impacts)
+        labels = zip(motion.impacts["nes"].tolist(), motion.impacts["side"].tolist(), strict=True)
+        exact = [(t, n, s) for t, (n, s) in zip(times, labels, strict=False)]
+        for name, solve in methods.items():
+            try:
+                found, taken = best_time(lambda solve=solve, problem=problem: solve(problem))  # type: ignore[misc]
+                error, missed, false = compare(exact, found)
+            except Exception as failure:  # a peer that gives up is a result too
+                print(f"  {name}: {failure}")
+                error, missed, false, taken = math.nan, len(exact), 0, math.nan
+            scores.append(Score(problem.name, name, error, missed, false, 1e3 * taken))
+            print(f"{problem.name}: {name}: {error:.1e} s, {missed} missed, {false} false, "
+                  f"{1e3 * taken:.3g} ms", flush=True)  # fmt: skip
+    return scores
+
+
+def near_graze() -> list[tuple[str, str]]:
+    """x = sin t against a wall at 1 - d over [0, 3]: the values of d that each method misses."""
+    rows = []
+    methods = {"vinesexp": ours(False), **peers()}
+    for name, solve in methods.items():
+        lost = []
+        for power in range(1, 13):
+            wall = 1.0 - 10.0**-power
+            rig = Rig(Oscillator(M=1.0, c1=0.0, k1=1.0), nes=[NES(m=1e20, b=1.5, r=0.8)])
+            problem = Problem("", rig, None, Release(0.0, 1.0, [wall - 1.5], [0.0]), 3.0, 1)
+            try:
+                found = [
+                    f for f in solve(problem) if f[2] == 1 and abs(f[0] - math.asin(wall)) < 0.2
+                ]
+            except Exception:
+                found = []
+            if not found:
+                lost.append(f"1e-{power}")
+        rows.append((name, ", ".join(lost) or "none"))
+    return rows
+
+
+def kernel_speed() -> list[tuple[str, float, float]]:
+    """Table 2 rig: ns and evaluations of the motion per impact, 1000 s, compiled loop only."""
+    from vinesexp.excitation import WeakDamping
+    from vinesexp.simulation.chatter import REMAINDER
+    from vinesexp.simulation.drive import drive_table
+    from vinesexp.simulation.kernel import run
+    from vinesexp.simulation.motion import ball_table, closed_form, parameters
+    from vinesexp.simulation.series import ORDER
+
+    rows = []
+    base = Harmonic(amplitude=0.25e-3, frequency=TABLE_2.f0)
+    cases = [
+        [0.020],
+        [0.030],
+        [0.034],
+        [0.040],
+        [0.034] * 2,
+        [0.020, 0.030],
+        [0.020, 0.025, 0.030, 0.028],
+    ]
+    for clearances in cases:
+        rig = Rig(TABLE_2, nes=[NES(m=0.032 / len(clearances), b=b, r=0.6) for b in clearances])
+        response, (kind, table) = closed_form(rig, base, WeakDamping()), drive_table(base)
+        par, log = parameters(rig, WeakDamping()), np.zeros((200000, 6))
+        labels, work = np.zeros((200000, 3), dtype=np.int32), np.empty((4, ORDER + 1))
+        best, used, hits = math.inf, 0, 1
+        for _ in range(5):
+            balls, _y = ball_table(
+                rig, Release(y0=[0.99 * b * (-1) ** i for i, b in enumerate(clearances)])
+            )
+            state = np.zeros(4)
+            begin = time.perf_counter()
+            count, used = run(
+                True, response, par, kind, table, 1000.0, REMAINDER, state, balls, log, labels, work
+            )
+            hits = int((labels[:count, 0] == 1).sum())
+            best = min(best, (time.perf_counter() - begin) / hits)
+        name = " + ".join(f"{1e3 * b:g}" for b in clearances)
+        rows.append((name, 1e9 * best, used / hits))
+    return rows
+
+
+def dense_speed() -> tuple[float, float]:
+    """ms to find 80 s of motion and to evaluate it at 10 kHz."""
+    rig = Rig(TABLE_2, nes=[NES(m=0.032, b=0.034, r=0.6)])
+    base = Harmonic(amplitude=0.25e-3, frequency=TABLE_2.f0)
+    t = np.arange(800000) * 1e-4
+    find, evaluate = math.inf, math.inf
+    for _ in range(4):
+        begin = time.perf_counter()
+        motion = simulate(rig, base, Release(y0=[0.0339]), 80.0)
+        middle = time.perf_counter()
+        motion.at(t)
+        find = min(find, middle - begin)
+        evaluate = min(evaluate, time.perf_counter() - middle)
+    return 1e3 * find, 1e3 * evaluate
+
+
+def draw(scores: list[Score]) -> None:
+    """Error against time, one panel a problem."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    import matplotlib.pyplot as plt
+
+    plt.rcParams["svg.hashsalt"] = "vinesexp"
+    families = {
+        "vinesexp": ("#D55E00", "*"), "scipy RK45": ("#56B4E9", "o"), "scipy DOP853": ("#0072B2",
+        "s"), "scipy Radau": ("#009E73", "^"), "scipy LSODA": ("#CC79A7", "v"), "CVODE Adams":
+        ("#B87900", "D"), "CVODE BDF": ("#7A5200", "P"), "Moreau": ("#666666", "x"), "penalty":
+    ("#BBBBBB", "+"), }  # fmt: skip
+    names = list(dict.fromkeys(s.problem for s in scores))
+    figure, axes = plt.subplots(2, 3, figsize=(11, 6.8), constrained_layout=True)
+    for axis, name in zip(axes.flat, names, strict=False):
+        for family, (colour, marker) in families.items():
+            mine = [
+                s for s in scores
+                if s.problem == name and s.method.startswith(family) and s.error > 0.0
+                and "power series" not in s.method
+            ]  # fmt: skip
+            if mine:
+                size = 15 if family == "vinesexp" else 6
+                axis.plot([s.milliseconds for s in mine], [s.error for s in mine], marker=marker,
+                          color=colour, ms=size, lw=0.8, label=family)  # fmt: skip
+                for s in mine:
+                    if s.missed or s.false:
+                        axis.annotate(
+                            f"{s.missed} missed, {s.false} false", (s.milliseconds, s.error),
+                            fontsize=5.5, xytext=(4, 4), textcoords="offset points",
+                        )  # fmt: skip
+        axis.set(xscale="log", yscale="log", xlabel="time for the run (ms)")
+        axis.set_title(name, fontsize=10)
+        axis.grid(alpha=0.25, lw=0.5)
+    for row in axes:
+        row[0].set_ylabel("largest error of an impact time (s)")
+    handles, labels = axes.flat[1].get_legend_handles_labels()
+    axes.flat[-1].axis("off")
+    axes.flat[-1].legend(handles, labels, loc="center", frameon=False)
+    figure.savefig(FIGURE, metadata={"Date": None})
+    figure.savefig(os.environ.get("PREVIEW", os.devnull), format="png", dpi=80)
+
+
+def page(scores: list[Score], graze: list[tuple[str, str]]) -> str:
+    """The result page."""
+    find, evaluate = dense_speed()
+    lines = [HEAD]
+    for name in dict.fromkeys(s.problem for s in scores):
+        lines += [f"## {name}", "", "| method | error (s) | missed | false | time (ms) |"]
+        lines.append("|---|---|---|---|---|")
+        lines += [
+            f"| {s.method} | {s.error:.1e} | {s.missed} | {s.false} | {s.milliseconds:.3g} |"
+            for s in scores
+            if s.problem == name
+        ]
+        lines.append("")
+    lines += [GRAZE]
+    lines += [f"| {name} | {lost} |" for name, lost in graze]
+    lines += [COST]
+    lines += [f"| {name} | {ns:.0f} | {used:.2f} |" for name, ns, used in kernel_speed()]
+    lines += [
+        "\n## Dense output\n",
+        f"80 s of the rig at b = 34 mm: {find:.2f} ms to find, {evaluate:.1f} ms to evaluate at "
+        f"10 kHz ({evaluate / 0.8:.0f} ns a sample).\n",
+    ]
+    return "\n".join(lines)
+
+
+def run_map() -> None:
+    """200 clearances by 200 levels, 200 s each."""
+    import resource
+
+    from vinesexp.simulation.map import amplitude_map
+
+    rig = Rig(TABLE_2, nes=[NES(m=0.032, b=0.03, r=0.6)])
+    begin = time.perf_counter()
+
+    def bar(done: int, total: int) -> None:
+        spent = time.perf_counter() - begin
+        width = int(40 * done / total)
+        print(f"\r[{'#' * width}{' ' * (40 - width)}] {done}/{total} cells, {spent:.0f} s, "
+              f"{spent / done * (total - done):.0f} s left", end="", file=sys.stderr)  # fmt: skip
+
+    grid = amplitude_map(
+        rig, frequency=TABLE_2.f0, clearances=np.linspace(5e-3, 60e-3, 200),
+        levels=np.linspace(0.05e-3, 0.40e-3, 200), duration=200.0, settle=50.0, progress=bar,
+    )  # fmt: skip
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"\n{time.perf_counter() - begin:.1f} s on {os.cpu_count()} cores, "
+          f"{grid.impacts.sum():.3e} impacts counted, peak memory {peak:.0f} MiB")  # fmt: skip
+
+
+def main() -> None:
+    if "map" in sys.argv[1:]:
+        run_map()
+        return
+    scores = score_all()
+    PAGE.write_text(page(scores, near_graze()), encoding="utf-8")
+    draw(scores)
+    print(f"written: {PAGE}, {FIGURE}")
+
+
+if __name__ == "__main__":
+    main()
