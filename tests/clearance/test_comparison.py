@@ -14,6 +14,7 @@ from vinesexp.clearance.predicted import (
     NEEDED,
     IdentifiedRig,
     amplitude_curve,
+    decay_curves,
     identified_rig,
     predicted_b_c,
     predicted_lowest,
@@ -240,6 +241,18 @@ def test_lowest_amplitude_is_predicted_a_little_below_b_c():
     """The minimum that direct simulation found at 33 mm (docs/theory.md)."""
     least = predicted_lowest(rig(), G=0.25e-3, frequency=None)
     assert least == pytest.approx(0.0330, abs=2e-4)
+
+
+def test_curves_of_several_amplitudes_are_those_of_each():
+    """Times of Table 1 (docs/theory.md): 30 mm to 15 mm in 1.264 s at b = 50 mm."""
+    b = np.array([0.02, 0.05])
+    both = decay_curves(rig(), x0=0.03, targets=[0.015, 0.005], clearances=b)
+    assert both is not None
+    assert both.shape == (2, 2)
+    assert both[0, 1] == pytest.approx(1.264, abs=0.01)
+    alone = decay_curves(rig(), x0=0.03, targets=[0.005], clearances=b)
+    assert both[1] == pytest.approx(alone[0], rel=2e-3)
+    assert decay_curves(rig(), x0=0.03, targets=[0.04], clearances=b) is None
 
 
 def test_predicted_swing_is_that_of_a_simulated_motion():

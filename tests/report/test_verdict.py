@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from vinesexp.clearance.levels import Release
-from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.report.verdict import (
     PeriodicVerdict,
     ReleaseVerdict,
@@ -86,12 +84,10 @@ def test_headline_leaves_out_what_is_not_known():
 
 
 def test_headline_of_releases_says_that_there_is_no_single_best():
-    told = ReleaseVerdict("20 mm to 3 mm", "30.0", "24 and 33", "30", "33.3", "27.3")
+    told = ReleaseVerdict("20 mm to 3 mm", "30.0", "24 and 33", "33.3", "27.3")
     assert "other amplitudes have other fastest clearances" in headline([], [told], {})
 
 
 def test_release_verdicts_keep_what_is_absent_absent():
     row = {"test": "transient", "level": "20 mm to 3 mm", "published_mm": "33.3", "exact_mm": ""}
-    level = Release(0.02, 0.003, ())
-    told = release_verdicts([level], [row], IdentifiedRig({}))
-    assert told == [ReleaseVerdict("20 mm to 3 mm", "–", "", "–", "33.3", "–")]
+    assert release_verdicts([row]) == [ReleaseVerdict("20 mm to 3 mm", "–", "", "33.3", "–")]

@@ -194,31 +194,35 @@ def _half_swing(
     return swing
 
 
-def decay_curve(
-    rig: IdentifiedRig, *, x0: float, target: float, low: float, high: float
-) -> tuple[Floats, Floats]:
-    """Predicted time (s) over clearance (m) for a captured ball to bring x0 down to `target`."""
+def decay_curves(
+    rig: IdentifiedRig, *, x0: float, targets: Sequence[float], clearances: Floats
+) -> Floats | None:
+    """Predicted time for a captured ball to bring the release x0 down to each target.
+
+    All at once, since the decay that they share is what takes time.
+
+    Parameters
+    ----------
+    rig : IdentifiedRig
+    x0 : float
+        Release, m.
+    targets : sequence of float
+        Amplitudes to be reached, m.
+    clearances : ndarray, shape (n,)
+        m.
+
+    Returns
+    -------
+    ndarray, shape (len(targets), n), or None
+        s; None where a value is missing or a target lies above the release.
+    """
     from vinesexp.theory.transient import Decaying, time_to_level
 
-    if rig.missing:
-        return np.empty(0), np.empty(0)
-    values = {name: rig.values[name].value for name in NEEDED}
-    b = np.linspace(low, high, 80)
-    try:
-        release = Decaying(x_m=x0, **values)
-        return b, np.asarray(time_to_level(release, b=b, level=target))
-    except AnalysisError:
-        return np.empty(0), np.empty(0)
-
-
-def predicted_fastest(rig: IdentifiedRig, *, x0: float, target: float) -> float | None:
-    """Clearance, m, with which a captured ball brings x0 down to `target` soonest; None unknown."""
-    from vinesexp.theory.transient import Decaying, best_clearance
-
-    if rig.missing:
+    if rig.missing or not targets:
         return None
     values = {name: rig.values[name].value for name in NEEDED}
     try:
-        return best_clearance(Decaying(x_m=x0, **values), level=target).b
+        release = Decaying(x_m=x0, **values)
+        return time_to_level(release, b=clearances, level=np.asarray(targets)[:, None])
     except AnalysisError:
         return None

@@ -225,6 +225,7 @@ def time_over_clearance(
     figure, (axis,) = new_figure(height=3.6)
     for level in levels:
         axis.plot(*level.curve, color=COLOURS["exact"], linewidth=1.2, zorder=1)
+        _curve_minimum(axis, *level.curve)
         axis.plot(level.clearance, level.time, "-", color=FAINT, linewidth=0.8, zorder=0)
         axis.plot(level.clearance, level.time, "o", color=COLOURS["measured"], zorder=3)
         last = int(np.flatnonzero(np.isfinite(level.time))[-1])
@@ -254,3 +255,11 @@ def time_over_clearance(
     axis.set_title(title)
     axis.margins(x=0.1)
     return figure
+
+
+def _curve_minimum(axis: Axes, b: Floats, time: Floats) -> None:
+    """The predicted fastest clearance, where it lies inside what was tried."""
+    if b.size and 0 < (i := int(time.argmin())) < b.size - 1:
+        axis.plot(b[i], time[i], "o", color=COLOURS["exact"], markerfacecolor="white", zorder=2)
+        label(axis, f"{b[i]:.0f} mm", (b[i], time[i]), colour=COLOURS["exact"], shift=(0, 8),
+              ha="center")  # fmt: skip

@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vinesexp.clearance.comparison import END
 from vinesexp.clearance.levels import Periodic, Release, periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
     IdentifiedRig,
     amplitude_curve,
-    decay_curve,
+    decay_curves,
     identified_rig,
 )
 from vinesexp.figures.clearance import (
@@ -35,7 +36,9 @@ from vinesexp.records.campaign import Campaign
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+Floats = NDArray[np.float64]
 Row = Mapping[str, str]
+_NO_CURVE: tuple[Floats, Floats] = (np.empty(0), np.empty(0))
 
 
 def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
@@ -135,13 +138,16 @@ def _releases(
         if not own:
             continue
         row = compared.get(("transient", own[0].name), {})
-        reached = [_reached(level, compared, rig) for level in own]
+        b = np.linspace(own[0].tests[0].clearance, own[0].tests[-1].clearance, 80)
+        times = decay_curves(rig, x0=x0, targets=[level.target for level in own], clearances=b)
+        curves = [(1e3 * b, row) for row in times] if times is not None else [_NO_CURVE] * len(own)
+        reached = [_reached(level, compared, c) for level, c in zip(own, curves, strict=True)]
         caption = (
             "Time from the release until the amplitude stays below a given one, over clearance. "
             "Each amplitude has its own fastest clearance (orange, with the clearances that tie "
             "with it or bracket it); there is no single best one, and both predictions of b_t are "
-            "marks. Green lines: predicted for a ball that is captured at once; measured times "
-            "below T1 scatter, because the motion is chaotic there."
+            "marks. Green lines: predicted for a ball that is captured at once, rings where they "
+            "are lowest; measured times below T1 scatter, because the motion is chaotic there."
         )
         figure = time_over_clearance(
             reached,
@@ -153,21 +159,13 @@ def _releases(
 
 
 def _reached(
-    level: Release, compared: Mapping[tuple[str, str], Row], rig: IdentifiedRig
+    level: Release, compared: Mapping[tuple[str, str], Row], curve: tuple[Floats, Floats]
 ) -> Reached:
-    clearance = np.array([test.clearance for test in level.tests])
-    b, time = decay_curve(
-        *(rig,),
-        x0=level.x0,
-        target=level.target,
-        low=float(clearance[0]),
-        high=float(clearance[-1]),
-    )
     return Reached(
         target=1e3 * level.target,
-        clearance=1e3 * clearance,
+        clearance=1e3 * np.array([test.clearance for test in level.tests]),
         time=np.array([np.nan if test.value is None else test.value for test in level.tests]),
-        curve=(1e3 * b, time),
+        curve=curve,
         best=_interval(compared.get(("transient", level.name), {}), "measured"),
     )
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vinesexp.clearance.levels import periodic_levels, release_levels
+from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.gallery import Drawn, listed
 from vinesexp.figures.numbers import significant, with_error
@@ -140,9 +140,7 @@ def _verdict(
     levels = periodic_levels(campaign, tables["regimes"])
     rig = identified_rig(tables["identified"], campaign.known)
     periodic = periodic_verdicts(levels, tables["clearances"], rig)
-    releases = release_verdicts(
-        release_levels(campaign, tables["regimes"]), tables["clearances"], rig
-    )
+    releases = release_verdicts(tables["clearances"])
     return {
         "periodic": periodic,
         "releases": releases,

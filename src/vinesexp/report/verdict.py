@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vinesexp.clearance.comparison import END
-from vinesexp.clearance.levels import Periodic, Release
-from vinesexp.clearance.predicted import IdentifiedRig, predicted_fastest, predicted_lowest
+from vinesexp.clearance.levels import Periodic
+from vinesexp.clearance.predicted import IdentifiedRig, predicted_lowest
 from vinesexp.figures.numbers import millimetres, with_interval
 
 Row = Mapping[str, str]
@@ -104,38 +104,29 @@ class ReleaseVerdict:
     ----------
     level : ``20 mm to 3 mm``.
     best, between : measured, and the tried clearances that tie with it or bracket it; mm.
-    fastest : predicted for a ball that is captured at once, mm.
     published, exact : b_t, mm.
     """
 
     level: str
     best: str
     between: str
-    fastest: str
     published: str
     exact: str
 
 
-def release_verdicts(
-    levels: Sequence[Release], clearances: Sequence[Row], rig: IdentifiedRig
-) -> list[ReleaseVerdict]:
+def release_verdicts(clearances: Sequence[Row]) -> list[ReleaseVerdict]:
     """One verdict for each release and amplitude to be reached."""
-    rows = {row["level"]: row for row in clearances if row["test"] == "transient"}
-    verdicts = []
-    for level in levels:
-        row = rows.get(level.name, _NO_ROW)
-        fastest = predicted_fastest(rig, x0=level.x0, target=level.target)
-        verdicts.append(
-            ReleaseVerdict(
-                level=level.name,
-                best=millimetres(row.get("measured_mm")),
-                between=_between(row),
-                fastest=f"{1e3 * fastest:.0f}" if fastest is not None else "–",
-                published=millimetres(row.get("published_mm")),
-                exact=millimetres(row.get("exact_mm")),
-            )
+    return [
+        ReleaseVerdict(
+            level=row["level"],
+            best=millimetres(row.get("measured_mm")),
+            between=_between(row),
+            published=millimetres(row.get("published_mm")),
+            exact=millimetres(row.get("exact_mm")),
         )
-    return verdicts
+        for row in clearances
+        if row["test"] == "transient"
+    ]
 
 
 def headline(
