@@ -92,6 +92,8 @@ def make_campaign(folder: Path, lines: list[str], *, title: str = "A made-up rig
 def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ...]) -> None:
     """Every table and record that the figures and the report are made from."""
     regimes, checks = [], [Check("", "lag", "warning", "b_c < b_t & nothing else")]
+    checks.append(Check("rd_1", "damping", "ok", "damping depends on amplitude"))
+    checks.append(Check("rd_1", "ingest", "ok", "6000 samples"))
     for record in campaign.records:
         if record.id == "broken" or record.exclude:
             outcome = "excluded" if record.exclude else "refused"

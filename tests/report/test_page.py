@@ -123,6 +123,12 @@ def test_problems_are_all_told(full):
     assert "Periodic tests 11 (2 not used)" in text
 
 
+def test_findings_that_are_no_problem_are_told_apart_from_problems(full):
+    text = text_of(full.html)
+    assert "Worth knowing rd_1: damping depends on amplitude" in text
+    assert "6000 samples" not in text
+
+
 def test_markup_in_names_is_text(full):
     assert "<title>Rig &lt;A&gt; &amp; ball – vinesexp</title>" in full.html
 

@@ -28,6 +28,8 @@ Row = Mapping[str, str]
 _MOST = 4_000_000
 #: Decays whose misfit is drawn together.
 _MOST_DECAYS = 6
+#: Parts of a law of damping, dA/dt = -(gamma + alpha A + beta A^2); beyond the linear one, named.
+_LAW = {"damping_linear": "", "damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
 #: A decay is drawn until its amplitude has fallen to this share.
 _FADED = 0.03
 
@@ -54,13 +56,13 @@ def draw_ringdowns(
 
 
 def _identified(record: Record, results: Path) -> dict[str, tuple[float, float]]:
-    """f0 and zeta of one ring-down with their standard errors, by its most precise method."""
+    """f0, zeta and the law of damping of one ring-down with their errors, by its best method."""
     path = results / f"steps/{record.id}/estimates.json"
     estimates: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
     best: dict[str, tuple[float, float]] = {}
     for estimate in estimates:
         name = str(estimate["parameter"]).removesuffix("_added")
-        if name in ("f0", "zeta"):
+        if name in ("f0", "zeta", *_LAW):
             value, error = float(estimate["value"]), float(estimate["std_error"])
             if np.isfinite(value) and error <= best.get(name, (0.0, np.inf))[1]:
                 best[name] = (value, error)
@@ -74,7 +76,8 @@ def _decay(
     f0 = found["f0"][0]
     with open_record(results / f"conditioned/{record.id}.nc") as view:
         if "displacement" not in view.roles:
-            return Decay(record.id, *[np.empty(0)] * 3), Trace("", np.empty(0), np.empty(0))
+            none = np.empty(0)
+            return Decay(record.id, none, none, none, none), Trace("", none, none)
         trace = Trace(
             "displacement", view.time(0, _MOST), 1e3 * view.read("displacement", 0, _MOST)
         )
@@ -85,7 +88,55 @@ def _decay(
     time, swing = time[first:last], swing[first:last]
     shape = np.exp(-found.get("zeta", (0.0, 0.0))[0] * 2.0 * np.pi * f0 * (time - time[0]))
     fitted = float(swing @ shape / (shape @ shape)) * shape  # the scale that misses least
-    return Decay(record.id, trace.time[0] + time, swing, fitted), trace
+    law = np.empty(0)
+    named = " and ".join(word for name, word in _LAW.items() if word and name in found)
+    if named:
+        parts = [found.get(name, (0.0, 0.0))[0] for name in _LAW]
+        law = 1e3 * fitted_law(time - time[0], 1e-3 * swing, parts)
+    return Decay(record.id, trace.time[0] + time, swing, fitted, law, named), trace
+
+
+def fitted_law(time: Floats, amplitude: Floats, law: Sequence[float]) -> Floats:
+    """dA/dt = -(gamma + alpha A + beta A^2) from the start that misses the amplitudes least.
+
+    Parameters
+    ----------
+    time, amplitude : ndarray, shape (n,)
+        s from the start; m.
+    law : (alpha, beta, gamma)
+        1/s, 1/(m s), m/s.
+
+    Examples
+    --------
+    >>> t = np.linspace(0.0, 5.0, 50)
+    >>> found = fitted_law(t, 0.02 / (1.0 + 0.3 * t), (0.0, 15.0, 0.0))  # beta A0 = 0.3/s
+    >>> bool(np.allclose(found, 0.02 / (1.0 + 0.3 * t), rtol=1e-6))
+    True
+    """
+    start = float(amplitude[0])
+    for _ in range(6):
+        now, nudged = (_run(time, A, law) for A in (start, start * (1.0 + 1e-4)))
+        slope = (nudged - now) / (1e-4 * start)
+        start = max(start + float(slope @ (amplitude - now) / (slope @ slope)), 0.1 * start)
+    return _run(time, start, law)
+
+
+def _run(time: Floats, start: float, law: Sequence[float]) -> Floats:
+    """The law from `start`, by Runge-Kutta steps of fourth order from cycle to cycle."""
+    alpha, beta, gamma = law
+
+    def rate(A: float) -> float:
+        return -(gamma + alpha * A + beta * A * A) if A > 0.0 else 0.0
+
+    A, found = start, [start]
+    for h in np.diff(time):
+        k1 = rate(A)
+        k2 = rate(A + 0.5 * h * k1)
+        k3 = rate(A + 0.5 * h * k2)
+        k4 = rate(A + h * k3)
+        A = max(A + h * (k1 + 2.0 * (k2 + k3) + k4) / 6.0, 0.0)
+        found.append(A)
+    return np.array(found)
 
 
 def _figure(
@@ -98,10 +149,14 @@ def _figure(
     title += f", ζ = {values['zeta']}" if "zeta" in values else ""
     figure = ringdown_and_fit(trace, decay, [decay for _, decay, _ in decays], title=title)
     caption = (
-        f"Above: ring-down {record.id} (bandpassed) with the exponential of the identified f₀ and "
-        "ζ. Below: what the exponential leaves of the amplitude of each ring-down, cycle by cycle. "
-        "Scatter around zero is noise; a bow is damping that depends on amplitude."
+        f"Above: ring-down {record.id} (bandpassed) with the envelope of the identified values. "
+        "Below: what it leaves of the amplitude of each ring-down, cycle by cycle. Scatter around "
+        "zero is noise, a bow is damping of another kind."
     )
+    if decay.law.size:
+        caption += (
+            " The faint points are what an exponential would leave: damping depends on amplitude."
+        )
     return figure, Drawn("ringdown_fit", "ringdown", caption)
 
 

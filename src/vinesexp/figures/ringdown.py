@@ -13,6 +13,7 @@ from vinesexp.figures.style import COLOURS, label, new_figure
 from vinesexp.figures.traces import Trace, draw_trace, sequence
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
@@ -27,12 +28,16 @@ class Decay:
     name : of the record.
     time : middle of each cycle, s.
     amplitude, fitted : mm.
+    law : mm; the same with damping that depends on amplitude, empty where none was found.
+    law_name : ``quadratic``.
     """
 
     name: str
     time: Floats
     amplitude: Floats
     fitted: Floats
+    law: Floats
+    law_name: str = ""
 
 
 def ringdown_and_fit(trace: Trace, shown: Decay, others: Sequence[Decay], *, title: str) -> Figure:
@@ -53,11 +58,13 @@ def ringdown_and_fit(trace: Trace, shown: Decay, others: Sequence[Decay], *, tit
         2, 1, height=4.4, sharex=True, gridspec_kw={"height_ratios": [1.4, 1.0]}
     )
     draw_trace(above, trace, colour=COLOURS["displacement"])
+    envelope = shown.law if shown.law.size else shown.fitted
     for sign in (1.0, -1.0):
-        above.plot(shown.time, sign * shown.fitted, color=COLOURS["exact"], linewidth=1.4)
+        above.plot(shown.time, sign * envelope, color=COLOURS["exact"], linewidth=1.4)
     middle = shown.time.size // 6
+    name = f"viscous and {shown.law_name} damping" if shown.law.size else "exponential"
     label(
-        *(above, "fitted exponential", (shown.time[middle], shown.fitted[middle])),
+        *(above, name, (shown.time[middle], envelope[middle])),
         colour=COLOURS["exact"],
         shift=(8, 8),
     )
@@ -65,16 +72,38 @@ def ringdown_and_fit(trace: Trace, shown: Decay, others: Sequence[Decay], *, tit
     above.set_title(title)
     above.margins(x=0.01)
     for decay, colour in zip(others, sequence(len(others)), strict=True):
-        share = 100.0 * (decay.amplitude - decay.fitted) / decay.fitted[0]
-        below.plot(decay.time, share, "o-", color=colour, markersize=2, linewidth=0.8)
-        if len(others) > 1:
-            at = min(int(np.argmax(np.abs(share))), share.size - 1)
-            label(below, decay.name, (decay.time[at], share[at]), colour=colour, shift=(5, 5))
+        _misfit(below, decay, decay.fitted, colour, faint=decay.law.size > 0)
+        if decay.law.size:
+            _misfit(below, decay, decay.law, colour, faint=False)
+    if len(others) > 1:
+        handles = [
+            below.plot([], [], "o-", color=colour, markersize=3, label=decay.name)[0]
+            for decay, colour in zip(others, sequence(len(others)), strict=True)
+        ]
+        figure.legend(
+            handles=handles,
+            loc="outside lower right",
+            ncols=6,
+            fontsize=8,
+            title="faint: what an exponential leaves" if shown.law.size else None,
+            title_fontsize=8,
+        )
     below.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
     below.set_ylabel("amplitude minus fit\n(% of the start)")
     below.set_xlabel("time (s)")
     figure.align_ylabels()
     return figure
+
+
+def _share(decay: Decay, fit: Floats) -> Floats:
+    share: Floats = 100.0 * (decay.amplitude - fit) / fit[0]
+    return share
+
+
+def _misfit(axis: Axes, decay: Decay, fit: Floats, colour: str, *, faint: bool) -> None:
+    alpha = 0.3 if faint else 1.0
+    share = _share(decay, fit)
+    axis.plot(decay.time, share, "o-", color=colour, markersize=2, linewidth=0.8, alpha=alpha)
 
 
 def added_mass_line(

@@ -114,6 +114,9 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "problems": sorted(
             (row for row in problems if row["record"]), key=lambda row: SEVERITY[row["outcome"]]
         ),
+        "notes": [
+            row for row in tables["checks"] if row["outcome"] == "ok" and row["check"] != "ingest"
+        ],
         "limits": [row for row in problems if not row["record"]],
         "refused": len({row["record"] for row in problems if row["outcome"] == "refused"}),
         "excluded": len({row["record"] for row in problems if row["outcome"] == "excluded"}),
