@@ -24,6 +24,7 @@ IntArray = NDArray[np.int64]
 _FEWEST = 10  # impacts with a flight before and after
 _CERTAIN = 0.9  # that an impact is one, and of this ball
 _OUTLYING = 4.0  # robust standard deviations
+_APART = 0.02  # periods to the nearest other impact: a pair disturbs each other's jump
 _LONGEST = 0.9  # periods: a longer flight may hide an impact
 
 
@@ -79,6 +80,8 @@ def flights_of(impacts: Impacts, *, nes: int, b: float, period: float) -> Flight
         & (impacts.crowded[own] == 0)
         & (impacts.clipped[own] == 0)
     )
+    gap = np.diff(impacts.time_s, prepend=-np.inf, append=np.inf)
+    sure &= np.minimum(gap[:-1], gap[1:])[own] > _APART * period
     crosses = (side[1:] != side[:-1]) & (dt < _LONGEST * period) & sure[1:] & sure[:-1]
     # Impacts of unknown origin in between may have been this ball's.
     others = np.flatnonzero(

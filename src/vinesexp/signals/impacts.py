@@ -189,7 +189,9 @@ def find_impacts(
     if oscillates and frequency and "displacement" in record.roles and found.time.size:
         kinks, sign = _kinks(record, found, float(frequency))
     impacts = _table(found, kinks, sign=sign, start=record.start)
-    return attribute(impacts, clearance=clearance, nes_mass=nes_mass)
+    return attribute(
+        impacts, clearance=clearance, nes_mass=nes_mass, frequency=frequency if oscillates else None
+    )
 
 
 def _clipped(record: RecordView, limits: Range) -> Callable[[int, int], NDArray[np.bool_]] | None:

@@ -139,6 +139,13 @@ class Answer:
         inside = np.abs(s) < 0.5 * step
         return np.where(inside, (s + 0.5 * step) ** 2 / (2.0 * step), value)
 
+    def since(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Displacement and velocity s after a unit jump."""
+        w = self.w_free or self.w
+        fall = np.exp(-self.rate * s)
+        x = fall * np.sin(w * s) / w
+        return x, fall * np.cos(w * s) - self.rate * x
+
 
 @dataclass(frozen=True)
 class _Windows:
@@ -148,6 +155,8 @@ class _Windows:
     s: FloatArray  # time since the impact
     offset: FloatArray  # of the impact from the window's centre
     kink: FloatArray
+    place: FloatArray  # what the neighbours did to displacement and velocity at the impact
+    velocity: FloatArray
     q: FloatArray
     upper: FloatArray
     answer: Answer
@@ -162,10 +171,13 @@ def _windows(
     local = np.asarray(grid * x.step, dtype=np.float64)
     q, upper = np.linalg.qr(_smooth(local, answer.w, full=full))
     index = centre[group, np.newaxis] + grid
-    samples = x.values[index] - _neighbours(x, times, jumps, index, group, answer)
+    others, place, velocity = _neighbours(x, times, jumps, index, group, answer)
+    samples = x.values[index] - others
     offset = times[group] - (x.start + centre[group] * x.step)
     s = local - offset[:, np.newaxis]
-    return _Windows(samples, s, offset, answer.kink(s, x.step), q, upper, answer, full)
+    return _Windows(
+        samples, s, offset, answer.kink(s, x.step), place, velocity, q, upper, answer, full
+    )
 
 
 def _out(values: FloatArray, q: FloatArray) -> FloatArray:
@@ -227,12 +239,13 @@ def _solve(
     w = windows.answer.w
     blurred = np.ones(q.shape[1])  # block means shrink an oscillation a little
     blurred[2:] = np.sinc(0.5 * w * step / np.pi)
-    for rows, value, deviation in (
-        (_smooth(windows.offset, w, full=windows.full), out.x, out.x_error),
-        (_smooth_slope(windows.offset, w, full=windows.full), out.v_before, out.v_error),
+    offset, full = windows.offset, windows.full
+    for rows, others, value, deviation in (
+        (_smooth(offset, w, full=full), windows.place, out.x, out.x_error),
+        (_smooth_slope(offset, w, full=full), windows.velocity, out.v_before, out.v_error),
     ):
         functional = np.linalg.solve(upper.T, (rows / blurred).T).T
-        value[group] = (functional * amplitude).sum(axis=1)
+        value[group] = (functional * amplitude).sum(axis=1) + others
         leak = (functional * (kink @ q)).sum(axis=1) * best_error
         deviation[group] = np.hypot(noise * np.sqrt((functional**2).sum(axis=1)), leak)
 
@@ -275,16 +288,20 @@ def _smooth_slope(s: FloatArray, w: float, *, full: bool) -> FloatArray:
 
 
 def _neighbours(
-    x: Coarse,
-    times: FloatArray,
-    jumps: FloatArray,
-    index: IntArray,
-    group: IntArray,
+    x: Coarse, times: FloatArray, jumps: FloatArray, index: IntArray, group: IntArray,
     answer: Answer,
-) -> FloatArray:
-    """What the other impacts in the windows did to the displacement (smooth parts left out)."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
+    """What the other impacts in the windows did to the displacement, smooth parts left out.
+
+    Returns
+    -------
+    total : array (group, samples)
+    place, velocity : arrays (group,)
+        The same at the windows' own impacts.
+    """
     t = x.start + index * x.step
     total = np.zeros(t.shape)
+    place, velocity = np.zeros(group.size), np.zeros(group.size)
     for direction in (1, -1):
         for step in range(1, times.size):
             other = group + direction * step
@@ -296,4 +313,9 @@ def _neighbours(
             rows = np.flatnonzero(there)
             s = t[rows] - times[other[rows], np.newaxis]
             total[rows] += jumps[other[rows], np.newaxis] * answer.kink(s, x.step)
-    return total
+            if direction < 0:
+                since = times[group[rows]] - times[other[rows]]
+                moved, speed = answer.since(since)
+                place[rows] += jumps[other[rows]] * moved
+                velocity[rows] += jumps[other[rows]] * speed
+    return total, place, velocity
