@@ -52,6 +52,17 @@ def test_extremes_by_blocks_are_those_of_the_whole(tmp_path, monkeypatch):
     assert whole[2].max() == x.max()
 
 
+def test_a_gap_is_left_out_and_hides_nothing_beside_it(tmp_path):
+    x = np.sin(np.arange(1000) / 20.0)
+    x[300:420] = np.nan
+    write_record(tmp_path / "a.nc", x, 100.0)
+    with open_record(tmp_path / "a.nc") as view:
+        _, low, high = extremes(view, "displacement", 9)
+    assert np.isfinite(high).all()  # each part has samples beside the gap
+    assert np.nanmax(high) == pytest.approx(1.0, abs=1e-3)
+    assert np.nanmin(low) == pytest.approx(-1.0, abs=1e-3)
+
+
 def test_amplitude_of_a_sine_is_its_amplitude_in_mm(tmp_path):
     t = np.arange(60_000) / 2000.0
     write_record(tmp_path / "a.nc", 4e-3 * np.sin(50.0 * t), 2000.0, oscillation_hz=50 / 2 / np.pi)

@@ -76,7 +76,7 @@ def _jumps(axis: Axes, impacts: Marks) -> None:
 
 def _enlarged(axis: Axes, zoom: Trace, impacts: Marks, motion: Trace | None) -> None:
     draw_trace(axis, zoom, colour=COLOURS["acceleration"])
-    top = float(np.max(np.abs(zoom.values))) or 1.0
+    top = _top(zoom.values)
     inside = (impacts.time >= zoom.time[0]) & (impacts.time <= zoom.time[-1])
     for side, place, marker in ((1, 1.15, "v"), (-1, -1.15, "^"), (0, 1.15, "v")):
         marks = impacts.time[inside & (impacts.side == side)]
@@ -93,9 +93,14 @@ def _enlarged(axis: Axes, zoom: Trace, impacts: Marks, motion: Trace | None) -> 
     if motion is not None and motion.values.size:
         twin = axis.twinx()
         twin.plot(motion.time, motion.values, color=COLOURS["displacement"], alpha=0.7)
-        reach = 1.35 * max(float(np.max(np.abs(motion.values))), 1e-12)
+        reach = 1.35 * _top(motion.values)
         twin.set_ylim(-reach, reach)
         twin.set_ylabel("displacement (mm)", color=COLOURS["displacement"])
         twin.tick_params(axis="y", colors=COLOURS["displacement"])
         twin.grid(visible=False)
         twin.margins(x=0.01)
+
+
+def _top(values: Floats) -> float:
+    """Largest magnitude, gaps left out; 1 where there is none."""
+    return float(np.fmax.reduce(np.abs(values), initial=0.0)) or 1.0

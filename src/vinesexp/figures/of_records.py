@@ -69,8 +69,8 @@ def extremes(view: RecordView, role: str, parts: int) -> tuple[Floats, Floats, F
         end = max(int(np.searchsorted(edges, edges[begin] + _BLOCK, "right")) - 1, begin + 1)
         samples = view.read(role, int(edges[begin]), int(edges[end]))
         starts = edges[begin:end] - edges[begin]
-        low[begin:end] = np.minimum.reduceat(samples, starts)
-        high[begin:end] = np.maximum.reduceat(samples, starts)
+        low[begin:end] = np.fmin.reduceat(samples, starts)
+        high[begin:end] = np.fmax.reduceat(samples, starts)
         begin = end
     middle = np.asarray(view.start + 0.5 * (edges[:-1] + edges[1:] - 1) / view.sample_rate)
     return middle, low, high

@@ -26,6 +26,7 @@ Row = Mapping[str, str]
 
 #: Samples of one decay that are read.
 _MOST = 4_000_000
+_FEWEST = 3  # cycles
 #: Decays whose misfit is drawn together.
 _MOST_DECAYS = 6
 #: Parts of a law of damping, dA/dt = -(gamma + alpha A + beta A^2); beyond the linear one, named.
@@ -73,15 +74,17 @@ def _decay(
     record: Record, found: Mapping[str, tuple[float, float]], results: Path
 ) -> tuple[Decay, Trace]:
     """Amplitudes from the largest on, and the exponential of the identified f0 and zeta."""
-    f0 = found["f0"][0]
+    f0, none = found["f0"][0], np.empty(0)
     with open_record(results / f"conditioned/{record.id}.nc") as view:
         if "displacement" not in view.roles:
-            none = np.empty(0)
             return Decay(record.id, none, none, none, none), Trace("", none, none)
         trace = Trace(
             "displacement", view.time(0, _MOST), 1e3 * view.read("displacement", 0, _MOST)
         )
         time, swing = cycle_amplitudes(trace.values, view.sample_rate, f0)
+    time, swing = time[np.isfinite(swing)], swing[np.isfinite(swing)]  # no cycle with a gap
+    if swing.size < _FEWEST:
+        return Decay(record.id, none, none, none, none), trace
     first = min(int(np.argmax(swing)) + 1, swing.size - 1)  # the release itself is no cycle
     gone = np.flatnonzero(swing[first:] < _FADED * swing[first])
     last = first + int(gone[0]) if gone.size else swing.size

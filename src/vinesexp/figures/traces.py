@@ -48,7 +48,7 @@ def band(time: Floats, values: Floats, *, columns: int = COLUMNS) -> tuple[Float
     edges = np.unique(np.linspace(0, len(values), min(columns, len(values)) + 1).astype(np.int64))
     start = edges[:-1]
     middle = 0.5 * (time[start] + time[edges[1:] - 1])
-    return middle, np.minimum.reduceat(values, start), np.maximum.reduceat(values, start)
+    return middle, np.fmin.reduceat(values, start), np.fmax.reduceat(values, start)
 
 
 def draw_trace(axis: Axes, trace: Trace, *, colour: str) -> None:
