@@ -255,11 +255,11 @@ def test_identical_balls_chatter_and_rest_together():
 
 
 def test_heavy_balls_of_unequal_restitution_gain_no_energy():
-    from vinesexp.simulation.contact import HIT, MASS, RESTITUTION, RHO, SIDE, impact
+    from vinesexp.simulation.contact import COLUMNS, HIT, MASS, RESTITUTION, RHO, SIDE, impact
 
     rng = np.random.default_rng(5)
     for _ in range(2000):
-        balls = np.zeros((3, 13))
+        balls = np.zeros((3, COLUMNS))
         balls[:, MASS] = 10.0 ** rng.uniform(-2, 2, 3)
         balls[:, RESTITUTION] = rng.uniform(0, 1, 3).round()
         balls[:, SIDE] = rng.choice([-1.0, 1.0], 3)

@@ -1,8 +1,8 @@
 """The generic reference problems, built from nothing but a rig.
 
-A ball under gravity is a ball in a cavity whose wall is accelerated upwards: the oscillator is so heavy
-that impacts do not move it, and its spring pulls at a constant force. An oscillator against a fixed wall is one
-whose "ball" is so heavy that it stays where it is.
+A ball under gravity is a ball in a cavity whose wall is accelerated upwards: the oscillator is so
+heavy that impacts do not move it, and its spring pulls at a constant force. An oscillator against
+a fixed wall is one whose "ball" is so heavy that it stays where it is.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Event times against closed forms and 50-digit arithmetic on problems this project did not invent."""
+"""Event times against closed forms and 50 digits on problems this project did not invent."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def test_near_graze_is_never_missed(power):
 
 @pytest.mark.parametrize("w", [0.5, 1.0, 2.0])
 def test_grazing_amplitude(w):
-    """x'' + 0.1 x' + x = A cos(wt) with a wall at 1: touched from A = sqrt(...) on, never passed."""
+    """x'' + 0.1 x' + x = A cos(wt), wall at 1: touched from A = sqrt(...) on, never passed."""
     graze = np.sqrt((1.0 - w * w) ** 2 + (0.1 * w) ** 2)
     oscillator = Oscillator(M=1.0, c1=0.1, k1=1.0)
     gain = abs((1.0 + 0.1j * w) / 1.0)

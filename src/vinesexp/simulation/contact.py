@@ -39,7 +39,8 @@ ROOT = 8  # time of the next contact after the start of the step, s
 WALL = 9  # the side of that contact
 U = 10  # y' of a ball in flight: exactly constant, m/s
 GAP, RATE = 11, 12  # gap to `SIDE` and its rate at the point a search has reached
-COLUMNS = 13
+LAST, EXPECTED = 13, 14  # times of the last and of the next contact, the latter a guess
+COLUMNS = 15
 
 FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
 

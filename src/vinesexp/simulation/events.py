@@ -17,9 +17,11 @@ from vinesexp.simulation.chatter import close_chatter, release, settle
 from vinesexp.simulation.compiled import compiled
 from vinesexp.simulation.contact import (
     CLEARANCE,
+    EXPECTED,
     FREE,
     HIT,
     IMPACT,
+    LAST,
     MASS,
     RELEASED,
     REST_END,
@@ -174,8 +176,11 @@ def collide(
     for i in range(n):
         before[i] = balls[i, RHO] if balls[i, STATE] != RESTING else math.inf
     state[V_NOW] = v + impact(balls, M)
+    now = state[T_HIGH]
     for i in range(n):
         if balls[i, HIT] == 1.0:
+            balls[i, EXPECTED] = now + (now - balls[i, LAST])
+            balls[i, LAST] = now
             if balls[i, MASS] > M and n == 1:
                 # The lighter body takes the rounding: here the oscillator, of a wall-like ball.
                 push = (1.0 + balls[i, RESTITUTION]) * before[i] * (M / (M + balls[i, MASS]))
@@ -265,7 +270,7 @@ def sample(
                 here, speed, mass = nodes[node, 1], nodes[node, 2], nodes[node, 3]
             else:
                 here, speed = value(X, end - t, 0), slope(X, end - t, 1)
-            t = end
+            t = end if end > t else np.nextafter(t, math.inf)
             while piece + 1 < table.shape[0] and table[piece + 1, 0] <= t:
                 piece += 1
             reach = expand(par, mass, kind, table, piece, t - table[piece, 0], here, speed, E, X)

@@ -1,4 +1,4 @@
-"""One ball from wall to wall: guess the contact, land on it, then prove that nothing came before.
+"""From contact to contact: guess the contact, land on it, then prove that nothing came before.
 
 In a regular response one flight lasts about as long as the last one, so its contact is found with
 one evaluation of the closed form, in a chaotic one with two. That would be a gamble on its own. The
@@ -19,11 +19,15 @@ from numpy.typing import NDArray
 from vinesexp.simulation.compiled import compiled
 from vinesexp.simulation.contact import (
     CLEARANCE,
+    EXPECTED,
+    FREE,
     IMPACT,
+    LAST,
     MASS,
     RESTITUTION,
     RHO,
     SIDE,
+    STATE,
     D,
     U,
     write_event,
@@ -37,6 +41,7 @@ from vinesexp.simulation.response import (
     H_W0SQ,
     after,
 )
+from vinesexp.simulation.search import EPS
 from vinesexp.simulation.walls import open_until
 
 FloatArray = NDArray[np.float64]
@@ -49,20 +54,36 @@ TRIES = 4
 
 
 @compiled
+def first_expected(balls: FloatArray, now: float) -> int:
+    """The ball whose contact is expected first after `now`; -1 if one is overdue or unknown."""
+    first = 0
+    for i in range(balls.shape[0]):
+        if balls[i, EXPECTED] <= now or balls[i, STATE] != FREE:
+            return -1
+        if balls[i, EXPECTED] < balls[first, EXPECTED]:
+            first = i
+    return first
+
+
+@compiled
 def cross(
-    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, last: float,
+    response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, k: int,
     longest: float,
 ) -> tuple[float, int]:  # fmt: skip
-    """Carry ball 0 from the wall it has just left to the other: duration (0: not proved), tries.
+    """Carry everything to the next contact, thought to be of ball k.
 
-    On success clock, oscillator, phasor `c` and ball are at the contact; else nothing is changed.
+    Returns its duration (0: not proved, and nothing is changed) and the evaluations used. On
+    success clock, oscillator, phasor `c` and balls are at the contact.
     """
     w, w0sq, two_alpha = response[0, H_W], response[0, H_W0SQ], response[0, H_TWOALPHA]
-    rate, w2 = response[0, H_RATE], w * w
-    side, rho, wide = balls[0, SIDE], balls[0, RHO], 2.0 * balls[0, CLEARANCE]
+    rate, w2, n = response[0, H_RATE], w * w, balls.shape[0]
+    side, rho, wide = balls[k, SIDE], balls[k, RHO], 2.0 * balls[k, CLEARANCE]
+    # Where the ball is heading: `far` is the gap to that wall, in the direction `to`.
+    to = 1.0 if rho > 0.0 else -1.0
+    far = balls[k, D] if to == side else wide - balls[k, D]
     x0, v0, c0, c1 = state[X_NOW], state[V_NOW], c[0], c[1]
     xh0, vh0 = x0 - c0, v0 + w * c1
-    s, tries = last, 0
+    s, tries = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW], 0
     while True:
         if not (0.0 < s < longest) or tries == TRIES:
             return 0.0, tries
@@ -73,29 +94,30 @@ def cross(
         jh = -two_alpha * ah - w0sq * vh
         fh = -two_alpha * jh - w0sq * ah
         a, j, f = ah - w2 * cr, jh + w2 * w * ci, fh + w2 * w2 * cr
-        # Gap to the far wall: 2 b - (gap to the near one); the gap to the near one starts at zero.
-        g = wide + side * (rho * s + (x - x0 - v0 * s))
-        g1 = side * (rho + (v - v0))
+        g = far - to * (rho * s + (x - x0 - v0 * s))
+        g1 = -to * (rho + (v - v0))
         if g1 >= 0.0:
             return 0.0, tries
         d = -g / g1
         for _ in range(2):
-            slope = g1 + side * d * (a + d * (0.5 * j + d * f * (1.0 / 6.0)))
-            value = g + d * (g1 + side * d * (0.5 * a + d * (j + 0.25 * d * f) * (1.0 / 6.0)))
+            slope = g1 - to * d * (a + d * (0.5 * j + d * f * (1.0 / 6.0)))
+            value = g + d * (g1 - to * d * (0.5 * a + d * (j + 0.25 * d * f) * (1.0 / 6.0)))
             d -= value / slope
         if abs(d) * rate < CLOSE:
             break
         s += d
     # The state at the contact.
     T = s + d
+    if T <= 0.0:
+        return 0.0, tries
     x += d * (v + d * (0.5 * a + d * (j + 0.25 * d * f) * (1.0 / 6.0)))
-    v_hit = v + d * (a + d * (0.5 * j + d * f * (1.0 / 6.0)))
+    v += d * (a + d * (0.5 * j + d * f * (1.0 / 6.0)))
     turn = w * d
     q = turn * turn
     cosine, sine = 1.0 - q * (0.5 - q * (1.0 / 24.0)), turn * (1.0 - q * (1.0 / 6.0 - q / 120.0))
     cr, ci = cr * cosine - ci * sine, cr * sine + ci * cosine
     # Derivatives at both ends, and the bound between them.
-    xh, vh = x - cr, v_hit + w * ci
+    xh, vh = x - cr, v + w * ci
     ah = -two_alpha * vh - w0sq * xh
     a1, j1 = ah - w2 * cr, -two_alpha * ah - w0sq * vh + w2 * w * ci
     ah = -two_alpha * vh0 - w0sq * xh0
@@ -109,39 +131,71 @@ def cross(
         math.sqrt(f0 * f0 + df0 * df0) + T * free * response[0, H_MISFIT],
         w2 * w2 * response[0, H_P] + free,
     )
-    half, rho1 = 0.5 * T, rho + (v_hit - v0)
-    away, toward = -side * rho, -side * rho1
-    proved = (
-        (open_until(0.0, away, -side * a0, -side * j0, S, half))
-        & (open_until(wide, -away, side * a0, side * j0, S, half))
-        & (open_until(wide, -toward, -side * a1, side * j1, S, half))
-        & (open_until(0.0, toward, side * a1, -side * j1, S, half))
-    )
-    if not proved:
-        return 0.0, tries
-    low = T + state[T_LOW]
-    total = state[T_HIGH] + low
-    state[T_LOW], state[T_HIGH] = low - (total - state[T_HIGH]), total
-    state[X_NOW], state[V_NOW] = x, v_hit
+    half, bend, gain = 0.5 * T, x - x0 - v0 * T, v - v0
+    for i in range(n):
+        z, g0, full = balls[i, SIDE], balls[i, D], 2.0 * balls[i, CLEARANCE]
+        r0, r1 = balls[i, RHO], balls[i, RHO] + gain
+        # Gaps at the landing; ball k is exactly at the wall it was heading for.
+        near = g0 - z * (r0 * T + bend)
+        other = full - near
+        if i == k:
+            near, other = (0.0, full) if to == z else (full, 0.0)
+        proved = (
+            (open_until(g0, -z * r0, -z * a0, -z * j0, S, half))
+            & (open_until(full - g0, z * r0, z * a0, z * j0, S, half))
+            & (open_until(near, z * r1, -z * a1, z * j1, S, half))
+            & (open_until(other, -z * r1, z * a1, -z * j1, S, half))
+        )
+        # Contacts within the resolution of time are one event, for the general rule.
+        tie = 4.0 * EPS * (state[T_HIGH] + T) * abs(r1)
+        if not proved or (i != k and (near <= tie or other <= tie)):
+            return 0.0, tries
+    arrive(state, balls, x, v, T, k, to)
     c[0], c[1] = cr, ci
-    balls[0, SIDE], balls[0, D] = -side, 0.0
-    apart = v_hit - balls[0, U]
-    clear = abs(apart) > 0.25 * (abs(v_hit) + abs(balls[0, U]))
-    balls[0, RHO] = apart if clear else rho1
     return T, tries
 
 
 @compiled
+def arrive(
+    state: FloatArray, balls: FloatArray, x: float, v: float, T: float, k: int, to: float
+) -> None:
+    """Set clock, oscillator and balls to T seconds on, ball k at the wall `to`."""
+    bend, gain = x - state[X_NOW] - state[V_NOW] * T, v - state[V_NOW]
+    low = T + state[T_LOW]
+    total = state[T_HIGH] + low
+    state[T_LOW], state[T_HIGH] = low - (total - state[T_HIGH]), total
+    state[X_NOW], state[V_NOW] = x, v
+    for i in range(balls.shape[0]):
+        gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * T + bend)
+        apart = v - balls[i, U]
+        clear = abs(apart) > 0.25 * (abs(v) + abs(balls[i, U]))
+        balls[i, RHO] = apart if clear else balls[i, RHO] + gain
+        if i == k:
+            balls[i, SIDE], gap = to, 0.0
+        elif gap > balls[i, CLEARANCE]:
+            balls[i, SIDE] = -balls[i, SIDE]
+            gap = 2.0 * balls[i, CLEARANCE] - gap
+        balls[i, D] = max(gap, 0.0)
+
+
+@compiled
 def bounce(
-    state: FloatArray, balls: FloatArray, M: float, numbers: FloatArray, labels: IntArray, row: int
-) -> int:
-    """The impact of a single ball lighter than the oscillator (`contact.impact` for n = 1)."""
-    m, r, rho, v = balls[0, MASS], balls[0, RESTITUTION], balls[0, RHO], state[V_NOW]
-    after_v = v - m * (1.0 + r) * rho / (M + m)
-    balls[0, RHO] = -r * rho
-    balls[0, U] = after_v + r * rho
-    state[V_NOW] = after_v
+    state: FloatArray, balls: FloatArray, k: int, M: float, numbers: FloatArray, labels: IntArray,
+    row: int,
+) -> int:  # fmt: skip
+    """The impact of ball k alone, lighter than the oscillator, none resting (`contact.impact`)."""
+    m, r, rho, v = balls[k, MASS], balls[k, RESTITUTION], balls[k, RHO], state[V_NOW]
+    dv = -m * (1.0 + r) * rho / (M + m)
+    for i in range(balls.shape[0]):
+        balls[i, RHO] += dv
+    balls[k, RHO] = -r * rho
+    state[V_NOW] = v + dv
+    balls[k, U] = state[V_NOW] + r * rho
+    # The next flight is expected to last as long as the last one.
+    now = state[T_HIGH]
+    balls[k, EXPECTED] = now + (now - balls[k, LAST])
+    balls[k, LAST] = now
     return write_event(
-        numbers, labels, row, IMPACT, 0, balls[0, SIDE], state[T_HIGH], state[X_NOW], v, after_v,
-        v - rho, balls[0, U],
+        numbers, labels, row, IMPACT, k, balls[k, SIDE], now, state[X_NOW], v, state[V_NOW],
+        v - rho, balls[k, U],
     )  # fmt: skip

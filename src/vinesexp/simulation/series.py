@@ -122,7 +122,7 @@ def expand_weakly_nonlinear(
     P = np.empty(X.shape[0])
     z1 = X[1] - E[1]
     direction = math.copysign(1.0, z1)
-    at_rest = abs(z1) <= 8e-16 * (
+    at_rest = abs(z1) <= 1e-13 * (
         abs(X[1]) + abs(E[1]) + own_rate(mass, par[P_C], par[P_K]) * abs(X[0])
     )
     if at_rest:
@@ -140,7 +140,7 @@ def expand_weakly_nonlinear(
                 P[0] += par[P_COULOMB] - side * par[P_K] * (E[0] - X[0])
                 P[X.shape[0] - 2] = P[X.shape[0] - 1] = 0.0
                 reach = min(reach, first_root(P, 0, limit))
-            return reach if reach > 0.0 else limit * 1e-9
+            return max(reach, 1e-15 * limit)
         direction = math.copysign(1.0, pull)
     fill_series(par, mass, direction, E, X)
     scale = abs(X[0]) + abs(X[1]) * limit + abs(X[2]) * limit * limit
@@ -152,7 +152,8 @@ def expand_weakly_nonlinear(
     for n in range(top):
         P[n] = direction * (n + 1) * (X[n + 1] - E[n + 1])
     P[top] = 0.0
-    return min(reach, first_root(P, 1 if at_rest else 0, reach))
+    # The least step keeps the search from standing still; it stays within what counts as at rest.
+    return max(min(reach, first_root(P, 1 if at_rest else 0, reach)), 1e-15 * limit)
 
 
 @compiled
