@@ -429,7 +429,8 @@ def main() -> int:
         "",
         "The exact orbit's end was put to the test by direct simulation: started 1e-5 of its",
         f"amplitude off the orbit, the motion returns to it at {1 - margin:g} b_c and leaves it at",
-        f"{1 + margin:g} b_c in {n_agreed} of {n} grid points ({saddle_nodes()} of them saddle-nodes,",
+        f"{1 + margin:g} b_c in {n_agreed} of {n} grid points ({saddle_nodes()} of them "
+        "saddle-nodes,",
         "past which no orbit is left to start from). In "
         f"{int(none.sum())} more no stable orbit exists at any",
         "clearance (no damping, 1 % below resonance); the slow flow says so too. Errors of the",
