@@ -174,7 +174,7 @@ def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
     return [
         {
             "name": name,
-            "symbol": SYMBOLS.get(name, name.replace("_", " ")),
+            "symbol": SYMBOLS.get(name, re.sub(r"^r_(\d+)$", r"r<sub>\1</sub>", name)),
             "meaning": PARAMETERS.get(name, _meaning(name)),
             "value": _value(combined[name]),
             "methods": [
