@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vinesexp.errors import ParameterError
@@ -53,6 +53,7 @@ def test_closed_forms_take_a_million_rigs_in_a_fifth_of_a_second() -> None:
 
 
 @settings(deadline=None, max_examples=12)
+@example(eps=0.00390625, zeta=0.0, r=0.375, tuning=1.003)
 @given(
     st.floats(1e-3, 0.2),
     st.one_of(st.just(0.0), st.floats(1e-4, 0.04)),
@@ -78,11 +79,17 @@ def test_derivatives_agree_with_differences_of_whole_solutions(
     for name in rig:
         if rig[name] == 0.0:
             continue
-        h = 1e-4 * rig[name]
-        up, down = {**rig, name: rig[name] + h}, {**rig, name: rig[name] - h}
         for b, slope in ((exact, slopes[name]), (formula, published[name])):
-            difference = (b(**up) - b(**down)) / (2 * h)
+            # Extrapolated to no step: near resonance without damping k1 moves the detuning so
+            # much that a plain central difference is off by a few 1e-4.
+            coarse, fine = (_difference(b, rig, name, h * rig[name]) for h in (1e-4, 5e-5))
+            difference = (4.0 * fine - coarse) / 3.0
             assert slope == pytest.approx(difference, rel=1e-4, abs=1e-6 * value / rig[name])
+
+
+def _difference(b, rig: dict[str, float], name: str, h: float) -> float:
+    up, down = {**rig, name: rig[name] + h}, {**rig, name: rig[name] - h}
+    return (b(**up) - b(**down)) / (2 * h)
 
 
 def test_derivative_by_damping_without_damping() -> None:

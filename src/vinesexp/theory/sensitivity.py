@@ -88,7 +88,8 @@ def gradient_exact(
     ends = end_of_permanent_response(p)
     C, node = float(ends.C_low), str(ends.kind) == "saddle-node"
     # rows: C, then the rig values; columns: the four offsets
-    steps = _STEP * np.array([C, *(_scale(name, rig) for name in _NAMES)])
+    near = abs(float(p.Omega) - 1.0) + float(p.zeta) + float(p.eps)
+    steps = _STEP * np.array([C, *(_scale(name, rig, near, frequency) for name in _NAMES)])
     points = np.array([C, *rig.values()])[:, None, None] + np.zeros((6, 6, 4))
     for row in range(6):
         points[row, row] += steps[row] * _OFFSETS
@@ -102,8 +103,14 @@ def gradient_exact(
     return G * float(ends.b_high), dict(zip(_NAMES, map(float, slopes), strict=True))
 
 
-def _scale(name: str, rig: dict[str, float]) -> float:
-    """Size of a step in one rig value: its own, but for r (order 1) and c1 = 0 (of sqrt(k1 M))."""
+def _scale(name: str, rig: dict[str, float], near: float, frequency: float | None) -> float:
+    """Size of a step in one rig value: its own, but for r (order 1) and c1 = 0 (of sqrt(k1 M)).
+
+    At a fixed frequency M and k1 move the detuning, in which the response changes over a width
+    of `near`; the step has to stay well inside it.
+    """
+    if name in ("M", "k1") and frequency is not None:
+        return rig[name] * min(20.0 * near, 1.0)
     if name == "r":
         return 0.1
     if name == "c1":
