@@ -27,7 +27,9 @@ Band = tuple[float | None, float | None]
 _BLOCK = 1 << 20  # samples read at once
 _SPECTRUM = 1 << 19  # points that the oscillator's frequency is looked for in
 _EDGE_REMAINS = 1e-5  # of an extension's start-up, where the record begins
-_LINE = 0.01  # s of acceleration whose trend is continued
+_LINE = 0.01  # s of acceleration whose trend is continued, or this share of ...
+_LINE_SHARE = 0.05  # ... the period of the highpass's corner
+_SLOWEST = 0.5  # Hz: lower is drift
 
 
 @dataclass(frozen=True)
@@ -53,17 +55,19 @@ def default_bands(
 
     Displacement: a quarter to five times its frequency (harmonics up to the fifth carry the
     kinks that impacts make), or what the user says. Acceleration: everything above twenty times
-    its frequency, but never less than the upper 23 of 25 parts of what the sample rate holds.
+    its frequency, but never less than the upper 23 of 25 parts of what the sample rate holds;
+    without an oscillation everything that three periods fit into.
 
     Examples
     --------
     >>> default_bands(sample_rate=1e4, frequency=8.0)
     Bands(frequency=8.0, displacement=(2.0, 40.0), acceleration=(160.0, None))
-    >>> default_bands(sample_rate=1e4, frequency=None).acceleration
-    (100.0, None)
+    >>> default_bands(sample_rate=1e4, frequency=None, duration=1.5).acceleration
+    (2.0, None)
     """
     if frequency is None:
-        return Bands(None, bandpass or (None, None), (0.01 * sample_rate, None))
+        slow = min(max(3.0 / duration, _SLOWEST), 0.01 * sample_rate)
+        return Bands(None, bandpass or (None, None), (slow, None))
     low = max(0.25 * frequency, 0.5 / duration)
     return Bands(
         frequency,
@@ -176,15 +180,16 @@ def _filtered(record: RecordView, role: str, bands: Bands) -> Iterator[FloatArra
         return _blocks(record, role)
     pad = settling_samples(sos, remains=_EDGE_REMAINS)
     slow = None if role == "acceleration" else bands.frequency
-    before, after = _extensions(record, role, pad, slow)
+    line = max(_LINE, _LINE_SHARE / low) if low else _LINE
+    before, after = _extensions(record, role, pad, slow, line)
     return zero_phase_blocks(_blocks(record, role), sos, before=before, after=after)
 
 
 def _extensions(
-    record: RecordView, role: str, pad: int, frequency: float | None
+    record: RecordView, role: str, pad: int, frequency: float | None, line: float
 ) -> tuple[FloatArray, FloatArray]:
     rate = record.sample_rate
-    seconds = _LINE if frequency is None else 4.0 / frequency
+    seconds = line if frequency is None else 4.0 / frequency
     length = min(record.n, max(16, math.ceil(seconds * rate)))
     head = fill_gaps(record.read(role, 0, length))[::-1]
     tail = fill_gaps(record.read(role, record.n - length, record.n))

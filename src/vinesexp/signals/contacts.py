@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.signals.pulse import Pulse
-from vinesexp.signals.spikes import STRETCH, noise_of
+from vinesexp.signals.spikes import STRETCH, louder, stretch_noise
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -64,6 +64,7 @@ class _State:
     a: FloatArray
     noise: FloatArray
     valid: BoolArray
+    clipped: BoolArray
     pulse: Pulse
     place: FloatArray
     height: FloatArray
@@ -92,6 +93,7 @@ class _State:
 def fit_contacts(
     a: FloatArray, start: IntArray, pulse: Pulse, *,
     noise: FloatArray, threshold: float, valid: BoolArray | None = None,
+    clipped: BoolArray | None = None,
 ) -> Contacts:  # fmt: skip
     """Fit contacts of one shape to an acceleration.
 
@@ -107,14 +109,18 @@ def fit_contacts(
     threshold : float
         A contact has to exceed so many standard deviations.
     valid : bool array (n,), optional
-        False where a sample is clipped or missing: it then says nothing.
+        False where a sample is clipped or missing.
+    clipped : bool array (n,), optional
+        True where it is clipped: it then says that the truth is no smaller. A missing one says
+        nothing.
     """
     truth = np.ones(a.size, dtype=bool) if valid is None else valid
+    beyond = np.zeros(a.size, dtype=bool) if clipped is None else clipped
     place = start.astype(np.float64)
-    state = _State(a, noise, truth, pulse, place, a[start].astype(np.float64))
+    state = _State(a, noise, truth, beyond, pulse, place, a[start].astype(np.float64))
     seen = _seen_lags(pulse)
-    box = _BoxNoise(a, pulse.width)
-    align(state, seen, reach=2 * pulse.width + 1)
+    box = _BoxNoise(a, pulse.width, truth)
+    align(state, seen, reach=pulse.search)
     for _ in range(_ROUNDS):
         for _ in range(_STEPS):
             _refine(state, seen)
@@ -140,32 +146,42 @@ def _seen_lags(pulse: Pulse) -> IntArray:
 
 
 def _normal(
-    state: _State, seen: IntArray
+    state: _State, seen: IntArray, *, also: BoolArray | None = None
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Sample index, pulse, time derivative and the 2 x 2 normal equations of every contact."""
     index, u, inside = state.windows(seen)
     value, slope = state.pulse.at(u)
-    use = inside & state.valid[index]
+    counts = state.valid if also is None else state.valid | also
+    use = inside & counts[index]
     value, slope = value * use, -slope * state.height[:, np.newaxis] * use
     vv, vs, ss = ((value * value).sum(1), (value * slope).sum(1), (slope * slope).sum(1))
     return index, value, slope, vv, vs, ss
 
 
 def align(state: _State, seen: IntArray, *, reach: int) -> None:
-    """Move every contact to the whole-sample shift where the pulse fits best.
+    """Move every contact to where the pulse fits best within `reach` samples.
 
     A first guess may sit on the second swing of a ringing, from where small steps do not lead back.
     """
-    shifts = np.arange(-reach, reach + 1)
     wide = np.arange(seen[0] - reach, seen[-1] + reach + 1)
     index, _, inside = state.windows(wide)
-    samples = np.where(inside & state.valid[index], state.a[index], 0.0)
-    shape = state.pulse.at(seen.astype(np.float64))[0]
+    known = state.valid[index] | state.clipped[index]
+    samples = np.where(inside & known, state.a[index], 0.0)
     views = np.lib.stride_tricks.sliding_window_view(samples, seen.size, axis=1)
-    match = views @ shape
-    best = np.argmax(np.abs(match), axis=1)
-    state.place = np.rint(state.place) + shifts[best]
-    state.height = match[np.arange(best.size), best] / float(shape @ shape)
+    parts = state.pulse.parts
+    top = np.zeros(len(samples))
+    place, height = np.rint(state.place), state.height
+    for part in np.arange(parts) / parts:
+        shape = state.pulse.at(seen - part)[0]
+        norm = float(shape @ shape)
+        match = views @ shape / np.sqrt(norm)
+        best = np.argmax(np.abs(match), axis=1)
+        value = match[np.arange(best.size), best]
+        better = np.abs(value) > top
+        top = np.where(better, np.abs(value), top)
+        place = np.where(better, np.rint(state.place) + best - reach + part, place)
+        height = np.where(better, value / np.sqrt(norm), height)
+    state.place, state.height = place, height
 
 
 def _refine(state: _State, seen: IntArray) -> None:
@@ -173,7 +189,8 @@ def _refine(state: _State, seen: IntArray) -> None:
     if not state.place.size:
         return
     rest = state.residual()
-    index, value, slope, vv, vs, ss = _normal(state, seen)
+    short = state.clipped & (rest * state.a > 0.0)  # the fit does not even reach the limit
+    index, value, slope, vv, vs, ss = _normal(state, seen, also=short)
     window = rest[index]
     right_v, right_s = (value * window).sum(1), (slope * window).sum(1)
     determinant = vv * ss - vs * vs
@@ -213,13 +230,10 @@ def _merge(state: _State, threshold: float, seen: IntArray) -> None:
 class _BoxNoise:
     """Boxcar of the pulse's width over the array, and its noise in every stretch."""
 
-    def __init__(self, a: FloatArray, width: int) -> None:
+    def __init__(self, a: FloatArray, width: int, valid: BoolArray) -> None:
         self.width = width
         box = self.of(a)
-        count = max(1, -(-a.size // STRETCH))
-        self.noise = np.array(
-            [noise_of(box[k * STRETCH : (k + 1) * STRETCH]) for k in range(count)]
-        )
+        self.noise = louder(stretch_noise(np.where(valid, box, np.nan)))
 
     def of(self, a: FloatArray) -> FloatArray:
         """Sum over the boxcar centred on each sample, over sqrt(width)."""

@@ -16,7 +16,7 @@ from vinesexp.signals.contacts import Contacts, fit_contacts, strongest
 from vinesexp.signals.extension import block_means
 from vinesexp.signals.pulse import Pulse, Shape, pulse_of, window
 from vinesexp.signals.shapefit import Windows, learn_pulse
-from vinesexp.signals.spikes import STRETCH, Spikes, find_spikes, noise_of
+from vinesexp.signals.spikes import STRETCH, Spikes, find_spikes, stretch_noise
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -26,6 +26,8 @@ Read = Callable[[int, int], FloatArray]
 THRESHOLD = 6.0  # standard deviations: noise alone passes once in 5e8 samples
 _CHUNK = 128 * STRETCH  # samples: 2 million
 _APART = 3e-3  # s: first guesses this close together are one contact and its ringing
+_TAIL = 1.5  # times a tail may show as strong as it should
+_STRONG = 0.3  # of the strongest
 _WEAK = 0.15  # of the strongest neighbour
 _LEARN = 80  # impacts the pulse is learnt from
 _CLEAR = 15.0  # strength of an impact to learn from
@@ -67,6 +69,15 @@ class Detection:
     pulse: Pulse | None
     interval: float
     noise: float
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Samples (means of groups where the pulse is long), which are good, and which clipped."""
+
+    a: FloatArray
+    good: BoolArray
+    clipped: BoolArray
 
 
 def detect_contacts(
@@ -121,27 +132,31 @@ def detect_from(
     """
 
     def good(begin: int, end: int) -> FloatArray:
-        return np.nan_to_num(read(begin, end), nan=0.0, posinf=0.0, neginf=0.0)
+        raw = read(begin, end)
+        good = np.isfinite(raw)
+        return raw if good.all() else np.where(good, raw, np.nan)
 
-    spikes = _all_spikes(good, n, sample_rate, threshold, noise_floor)
+    spikes = _all_spikes(good, n, sample_rate, threshold, noise_floor, highpass)
     noise = float(np.median(spikes.noise))
     if not spikes.index.size:
         return _nothing(1.0 / sample_rate, noise)
-    first = strongest(spikes.index, spikes.strength, reach=_APART * sample_rate)
+    width = _typical(spikes.width, spikes.strength)
+    reach = max(_APART * sample_rate, 2.0 * width)
+    first = strongest(spikes.index, spikes.strength, reach=reach)
     strength = spikes.strength[np.searchsorted(spikes.index, first)]
-    width = spikes.width[np.searchsorted(spikes.index, first)]
-    duration = 1.33 * _typical(width, strength)
+    duration = 1.33 * width
     k = max(1, int(duration / 1.33 / _FINEST))
     span = window(sample_rate / k, highpass, duration / k)
 
-    def coarse(begin: int, end: int) -> tuple[FloatArray, BoolArray]:
-        """Group means over [begin, end) and whether every sample of a group is good."""
+    def coarse(begin: int, end: int) -> Piece:
         raw = read(begin, end)
-        bad = ~np.isfinite(raw)
-        if clipped is not None:
-            bad |= clipped(begin, end)
-        a = np.nan_to_num(raw, nan=0.0, posinf=0.0, neginf=0.0)
-        return (a, ~bad) if k == 1 else (block_means(a, k), block_means(bad * 1.0, k) == 0.0)
+        missing = ~np.isfinite(raw)
+        beyond = np.zeros(raw.size, dtype=bool) if clipped is None else clipped(begin, end)
+        a: FloatArray = np.where(missing, 0.0, raw) if missing.any() else raw
+        if k == 1:
+            return Piece(a, ~(missing | beyond), beyond & ~missing)
+        holes, over = _any_of(missing, k), _any_of(beyond, k)
+        return Piece(block_means(a, k), ~(holes | over), over & ~holes)
 
     # What is weak beside a strong neighbour may be its undershoot or ringing: left for later.
     tall = strength >= _WEAK * _neighbour(first, strength, reach=(span[1] - span[0]) * k)
@@ -151,21 +166,27 @@ def detect_from(
         Shape(duration=max(1.0, duration / k)), highpass, k / sample_rate,
     )  # fmt: skip
     parts = [
-        _fit_chunk(coarse, n, k, begin, first, pulse, threshold, noise_floor)
+        _fit_chunk(coarse, n, k, begin, first, strength, pulse, threshold, noise_floor)
         for begin in range(0, n, _CHUNK // k * k)
     ]
     answer = _spring_answer(pulse, k / sample_rate, highpass, frequency)
     return _gathered(parts, pulse, k / sample_rate, noise, threshold, answer)
 
 
+def _any_of(flags: BoolArray, k: int) -> BoolArray:
+    """Whether any of k consecutive flags is set."""
+    return np.asarray(flags[: flags.size // k * k].reshape(-1, k).any(axis=1))
+
+
 def _all_spikes(
-    read: Read, n: int, sample_rate: float, threshold: float, noise_floor: float
-) -> Spikes:
+    read: Read, n: int, sample_rate: float, threshold: float, noise_floor: float,
+    highpass: float | None,
+) -> Spikes:  # fmt: skip
     parts = []
     for begin in range(0, n, _CHUNK):
         found = find_spikes(
             read(begin, min(n, begin + _CHUNK)), sample_rate,
-            threshold=threshold, noise_floor=noise_floor,
+            threshold=threshold, noise_floor=noise_floor, highpass=highpass,
         )  # fmt: skip
         parts.append(Spikes(found.index + begin, found.strength, found.width, found.noise))
     return Spikes(
@@ -174,8 +195,8 @@ def _all_spikes(
 
 
 def _typical(width: IntArray, strength: FloatArray) -> float:
-    """Boxcar that shows most of the stronger contacts best."""
-    strong = width[strength >= np.quantile(strength, 0.5)]
+    """Boxcar that shows most of the strong contacts best."""
+    strong = width[strength >= _STRONG * strength.max()]
     return float(np.median(strong))
 
 
@@ -192,7 +213,7 @@ def _neighbour(index: IntArray, strength: FloatArray, *, reach: int) -> FloatArr
 
 
 def _learnt(
-    coarse: Callable[[int, int], tuple[FloatArray, BoolArray]], n: int, k: int,
+    coarse: Callable[[int, int], Piece], n: int, k: int,
     first: IntArray, strength: FloatArray, spikes: Spikes, span: tuple[int, int],
     start: Shape, highpass: float | None, dt: float,
 ) -> Pulse:  # fmt: skip
@@ -207,9 +228,9 @@ def _learnt(
     samples, noise = [], []
     for i in order[: 4 * _LEARN]:
         begin = first[i] + span[0] * k
-        values, good = coarse(int(begin), int(begin) + lags.size * k)
-        if good.all():
-            samples.append(values)
+        piece = coarse(int(begin), int(begin) + lags.size * k)
+        if piece.good.all():
+            samples.append(piece.a)
             stretch = min(first[i] // STRETCH, spikes.noise.size - 1)
             noise.append(spikes.noise[stretch] / np.sqrt(k))
         if len(samples) == _LEARN:
@@ -224,19 +245,42 @@ def _learnt(
     return pulse
 
 
+def _unexplained(index: IntArray, strength: FloatArray, pulse: Pulse) -> BoolArray:
+    """Candidates that the tail of a stronger one before them does not account for.
+
+    One that is left out for nothing is found again when the others are subtracted.
+    """
+    lags = np.arange(pulse.last + 1)
+    tail = np.maximum.accumulate(np.abs(pulse.at(lags * 1.0)[0])[::-1])[::-1]
+    fine = np.ones(index.size, dtype=bool)
+    for step in range(1, index.size):
+        gap = index[step:] - index[:-step]
+        near = gap <= pulse.last
+        if not near.any():
+            break
+        reaches = _TAIL * tail[np.minimum(gap, pulse.last)] * strength[:-step]
+        fine[step:] &= ~(near & (strength[step:] < reaches))
+    return fine
+
+
 def _fit_chunk(
-    coarse: Callable[[int, int], tuple[FloatArray, BoolArray]], n: int, k: int, begin: int,
-    first: IntArray, pulse: Pulse, threshold: float, noise_floor: float,
+    coarse: Callable[[int, int], Piece], n: int, k: int, begin: int,
+    first: IntArray, strength: FloatArray, pulse: Pulse, threshold: float, noise_floor: float,
 ) -> tuple[Contacts, BoolArray]:  # fmt: skip
     """Contacts in one chunk, placed on the record's own samples, and which are clipped."""
     end = min(n, begin + _CHUNK // k * k)
     margin = 2 * (pulse.last - pulse.first) * k
     low, high = max(0, begin - margin) // k * k, min(n, end + margin)
-    a, valid = coarse(low, high)
+    piece = coarse(low, high)
+    a, valid = piece.a, piece.good
     floor = noise_floor / np.sqrt(k)
-    noise = np.array([noise_of(a[i : i + STRETCH], floor) for i in range(0, a.size, STRETCH)])
-    start = np.unique(np.clip((first[(first >= low) & (first < high)] - low) // k, 0, a.size - 1))
-    found = fit_contacts(a, start, pulse, noise=noise, threshold=threshold, valid=valid)
+    noise = stretch_noise(np.where(valid, a, np.nan), floor)
+    here = (first >= low) & (first < high)
+    here[here] = _unexplained(first[here] // k, strength[here], pulse)
+    start = np.unique(np.clip((first[here] - low) // k, 0, a.size - 1))
+    found = fit_contacts(
+        a, start, pulse, noise=noise, threshold=threshold, valid=valid, clipped=piece.clipped
+    )
     core = np.rint(found.place).astype(np.int64)[:, np.newaxis] + np.arange(
         pulse.core[0], pulse.core[1] + 1
     )

@@ -18,7 +18,9 @@ FloatArray = NDArray[np.float64]
 
 #: Table entries a sample: linear interpolation between them is below any noise.
 FINE = 32
+_SWINGS = 4.0  # of the ringing that may be larger than the first
 _RING = 8e-3  # s after an impact in which ringing is looked for
+_WIDE = 80.0  # durations: farther away an undershoot is lost in the noise
 _CONTACT = 257  # points across the contact
 
 
@@ -89,6 +91,17 @@ class Pulse:
         return max(1, round(0.75 * self.shape.duration))
 
     @property
+    def search(self) -> int:
+        """How far, in samples, a first guess may lie from the time: on a later swing."""
+        swings = math.ceil(_SWINGS / self.shape.ring) if self.rings else 0
+        return min(2 * self.width + 1 + swings, 200)
+
+    @property
+    def parts(self) -> int:
+        """Steps a sample that a search takes: a tenth of a swing of the ringing each."""
+        return max(1, math.ceil(10.0 * self.shape.ring))
+
+    @property
     def rings(self) -> bool:
         """Whether what follows the contact is more than the contact's own samples can tell."""
         return self.shape.ring > 0.0
@@ -108,8 +121,9 @@ class Pulse:
 def window(sample_rate: float, highpass: float | None, duration: float) -> tuple[int, int]:
     """Lags that a pulse may fill: its undershoot from the highpass before, its ringing after."""
     under = 1.3 / highpass if highpass else 0.0  # the undershoot is down to 1e-3 of itself
-    before = max(math.ceil(2.0 * duration) + 2, math.ceil(under * sample_rate))
-    after = max(math.ceil(2.0 * duration) + 2, math.ceil(max(under, _RING) * sample_rate))
+    least, most = math.ceil(2.0 * duration) + 2, math.ceil(_WIDE * duration) + 2
+    before = min(max(least, math.ceil(under * sample_rate)), most)
+    after = min(max(least, math.ceil(max(under, _RING) * sample_rate)), most)
     return -before, after
 
 

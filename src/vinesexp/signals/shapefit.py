@@ -21,10 +21,12 @@ FloatArray = NDArray[np.float64]
 _STEPS = 8
 _EVIDENCE = 0.02  # a further parameter has to lower the misfit by this share ...
 _NOTICED = 30.0  # ... and by so much chi^2
+_SEARCHED = 16  # impacts on which starts are tried
 _LONGEST_RING = 4000  # samples
 _FEW = 5  # impacts: with fewer only the duration is fitted
 _PLAIN: Sequence[str] = ("duration",)
 _FORM: Sequence[str] = ("duration", "power", "skew")
+_RESONANT: Sequence[str] = ("duration", "ring", "ring_damping")
 _RINGING: Sequence[str] = ("duration", "power", "skew", "ring", "ring_damping")
 _LIMITS = {
     "duration": (0.3, 1e6),
@@ -85,12 +87,9 @@ def learn_pulse(
     if windows.height.size >= _FEW:
         form = _fit(plain[2], plain[1], _FORM, table)
         best = form if _better(form[0], plain[0]) else plain
-        ringing = [
-            _fit(windows, shape, _RINGING, table) for shape in _ring_starts(windows, best[1])
-        ]
-        if ringing:
-            rung = min(ringing, key=lambda found: found[0])
-            best = rung if _better(rung[0], best[0]) else best
+        rung = _ringing(windows, start, best[1], table)
+        if rung is not None and _better(rung[0], best[0]):
+            best = rung
     _, shape, fitted = best
     shapes = table(shape)
     doubt = _doubt(fitted, shapes, span)
@@ -113,7 +112,25 @@ def _better(new: float, old: float) -> bool:
     return new < old * (1.0 - _EVIDENCE) and old - new > _NOTICED
 
 
-def _ring_starts(windows: Windows, shape: Shape) -> list[Shape]:
+def _ringing(
+    windows: Windows, start: Shape, plain: Shape, table: Callable[[Shape], Pulse]
+) -> tuple[float, Shape, Windows] | None:
+    """The best shape with ringing; None where nothing rings.
+
+    Contact and ringing imitate one another, so that many starts are tried, on a few impacts and
+    without free form; the best goes on with all.
+    """
+    few = windows.keep(np.arange(windows.height.size) < _SEARCHED)
+    tried = [_fit(few, shape, _RESONANT, table) for shape in _ring_starts(windows, start, plain)]
+    if not tried:
+        return None
+    _, shape, _ = min(tried, key=lambda found: found[0])
+    rung = _fit(windows, shape, _RESONANT, table)
+    free = _fit(rung[2], rung[1], _RINGING, table)
+    return free if _better(free[0], rung[0]) else rung
+
+
+def _ring_starts(windows: Windows, start: Shape, shape: Shape) -> list[Shape]:
     """Shapes with ringing to try: at the strongest line of what follows the contacts."""
     late = windows.samples[:, windows.lags > 1.5 * shape.duration + 2.0]
     if late.shape[1] < 12:
@@ -126,10 +143,9 @@ def _ring_starts(windows: Windows, shape: Shape) -> list[Shape]:
         return []
     frequency = peak / size
     return [
-        replace(shape, duration=duration, power=1.0, skew=0.0, ring=ring, ring_damping=damping)
+        Shape(duration=factor * start.duration, ring=ring)
         for ring in (frequency, 1.0 - frequency)  # it may be an alias
-        for duration in (shape.duration, 0.6 * shape.duration)
-        for damping in (0.02,)
+        for factor in (0.5, 0.75, 1.0, 1.5, 2.0)
     ]
 
 
@@ -137,7 +153,11 @@ def _fit(
     windows: Windows, start: Shape, names: Sequence[str], table: Callable[[Shape], Pulse]
 ) -> tuple[float, Shape, Windows]:
     """Gauss-Newton with step halving over the named parameters; chi^2, shape, windows."""
-    shape, now = start, place(windows, table(start), reach=math.ceil(start.duration) + 2)
+    first = table(start)
+    shape, now = (
+        start,
+        place(windows, first, reach=max(math.ceil(start.duration) + 2, first.search)),
+    )
     rest, value, slope = _residual(now, table(shape))
     chi2 = float((rest**2).sum())
     for _ in range(_STEPS):
@@ -190,7 +210,7 @@ def place(windows: Windows, pulse: Pulse, *, reach: int) -> Windows:
     """Times and heights for a given pulse; `reach` > 0 looks for the best whole shift first."""
     shift, height = windows.shift, windows.height
     if reach:
-        trials = np.arange(-reach, reach + 1, 0.5)
+        trials = np.arange(-reach, reach + 1, min(0.5, 1.0 / pulse.parts))
         shapes = pulse.at(windows.lags[np.newaxis, :] - trials[:, np.newaxis])[0]
         match = windows.samples @ shapes.T / np.sqrt((shapes**2).sum(axis=1))
         shift = trials[np.argmax(np.abs(match), axis=1)]

@@ -1,13 +1,14 @@
 """Where an acceleration stands out of its noise: candidates for impacts, quickly.
 
-Boxcars of 1, 2, 4, ... samples up to a millisecond serve pulses of any length. Each is compared
-with its own noise, taken anew for every stretch of samples from the lower quartile of its
+Boxcars of 1, 2, 4, ... samples serve pulses of any length that the highpass lets through. Each is
+compared with its own noise, taken anew for every stretch of samples from the lower quartile of its
 absolute values: impacts and their ringing may fill half of a stretch before they count as
 noise, and the threshold knows nothing of the record's length.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,8 @@ STRETCH = 16384
 _QUARTILE = 0.318639
 #: Noise is taken from every so many-th sample: neighbours tell little new.
 _THIN = 8
-_LONGEST_PULSE = 1e-3  # s
+_SHORT = 1e-3  # s: contacts last less, whatever the highpass
+_LONG = 0.2  # periods of the highpass's corner: what lasts longer, it takes away
 
 
 @dataclass(frozen=True)
@@ -47,15 +49,16 @@ class Spikes:
     noise: FloatArray
 
 
-def boxcars(sample_rate: float) -> list[int]:
-    """Lengths of the boxcars at a sample rate (Hz).
+def boxcars(sample_rate: float, highpass: float | None = None) -> list[int]:
+    """Lengths of the boxcars at a sample rate, after a highpass (Hz).
 
     Examples
     --------
-    >>> boxcars(1e4), boxcars(1e3)
-    ([1, 2, 4, 8], [1])
+    >>> boxcars(1e4), boxcars(1e3), boxcars(1e3, highpass=10.0)
+    ([1, 2, 4, 8], [1], [1, 2, 4, 8, 16])
     """
-    longest = max(1, int(_LONGEST_PULSE * sample_rate))
+    seconds = max(_SHORT, _LONG / highpass) if highpass else _SHORT
+    longest = max(1, int(seconds * sample_rate))
     return [1 << k for k in range(longest.bit_length()) if 1 << k <= longest]
 
 
@@ -69,16 +72,41 @@ def noise_of(z: FloatArray, floor: float = 0.0) -> float:
     True
     """
     thin = np.abs(z[:: _THIN if z.size > 64 * _THIN else 1])
+    if np.isnan(thin.sum()):
+        thin = thin[np.isfinite(thin)]
     if not thin.size:
         return max(floor, 1e-300)
     at = thin.size // 4
     return float(max(np.partition(thin, at)[at] / _QUARTILE, floor, 1e-300))
 
 
+def stretch_noise(z: FloatArray, floor: float = 0.0) -> FloatArray:
+    """Noise of every stretch of `STRETCH` samples."""
+    starts = range(0, max(z.size, 1), STRETCH)
+    return np.array([noise_of(z[i : i + STRETCH], floor) for i in starts])
+
+
+def louder(noise: FloatArray) -> FloatArray:
+    """Of every stretch and its neighbours the largest noise.
+
+    For thresholds: where the noise grows within a stretch, its quartile still tells the quiet part.
+
+    Examples
+    --------
+    >>> louder(np.array([1.0, 1.0, 1.0, 3.0, 1.0])).tolist()
+    [1.0, 1.0, 3.0, 3.0, 3.0]
+    """
+    padded = np.concatenate([noise[:1], noise, noise[-1:]])
+    return np.asarray(np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:]))
+
+
 def find_spikes(
-    a: FloatArray, sample_rate: float, *, threshold: float = 6.0, noise_floor: float = 0.0
-) -> Spikes:
+    a: FloatArray, sample_rate: float, *, threshold: float = 6.0, noise_floor: float = 0.0,
+    highpass: float | None = None,
+) -> Spikes:  # fmt: skip
     """Local peaks of a highpassed acceleration above `threshold` times the local noise.
+
+    NaN stands for a missing sample: it neither stands out nor counts as quiet.
 
     Parameters
     ----------
@@ -90,6 +118,8 @@ def find_spikes(
         In standard deviations of the noise. At 6, noise alone passes once in 5e8 samples.
     noise_floor : float
         The noise of a sample is at least this: what the converter resolves.
+    highpass : float, optional
+        Corner of the filter before, Hz: pulses up to a fifth of its period are looked for.
 
     Examples
     --------
@@ -99,53 +129,66 @@ def find_spikes(
     >>> spikes.index.tolist(), spikes.width.tolist()
     ([12001], [4])
     """
-    widths = boxcars(sample_rate)
-    found: list[tuple[IntArray, FloatArray, IntArray]] = []
-    noise = np.empty(max(1, -(-a.size // STRETCH)))
+    widths = boxcars(sample_rate, highpass)
+    floors = noise_floor * np.sqrt(widths)
     margin = widths[-1]
-    for k in range(noise.size):
-        begin, end = k * STRETCH, min(a.size, (k + 1) * STRETCH)
-        low, high = max(0, begin - margin), min(a.size, end + margin)
-        peaks, noise[k] = _stretch(a[low:high], widths, threshold, noise_floor)
+    stretches = [
+        (max(0, begin - margin), begin, min(a.size, begin + STRETCH))
+        for begin in range(0, max(a.size, 1), STRETCH)
+    ]
+    noise = np.array(
+        [
+            [
+                noise_of(z, floor)
+                for z, floor in zip(_boxed(a[begin:end], widths), floors, strict=True)
+            ]
+            for _, begin, end in stretches
+        ]
+    )
+    limits = np.stack([louder(column) for column in noise.T], axis=1)
+    found: list[tuple[IntArray, FloatArray, IntArray]] = []
+    for (low, begin, end), limit in zip(stretches, limits, strict=True):
+        peaks = _stretch(a[low : min(a.size, end + margin)], widths, threshold, limit)
         if peaks is not None:
             keep = (peaks[0] + low >= begin) & (peaks[0] + low < end)
             found.append((peaks[0][keep] + low, peaks[1][keep], peaks[2][keep]))
     if not found:
         none = np.empty(0, dtype=np.int64)
-        return Spikes(none, np.empty(0), none, noise)
+        return Spikes(none, np.empty(0), none, noise[:, 0])
     index, strengths, best_widths = (np.concatenate(part) for part in zip(*found, strict=True))
-    return Spikes(index, strengths, best_widths, noise)
+    return Spikes(index, strengths, best_widths, noise[:, 0])
+
+
+def _boxed(a: FloatArray, widths: list[int]) -> Iterator[FloatArray]:
+    """Sums over boxcars of 1, 2, 4, ... samples; each doubles the one before."""
+    total = a
+    for width in widths:
+        if width > 1:
+            half = width // 2
+            total = total[:-half] + total[half:] if total.size > half else total[:0]
+        yield total
 
 
 def _stretch(
-    a: FloatArray, widths: list[int], threshold: float, floor: float
-) -> tuple[tuple[IntArray, FloatArray, IntArray] | None, float]:
-    """Peaks of one stretch (index, strength, width) and the noise of a sample in it."""
-    total = a
+    a: FloatArray, widths: list[int], threshold: float, noise: FloatArray
+) -> tuple[IntArray, FloatArray, IntArray] | None:
+    """Peaks of one stretch: index, strength, width; None where nothing stands out."""
     where: list[IntArray] = []
     strength: list[FloatArray] = []
-    first = 0.0
-    for width in widths:
-        if width > 1:
-            if total.size <= width:
-                break
-            total = total[: -(width // 2)] + total[width // 2 :]
+    for width, total, sigma in zip(widths, _boxed(a, widths), noise, strict=True):
         size = np.abs(total)
-        noise = noise_of(size, floor * np.sqrt(width))
-        if width == 1:
-            first = noise
-        above = np.flatnonzero(size > threshold * noise)
+        above = np.flatnonzero(size > threshold * sigma)
         where.append(above + (width - 1) // 2)  # the boxcar stands centred on its sample
-        strength.append(size[above] / noise)
+        strength.append(size[above] / sigma)
     lengths = [part.size for part in where]
     if not sum(lengths):
-        return None, first
+        return None
     index, values = np.concatenate(where), np.concatenate(strength)
-    width_of = np.repeat(widths[: len(lengths)], lengths)
+    width_of = np.repeat(widths, lengths)
     best = np.lexsort((-values, index))  # by sample, the strongest boxcar first
     best = best[np.unique(index[best], return_index=True)[1]]
     peaks = best[_peaks(index[best], values[best])]
-    return (index[peaks], values[peaks], width_of[peaks]), first
+    return index[peaks], values[peaks], width_of[peaks]
 
 
 def _peaks(index: IntArray, strength: FloatArray) -> IntArray:

@@ -1,0 +1,103 @@
+"""Conditioned records: first cycle and last impact survive, whatever channels there are."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp import Harmonic, Release
+from vinesexp.errors import ParameterError
+from vinesexp.records.store import open_record, write_refused
+from vinesexp.signals.condition import condition, default_bands, fill_gaps
+
+
+def test_first_and_last_cycle_of_a_ring_down_survive(measure, tmp_path: Path) -> None:
+    record = measure(release=Release(x0=0.02), duration=10.0)
+    bands = condition(record.path, tmp_path / "out.nc")
+    assert bands is not None
+    assert bands.frequency == pytest.approx(7.862, rel=2e-3)
+    with open_record(tmp_path / "out.nc") as out:
+        x = out.read("displacement")
+    error = np.abs(x - record.x_exact)
+    cycle = round(1e4 / 7.862)
+    # within 2 % of the amplitude at each end, where a mirrored record is off by a fifth
+    assert error[:cycle].max() < 0.02 * np.abs(record.x_exact[:cycle]).max()
+    assert error[-cycle:].max() < 0.02 * np.abs(record.x_exact[-cycle:]).max()
+
+
+def test_last_impact_survives(measure, tmp_path: Path) -> None:
+    record = measure(b=[0.03], drive=Harmonic(0.25e-3, 7.862), start=10.0, duration=5.0)
+    last = record.time[-1]
+    cut = round(last * 1e4) + 4  # the record ends within the contact
+    channels = {role: values[:cut] for role, values in record.channels.items()}
+    from vinesexp.records.store import create_record
+
+    path = tmp_path / "cut.nc"
+    kinds = {"base": "displacement", "displacement": "displacement", "acceleration": "acceleration"}
+    with create_record(path, sample_rate=1e4, quantities=kinds) as writer:
+        writer.append(channels)
+    condition(path, tmp_path / "out.nc", f0_hint=7.862)
+    with open_record(tmp_path / "out.nc") as out:
+        a = out.read("acceleration")
+    before = np.abs(record.channels["acceleration"][cut - 10 : cut]).max()
+    assert np.abs(a[-10:]).max() > 0.7 * before
+
+
+def test_acceleration_keeps_the_impacts_and_loses_the_motion(measure, tmp_path: Path) -> None:
+    record = measure(b=[0.03], drive=Harmonic(0.25e-3, 7.862), start=10.0, duration=5.0)
+    condition(record.path, tmp_path / "out.nc", f0_hint=7.862)
+    with open_record(tmp_path / "out.nc") as out:
+        a = out.read("acceleration")
+        assert out.attributes["acceleration_low_hz"] == pytest.approx(157.24)
+    quiet = np.ones(a.size, dtype=bool)
+    for t in record.time:
+        quiet[max(0, round(t * 1e4) - 60) : round(t * 1e4) + 60] = False
+    assert a[quiet].std() == pytest.approx(0.3, rel=0.1)
+
+
+def test_slow_record_without_acceleration(store, tmp_path: Path) -> None:
+    t = np.arange(3000) / 100.0
+    x = np.round((0.4 + 0.08 * np.exp(-0.03 * t) * np.cos(2 * np.pi * 1.226 * t)) * 100) / 100
+    store(tmp_path / "in.nc", {"displacement": x}, 100.0)
+    bands = condition(tmp_path / "in.nc", tmp_path / "out.nc")
+    assert bands is not None
+    assert bands.frequency == pytest.approx(1.226, abs=0.01)
+    with open_record(tmp_path / "out.nc") as out:
+        assert out.roles == ("displacement",)
+        assert abs(out.read("displacement").mean()) < 5e-3
+
+
+def test_drop_test_with_acceleration_only_and_a_very_short_record(store, tmp_path: Path) -> None:
+    a = np.random.default_rng(0).standard_normal(40)
+    store(tmp_path / "in.nc", {"acceleration": a}, 1e4)
+    bands = condition(tmp_path / "in.nc", tmp_path / "out.nc")
+    assert bands is not None
+    assert bands.frequency is None
+    with open_record(tmp_path / "out.nc") as out:
+        assert out.n == 40
+        assert np.isfinite(out.read("acceleration")).all()
+
+
+def test_refused_record_is_passed_on(tmp_path: Path) -> None:
+    write_refused(tmp_path / "in.nc", "frozen")
+    assert condition(tmp_path / "in.nc", tmp_path / "out.nc") is None
+    with open_record(tmp_path / "out.nc") as out:
+        assert out.refused == "frozen"
+
+
+def test_band_that_the_record_does_not_hold(store, tmp_path: Path) -> None:
+    store(tmp_path / "in.nc", {"displacement": np.sin(np.arange(500.0))}, 10.0)
+    with pytest.raises(ParameterError, match=r"in\.nc: bandpass: lower corner 8 Hz"):
+        condition(tmp_path / "in.nc", tmp_path / "out.nc", bandpass=(8.0, 20.0))
+    assert not (tmp_path / "out.nc").exists()
+
+
+def test_user_band_is_for_the_motion_only() -> None:
+    bands = default_bands(sample_rate=1e4, frequency=8.0, bandpass=(3.0, 30.0))
+    assert bands.displacement == (3.0, 30.0)
+    assert bands.acceleration == (160.0, None)
+
+
+def test_gaps_are_bridged() -> None:
+    assert fill_gaps(np.array([np.nan, 1.0, np.nan, 3.0, np.inf])).tolist() == [1, 1, 2, 3, 3]
+    assert fill_gaps(np.full(3, np.nan)).tolist() == [0, 0, 0]
