@@ -307,7 +307,8 @@ def page(scores: list[Score], graze: list[tuple[str, str]]) -> str:
     mine, dop853 = long_run()
     lines += [
         f"\n80 s of the rig at b = 30 mm, `simulate` until its impact arrays are there: "
-        f"{mine:.3f} ms; DOP853 with events at rtol 1e-13: {dop853:.0f} ms, {dop853 / mine:.0f} times as long.",
+        f"{mine:.3f} ms; DOP853 with events at rtol 1e-13: {dop853:.0f} ms, "
+        f"{dop853 / mine:.0f} times as long.",
         "\n## Dense output\n",
         f"80 s of the rig at b = 34 mm: {find:.2f} ms to find, {evaluate:.1f} ms to evaluate at "
         f"10 kHz ({evaluate / 0.8:.0f} ns a sample).\n",
