@@ -192,13 +192,13 @@ def kernel_speed() -> list[tuple[str, float, float]]:
         rig = Rig(TABLE_2, nes=[NES(m=0.032 / len(clearances), b=b, r=0.6) for b in clearances])
         response, (kind, table) = closed_form(rig, base, WeakDamping()), drive_table(base)
         par, log = parameters(rig, WeakDamping()), np.zeros((200000, 6))
-        labels, work = np.zeros((200000, 3), dtype=np.int32), np.empty((4, ORDER + 1))
+        labels, work = np.zeros((200000, 3), dtype=np.int32), np.zeros((4, ORDER + 1))
         best, used, hits = math.inf, 0, 1
         for _ in range(5):
             balls, _y = ball_table(
                 rig, Release(y0=[0.99 * b * (-1) ** i for i, b in enumerate(clearances)])
             )
-            state = np.zeros(4)
+            state, work[:] = np.zeros(4), 0.0
             begin = time.perf_counter()
             count, used = run(
                 True, response, par, kind, table, 1000.0, REMAINDER, state, balls, log, labels, work

@@ -145,6 +145,38 @@ def test_start_on_a_wall():
     assert len(still.impacts["time"]) == 0
 
 
+@pytest.mark.parametrize("general", [False, True])
+@pytest.mark.parametrize("r", [5e-324, 1e-308, 1e-16])
+def test_restitution_that_underflows(r, general):
+    """A bounce too slow to be a number ends in rest like any other."""
+    oscillator = Oscillator(M=1.0, c1=4e-307, k1=88.8)
+    rig = Rig(oscillator, nes=[NES(m=0.2, b=0.06, r=r)])
+    release = Release(-1e-193, 1e-142, [-0.0345], [4e-143])
+    motion = simulate(rig, Harmonic(5e-3, 1.326), release, 4.0, general=general)
+    assert len(motion.rests["start"]) > 0
+    stays_inside(motion)
+
+
+def test_impulse_passed_to_and_fro_between_two_heavy_balls_ends():
+    """Balls as heavy as the oscillator at opposite walls, hit at once: infinitely often."""
+    oscillator = Oscillator(M=1.0, c1=0.0, k1=15791.367041742973)
+    balls = [NES(m=0.8633822179648808, b=0.001, r=0.061), NES(m=0.607, b=0.0076387, r=1e-05)]
+    release = Release(0.01, -0.1, [0.01 - 0.99 * n.b for n in balls], [-0.03, -0.03])
+    motion = simulate(Rig(oscillator, nes=balls), Harmonic(0.01, 28.0), release, 0.3)
+    stays_inside(motion)
+
+
+def test_rest_ends_when_another_impact_turns_the_force():
+    """The damper's force jumps with x': a ball at rest can lose its wall in that instant."""
+    oscillator = Oscillator(M=1.0, c1=1.2566370614359172, k1=9.869604401089358)
+    balls = [NES(m=0.6034823813317275, b=0.001, r=0.36), NES(m=0.66, b=0.0248738751, r=1e-16)]
+    release = Release(-0.01, 0.1, [-0.01 - 0.99 * n.b for n in balls], [0.03, 0.03])
+    motion = simulate(Rig(oscillator, nes=balls), Harmonic(0.000682776, 0.7), release, 12.0)
+    stays_inside(motion)
+    ends = motion.rests["end"]
+    assert (ends >= motion.rests["start"]).all()
+
+
 def test_start_outside_is_refused():
     with pytest.raises(ParameterError, match=r"ball 0 starts at x - y = 0.0301 m, outside"):
         simulate(rig_of(), DRIVE, Release(y0=[-0.0301]), 1.0)

@@ -30,7 +30,6 @@ from vinesexp.simulation.contact import (
     FREE,
     HIT,
     MASS,
-    RELEASED,
     RESTING,
     RESTITUTION,
     RHO,
@@ -43,18 +42,28 @@ from vinesexp.simulation.contact import (
 FloatArray = NDArray[np.float64]
 
 REMAINDER = 1e-8
+UNSEEN = 1e-15  # rad
 
 
 @compiled
-def remaining_time(ball: FloatArray, a: float) -> float:
-    """Time to the accumulation point of one ball's chatter under constant acceleration, s."""
-    if a <= 0.0 or ball[RESTITUTION] >= 1.0:
+def remaining_time(ball: FloatArray, a: float, own_rate: float) -> float:
+    """Time to the accumulation point of one ball's chatter under constant acceleration, s.
+
+    No less than the time in which the wall gains the speed of the next impact, so that an impact
+    worth noting is never taken for the end of a chatter (with r = 0 it would be the only one).
+    Bounces that last less than UNSEEN are rest for any r, 1 included: no clock tells them apart.
+    """
+    if a <= 0.0:
         return math.inf
-    away = -ball[SIDE] * ball[RHO]
+    away, r = -ball[SIDE] * ball[RHO], ball[RESTITUTION]
     speed = math.sqrt(away * away + 2.0 * a * ball[D])
-    r = ball[RESTITUTION]
-    total: float = away + speed + 2.0 * r * speed / (1.0 - r)
-    return total / a
+    last: float = (away + speed) / a
+    if speed * own_rate <= UNSEEN * a:
+        return last
+    if r >= 1.0:
+        return math.inf
+    longest: float = max(away + speed + 2.0 * r * speed / (1.0 - r), speed)
+    return longest / a
 
 
 @compiled
@@ -64,31 +73,31 @@ def close_chatter(
     """Carry every chatter at its end to rest at once: duration T, change of x, change of v.
 
     `x2`, `x3` are second and third derivative of x, `mass` that of the oscillator with the resting
-    balls. T = 0: there is none, or another ball could meet a wall before its end. HIT marks those
+    balls. T = -1: there is none, or another ball could meet a wall before its end. HIT marks those
     that were closed.
     """
     n = balls.shape[0]
-    T, momentum, offset, total = 0.0, 0.0, 0.0, mass
+    T, momentum, offset, total = -1.0, 0.0, 0.0, mass
     if x2 == 0.0:
-        return 0.0, 0.0, 0.0
-    rate = max(rate, abs(x3 / x2))
+        return -1.0, 0.0, 0.0
+    own_rate, rate = rate, max(rate, abs(x3 / x2))
     for i in range(n):
         balls[i, HIT] = 0.0
         if balls[i, STATE] == FREE:
-            left = remaining_time(balls[i], balls[i, SIDE] * x2)
+            left = remaining_time(balls[i], balls[i, SIDE] * x2, own_rate)
             if left * rate <= remainder:
                 balls[i, HIT] = 1.0
                 T = max(T, left)
                 momentum += balls[i, MASS] * balls[i, RHO]
                 offset += balls[i, MASS] * balls[i, SIDE] * balls[i, D]
                 total += balls[i, MASS]
-    if T == 0.0:
-        return 0.0, 0.0, 0.0
+    if T < 0.0:
+        return -1.0, 0.0, 0.0
     for i in range(n):
         if balls[i, STATE] != RESTING and balls[i, HIT] == 0.0:
             reach = abs(balls[i, RHO]) * T + abs(x2) * T * T
             if balls[i, D] <= reach or 2.0 * balls[i, CLEARANCE] - balls[i, D] <= reach:
-                return 0.0, 0.0, 0.0
+                return -1.0, 0.0, 0.0
     dv = (-momentum + mass * x2 * T) / total
     # The walls' push on the group over T moves x by `shift` more than uniform motion would.
     shift = (-momentum * T + 0.5 * mass * x2 * T * T + offset) / total
@@ -126,13 +135,17 @@ def settle(balls: FloatArray, X: FloatArray) -> int:
 
 
 @compiled
-def release(balls: FloatArray, v: float) -> int:
-    """Let go every resting ball (all rest on the same side: that on which the wall pushes)."""
+def release(balls: FloatArray, v: float, state: float) -> int:
+    """Let go every resting ball (all rest on the same side: that on which the wall pushes).
+
+    `state` is RELEASED where x'' has come to zero, FREE where a force that jumped (the damper's at
+    the impact of another ball) has ended the push at once.
+    """
     count = 0
     for i in range(balls.shape[0]):
         balls[i, HIT] = 0.0
         if balls[i, STATE] == RESTING:
-            balls[i, STATE] = RELEASED
+            balls[i, STATE] = state
             balls[i, D] = 0.0
             balls[i, RHO] = 0.0
             balls[i, U] = v

@@ -44,22 +44,29 @@ COLUMNS = 15
 
 FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
 
+NEGLIGIBLE = 1e-17  # relative speed over speed: a tenth of what rounding leaves of the latter
+
 # Kinds of rows in the log of events.
 START, IMPACT, REST_START, REST_END = 0, 1, 2, 3
 
 
 @compiled
-def closing_now(balls: FloatArray) -> int:
-    """Mark the balls that touch a wall and close on it; their number."""
+def closing_now(balls: FloatArray, v: float) -> int:
+    """Mark the balls that touch a wall and close on it; their number.
+
+    Two balls at opposite walls can pass an impulse to and fro infinitely often in one instant, each
+    time weaker. It ends where the relative speed is below the rounding of the speeds themselves:
+    such a ball touches without speed.
+    """
     count = 0
     for i in range(balls.shape[0]):
-        hit = (
-            balls[i, STATE] != RESTING
-            and balls[i, D] <= 0.0
-            and balls[i, SIDE] * balls[i, RHO] > 0.0
-        )
-        balls[i, HIT] = 1.0 if hit else 0.0
-        count += hit
+        balls[i, HIT] = 0.0
+        if balls[i, STATE] != RESTING and balls[i, D] <= 0.0:
+            if abs(balls[i, RHO]) <= NEGLIGIBLE * (abs(v) + abs(balls[i, U])) + 1e-300:
+                balls[i, RHO] = 0.0
+            elif balls[i, SIDE] * balls[i, RHO] > 0.0:
+                balls[i, HIT] = 1.0
+                count += 1
     return count
 
 

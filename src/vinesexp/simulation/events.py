@@ -209,7 +209,7 @@ def turn(
 ) -> int:  # fmt: skip
     """One turn of the loop: up to the next event, or as far as the series holds; rows written."""
     E, X, P = work[0], work[1], work[2]
-    if closing_now(balls) > 0:
+    if closing_now(balls, state[V_NOW]) > 0:
         return collide(balls, par[P_M], state, numbers, labels, row, before)
     mass = par[P_M] + resting_mass(balls)
     since = (state[T_HIGH] - table[piece, 0]) + state[T_LOW]
@@ -219,7 +219,7 @@ def turn(
         return log_marked(balls, numbers, labels, row, REST_START, state)
     rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
     T, dx, dv = close_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], state[V_NOW], remainder)
-    if T > 0.0:
+    if T >= 0.0:  # it may be too short to be told from none
         advance_clock(state, T)
         state[X_NOW] += dx
         state[V_NOW] += dv
@@ -239,7 +239,8 @@ def turn(
     if first >= step and goal < math.inf:
         state[T_HIGH], state[T_LOW] = goal, 0.0
     if let_go < contact and let_go <= step:
-        release(balls, state[V_NOW])
+        jumped = let_go == 0.0 and 2.0 * abs(X[2]) > noise / mass
+        release(balls, state[V_NOW], FREE if jumped else RELEASED)
         row = log_marked(balls, numbers, labels, row, REST_END, state)
     return row
 

@@ -61,6 +61,7 @@ LANDED = 1e-8  # rad: from here one Newton step is exact to rounding (its error 
 SHORT = 0.3  # rad: flights shorter than this are left to the power series
 LONGEST = 3.0  # rad: no longer step is tried, the bound would only get worse
 NEAR = 0.06  # rad: from here the fifth-order guess lands within LANDED
+STALL = 300_000  # turns without progress in time after which the run is given up
 REFRESH = 64  # flights after which the turned phasor, which gathers rounding, is taken afresh
 DRAWN_BACK = 0.999  # so that a guessed step can be proved
 
@@ -217,7 +218,8 @@ def run(
     """Run to `duration` or until the log is full: rows written, evaluations of the closed form.
 
     Resume with the same arrays. `closed` says that `response` holds the closed form of the motion;
-    without it every turn is one of the general loop. `work` (4, ORDER + 1) is scratch space.
+    without it every turn is one of the general loop. `work` (4, ORDER + 1) is scratch space,
+    zeros at the start. Evaluations -1: time has stopped moving.
     """
     row, evaluations, age, piece = 0, 0, 0, piece_at(table, state[T_HIGH])
     room = numbers.shape[0] - 2 * balls.shape[0] - 2
@@ -243,7 +245,7 @@ def run(
                 c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
                 age = 0
         left = (duration - state[T_HIGH]) - state[T_LOW]
-        if closed and closing_now(balls) == 0:
+        if closed and closing_now(balls, state[V_NOW]) == 0:
             xh, vh = state[X_NOW] - c[0], state[V_NOW] + head[H_W] * c[1]
             a = -(head[H_W] ** 2) * c[0] - head[H_W0SQ] * xh - head[H_TWOALPHA] * vh
             if is_flight(balls, a, head[H_RATE]):
@@ -257,6 +259,11 @@ def run(
                 continue
         while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
             piece += 1
+        work[3, 2] += 1.0
+        if state[T_HIGH] > work[3, 3] + 1e-9 * duration:
+            work[3, 2], work[3, 3] = 0.0, state[T_HIGH]
+        elif work[3, 2] > STALL:
+            return row, -1
         row = turn(
             par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
             work, before,

@@ -115,10 +115,11 @@ def _row(
     kind, table = drive_table(base)
     par = parameters(rig, WeakDamping())
     log, labels = np.empty((2048, 6)), np.empty((2048, 3), dtype=np.int32)
-    work, out = np.empty((4, ORDER + 1)), np.empty((3, b.size))
+    out = np.empty((3, b.size))
     for k, clearance in enumerate(b):
         cell = Rig(rig.oscillator, nes=[replace(rig.nes[0], b=float(clearance))])
         balls, _ = ball_table(cell, Release(y0=[0.99 * float(clearance)]))
+        work = np.zeros((4, ORDER + 1))
         state, node, sums = np.zeros(4), np.zeros(4), np.zeros(4)
         while state[0] < duration:
             rows, _ = run(

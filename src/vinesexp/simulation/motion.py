@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vinesexp.errors import ParameterError
+from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.excitation import Base, Harmonic, Measured, Release, WeakDamping
 from vinesexp.rig import Rig, require
 from vinesexp.simulation.drive import base_motion, drive_table
@@ -231,6 +231,8 @@ def simulate(
     ParameterError
         A ball that starts outside its cavity, a wrong number of starting values, a duration that
         is not positive or beyond the base record.
+    AnalysisError
+        Time comes to a stop: several balls, one of them elastic, on a wall that pushes them.
 
     Notes
     -----
@@ -275,7 +277,7 @@ def _run(
     par = parameters(rig, damping)
     limit = REMAINDER if remainder is None else remainder
     response = None if general else closed_form(rig, base, damping)
-    closed, work = response is not None, np.empty((4, ORDER + 1))
+    closed, work = response is not None, np.zeros((4, ORDER + 1))
     if response is None:
         response = np.ones((4, 9))
     state = np.array([0.0, 0.0, release.x0, release.v0])
@@ -288,9 +290,14 @@ def _run(
     while state[0] < duration:
         size = CHUNK + 4 * n
         log, log_labels = np.empty((size, 6)), np.empty((size, 3), dtype=np.int32)
-        count, _ = run(
+        count, used = run(
             closed, response, par, kind, table, duration, limit, state, balls, log, log_labels, work
         )
+        if used < 0:
+            raise AnalysisError(
+                f"the motion comes to a stop at t = {state[0]:.9g} s: balls with r = 1 or close to "
+                "it bounce faster than any clock can tell; give them a lower restitution"
+            )
         numbers.append(log[:count])
         labels.append(log_labels[:count])
     return np.concatenate(numbers), np.concatenate(labels).astype(np.int64)
