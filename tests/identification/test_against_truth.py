@@ -1,21 +1,14 @@
 """The whole analysis of a small simulated campaign against the truth it was made from."""
 
 import csv
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from vinesexp.identification.combine import combine
-from vinesexp.identification.record import estimate_record
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.ingest import ingest
 from vinesexp.records.store import open_record
-from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts import impacts_of_record, read_impacts
-from vinesexp.signals.regimes import regime_of_record
-from vinesexp.simulation.scene import load_scene, simulate_group
+from vinesexp.rehearsal import rehearse
+from vinesexp.signals.impacts import read_impacts
 from vinesexp.simulation.score import score_impacts
 
 TWIN = Path(__file__).resolve().parents[2] / "data" / "twin"
@@ -38,61 +31,28 @@ groups:
 """
 
 
-class Analysed:
-    """A campaign with the results of every per-record step, as the workflow makes them."""
-
-    def __init__(self, folder: Path) -> None:
-        text = (TWIN / "scene.yaml").read_text(encoding="utf-8")
-        (folder / "scene.yaml").write_text(text[: text.index("groups:")] + GROUPS)
-        shutil.copy(TWIN / "campaign.yaml", folder)
-        self.folder = folder
-        self.scene = load_scene(folder / "scene.yaml")
-        from vinesexp.simulation.description import records_text
-
-        (folder / "records.csv").write_text(records_text(self.scene), encoding="utf-8")
-        simulate_group(self.scene, "all", folder)
-        self.campaign = load_campaign(folder)
-        self.regimes, self.estimates = {}, []
-        for record in self.campaign.records:
-            measured, conditioned, impacts = (
-                folder / kind / f"{record.id}.{suffix}"
-                for kind, suffix in (("records", "nc"), ("conditioned", "nc"), ("impacts", "csv"))
-            )
-            ingest(self.campaign, record, measured)
-            centre = record.frequency[0] if record.frequency else None
-            condition(measured, conditioned, f0_hint=centre)
-            found = impacts_of_record(
-                *(measured, conditioned, impacts), clearance=record.clearance, test=record.test
-            )
-            self.regimes[record.id] = regime_of_record(
-                record, measured=measured, conditioned=conditioned, impacts=found
-            )
-            self.estimates += estimate_record(
-                *(record, self.campaign.known),
-                measured=measured,
-                conditioned=conditioned,
-                impacts=impacts,
-            )
-        self.rows, self.checks = combine(self.estimates, self.campaign)
-        self.combined = {e.parameter: e for e in self.rows if e.method == "combined"}
-
-    def impacts(self, record):
-        return read_impacts(self.folder / f"impacts/{record}.csv")
-
-    def truth(self, record):
-        with (self.folder / f"truth/{record}.csv").open(encoding="utf-8", newline="") as stream:
-            rows = list(csv.DictReader(stream))
-        return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
-
-
 @pytest.fixture(scope="module")
 def analysed(tmp_path_factory):
-    return Analysed(tmp_path_factory.mktemp("campaign"))
+    scene = tmp_path_factory.mktemp("campaign") / "scene.yaml"
+    text = (TWIN / "scene.yaml").read_text(encoding="utf-8")
+    scene.write_text(text[: text.index("groups:")] + GROUPS, encoding="utf-8")
+    return rehearse(scene)
+
+
+def impacts_in(analysed, record):
+    return read_impacts(analysed.impacts_file(record))
+
+
+def truth_of(analysed, record):
+    path = analysed.folder / f"truth/{record}.csv"
+    with path.open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 
 @pytest.mark.parametrize("name", ["M", "c1", "k1", "r", "f0", "zeta"])
 def test_values_come_back_within_one_percent_and_five_errors(analysed, name):
-    truth, found = analysed.scene.truth()[name], analysed.combined[name]
+    truth, found = analysed.scene.truth()[name], analysed.combined(name)
     assert found.value == pytest.approx(truth, rel=0.01)
     assert abs(found.value - truth) < 5.0 * found.std_error
     assert 0.0 < found.std_error < 0.01 * truth
@@ -106,7 +66,7 @@ def test_mass_by_added_mass_and_by_impacts_agree(analysed):
 
 @pytest.mark.parametrize("record", ["two_impacts", "modulated", "released"])
 def test_no_impact_is_missed_none_invented_and_all_timed(analysed, record):
-    truth, found = analysed.truth(record), analysed.impacts(record)
+    truth, found = truth_of(analysed, record), impacts_in(analysed, record)
     strong = np.abs(truth["velocity_jump_m_s"]) > 0.2 * np.median(
         np.abs(truth["velocity_jump_m_s"])
     )
@@ -127,7 +87,7 @@ def test_no_impact_is_missed_none_invented_and_all_timed(analysed, record):
 
 
 def test_side_and_jump_are_those_of_the_truth(analysed):
-    truth, found = analysed.truth("two_impacts"), analysed.impacts("two_impacts")
+    truth, found = truth_of(analysed, "two_impacts"), impacts_in(analysed, "two_impacts")
     n = min(found.n, truth["time_s"].size)
     near = np.abs(found.time_s[:n, None] - truth["time_s"]).argmin(axis=1)
     np.testing.assert_array_equal(found.side[:n], truth["side"][near])

@@ -16,7 +16,9 @@ from vinesexp.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
 
-_OUTLYING = 6.0  # noise standard deviations
+_BREAKS = 10.0  # robust standard deviations
+_MOMENT = 0.2  # of a window: more than this standing out is not a moment, nothing is left out
+_MOST_OUTLIERS = 6  # times that the recursion is fitted
 _FEWEST = 3  # periods that a decay has to show
 _ABOVE_NOISE = 3.0  # standard errors of a complex amplitude
 _ABOVE_STEP = 1.0  # converter steps: below, an amplitude is staircase, not sine
@@ -90,30 +92,70 @@ def demodulate(x: FloatArray, step: float, frequency: float, *, rate: float = 0.
     basis = np.stack([np.ones(size), s / s[-1], fall * np.cos(w * s), -fall * np.sin(w * s)], 1)
     windows = x[: count * size].reshape(count, size)
     inverse = np.linalg.pinv(basis)
-    fitted, noise = _robust(windows, basis, inverse)
+    fitted, noise = _robust(windows, basis, inverse, w * step)
     t = np.asarray(((np.arange(count) + 0.5) * size - 0.5) * step, dtype=np.float64)
     z = (fitted[:, 2] + 1j * fitted[:, 3]) * np.exp(-1j * w * t)
     error = noise * math.sqrt(0.5 * float((inverse[2] ** 2).sum() + (inverse[3] ** 2).sum()))
     return Phasors(t, z, error, noise, w, size * step)
 
 
+def standing_out(x: FloatArray, turn: float) -> NDArray[np.bool_]:
+    """Samples that no smooth decay passes through: a sensor that lost its target for a moment.
+
+    Any decaying sine with a constant obeys x[n+1] + x[n-1] = a x[n] + b x[n-1] + d. A spike breaks
+    this for itself and its neighbours, wherever it lies; the three numbers are fitted to the rest.
+
+    Parameters
+    ----------
+    x : array (n,)
+        Evenly sampled, several samples a period.
+    turn : float
+        About the phase from one sample to the next, rad.
+
+    Returns
+    -------
+    bool array (n,)
+
+    Examples
+    --------
+    >>> x = np.cos(0.3 * np.arange(200))
+    >>> x[50] += 3.0
+    >>> np.flatnonzero(standing_out(x, 0.31))
+    array([49, 50, 51])
+    """
+    basis = np.stack([x[1:-1], x[:-2], np.ones(x.size - 2)], axis=1)
+    values = x[2:] + x[:-2]
+    out = np.zeros(values.size, dtype=bool)
+    floor = 1e-12 * float(np.abs(x).max())
+    c = np.array([2.0 * math.cos(turn), 0.0, 0.0])
+    c[2] = np.median(values - basis @ c)
+    for _ in range(_MOST_OUTLIERS):
+        rest = np.abs(values - basis @ c)
+        limit = max(_BREAKS * float(np.median(rest)) / 0.6745, floor)
+        new = rest > limit
+        if (new == out).all() or new.mean() > _MOMENT:
+            break
+        out = new
+        c = np.linalg.lstsq(basis[~out], values[~out], rcond=None)[0]
+    # A step of the slope (the release) breaks it once; a spike at three samples in a row.
+    middle = np.concatenate([[False], out, [False]])
+    return np.asarray(middle & (np.convolve(middle, np.ones(3), mode="same") > 1.5))
+
+
 def _robust(
-    windows: FloatArray, basis: FloatArray, inverse: FloatArray
+    windows: FloatArray, basis: FloatArray, inverse: FloatArray, turn: float
 ) -> tuple[FloatArray, float]:
     """Coefficients of every window, and the noise of a sample in the quieter half of them."""
     count, size = windows.shape
-    filled = windows
-    for _ in range(3):
-        fitted = filled @ inverse.T
-        rest = windows - fitted @ basis.T
-        rms = np.sort(np.sqrt((rest**2).sum(axis=1) / (size - 4)))
-        noise = float(rms[: max(1, count // 2)].mean())
-        outlying = np.abs(rest) > _OUTLYING * max(noise, 1e-300)
-        outlying &= (outlying.mean(axis=1) < 0.2)[:, np.newaxis]  # else it is no moment
-        if not outlying.any():
-            break
-        filled = np.where(outlying, fitted @ basis.T, windows)
-    return fitted, noise
+    out = standing_out(windows.ravel(), turn).reshape(windows.shape)
+    out &= (out.mean(axis=1) < _MOMENT)[:, np.newaxis]  # else it is no moment
+    fitted = windows @ inverse.T
+    for i in np.flatnonzero(out.any(axis=1)):
+        use = ~out[i]
+        fitted[i] = np.linalg.lstsq(basis[use], windows[i, use], rcond=None)[0]
+    rest = np.where(out, 0.0, windows - fitted @ basis.T)
+    rms = np.sort(np.sqrt((rest**2).sum(axis=1) / np.maximum(size - 4 - out.sum(axis=1), 1)))
+    return fitted, float(rms[: max(1, count // 2)].mean())
 
 
 def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:
@@ -140,7 +182,7 @@ def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:
     floor = max(_ABOVE_NOISE * p.error, _ABOVE_STEP * resolution)
     below = np.flatnonzero(size[start:] < floor)
     end = start + int(below[0]) if below.size else size.size
-    if end - start < _FEWEST:
+    if end - start < _FEWEST or not size[start] > 0.0:
         raise AnalysisError(
             f"the oscillation stands above {1e3 * floor:.3g} mm for {end - start} periods, "
             f"expected {_FEWEST} or more"

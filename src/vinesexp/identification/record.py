@@ -113,8 +113,12 @@ def _ringdown(record: Record, view: RecordView, frequency: float) -> list[Estima
     role = "displacement" if "displacement" in view.roles else "acceleration"
     k = max(1, int(view.sample_rate / (POINTS * frequency)))
     resolution = resolution_of(view.read(role, 0, 1 << 16))
+    blurred = float(np.sinc(frequency * k / view.sample_rate))  # what block means do to a sine
     rungs = ring_down(
-        coarse(view, role, k), k / view.sample_rate, frequency=frequency, resolution=resolution
+        coarse(view, role, k) / blurred,
+        k / view.sample_rate,
+        frequency=frequency,
+        resolution=resolution,
     )
     suffix = "_added" if record.added_mass else ""
     found = []

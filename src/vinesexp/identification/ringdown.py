@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.decay import FORMS, NAMES, Decay, logs_and_phases, nudged
-from vinesexp.identification.phasors import Phasors, decay_window, demodulate
+from vinesexp.identification.phasors import Phasors, decay_window, demodulate, standing_out
 from vinesexp.signals.clipping import resolution_of
 from vinesexp.signals.condition import fill_gaps
 from vinesexp.signals.cycles import cycle_amplitudes
@@ -32,8 +32,10 @@ _LOOK = 1 << 16  # samples that show the converter's step
 _ITERATIONS = 12
 _CONVERGED = 1e-4  # standard errors
 _OUTLYING = 6.0  # standard deviations
+_MOST_LOST = 0.05  # of the samples: more is no loss of the target, it is a bad start of the fit
 _MOST_DRIFT = 24  # cosines
-_EVIDENCE = 6.0  # units of BIC that a richer form has to gain: strong evidence
+_LAW = 3e-4  # relative
+_EVIDENCE = 10.0  # units of BIC that a richer form has to gain: strong evidence
 #: Evidence, decay, free parameters, covariance.
 _Tried = tuple[float, Decay, tuple[str, ...], FloatArray]
 
@@ -115,7 +117,7 @@ def fit_ringdown(x: FloatArray, *, sample_rate: float, frequency: float) -> Ring
     (7.862, 0.0065, 0.02)
     """
     k = max(1, int(sample_rate / (POINTS * frequency)))
-    coarse = block_means(fill_gaps(x), k)
+    coarse = block_means(fill_gaps(x), k) / np.sinc(frequency * k / sample_rate)
     return ring_down(
         coarse, k / sample_rate, frequency=frequency, resolution=resolution_of(x[:_LOOK])
     )[-1]
@@ -232,7 +234,8 @@ def _result(
 def _envelope(p: Phasors, start: Decay) -> RingDown:
     """Best form of damping for amplitude and phase of every period."""
     n = 2 * p.t.size
-    error = max(p.error, 1e-9 * float(np.abs(p.z).max()))
+    # Nothing below three ten-thousandths of the amplitude is worth a law of its own.
+    error = np.hypot(p.error, _LAW * np.abs(p.z))
 
     def misfit(rows: FloatArray) -> FloatArray:
         log_A, phase = logs_and_phases(rows, p.t, start=start.start)
@@ -248,15 +251,15 @@ def _envelope(p: Phasors, start: Decay) -> RingDown:
         )
         if min(vector[3:6]) < 0.0:  # a damping that gives energy
             return None
-        # The noise inside the windows may miss what differs from window to window, so that chi^2
-        # has no absolute scale: its logarithm counts.
-        evidence = n * math.log(max(chi2 / n, 1e-12)) + len(free) * math.log(n)
+        # The noise inside the windows may miss what differs from window to window (steps of the
+        # converter, drift): beyond its expectation chi^2 counts by its logarithm only.
+        evidence = n * math.log(max(chi2 / n, 1.0)) + len(free) * math.log(n)
         scale = max(1.0, chi2 / max(1, n - len(free)))
         return evidence, _decay(vector, form, start.start), free, covariance * scale
 
     best = _selected(tried)
     _, decay, free, covariance = best
-    rest = misfit(decay.vector()[np.newaxis])[0] * error
+    rest = misfit(decay.vector()[np.newaxis])[0] * np.tile(error, 2)
     residual = float(np.sqrt((rest**2).sum() / (np.abs(p.z) ** 2).sum()))
     window = (float(p.t[0] - 0.5 * p.span), float(p.t[-1] + 0.5 * p.span))
     return _result("envelope", decay, free, covariance, _mean_amplitude(p), residual, window)
@@ -354,11 +357,13 @@ def _likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> R
     vector[0] -= envelope.decay.rate(A) * back
     vector[1] += vector[2] * back
     noise = max(p.noise, 1e-9 * A)
-    y = _without_outliers(y, q, start, t, noise)
-    projected = y - q @ (q.T @ y)
+    kept = _trusted(y, q, _decay(vector, start.form, start.start), t, noise, p.w * step)
+    if not kept.all():
+        q = np.linalg.qr(drift[kept])[0]
+    times, projected = t[kept], y[kept] - q @ (q.T @ y[kept])
 
     def misfit(rows: FloatArray) -> FloatArray:
-        log_A, phase = logs_and_phases(rows, t, start=float(t[0]))
+        log_A, phase = logs_and_phases(rows, times, start=float(t[0]))
         model = np.exp(log_A) * np.cos(phase)
         model -= (model @ q) @ q.T
         return (model - projected) / noise
@@ -366,7 +371,8 @@ def _likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> R
     free = envelope.free
     vector, covariance, _ = _gauss_newton(vector, free, misfit, span=float(t[-1] - t[0]))
     decay = _decay(vector, envelope.decay.form, float(t[0]))
-    rest = misfit(vector[np.newaxis])[0] * noise
+    rest = np.zeros(t.size)
+    rest[kept] = misfit(vector[np.newaxis])[0] * noise
     covariance = covariance * (_noise_at(rest, step, envelope.f0) / noise) ** 2
     residual = float(np.sqrt((rest @ rest) / (projected @ projected)))
     return _result(
@@ -374,20 +380,19 @@ def _likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> R
     )
 
 
-def _without_outliers(
-    y: FloatArray, q: FloatArray, decay: Decay, t: FloatArray, noise: float
-) -> FloatArray:
-    """Samples far off the start's fit replaced by it: a sensor that lost its target."""
+def _trusted(
+    y: FloatArray, q: FloatArray, decay: Decay, t: FloatArray, noise: float, turn: float
+) -> NDArray[np.bool_]:
+    """Samples that are not those of a sensor that lost its target for a moment.
+
+    A spike stands out from its neighbours; a longer loss from the start's fit.
+    """
     log_A, phase = logs_and_phases(decay.vector()[np.newaxis], t, start=decay.start)
-    model = (np.exp(log_A) * np.cos(phase))[0]
-    for _ in range(2):
-        fitted = model + q @ (q.T @ (y - model))
-        rest = np.abs(y - fitted)
-        outlying = rest > max(_OUTLYING * noise, _OUTLYING * float(np.median(rest)) / 0.6745)
-        if not 0 < outlying.mean() < 0.05:
-            return y
-        y = np.where(outlying, fitted, y)
-    return y
+    out = standing_out(y, turn)
+    difference = np.where(out, 0.0, y - (np.exp(log_A) * np.cos(phase))[0])
+    rest = np.abs(difference - q @ (q.T @ difference))
+    lost = rest > _OUTLYING * max(noise, float(np.median(rest)) / 0.6745)
+    return ~(out | lost) if lost.mean() < _MOST_LOST else ~out
 
 
 def _drift(t: FloatArray, f0: float) -> FloatArray:

@@ -24,6 +24,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 _TRANSIENT = 4  # coefficients of T
+_MOVES = 20.0  # times the noise that the strongest line of the base has to be
 _LINES = 12  # fewest
 _ITERATIONS = 30
 _BAND = (0.75, 1.25)  # of the resonance
@@ -109,7 +110,7 @@ def transmissibility(
     B = np.fft.rfft(base[:n] - base[:n].mean())
     noise_x, noise_b = _line_noise(X, f, chosen), _line_noise(B, f, chosen)
     lines = _Lines(2.0 * math.pi * f[chosen], X[chosen], B[chosen], noise_x, noise_b)
-    if not np.abs(lines.B).max() > 5.0 * noise_b:
+    if not np.abs(lines.B).max() > _MOVES * noise_b:
         raise AnalysisError("the base does not move near the resonance; a sweep is expected")
     return _solved(lines, 2.0 * math.pi * frequency)
 

@@ -1,0 +1,90 @@
+"""Records of the simulated rig of the paper's Table 2, with their truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp import NES, Oscillator, Release, Rig, simulate
+from vinesexp.records.store import create_record
+from vinesexp.simulation.oscilloscope import Oscilloscope, acquire
+from vinesexp.simulation.sensors import Accelerometer, Laser
+
+TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A record on disk and the truth about it, times from the record's first sample."""
+
+    path: Path
+    channels: dict[str, np.ndarray]
+    sample_rate: float
+    time: np.ndarray
+    nes: np.ndarray
+    side: np.ndarray
+    jump: np.ndarray
+    x: np.ndarray
+    v_before: np.ndarray
+    x_exact: np.ndarray
+
+
+@pytest.fixture
+def measure(tmp_path: Path) -> Callable[..., Measured]:
+    """Simulate a test of Table 2's rig and record it as a laboratory would."""
+
+    def run(
+        *, b=(), drive=None, release=None, duration=20.0, start=0.0, sample_rate=1e4, seed=0,
+        noise=1.0, pulse=4e-4, ring=None, scale=250.0, bits=14, bandwidth=None, oscillator=TABLE_2,
+        r=0.6, m=0.032, drift=5e-5, skew=None, name="record",
+    ) -> Measured:  # fmt: skip
+        rig = Rig(oscillator, nes=[NES(m=m, b=one, r=r) for one in b])
+        release = release or Release(y0=[-0.999 * one for one in b])
+        motion = simulate(rig, drive, release, duration=start + duration)
+        sensors = {
+            "base": Laser(sensitivity=1 / 2e-3, noise=6e-7 * noise),
+            "displacement": Laser(
+                sensitivity=1 / 25e-3, noise=6e-6 * noise, drift=drift, bandwidth=bandwidth
+            ),
+            "acceleration": Accelerometer(
+                sensitivity=1 / scale, pulse=pulse, noise=0.3 * noise, ring=ring
+            ),
+        }
+        scope = Oscilloscope(sample_rate, bits=bits, full_scale=1.0, skew=skew or {})
+        trace = acquire(
+            motion, sensors, scope, start=start, duration=duration, seed=seed, record=name
+        )
+        channels = {
+            role: trace.codes[i] * (scope.step / sensors[role].sensitivity)
+            for i, role in enumerate(sensors)
+        }
+        path = tmp_path / f"{name}.nc"
+        write(path, channels, sample_rate)
+        hits = motion.impacts
+        t = np.asarray(hits["time"]) - start
+        inside = (t > 0) & (t < duration)
+        found = {k: np.asarray(v)[inside] for k, v in hits.items()}
+        times = start + np.arange(trace.codes.shape[1]) / sample_rate
+        return Measured(
+            path, channels, sample_rate, t[inside], found["nes"] + 1, found["side"],
+            found["v_after"] - found["v_before"], found["x"], found["v_before"],
+            motion.at(times)[0],
+        )  # fmt: skip
+
+    return run
+
+
+def write(path: Path, channels: dict[str, np.ndarray], sample_rate: float) -> None:
+    kinds = {r: "acceleration" if r == "acceleration" else "displacement" for r in channels}
+    with create_record(path, sample_rate=sample_rate, quantities=kinds) as writer:
+        writer.append(channels)
+
+
+@pytest.fixture
+def store() -> Callable[[Path, dict[str, np.ndarray], float], None]:
+    """Write channels as a record."""
+    return write

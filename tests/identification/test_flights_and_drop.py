@@ -1,0 +1,84 @@
+"""M and r from flights between walls and from bounces."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vinesexp import Harmonic
+from vinesexp.errors import AnalysisError
+from vinesexp.identification.drop import restitution_of_bounces
+from vinesexp.identification.flights import flights_of, mass_ratio, restitution
+from vinesexp.signals.condition import condition
+from vinesexp.signals.impacts import impacts_of_record
+
+
+def flights(measure, tmp_path: Path, *, b: float, believed: float | None = None, **rig):
+    record = measure(b=[b], drive=Harmonic(0.25e-3, 7.862), start=15.0, duration=20.0, **rig)
+    condition(record.path, tmp_path / "c.nc", f0_hint=7.862)
+    impacts = impacts_of_record(record.path, tmp_path / "c.nc", tmp_path / "i.csv", clearance=(b,))
+    return flights_of(impacts, nes=1, b=believed or b, period=1 / 7.862)
+
+
+@pytest.mark.parametrize(("b", "r"), [(0.03, 0.6), (0.04, 0.6), (0.03, 0.8)])
+def test_mass_and_restitution(measure, tmp_path: Path, b: float, r: float) -> None:
+    found = flights(measure, tmp_path, b=b, r=r)
+    ratio, bounce = mass_ratio(found), restitution(found)
+    M = 0.032 / ratio.eps
+    assert pytest.approx(4.7, rel=3e-3) == M
+    assert abs(M - 4.7) < 4.0 * M * ratio.error / ratio.eps
+    assert bounce.r == pytest.approx(r, abs=5e-4)
+    assert bounce.scatter < 1e-3
+
+
+def test_a_wrong_clearance_shifts_M_by_as_much(measure, tmp_path: Path) -> None:
+    right = mass_ratio(flights(measure, tmp_path, b=0.03)).eps
+    wrong = mass_ratio(flights(measure, tmp_path, b=0.03, believed=0.033)).eps
+    assert right / wrong == pytest.approx(1.1, abs=0.02)
+
+
+def test_too_few_impacts_are_said() -> None:
+    from vinesexp.signals.impacts import no_impacts
+
+    empty = flights_of(no_impacts(), nes=1, b=0.03, period=0.1)
+    with pytest.raises(AnalysisError, match="0 impacts with a free flight before and after"):
+        mass_ratio(empty)
+    with pytest.raises(AnalysisError, match="expected 10 or more"):
+        restitution(empty)
+
+
+@settings(deadline=None, max_examples=50)
+@given(r=st.floats(0.2, 0.97), first=st.floats(0.05, 0.3), n=st.integers(4, 12))
+def test_bounces_give_r(r: float, first: float, n: int) -> None:
+    t = 0.1 + first * np.concatenate([[0.0], np.cumsum(r ** np.arange(n - 1))])
+    found = restitution_of_bounces(t, np.full(n, 1e-6))
+    assert found.r == pytest.approx(r, abs=1e-9)
+    assert found.count == n
+
+
+def test_bounces_with_timing_noise_have_honest_errors() -> None:
+    t = 0.1 + 0.15 * np.concatenate([[0.0], np.cumsum(0.6 ** np.arange(7))])
+    random = np.random.default_rng(0)
+    pulls = [
+        (found.r - 0.6) / found.error
+        for found in (
+            restitution_of_bounces(t + 1e-6 * random.standard_normal(8), np.full(8, 1e-6))
+            for _ in range(200)
+        )
+    ]
+    assert 0.8 < np.std(pulls) < 1.15
+    assert abs(np.mean(pulls)) < 0.3
+
+
+def test_a_knock_before_the_drop_and_a_missed_bounce_are_left_out() -> None:
+    t = 0.5 + 0.15 * np.concatenate([[0.0], np.cumsum(0.6 ** np.arange(8))])
+    knocked = np.concatenate([[0.05], t[:-2], t[-1:]])
+    found = restitution_of_bounces(knocked, np.full(knocked.size, 1e-6))
+    assert found.r == pytest.approx(0.6, abs=1e-6)
+
+
+def test_one_bounce_is_not_enough() -> None:
+    with pytest.raises(AnalysisError, match="bounces with shrinking flights, expected 3 or more"):
+        restitution_of_bounces(np.array([0.1, 0.3]), np.full(2, 1e-6))

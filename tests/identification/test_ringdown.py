@@ -1,0 +1,131 @@
+"""Free decays: f0 and damping at the information limit, and the law of damping by evidence."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vinesexp.errors import AnalysisError
+from vinesexp.identification.decay import logs_and_phases
+from vinesexp.identification.phasors import decay_window, demodulate
+from vinesexp.identification.ringdown import fit_ringdown, ring_down
+
+RATE = 200.0
+
+
+def decay(*, f0=7.9, zeta=0.0065, A=0.02, seconds=20.0, noise=1.2e-6, seed=0, phase=0.4):
+    t = np.arange(round(seconds * RATE)) / RATE
+    w0 = 2 * np.pi * f0
+    x = A * np.exp(-zeta * w0 * t) * np.cos(w0 * np.sqrt(1 - zeta**2) * t + phase)
+    return x + noise * np.random.default_rng(seed).standard_normal(t.size)
+
+
+@settings(deadline=None, max_examples=8)
+@given(
+    f0=st.floats(5.0, 10.0), zeta=st.floats(1e-3, 0.03), phase=st.floats(0.0, 6.28),
+    offset=st.floats(-0.01, 0.01),
+)  # fmt: skip
+def test_every_rung_finds_a_clean_decay(
+    f0: float, zeta: float, phase: float, offset: float
+) -> None:
+    x = decay(f0=f0, zeta=zeta, phase=phase) + offset
+    for rung in ring_down(x, 1 / RATE, frequency=1.03 * f0):
+        assert rung.f0 == pytest.approx(f0, rel=2e-5), rung.method
+        assert rung.zeta == pytest.approx(zeta, rel=2e-3), rung.method
+    assert rung.decay.form == "viscous"
+
+
+def test_likelihood_errors_are_those_of_the_information_limit() -> None:
+    runs = [ring_down(decay(seed=s), 1 / RATE, frequency=7.8)[-1] for s in range(16)]
+    f0 = np.array([run.f0 for run in runs])
+    zeta = np.array([run.zeta for run in runs])
+    t = np.arange(4000) / RATE
+    rate = 0.0065 * 2 * np.pi * 7.9
+    A2 = (0.02 * np.exp(-rate * t)) ** 2
+    middle = (A2 * t).sum() / A2.sum()
+    bound = 1.2e-6 / np.sqrt(0.5 * (A2 * (t - middle) ** 2).sum())  # of w and of the decay rate
+    assert f0.std() < 1.5 * bound / (2 * np.pi)
+    assert np.mean([run.f0_error for run in runs]) == pytest.approx(bound / (2 * np.pi), rel=0.15)
+    assert zeta.std() < 1.5 * bound / (2 * np.pi * 7.9)
+    assert abs(f0.mean() - 7.9) < 4 * f0.std() / np.sqrt(16)
+    assert abs(zeta.mean() - 0.0065) < 4 * zeta.std() / np.sqrt(16)
+
+
+@pytest.mark.parametrize(
+    ("alpha", "beta", "gamma", "form"),
+    [
+        (0.3, 0.0, 0.0, "viscous"),
+        (0.0, 12.0, 0.0, "quadratic"),
+        (0.0, 0.0, 9e-4, "Coulomb"),
+        (0.15, 8.0, 0.0, "viscous and quadratic"),
+        (0.15, 0.0, 4e-4, "viscous and Coulomb"),
+    ],
+)
+def test_the_law_of_damping_is_chosen_by_evidence(alpha, beta, gamma, form) -> None:
+    t = np.arange(4000) / RATE
+    p = np.array([[np.log(0.02), 0.3, 2 * np.pi * 7.9, alpha, beta, gamma, 0.0]])
+    log_A, phase = logs_and_phases(p, t, start=0.0)
+    x = (np.exp(log_A) * np.cos(phase))[0]
+    x = x + 5e-6 * np.random.default_rng(1).standard_normal(t.size)
+    best = ring_down(x, 1 / RATE, frequency=7.8)[-1]
+    assert best.decay.form == form or (form == "Coulomb" and "Coulomb" in best.decay.form)
+    scale = {"alpha": 0.005, "beta": 0.3, "gamma": 1e-5}  # all far below what matters
+    for name, value in (("alpha", alpha), ("beta", beta), ("gamma", gamma)):
+        assert getattr(best.decay, name) == pytest.approx(value, rel=0.03, abs=scale[name])
+    assert best.residual < 0.01
+
+
+def test_a_spring_that_is_not_straight_is_noticed() -> None:
+    t = np.arange(4000) / RATE
+    p = np.array([[np.log(0.02), 0.3, 2 * np.pi * 7.9, 0.3, 0.0, 0.0, 5.0]])
+    log_A, phase = logs_and_phases(p, t, start=0.0)
+    x = (np.exp(log_A) * np.cos(phase))[0] + 5e-6 * np.random.default_rng(1).standard_normal(4000)
+    best = ring_down(x, 1 / RATE, frequency=7.8)[-1]
+    assert best.decay.kappa == pytest.approx(5.0, rel=0.01)
+    assert best.f0 == pytest.approx(7.9, rel=1e-4)
+
+
+def test_waiting_before_the_release_and_silence_after_it_are_left_out() -> None:
+    x = decay(seconds=30.0, zeta=0.02, noise=0.0)
+    wait = np.full(700, x[0])
+    whole = np.concatenate([wait, x])
+    whole = whole + 2e-6 * np.random.default_rng(0).standard_normal(whole.size)
+    best = ring_down(whole, 1 / RATE, frequency=7.8)[-1]
+    assert 700 / RATE - 0.05 < best.start < 700 / RATE + 0.3
+    assert best.end < 20.0
+    assert best.f0 == pytest.approx(7.9, rel=1e-5)
+    assert best.zeta == pytest.approx(0.02, rel=1e-3)
+
+
+def test_spikes_of_a_sensor_that_lost_its_target_do_no_harm() -> None:
+    x = decay(noise=5e-6)
+    x[[500, 501, 1700, 3000]] += 0.3
+    best = ring_down(x, 1 / RATE, frequency=7.8)[-1]
+    assert best.f0 == pytest.approx(7.9, rel=1e-5)
+    assert best.zeta == pytest.approx(0.0065, rel=1e-3)
+
+
+def test_amplitude_of_the_fit_is_that_of_the_record() -> None:
+    t = np.arange(20_000) / 1e3
+    x = 0.02 * np.exp(-0.3 * t) * np.cos(2 * np.pi * 7.862 * t)
+    found = fit_ringdown(x, sample_rate=1e3, frequency=7.8)
+    assert found.amplitude_at(np.array([0.0, 5.0])) == pytest.approx(
+        [0.02, 0.02 * np.exp(-1.5)], rel=1e-3
+    )
+
+
+@pytest.mark.parametrize(
+    "x", [np.zeros(4000), 1e-6 * np.random.default_rng(0).standard_normal(4000), np.arange(40.0)]
+)
+def test_no_decay_is_said_in_one_line(x: np.ndarray) -> None:
+    with pytest.raises(AnalysisError, match="expected"):
+        ring_down(x, 1 / RATE, frequency=7.9)
+
+
+def test_window_ends_where_the_steps_of_the_converter_begin() -> None:
+    x = np.round(decay(A=0.08, zeta=0.01, seconds=40.0) / 0.01) * 0.01
+    p = demodulate(x, 1 / RATE, 7.9)
+    begin, end = decay_window(p, resolution=0.01)
+    assert begin == 0
+    assert np.abs(p.z[end - 1]) >= 0.01
+    assert p.t[end - 1] < 10.0

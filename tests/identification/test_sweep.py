@@ -1,0 +1,61 @@
+"""Sweeps: the transmissibility's f0, zeta, gain and lag, with both channels noisy."""
+
+import numpy as np
+import pytest
+
+from vinesexp import Oscillator, Release, Rig, Sweep, simulate
+from vinesexp.errors import AnalysisError
+from vinesexp.identification.sweep import transmissibility
+
+TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+STEP = 5e-3
+
+
+@pytest.fixture(scope="module")
+def clean() -> tuple[np.ndarray, np.ndarray]:
+    motion = simulate(Rig(TABLE_2), Sweep(0.25e-3, 7.2, 8.4, 60.0), Release(), duration=60.0)
+    t = STEP * np.arange(12_000)
+    return motion.base(t)[0], motion.at(t)[0]
+
+
+def noisy(clean, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(seed)
+    return tuple(y + 8.5e-7 * random.standard_normal(y.size) for y in clean)
+
+
+def test_truth_within_its_errors_over_many_noises(clean) -> None:
+    found = [
+        transmissibility(*noisy(clean, s), STEP, frequency=7.8, swept=(7.2, 8.4)) for s in range(30)
+    ]
+    for name, truth in (("f0", TABLE_2.f0), ("zeta", TABLE_2.zeta), ("gain", 1.0), ("lag", 0.0)):
+        pull = np.array([(getattr(f, name) - truth) / getattr(f, f"{name}_error") for f in found])
+        assert 0.6 < np.sqrt((pull**2).mean()) < 1.5, name
+        assert abs(pull.mean()) < 0.6, name
+
+
+def test_gain_and_lag_of_a_channel_are_taken_out(clean) -> None:
+    base, x = noisy(clean, 1)
+    late = np.interp(STEP * np.arange(x.size) - 3e-4, STEP * np.arange(x.size), x)
+    found = transmissibility(base, 1.03 * late, STEP, frequency=7.8, swept=(7.2, 8.4))
+    assert found.f0 == pytest.approx(TABLE_2.f0, rel=2e-5)
+    assert found.zeta == pytest.approx(TABLE_2.zeta, rel=2e-3)
+    assert found.gain == pytest.approx(1.03, rel=2e-3)
+    assert found.lag == pytest.approx(3e-4, abs=3e-5)
+
+
+def test_drift_and_hum_stay_out(clean) -> None:
+    base, x = noisy(clean, 2)
+    t = STEP * np.arange(x.size)
+    x = x + 2e-3 * (t / 60) ** 2 + 1e-4 * np.sin(2 * np.pi * 50 * t)
+    found = transmissibility(base, x, STEP, frequency=7.8, swept=(7.2, 8.4))
+    assert found.f0 == pytest.approx(TABLE_2.f0, rel=1e-5)
+    assert found.zeta == pytest.approx(TABLE_2.zeta, rel=1e-3)
+
+
+def test_base_that_rests_or_record_too_short_is_said(clean) -> None:
+    base, x = noisy(clean, 3)
+    still = 1e-6 * np.random.default_rng(0).standard_normal(base.size)
+    with pytest.raises(AnalysisError, match="base does not move"):
+        transmissibility(still, x, STEP, frequency=7.8)
+    with pytest.raises(AnalysisError, match="Fourier lines"):
+        transmissibility(base[:400], x[:400], STEP, frequency=7.8)
