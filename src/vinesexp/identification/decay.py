@@ -2,10 +2,11 @@
 
 Averaged over a cycle, the amplitude of a weakly damped oscillator obeys
 
-    dA/dt = -(gamma + alpha A + beta A^2),        dphi/dt = w (1 + kappa A^2)
+    dA/dt = -(gamma + alpha A + beta A^2),        dphi/dt = w (1 + mu A + kappa A^2)
 
 with alpha from viscous (c/2M), beta from quadratic and gamma from Coulomb friction; kappa is the
-first term of a spring that is not straight. The logarithm of A is integrated, by which a purely
+first term of a spring that is not straight, mu that of one with hysteresis (slip in a joint, whose
+loss goes with beta). The logarithm of A is integrated, by which a purely
 viscous decay is exact.
 """
 
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 #: Parameters of a decay in this order: log amplitude and phase at the start, angular frequency.
-NAMES = ("log_A", "phase", "w", "alpha", "beta", "gamma", "kappa")
+NAMES = ("log_A", "phase", "w", "alpha", "beta", "gamma", "mu", "kappa")
 _STEPS = 48
 #: Forms that are tried, simplest first.
 FORMS: dict[str, tuple[str, ...]] = {
@@ -44,6 +45,7 @@ class Decay:
     alpha: float = 0.0
     beta: float = 0.0
     gamma: float = 0.0
+    mu: float = 0.0
     kappa: float = 0.0
     start: float = 0.0
     form: str = field(default="viscous", compare=False)
@@ -55,6 +57,10 @@ class Decay:
         """-dA/dt over A: equivalent viscous decay rate at amplitude A, 1/s."""
         return self.gamma / A + self.alpha + self.beta * A
 
+    def frequency(self, A: float) -> float:
+        """Angular frequency of the decay at amplitude A, rad/s."""
+        return self.w * (1.0 + (self.mu + self.kappa * A) * A)
+
 
 def logs_and_phases(
     parameters: FloatArray, t: FloatArray, *, start: float
@@ -63,7 +69,7 @@ def logs_and_phases(
 
     Parameters
     ----------
-    parameters : array (p, 7)
+    parameters : array (p, 8)
         Rows in the order of `NAMES`.
     t : array (n,)
         s, rising, none before `start`.
@@ -77,12 +83,12 @@ def logs_and_phases(
     grid = np.linspace(start, end, _STEPS + 1)
     h = grid[1] - grid[0]
     most = 4.0 / h
-    _, _, w, alpha, beta, gamma, kappa = parameters.T
+    _, _, w, alpha, beta, gamma, mu, kappa = parameters.T
 
     def slope(log_A: FloatArray) -> tuple[FloatArray, FloatArray]:
         A = np.exp(log_A)
         rate = np.clip(gamma / A + alpha + beta * A, -most, most)
-        return -rate, w * (1.0 + kappa * A * A)
+        return -rate, w * (1.0 + (mu + kappa * A) * A)
 
     log_A, phase = parameters[:, 0].copy(), parameters[:, 1].copy()
     # A trial step may ask for a Coulomb friction that stops the motion, or for gain: bounded here.
@@ -118,7 +124,8 @@ def nudged(
     scale = 1.0 / max(span, 1e-12)
     sizes = {
         "log_A": 1.0, "phase": 1.0, "w": scale, "alpha": scale, "beta": scale / A,
-        "gamma": scale * A, "kappa": scale / (vector[2] * A * A),
+        "gamma": scale * A, "mu": scale / (vector[2] * A),
+        "kappa": scale / (vector[2] * A * A),
     }  # fmt: skip
     rows = np.tile(vector, (len(free) + 1, 1))
     changes = np.array([1e-5 * sizes[name] for name in free])

@@ -141,6 +141,7 @@ def _damping(rung: RingDown) -> list[tuple[str, float, float, str]]:
         "alpha": ("damping_linear", "1/s"),
         "beta": ("damping_quadratic", "1/(m s)"),
         "gamma": ("damping_coulomb", "m/s"),
+        "mu": ("frequency_slope", "1/m"),
         "kappa": ("stiffening", "1/m^2"),
     }
     rows = [

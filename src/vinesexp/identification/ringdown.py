@@ -49,7 +49,7 @@ class RingDown:
     method : str
         ``log decrement``, ``envelope`` or ``likelihood``.
     f0, f0_error : float
-        Undamped natural frequency, Hz.
+        Undamped natural frequency, Hz, at amplitude `reference`.
     zeta, zeta_error : float
         Equivalent viscous damping ratio at amplitude `reference`.
     reference : float
@@ -214,14 +214,16 @@ def _result(
     method: str, decay: Decay, free: tuple[str, ...], covariance: FloatArray, amplitude: float,
     residual: float, window: tuple[float, float],
 ) -> RingDown:  # fmt: skip
-    """f0 and zeta with errors: from the damped frequency and the decay rate at `amplitude`."""
+    """f0 and zeta with errors: from the damped frequency and the decay rate, both at `amplitude`."""
     rate = decay.rate(amplitude)
     gradient = {"alpha": 1.0, "beta": amplitude, "gamma": 1.0 / amplitude}
     g_rate = np.array([gradient.get(name, 0.0) for name in free])
-    g_w = np.array([1.0 if name == "w" else 0.0 for name in free])
+    w = decay.frequency(amplitude)
+    bend = {"w": w / decay.w, "mu": decay.w * amplitude, "kappa": decay.w * amplitude**2}
+    g_w = np.array([bend.get(name, 0.0) for name in free])
     # w_d^2 + rate^2 = w0^2, zeta = rate/w0
-    w0 = math.hypot(decay.w, rate)
-    g_w0 = (decay.w * g_w + rate * g_rate) / w0
+    w0 = math.hypot(w, rate)
+    g_w0 = (w * g_w + rate * g_rate) / w0
     g_zeta = g_rate / w0 - rate / w0**2 * g_w0
     f0_error = math.sqrt(max(float(g_w0 @ covariance @ g_w0), 0.0)) / (2.0 * math.pi)
     zeta_error = math.sqrt(max(float(g_zeta @ covariance @ g_zeta), 0.0))
@@ -268,20 +270,21 @@ def _envelope(p: Phasors, start: Decay) -> RingDown:
 def _selected(tried: Callable[[str, tuple[str, ...]], _Tried | None]) -> _Tried:
     """The form with the best evidence: single terms, then more as long as each is worth it."""
     best: _Tried | None = None
-    bent: tuple[str, ...] = ()  # a spring that is not straight shows whatever damps the motion
+    bent: tuple[str, ...] = ()  # a frequency that depends on amplitude shows whatever the damping
     for count in (1, 2, 3):
         richer: _Tried | None = None
         for form, terms in FORMS.items():
-            known = set(best[2]) - {"kappa"} if best else set()
+            known = set(best[2]) - {"mu", "kappa"} if best else set()
             if len(terms) == count and known <= {"log_A", "phase", "w", *terms}:
                 candidate = tried(form, (*terms, *bent))
                 if candidate and (richer is None or candidate[0] < richer[0]):
                     richer = candidate
         if richer and not bent:
             terms = tuple(name for name in richer[2] if name not in ("log_A", "phase", "w"))
-            candidate = tried(richer[1].form, (*terms, "kappa"))
-            if candidate and candidate[0] < richer[0] - _EVIDENCE:
-                richer, bent = candidate, ("kappa",)
+            for springs in (("kappa",), ("mu",)):
+                candidate = tried(richer[1].form, (*terms, *springs))
+                if candidate and candidate[0] < richer[0] - (0.0 if bent else _EVIDENCE):
+                    richer, bent = candidate, springs
         if richer is None or (best is not None and richer[0] > best[0] - _EVIDENCE):
             break
         best = richer

@@ -106,9 +106,9 @@ def transmissibility(
             f"{int(chosen.sum())} Fourier lines from {low:.4g} to {high:.4g} Hz, expected "
             f"{_LINES} or more; record a longer sweep through the resonance"
         )
-    X = np.fft.rfft(x[:n] - x[:n].mean())
-    B = np.fft.rfft(base[:n] - base[:n].mean())
-    noise_x, noise_b = _line_noise(X, f, chosen), _line_noise(B, f, chosen)
+    x, base = x[:n] - x[:n].mean(), base[:n] - base[:n].mean()
+    X, B = np.fft.rfft(x), np.fft.rfft(base)
+    noise_x, noise_b = _line_noise(x, f, chosen), _line_noise(base, f, chosen)
     lines = _Lines(2.0 * math.pi * f[chosen], X[chosen], B[chosen], noise_x, noise_b)
     if not np.abs(lines.B).max() > _MOVES * noise_b:
         raise AnalysisError("the base does not move near the resonance; a sweep is expected")
@@ -128,11 +128,14 @@ def _smooth_length(n: int) -> int:
     return best
 
 
-def _line_noise(spectrum: ComplexArray, f: FloatArray, chosen: NDArray[np.bool_]) -> float:
+def _line_noise(x: FloatArray, f: FloatArray, chosen: NDArray[np.bool_]) -> float:
     """Standard error of real and imaginary part of a line: from the quiet half far above.
 
-    White noise is the same there as near the resonance; overtones of the motion are few.
+    White noise is the same there as near the resonance; overtones of the motion are few. Tapered,
+    since what the cut at both ends spreads over all lines is no noise: the fit allows for it.
     """
+    taper = 1.0 - np.cos(2.0 * np.pi * (np.arange(x.size) + 0.5) / x.size)
+    spectrum = np.fft.rfft(x * taper / math.sqrt(1.5))  # rms 1: the same noise as without
     above = f > 3.0 * f[chosen][-1]
     quiet = np.abs(spectrum[above if int(above.sum()) > 50 else ~chosen])
     # median of a Rayleigh variable: sqrt(2 ln 2) of one part's deviation
