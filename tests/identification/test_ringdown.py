@@ -6,11 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.decay import logs_and_phases
+from vinesexp.identification.decay import Decay, logs_and_phases
 from vinesexp.identification.phasors import decay_window, demodulate
 from vinesexp.identification.ringdown import fit_ringdown, ring_down
 
 RATE = 200.0
+W, LOG_A = 2 * np.pi * 7.9, np.log(0.02)
 
 
 def decay(*, f0=7.9, zeta=0.0065, A=0.02, seconds=20.0, noise=1.2e-6, seed=0, phase=0.4):
@@ -18,6 +19,12 @@ def decay(*, f0=7.9, zeta=0.0065, A=0.02, seconds=20.0, noise=1.2e-6, seed=0, ph
     w0 = 2 * np.pi * f0
     x = A * np.exp(-zeta * w0 * t) * np.cos(w0 * np.sqrt(1 - zeta**2) * t + phase)
     return x + noise * np.random.default_rng(seed).standard_normal(t.size)
+
+
+def motion(t, decay, noise=5e-6):
+    log_A, phase = logs_and_phases(decay.vector()[np.newaxis], t, start=0.0)
+    rest = noise * np.random.default_rng(1).standard_normal(t.size)
+    return (np.exp(log_A) * np.cos(phase))[0] + rest
 
 
 @settings(deadline=None, max_examples=8)
@@ -63,10 +70,7 @@ def test_likelihood_errors_are_those_of_the_information_limit() -> None:
 )
 def test_the_law_of_damping_is_chosen_by_evidence(alpha, beta, gamma, form) -> None:
     t = np.arange(4000) / RATE
-    p = np.array([[np.log(0.02), 0.3, 2 * np.pi * 7.9, alpha, beta, gamma, 0.0]])
-    log_A, phase = logs_and_phases(p, t, start=0.0)
-    x = (np.exp(log_A) * np.cos(phase))[0]
-    x = x + 5e-6 * np.random.default_rng(1).standard_normal(t.size)
+    x = motion(t, Decay(LOG_A, 0.3, W, alpha=alpha, beta=beta, gamma=gamma))
     best = ring_down(x, 1 / RATE, frequency=7.8)[-1]
     assert best.decay.form == form or (form == "Coulomb" and "Coulomb" in best.decay.form)
     scale = {"alpha": 0.005, "beta": 0.3, "gamma": 1e-5}  # all far below what matters
@@ -75,14 +79,15 @@ def test_the_law_of_damping_is_chosen_by_evidence(alpha, beta, gamma, form) -> N
     assert best.residual < 0.01
 
 
-def test_a_spring_that_is_not_straight_is_noticed() -> None:
+@pytest.mark.parametrize(("name", "value"), [("kappa", 5.0), ("mu", -0.07)])
+def test_a_frequency_that_depends_on_amplitude_is_noticed(name, value) -> None:
     t = np.arange(4000) / RATE
-    p = np.array([[np.log(0.02), 0.3, 2 * np.pi * 7.9, 0.3, 0.0, 0.0, 5.0]])
-    log_A, phase = logs_and_phases(p, t, start=0.0)
-    x = (np.exp(log_A) * np.cos(phase))[0] + 5e-6 * np.random.default_rng(1).standard_normal(4000)
-    best = ring_down(x, 1 / RATE, frequency=7.8)[-1]
-    assert best.decay.kappa == pytest.approx(5.0, rel=0.01)
-    assert best.f0 == pytest.approx(7.9, rel=1e-4)
+    true = Decay(LOG_A, 0.3, W, alpha=0.3, **{name: value})
+    best = ring_down(motion(t, true), 1 / RATE, frequency=7.8)[-1]
+    assert getattr(best.decay, name) == pytest.approx(value, rel=0.01)
+    w = true.frequency(best.reference)
+    assert best.f0 == pytest.approx(np.hypot(w, 0.3) / (2 * np.pi), abs=5 * best.f0_error)
+    assert best.f0_error < 1e-5
 
 
 def test_waiting_before_the_release_and_silence_after_it_are_left_out() -> None:

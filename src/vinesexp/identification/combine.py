@@ -14,6 +14,7 @@ from vinesexp.identification.addedmass import added_mass, mass_from_added
 from vinesexp.identification.average import DISAGREES, MATTERS, Mean, mean_of
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.record import NOTHING
+from vinesexp.identification.remarks import remarks
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
 
@@ -24,8 +25,6 @@ COMBINED = "combined"
 BEST = ("likelihood", "sweep", "impacts", "drop")
 #: Relative standard error of a weighed mass without one.
 _ASSUMED = 5e-3
-_GAIN_MATTERS = 0.01
-_LAG_MATTERS = 2e-5  # s
 
 
 def combine(found: Sequence[Estimate], campaign: Campaign) -> tuple[list[Estimate], list[Check]]:
@@ -64,9 +63,7 @@ def combine(found: Sequence[Estimate], campaign: Campaign) -> tuple[list[Estimat
     rows += new
     checks += told
     checks += _absent(rows)
-    checks += _channels(used)
-    checks += _damping(used)
-    return rows, checks
+    return rows, [*checks, *remarks(used)]
 
 
 def combined(rows: Sequence[Estimate], parameter: str) -> Estimate | None:
@@ -223,68 +220,4 @@ def _absent(rows: Sequence[Estimate]) -> list[Check]:
         lacking = ", ".join(name for name in ("M", "f0", "zeta") if name not in present)
         detail = f"k1 and c1 are not known: they need {lacking}"
         checks.append(Check("", "identification", "warning", detail))
-    return checks
-
-
-def _channels(found: Sequence[Estimate]) -> list[Check]:
-    """Sign, gain and lag of the accelerometer beside the laser, where they are off."""
-    checks = []
-    for e in found:
-        sure = abs(e.value) > 5.0 * e.std_error
-        if e.parameter == "accelerometer_gain" and e.value < 0.0 and sure:
-            detail = (
-                "acceleration and displacement have opposite signs; the displacement's is taken. "
-                "Turn the sensitivity of one of them round"
-            )
-            checks.append(Check(e.records[0], "sign", "warning", detail))
-        off = abs(abs(e.value) - 1.0)
-        if e.parameter == "accelerometer_gain" and off > max(5.0 * e.std_error, _GAIN_MATTERS):
-            detail = (
-                f"the acceleration is {abs(e.value):.4g} times the second derivative of the "
-                "displacement: one sensitivity is wrong, or the channels are not what they are "
-                "said to be"
-            )
-            checks.append(Check(e.records[0], "gain", "warning", detail))
-    return [*checks, *_lags([e for e in found if e.parameter == "channel_lag"])]
-
-
-def _lags(lags: Sequence[Estimate]) -> list[Check]:
-    """One line on the lag of all records, and one for each that differs from the others."""
-    known = [e for e in lags if e.std_error < _LAG_MATTERS]
-    if not known:
-        return []
-    middle = sorted(e.value for e in known)[len(known) // 2]
-    checks = []
-    if abs(middle) > _LAG_MATTERS:
-        order = "after" if middle > 0.0 else "before"
-        detail = (
-            f"the displacement comes {1e6 * abs(middle):.0f} us {order} the acceleration "
-            f"(median of {len(known)} records); removed record by record"
-        )
-        checks.append(Check("", "lag", "ok", detail))
-    for e in known:
-        if abs(e.value - middle) > max(_LAG_MATTERS, DISAGREES * e.std_error):
-            detail = (
-                f"the displacement comes {1e6 * e.value:.0f} us after the acceleration, in the "
-                f"other records {1e6 * middle:.0f} us; removed"
-            )
-            checks.append(Check(e.records[0], "lag", "warning", detail))
-    return checks
-
-
-def _damping(found: Sequence[Estimate]) -> list[Check]:
-    """Free decays whose damping depends on amplitude."""
-    checks = []
-    words = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
-    for record in dict.fromkeys(e.records[0] for e in found if e.parameter in words):
-        own = {e.parameter: e for e in found if e.records[0] == record}
-        terms = " and ".join(word for name, word in words.items() if name in own)
-        zeta = own.get("zeta") or own.get("zeta_added")
-        where = own.get("zeta_amplitude")
-        if zeta is not None and where is not None:
-            detail = (
-                f"damping depends on amplitude ({terms} part); zeta = {zeta.value:.4g} holds at "
-                f"{1e3 * where.value:.3g} mm"
-            )
-            checks.append(Check(record, "damping", "ok", detail))
     return checks

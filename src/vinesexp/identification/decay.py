@@ -62,6 +62,11 @@ class Decay:
         return self.w * (1.0 + (self.mu + self.kappa * A) * A)
 
 
+def decay_of(vector: FloatArray, form: str, start: float) -> Decay:
+    """The decay with the parameters of a vector in the order of `NAMES`."""
+    return Decay(**dict(zip(NAMES, vector.tolist(), strict=True)), start=start, form=form)
+
+
 def logs_and_phases(
     parameters: FloatArray, t: FloatArray, *, start: float
 ) -> tuple[FloatArray, FloatArray]:

@@ -50,9 +50,9 @@ def estimate_record(
     list of Estimate
         Parameters `f0`, `zeta`, `M`, `r` (with a number for several NESs); `f0_added` and
         `zeta_added` where a mass was added; `damping_linear`, `damping_quadratic`,
-        `damping_coulomb`, `stiffening`, `zeta_amplitude` of a free decay; `accelerometer_gain`
-        and `channel_lag` of the channels. A record that gives nothing has one entry `nothing`
-        with the reason as its note.
+        `damping_coulomb`, `stiffening`, `frequency_slope`, `zeta_amplitude` and `beat` of a decay;
+        `accelerometer_gain` and `channel_lag` of the channels. A record that gives nothing has one
+        entry `nothing` with the reason as its note.
     """
     with open_record(measured) as view, open_record(conditioned) as band:
         if view.refused is not None:
@@ -131,7 +131,12 @@ def _ringdown(record: Record, view: RecordView, frequency: float) -> list[Estima
                 (f"zeta{suffix}", rung.zeta, rung.zeta_error, "1"),
             ],
         )
-    return found + _estimates(record, rungs[-1].method, _damping(rungs[-1]))
+    best = rungs[-1]
+    found += _estimates(record, best.method, _damping(best))
+    if best.beat is not None:
+        rows = [("beat", best.beat[0], 0.0, "Hz"), ("beat_share", best.beat[1], 0.0, "1")]
+        found += _estimates(record, best.method, rows)
+    return found
 
 
 def _damping(rung: RingDown) -> list[tuple[str, float, float, str]]:

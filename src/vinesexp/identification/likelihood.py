@@ -1,0 +1,123 @@
+"""The third rung: the displacement itself, its slow drift as linear unknowns.
+
+What the fit leaves is looked at: its noise near f0 scales the errors, a line in it is a second
+oscillation.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.identification.decay import Decay, decay_of, logs_and_phases
+from vinesexp.identification.gaussnewton import gauss_newton
+from vinesexp.identification.phasors import Phasors, standing_out
+from vinesexp.identification.rung import RingDown, rung
+
+FloatArray = NDArray[np.float64]
+
+_OUTLYING = 6.0  # standard deviations
+_MOST_LOST = 0.05  # of the samples: more is no loss of the target, it is a bad start of the fit
+_MOST_DRIFT = 24  # cosines
+_OWN_LINES = 6.0  # line widths or Fourier lines from f0 that are the decay's own
+_FEWEST_LINES = 20
+_BEAT = 5e-3  # of the amplitude: weaker lines are not worth a word
+_LOUD = 8.0  # times the median of the lines around
+
+
+def likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> RingDown:
+    """The form that the envelope chose, fitted to the displacement; drift is linear unknowns."""
+    begin = max(0, math.ceil(envelope.window[0] / step))
+    end = min(x.size, math.floor(envelope.window[1] / step) + 1)
+    t, y = np.asarray(step * np.arange(begin, end), dtype=np.float64), x[begin:end]
+    drift = _drift(t, envelope.f0)
+    q = np.linalg.qr(drift)[0]
+    start = replace(envelope.decay, start=float(t[0]))
+    vector = start.vector()
+    # The decay is started at the first sample instead of the first window's centre.
+    back = float(t[0]) - envelope.decay.start
+    A = math.exp(vector[0])
+    vector[0] -= envelope.decay.rate(A) * back
+    vector[1] += vector[2] * back
+    noise = max(p.noise, 1e-9 * A)
+    kept = _trusted(y, q, decay_of(vector, start.form, start.start), t, noise, p.w * step)
+    if not kept.all():
+        q = np.linalg.qr(drift[kept])[0]
+    times, projected = t[kept], y[kept] - q @ (q.T @ y[kept])
+
+    def misfit(rows: FloatArray) -> FloatArray:
+        log_A, phase = logs_and_phases(rows, times, start=float(t[0]))
+        model = np.exp(log_A) * np.cos(phase)
+        model -= (model @ q) @ q.T
+        return (model - projected) / noise
+
+    free = envelope.free
+    vector, covariance, _ = gauss_newton(vector, free, misfit, span=float(t[-1] - t[0]))
+    decay = decay_of(vector, envelope.decay.form, float(t[0]))
+    rest = np.zeros(t.size)
+    rest[kept] = misfit(vector[np.newaxis])[0] * noise
+    covariance = covariance * (_noise_at(rest, step, envelope.f0) / noise) ** 2
+    residual = float(np.sqrt((rest @ rest) / (projected @ projected)))
+    found = rung(
+        "likelihood", decay, free, covariance, envelope.reference, residual, envelope.window
+    )
+    return replace(found, beat=_beat(rest, y - rest, step, found.f0, found.zeta))
+
+
+def _trusted(
+    y: FloatArray, q: FloatArray, decay: Decay, t: FloatArray, noise: float, turn: float
+) -> NDArray[np.bool_]:
+    """Samples that are not those of a sensor that lost its target for a moment.
+
+    A spike stands out from its neighbours; a longer loss from the start's fit.
+    """
+    log_A, phase = logs_and_phases(decay.vector()[np.newaxis], t, start=decay.start)
+    out = standing_out(y, turn)
+    difference = np.where(out, 0.0, y - (np.exp(log_A) * np.cos(phase))[0])
+    rest = np.abs(difference - q @ (q.T @ difference))
+    lost = rest > _OUTLYING * max(noise, float(np.median(rest)) / 0.6745)
+    return ~(out | lost) if lost.mean() < _MOST_LOST else ~out
+
+
+def _drift(t: FloatArray, f0: float) -> FloatArray:
+    """Constant, slope and slow cosines, all well below f0."""
+    span = float(t[-1] - t[0])
+    count = min(_MOST_DRIFT, int(2.0 * span * f0 / 8.0))
+    phase = (t - t[0]) / span
+    columns = [np.ones_like(t), phase, *(np.cos(np.pi * k * phase) for k in range(1, count + 1))]
+    return np.stack(columns, axis=1)
+
+
+def _beat(
+    rest: FloatArray, motion: FloatArray, step: float, f0: float, zeta: float
+) -> tuple[float, float] | None:
+    """Frequency and relative amplitude of a line in the residual that is not the decay's own.
+
+    What a law of damping leaves lies within a few line widths of f0 and is no second oscillation.
+    """
+    taper = np.hanning(2 * rest.size)[rest.size :]  # loudest at the start, as decays are
+    power = np.abs(np.fft.rfft(rest * taper))
+    frequency = np.fft.rfftfreq(rest.size, step)
+    own = max(_OWN_LINES / (rest.size * step), _OWN_LINES * zeta * f0)
+    near = (frequency > 0.5 * f0) & (frequency < 2.0 * f0) & (np.abs(frequency - f0) > own)
+    if near.sum() < _FEWEST_LINES:
+        return None
+    peak = int(np.flatnonzero(near)[np.argmax(power[near])])
+    share = float(power[peak] / np.abs(np.fft.rfft(motion * taper)).max())
+    if share < _BEAT or power[peak] < _LOUD * np.median(power[near]):
+        return None
+    return float(frequency[peak]), share
+
+
+def _noise_at(rest: FloatArray, step: float, f0: float) -> float:
+    """Noise per sample as it acts near f0: the residual's spectrum there, not its total.
+
+    Drift and hum far from f0 do not make f0 uncertain; noise near it does.
+    """
+    power = np.abs(np.fft.rfft(rest)) ** 2 / rest.size
+    frequency = np.fft.rfftfreq(rest.size, step)
+    near = (frequency > 0.5 * f0) & (frequency < 2.0 * f0)
+    return math.sqrt(float(power[near].mean())) if near.sum() >= 10 else float(rest.std())

@@ -1,0 +1,97 @@
+"""What single records say besides the parameters: channels at odds, laws of damping, beats."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vinesexp.identification.average import DISAGREES
+from vinesexp.identification.estimate import Estimate
+from vinesexp.records.checks import Check
+
+_GAIN_MATTERS = 0.01
+_LAG_MATTERS = 2e-5  # s
+
+
+def remarks(found: Sequence[Estimate]) -> list[Check]:
+    """Rows of checks.csv on the estimates of single records."""
+    return [*_channels(found), *_damping(found), *_beats(found)]
+
+
+def _channels(found: Sequence[Estimate]) -> list[Check]:
+    """Sign, gain and lag of the accelerometer beside the laser, where they are off."""
+    checks = []
+    for e in found:
+        sure = abs(e.value) > 5.0 * e.std_error
+        if e.parameter == "accelerometer_gain" and e.value < 0.0 and sure:
+            detail = (
+                "acceleration and displacement have opposite signs; the displacement's is taken. "
+                "Turn the sensitivity of one of them round"
+            )
+            checks.append(Check(e.records[0], "sign", "warning", detail))
+        off = abs(abs(e.value) - 1.0)
+        if e.parameter == "accelerometer_gain" and off > max(5.0 * e.std_error, _GAIN_MATTERS):
+            detail = (
+                f"the acceleration is {abs(e.value):.4g} times the second derivative of the "
+                "displacement: one sensitivity is wrong, or the channels are not what they are "
+                "said to be"
+            )
+            checks.append(Check(e.records[0], "gain", "warning", detail))
+    return [*checks, *_lags([e for e in found if e.parameter == "channel_lag"])]
+
+
+def _lags(lags: Sequence[Estimate]) -> list[Check]:
+    """One line on the lag of all records, and one for each that differs from the others."""
+    known = [e for e in lags if e.std_error < _LAG_MATTERS]
+    if not known:
+        return []
+    middle = sorted(e.value for e in known)[len(known) // 2]
+    checks = []
+    if abs(middle) > _LAG_MATTERS:
+        order = "after" if middle > 0.0 else "before"
+        detail = (
+            f"the displacement comes {1e6 * abs(middle):.0f} us {order} the acceleration "
+            f"(median of {len(known)} records); removed record by record"
+        )
+        checks.append(Check("", "lag", "ok", detail))
+    for e in known:
+        if abs(e.value - middle) > max(_LAG_MATTERS, DISAGREES * e.std_error):
+            detail = (
+                f"the displacement comes {1e6 * e.value:.0f} us after the acceleration, in the "
+                f"other records {1e6 * middle:.0f} us; removed"
+            )
+            checks.append(Check(e.records[0], "lag", "warning", detail))
+    return checks
+
+
+def _damping(found: Sequence[Estimate]) -> list[Check]:
+    """Free decays whose damping depends on amplitude."""
+    checks = []
+    words = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
+    for record in dict.fromkeys(e.records[0] for e in found if e.parameter in words):
+        own = {e.parameter: e for e in found if e.records[0] == record}
+        terms = " and ".join(word for name, word in words.items() if name in own)
+        zeta = own.get("zeta") or own.get("zeta_added")
+        where = own.get("zeta_amplitude")
+        if zeta is not None and where is not None:
+            detail = (
+                f"damping depends on amplitude ({terms} part); zeta = {zeta.value:.4g} holds at "
+                f"{1e3 * where.value:.3g} mm"
+            )
+            checks.append(Check(record, "damping", "ok", detail))
+    return checks
+
+
+def _beats(found: Sequence[Estimate]) -> list[Check]:
+    """Free decays in which something else oscillates too."""
+    share = {e.records[0]: e.value for e in found if e.parameter == "beat_share"}
+    return [
+        Check(
+            e.records[0],
+            "beats",
+            "warning",
+            f"a second oscillation at {e.value:.4g} Hz has {100 * share[e.records[0]]:.2g} % of "
+            "the amplitude: another mode, or the table's; the errors of f0 and zeta include it",
+        )
+        for e in found
+        if e.parameter == "beat"
+    ]

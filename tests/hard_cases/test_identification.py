@@ -1,0 +1,155 @@
+"""Records that are bad in the ways records are: what can be told is right, the rest is said."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp.errors import AnalysisError
+from vinesexp.identification.ringdown import fit_ringdown
+from vinesexp.rehearsal import rehearse
+
+F0, ZETA, RATE = 7.862, 0.0065, 2000.0
+
+
+def decay(*, seconds=18.0, A=0.02, noise=6e-6, seed=0, f0=F0, zeta=ZETA, start=0.0):
+    t = start + np.arange(round(seconds * RATE)) / RATE
+    w0 = 2 * np.pi * f0
+    x = A * np.exp(-zeta * w0 * t) * np.cos(w0 * np.sqrt(1 - zeta**2) * t + 0.3)
+    return x + noise * np.random.default_rng(seed).standard_normal(t.size)
+
+
+def fitted(x, frequency=7.7):
+    return fit_ringdown(x, sample_rate=RATE, frequency=frequency)
+
+
+def right(found, *, errors=4.0, f0=F0, zeta=ZETA):
+    """Within the stated errors, and these no larger than useful."""
+    assert abs(found.f0 - f0) < errors * found.f0_error
+    assert abs(found.zeta - zeta) < errors * found.zeta_error
+    assert found.f0_error < 1e-3 * f0
+    assert found.zeta_error < 0.05 * zeta
+
+
+def test_a_late_trigger_leaves_the_end_of_the_decay():
+    right(fitted(decay(start=12.0, seconds=6.0)))
+
+
+def test_waiting_and_a_hand_before_the_release():
+    quiet = 6e-6 * np.random.default_rng(1).standard_normal(round(3 * RATE))
+    pulled = 0.02 * np.cos(0.3) * np.ones(round(0.2 * RATE))
+    right(fitted(np.concatenate([quiet, pulled, decay()])))
+
+
+def test_drift_larger_than_the_motion():
+    t = np.arange(round(18 * RATE)) / RATE
+    drift = 0.08 * np.sin(2 * np.pi * t / 25.0) + 0.02 * np.sin(2 * np.pi * t / 7.0 + 1.0)
+    right(fitted(decay() + drift))
+
+
+def test_eight_bits():
+    step = 0.05 / 256
+    right(fitted(step * np.round(decay() / step)))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_twentieth_of_the_samples_missing(seed):
+    x = decay(seed=seed)
+    x[np.random.default_rng(seed).random(x.size) < 0.05] = np.nan
+    right(fitted(x))
+
+
+def test_a_gap_of_half_a_second():
+    x = decay()
+    x[9000:10000] = np.nan
+    right(fitted(x))
+
+
+def test_mains_hum_stronger_than_the_noise():
+    t = np.arange(round(18 * RATE)) / RATE
+    hum = 2e-4 * np.sin(2 * np.pi * 50.0 * t) + 1e-4 * np.sin(2 * np.pi * 150.0 * t + 1.0)
+    right(fitted(decay() + hum))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_three_periods(seed):
+    found = fitted(decay(seconds=3.2 / F0, seed=seed))
+    assert abs(found.f0 - F0) < 4 * found.f0_error
+    assert abs(found.zeta - ZETA) < 4 * found.zeta_error
+    assert found.f0_error < 1e-3 * F0
+
+
+def test_two_periods_are_refused():
+    with pytest.raises(AnalysisError, match=r"2 periods of 7\.7 Hz in the record, expected 3"):
+        fitted(decay(seconds=2.2 / F0))
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize("other", [8.4, 7.2, 11.0])
+def test_beats_of_two_close_modes_are_said(share, other):
+    found = fitted(decay() + decay(A=0.02 * share, f0=other, zeta=0.004, noise=0.0))
+    assert abs(found.f0 - F0) < 4 * found.f0_error
+    assert found.beat is not None
+    assert found.beat[0] == pytest.approx(other, rel=0.02)
+    assert found.beat[1] == pytest.approx(share, rel=0.5)
+
+
+def test_one_mode_has_no_beats():
+    assert fitted(decay()).beat is None
+
+
+@pytest.mark.parametrize("zeta", [1e-5, 0.1, 0.2])
+def test_damping_almost_none_and_strong(zeta):
+    found = fitted(decay(zeta=zeta))
+    assert found.f0 == pytest.approx(F0, rel=2e-3)
+    assert abs(found.zeta - zeta) < 5 * found.zeta_error + 1e-3 * zeta
+
+
+SCENE = """\
+title: Channels
+seed: 3
+rig: {mass: 4.7 kg, damping: 3.02 N s/m, stiffness: 1.147e4 N/m, nes_mass: 32 g, restitution: 0.6}
+sensors:
+  base: {sensitivity: 400 mV/mm, noise: 2 um, range: 2.5 mm}
+  displacement: {sensitivity: 40 mV/mm, noise: 6 um, range: 25 mm}
+  acceleration: {sensitivity: 20 mV/g, noise: 0.3 m/s^2, pulse: 0.4 ms, range: 50 g}
+oscilloscope: {sample_rate: 10 kHz, bits: 14, full_scale: 1 V, format: hdf5}
+groups:
+  all:
+    test: periodic
+    records:
+      forced: {duration: 8 s, settle: 10 s, base_amplitude: 0.25 mm, frequency: 7.862 Hz,
+               clearance: 30 mm, ball_start: wall -1}
+"""
+
+
+def told(folder: Path, change) -> list[str]:
+    """What checks say of a record whose campaign.yaml is wrong."""
+    (folder / "scene.yaml").write_text(SCENE, encoding="utf-8")
+    from vinesexp.simulation.description import campaign_text
+    from vinesexp.simulation.scene import load_scene
+
+    text = campaign_text(load_scene(folder / "scene.yaml"))
+    (folder / "campaign.yaml").write_text(change(text), encoding="utf-8")
+    return [c.detail for c in rehearse(folder / "scene.yaml").checks if c.outcome == "warning"]
+
+
+def test_right_channels_raise_no_warning_of_sign_or_gain(tmp_path):
+    assert not [d for d in told(tmp_path, lambda text: text) if "sign" in d or "derivative" in d]
+
+
+def test_the_wrong_sign_of_a_channel_is_told(tmp_path):
+    details = told(tmp_path, lambda text: text.replace("20 mV/g", "-20 mV/g"))
+    assert any("opposite signs" in detail for detail in details)
+
+
+def test_swapped_channels_are_told(tmp_path):
+    def swapped(text):
+        return (
+            text.replace('"CH2*"', '"other*"')
+            .replace('"CH3*"', '"CH2*"')
+            .replace('"other*"', '"CH3*"')
+        )
+
+    details = told(tmp_path, swapped)
+    assert any("not what they are said to be" in detail for detail in details)
