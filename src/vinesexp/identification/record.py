@@ -12,6 +12,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.identification.drop import restitution_of_bounces
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.flights import Flights, flights_of, mass_ratio, restitution
+from vinesexp.identification.halfpower import half_power
 from vinesexp.identification.ringdown import POINTS, RingDown, ring_down
 from vinesexp.identification.sweep import transmissibility
 from vinesexp.records.campaign import Known, Record
@@ -168,17 +169,31 @@ def _sweep(record: Record, view: RecordView, frequency: float) -> list[Estimate]
             f"a sweep without NES gives f0 and zeta only with a {missing.pop()} channel"
         )
     k = max(1, int(view.sample_rate / (POINTS * frequency)))
+    base, x = coarse(view, "base", k), coarse(view, "displacement", k)
     found = transmissibility(
-        coarse(view, "base", k), coarse(view, "displacement", k), k / view.sample_rate,
-        frequency=frequency, swept=record.frequency,
-    )  # fmt: skip
+        base, x, k / view.sample_rate, frequency=frequency, swept=record.frequency
+    )
     rows = [
         ("f0", found.f0, found.f0_error, "Hz"),
         ("zeta", found.zeta, found.zeta_error, "1"),
         ("base_gain", found.gain, found.gain_error, "1"),
         ("base_lag", found.lag, found.lag_error, "s"),
     ]
-    return _estimates(record, "sweep", rows)
+    return _half_power(record, base, x, k / view.sample_rate) + _estimates(record, "sweep", rows)
+
+
+def _half_power(record: Record, base: FloatArray, x: FloatArray, step: float) -> list[Estimate]:
+    """The cheap rung of a sweep, where the record is long enough for it."""
+    if record.frequency is None:
+        return []
+    try:
+        found = half_power(base, x, step, swept=record.frequency)
+    except AnalysisError:  # the likelihood rung has said what it needs
+        return []
+    rows = [
+        ("f0", found.f0, found.f0_error, "Hz"), ("zeta", found.zeta, found.zeta_error, "1")
+    ]  # fmt: skip
+    return _estimates(record, "half power", rows)
 
 
 def _drop(record: Record, impacts: Impacts) -> list[Estimate]:
