@@ -85,11 +85,16 @@ def envelope(p: Phasors, start: Decay) -> RingDown:
         # The noise inside the windows may miss what differs from window to window (steps of the
         # converter, drift): beyond its expectation chi^2 counts by its logarithm only.
         evidence = n * math.log(max(chi2 / n, 1.0)) + len(free) * math.log(n)
-        scale = max(1.0, chi2 / max(1, n - len(free)))
-        return evidence, decay_of(vector, form, start.start), free, covariance * scale
+        return evidence, decay_of(vector, form, start.start), free, covariance
 
-    best = _selected(tried)
-    _, decay, free, covariance = best
+    _, decay, free, _ = _selected(tried)
+    # Which law is settled; its values come from the amplitudes as sure as they are.
+    error = np.full(p.t.size, max(p.error, 1e-9 * float(np.abs(p.z).max())))
+    vector, covariance, chi2 = gauss_newton(
+        decay.vector(), free, misfit, span=float(p.t[-1] - p.t[0])
+    )
+    decay = decay_of(vector, decay.form, start.start)
+    covariance = covariance * max(1.0, chi2 / max(1, n - len(free)))
     rest = misfit(decay.vector()[np.newaxis])[0] * np.tile(error, 2)
     residual = float(np.sqrt((rest**2).sum() / (np.abs(p.z) ** 2).sum()))
     window = (float(p.t[0] - 0.5 * p.span), float(p.t[-1] + 0.5 * p.span))

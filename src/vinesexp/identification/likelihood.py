@@ -1,13 +1,13 @@
 """The third rung: the displacement itself, its slow drift as linear unknowns.
 
 What the fit leaves is looked at: its noise near f0 scales the errors, a line in it is a second
-oscillation.
+oscillation, which is then taken out.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +25,18 @@ _MOST_DRIFT = 24  # cosines
 _OWN_LINES = 6.0  # line widths or Fourier lines from f0 that are the decay's own
 _FEWEST_LINES = 20
 _BEAT = 5e-3  # of the amplitude: weaker lines are not worth a word
+_SIDE_LINES = 4  # half Fourier lines on each side that a second oscillation may take
 _LOUD = 8.0  # times the median of the lines around
 
 
 def likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> RingDown:
-    """The form that the envelope chose, fitted to the displacement; drift is linear unknowns."""
+    """The form that the envelope chose, fitted to the displacement; drift is linear unknowns.
+
+    So is a second oscillation, where what is left shows one: then the fit is done once more.
+    """
     begin = max(0, math.ceil(envelope.window[0] / step))
     end = min(x.size, math.floor(envelope.window[1] / step) + 1)
     t, y = np.asarray(step * np.arange(begin, end), dtype=np.float64), x[begin:end]
-    drift = _drift(t, envelope.f0)
-    q = np.linalg.qr(drift)[0]
     start = replace(envelope.decay, start=float(t[0]))
     vector = start.vector()
     # The decay is started at the first sample instead of the first window's centre.
@@ -42,10 +44,38 @@ def likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> Ri
     A = math.exp(vector[0])
     vector[0] -= envelope.decay.rate(A) * back
     vector[1] += vector[2] * back
-    noise = max(p.noise, 1e-9 * A)
-    kept = _trusted(y, q, decay_of(vector, start.form, start.start), t, noise, p.w * step)
-    if not kept.all():
-        q = np.linalg.qr(drift[kept])[0]
+    noise, slow = max(p.noise, 1e-9 * A), _drift(t, envelope.f0)
+    kept = _trusted(y, slow, decay_of(vector, start.form, start.start), t, noise, p.w * step)
+    fit = _fitted(vector, envelope.free, t, y, slow, kept, noise)
+    beat = _beat(fit.rest, y - fit.rest, step, envelope.f0, envelope.zeta)
+    if beat is not None:
+        rate = envelope.decay.rate(envelope.reference)
+        both = np.concatenate([slow, _narrow(t, beat[0], rate)], axis=1)
+        fit = _fitted(fit.vector, envelope.free, t, y, both, kept, noise)
+    scale = _noise_at(fit.rest, step, envelope.f0) / noise
+    found = rung(
+        "likelihood", decay_of(fit.vector, start.form, start.start), envelope.free,
+        fit.covariance * scale**2, envelope.reference, fit.left, envelope.window,
+    )  # fmt: skip
+    return replace(found, beat=beat)
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Parameters, covariance for the assumed noise, residual (0 where not kept), its share."""
+
+    vector: FloatArray
+    covariance: FloatArray
+    rest: FloatArray
+    left: float
+
+
+def _fitted(
+    vector: FloatArray, free: tuple[str, ...], t: FloatArray, y: FloatArray, linear: FloatArray,
+    kept: NDArray[np.bool_], noise: float,
+) -> _Fit:  # fmt: skip
+    """Least squares with the columns of `linear` as further unknowns, projected out."""
+    q = np.linalg.qr(linear[kept])[0]
     times, projected = t[kept], y[kept] - q @ (q.T @ y[kept])
 
     def misfit(rows: FloatArray) -> FloatArray:
@@ -54,21 +84,26 @@ def likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> Ri
         model -= (model @ q) @ q.T
         return (model - projected) / noise
 
-    free = envelope.free
     vector, covariance, _ = gauss_newton(vector, free, misfit, span=float(t[-1] - t[0]))
-    decay = decay_of(vector, envelope.decay.form, float(t[0]))
     rest = np.zeros(t.size)
     rest[kept] = misfit(vector[np.newaxis])[0] * noise
-    covariance = covariance * (_noise_at(rest, step, envelope.f0) / noise) ** 2
-    residual = float(np.sqrt((rest @ rest) / (projected @ projected)))
-    found = rung(
-        "likelihood", decay, free, covariance, envelope.reference, residual, envelope.window
-    )
-    return replace(found, beat=_beat(rest, y - rest, step, found.f0, found.zeta))
+    left = float(np.sqrt((rest @ rest) / (projected @ projected)))
+    return _Fit(vector, covariance, rest, left)
+
+
+def _narrow(t: FloatArray, frequency: float, rate: float) -> FloatArray:
+    """Columns that hold any oscillation near a frequency that decays much as the first does."""
+    span = float(t[-1] - t[0])
+    fall = np.exp(-rate * (t - t[0]))
+    columns = []
+    for k in range(-_SIDE_LINES, _SIDE_LINES + 1):
+        phase = 2.0 * math.pi * (frequency + 0.5 * k / span) * (t - t[0])
+        columns += [fall * np.cos(phase), fall * np.sin(phase)]
+    return np.stack(columns, axis=1)
 
 
 def _trusted(
-    y: FloatArray, q: FloatArray, decay: Decay, t: FloatArray, noise: float, turn: float
+    y: FloatArray, slow: FloatArray, decay: Decay, t: FloatArray, noise: float, turn: float
 ) -> NDArray[np.bool_]:
     """Samples that are not those of a sensor that lost its target for a moment.
 
@@ -77,6 +112,7 @@ def _trusted(
     log_A, phase = logs_and_phases(decay.vector()[np.newaxis], t, start=decay.start)
     out = standing_out(y, turn)
     difference = np.where(out, 0.0, y - (np.exp(log_A) * np.cos(phase))[0])
+    q = np.linalg.qr(slow)[0]
     rest = np.abs(difference - q @ (q.T @ difference))
     lost = rest > _OUTLYING * max(noise, float(np.median(rest)) / 0.6745)
     return ~(out | lost) if lost.mean() < _MOST_LOST else ~out

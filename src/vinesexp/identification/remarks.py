@@ -90,7 +90,7 @@ def _beats(found: Sequence[Estimate]) -> list[Check]:
             "beats",
             "warning",
             f"a second oscillation at {e.value:.4g} Hz has {100 * share[e.records[0]]:.2g} % of "
-            "the amplitude: another mode, or the table's; the errors of f0 and zeta include it",
+            "the amplitude: another mode, or the table's; it was taken out of the fit",
         )
         for e in found
         if e.parameter == "beat"

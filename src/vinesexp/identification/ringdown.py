@@ -90,16 +90,17 @@ def ring_down(
     >>> best.decay.form, abs(best.f0 - 7.9009) < 1e-3
     ('viscous', True)
     """
-    phasors = _kept(demodulate(x, step, frequency), resolution)
+    phasors = kept(demodulate(x, step, frequency), resolution)
     w, rate = (float(v) for v in straight_line(phasors)[:2])
     better = w / (2.0 * math.pi)
     if abs(better / frequency - 1.0) < 0.2:  # once more with the frequency and decay found
-        phasors = _kept(demodulate(x, step, better, rate=rate), resolution)
+        phasors = kept(demodulate(x, step, better, rate=rate), resolution)
     decrement = log_decrement(phasors)
     law = envelope(phasors, decrement.decay)
     return [decrement, law, likelihood(x, step, phasors, law)]
 
 
-def _kept(p: Phasors, resolution: float) -> Phasors:
+def kept(p: Phasors, resolution: float) -> Phasors:
+    """The windows of the free decay: `phasors.decay_window`."""
     begin, end = decay_window(p, resolution=resolution)
     return replace(p, t=p.t[begin:end], z=p.z[begin:end])

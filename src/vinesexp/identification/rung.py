@@ -34,8 +34,7 @@ class RingDown:
     window : (float, float)
         What was fitted, s from the first sample.
     beat : (float, float) or None
-        A second oscillation in what is left: Hz, and its amplitude over that of the first. Its
-        power is in the errors.
+        A second oscillation, which was taken out: Hz, and its amplitude over that of the first.
     """
 
     method: str
