@@ -161,7 +161,9 @@ def impact(state: FloatArray, *, eps: float, r: float) -> FloatArray:
     return np.array([x, v - eps * jump, np.where(hit, x - side, y), u + jump])
 
 
-_GRID = np.arange(1, 145) * (2.0 * np.pi / 48.0)  # looks for a contact over three cycles
+_GRID: FloatArray = np.arange(1, 145) * (
+    2.0 * np.pi / 48.0
+)  # looks for a contact over three cycles
 
 
 def next_contact(state: FloatArray, *, zeta: float) -> FloatArray:
@@ -170,12 +172,13 @@ def next_contact(state: FloatArray, *, zeta: float) -> FloatArray:
     closed = np.abs(x - y) >= 1.0
     met = closed.any(axis=1)
     first = np.where(met, closed.argmax(axis=1), _GRID.size - 1)
-    high = _GRID[first]
-    low = high - _GRID[0]
+    high: FloatArray = np.asarray(_GRID[first], dtype=np.float64)
+    low: FloatArray = np.asarray(high - _GRID[0], dtype=np.float64)
     for _ in range(36):
-        middle = 0.5 * (low + high)
+        middle = np.asarray(0.5 * (low + high), dtype=np.float64)
         x, _, y, _ = fly(state, middle, zeta=zeta)
         beyond = np.abs(x - y) >= 1.0
         high = np.where(beyond & met, middle, high)
         low = np.where(beyond | ~met, low, middle)
-    return np.where(met, low, _GRID[-1])
+    flight: FloatArray = np.where(met, low, _GRID[-1])
+    return flight

@@ -216,7 +216,8 @@ def best_clearance(
     level : float
         m.
     low, high : float, optional
-        Clearances between which to look, m; x_m/4 to 6 x_m where None.
+        Clearances between which to look, m; where None from x_m/4 to x_m/A_1, above
+        which nothing is captured (at most 40 x_m).
 
     Examples
     --------
@@ -225,7 +226,7 @@ def best_clearance(
     >>> 0.04 < best.b < 0.055
     True
     """
-    ends = (low or 0.25 * release.x_m, high or 6.0 * release.x_m)
+    ends = (low or 0.25 * release.x_m, high or release.x_m / max(float(A_1(release.r)), 1.0 / 40.0))
     for _ in range(4):  # the curve has kinks at both transitions: narrowing grids, no derivative
         grid = np.geomspace(*ends, 41)
         times = time_to_level(release, b=grid, level=level)
