@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
+from vinesexp.figures import style
 from vinesexp.figures import theory as draw
 from vinesexp.theory import boundaries, manifold, orbits, transient
 from vinesexp.theory.clearance import b_c_published
@@ -83,7 +84,7 @@ def figure_3() -> list[str]:
     motions = []
     for b, label in ((0.040, "b = 40 mm > b$_c$"), (0.025, "b = 25 mm < b$_c$")):
         motions.append(on_sim(periodic(b, 60.0), label, show=15.0))
-    draw.save(
+    style.write(
         draw.motion_on_sim(motions, r=R, title="Figure 3: G = 0.25 mm, ball started at a wall"),
         FIGURES / "figure_3.svg",
     )
@@ -103,7 +104,7 @@ def figure_4() -> list[str]:
     published = float(b_c_published(G=G, eps=BALL / TABLE_2.M, lam=rig_with(1.0).lam, r=R))
     Omega = 1.0
     bare = G * abs((1 + 2j * TABLE_2.zeta) / (1 - Omega**2 + 2j * TABLE_2.zeta))
-    draw.save(
+    style.write(
         draw.response_over_clearance(
             b=1e-3 * b,
             mean=mean,
@@ -137,7 +138,7 @@ def figure_5_and_6() -> list[str]:
         on_sim(short, "b = 20 mm < b$_t$", show=8.0),
         on_sim(long, "b = 50 mm = published b$_t$", show=8.0),
     ]
-    draw.save(
+    style.write(
         draw.motion_on_sim(motions, r=R, title="Figure 5: release from 30 mm"),
         FIGURES / "figure_5.svg",
     )
@@ -157,7 +158,7 @@ def figure_5_and_6() -> list[str]:
                 "b": 0.020,
             }
         )
-    draw.save(
+    style.write(
         draw.regimes_of_release(panels, title="Figure 6: spells of the release, b = 20 mm"),
         FIGURES / "figure_6.svg",
     )
@@ -219,7 +220,7 @@ def table_1() -> list[str]:
 
 
 def main() -> int:
-    draw.save(draw.sim_figure(r=R), FIGURES / "figure_2.svg")
+    style.write(draw.sim_figure(r=R), FIGURES / "figure_2.svg")
     figure_3()
     page = [
         "# The paper's figures 2 to 6 and Table 1, computed",

@@ -19,6 +19,7 @@ import numpy as np
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.errors import AnalysisError
+from vinesexp.figures import style
 from vinesexp.figures import theory as draw
 from vinesexp.theory import (
     boundaries,
@@ -406,7 +407,7 @@ def main() -> int:
             "zeta = 0.0065, 1 % above",
         ],
     )
-    draw.save(figure, FIGURE)
+    style.write(figure, FIGURE)
     shares = [float((rung == k).mean()) for k in range(3)]
     page = [
         "# Predictions: speed against error",

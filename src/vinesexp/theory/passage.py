@@ -161,9 +161,8 @@ def impact(state: FloatArray, *, eps: float, r: float) -> FloatArray:
     return np.array([x, v - eps * jump, np.where(hit, x - side, y), u + jump])
 
 
-_GRID: FloatArray = np.arange(1, 145) * (
-    2.0 * np.pi / 48.0
-)  # looks for a contact over three cycles
+# where a contact is looked for: 48 times a cycle over three cycles
+_GRID: FloatArray = np.linspace(np.pi / 24.0, 6.0 * np.pi, 144)
 
 
 def next_contact(state: FloatArray, *, zeta: float) -> FloatArray:
