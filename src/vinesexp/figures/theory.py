@@ -117,7 +117,7 @@ def sim_with_working_points(
         axis.set(xlabel="ball amplitude C b (mm)", ylabel="amplitude x (mm)")
         axis.set_xlim(left=0)
         axis.set_ylim(bottom=0)
-    axes[0].legend(frameon=False, loc="upper right")
+    axes[0].legend(frameon=False, loc="upper center")
     return figure
 
 
