@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.errors import AnalysisError
 from vinesexp.theory.manifold import A_1, C_1, FloatArray, loss_parameter, upper_branch
 
 #: First zero of the Airy function Ai, with its sign changed: where the normal form blows up.
@@ -89,6 +90,12 @@ def passage(
     fold is averaged over. A ball has let go at its first flight of more than three quarters of
     a cycle; it is followed for `after` cycles more.
 
+    Raises
+    ------
+    AnalysisError
+        Half a cycle takes more than A_1 itself (a heavy ball, or an elastic one): there is no
+        slow decay to speak of.
+
     Examples
     --------
     >>> run = passage(eps=0.00681, lam=1.91, r=0.6)
@@ -96,6 +103,12 @@ def passage(
     True
     """
     rates = fold_rates(lam=lam, r=r)
+    share = np.pi * eps * rates.g / float(A_1(r))
+    if not share < 1.0:
+        raise AnalysisError(
+            f"release: at T1 half a cycle takes {share:.2g} times the amplitude A_1 (mass ratio "
+            f"{eps:.3g}, r = {r:.3g}): no slow decay; simulate this rig instead"
+        )
     delay = min(rates.delay(eps), float(A_1(r)))
     start = float(A_1(r)) + 1.5 * delay
     C = upper_branch(start, r=r)
