@@ -210,7 +210,8 @@ def table_1() -> list[str]:
         low, middle, high = np.percentile(runs, [10, 50, 90], axis=0)
         lines += [
             f"| {b} | published | {x1} | {x2} | {t15} | {t5} |",
-            f"| | exact A_1 b, A_2 b; quadrature and passage (captured starts) | {b * A_1:.2f} | {b * A_2:.2f} "
+            "| | exact A_1 b, A_2 b; quadrature and passage (captured starts) "
+            f"| {b * A_1:.2f} | {b * A_2:.2f} "
             f"| {model[0]:.2f} | {model[1]:.2f} |",
             f"| | simulated, median (10 to 90 %) of {STARTS} ball positions | | "
             f"| {middle[0]:.2f} ({low[0]:.2f} to {high[0]:.2f}) "
