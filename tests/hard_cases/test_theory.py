@@ -177,4 +177,10 @@ def test_release_corners() -> None:
     with pytest.raises(AnalysisError, match="keeps its energy"):
         time_to_level(Decaying(**{**vars(undamped), "r": 1.0}), b=0.05, level=0.01)
     heavy = Decaying(M=1.0, c1=0.5, k1=100.0, m=0.3, r=0.6, x_m=0.03)
-    assert np.isfinite(time_to_level(heavy, b=0.04, level=0.005))
+    with pytest.raises(AnalysisError, match="no slow decay; simulate"):
+        time_to_level(heavy, b=0.04, level=0.005)
+    plastic = Decaying(**{**vars(undamped), "c1": 3.02, "r": 0.0})
+    assert 0.0 < time_to_level(plastic, b=0.05, level=0.004) < np.log(7.5) * 2 * 4.7 / 3.02
+    nearly_elastic = Decaying(**{**vars(undamped), "r": 1.0 - 1e-9})
+    with pytest.raises(AnalysisError, match="no slow decay"):
+        time_to_level(nearly_elastic, b=0.05, level=0.01)

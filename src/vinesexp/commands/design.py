@@ -297,7 +297,8 @@ def _sensitivity_lines(given: Mapping[str, Quantity], answer: Answer) -> list[st
 
 
 def _plot(path: Path, given: Mapping[str, Quantity], answer: Answer) -> None:
-    from vinesexp.figures.theory import save, sim_with_working_points
+    from vinesexp.figures.style import write
+    from vinesexp.figures.theory import sim_with_working_points
 
     formats = (".svg", ".pdf", ".png")
     if path.suffix.lower() not in formats:
@@ -309,7 +310,7 @@ def _plot(path: Path, given: Mapping[str, Quantity], answer: Answer) -> None:
         points["b_c"] = (answer.b_c.exact, _amplitude_at_b_c(given, answer.b_c.exact))
     if answer.b_t is not None:
         points["b_t"] = (answer.b_t.exact, _x_m(given))
-    save(sim_with_working_points(r=given["r"].value, points=points), path)
+    write(sim_with_working_points(r=given["r"].value, points=points), path)
 
 
 def _amplitude_at_b_c(given: Mapping[str, Quantity], b: float) -> float:

@@ -100,18 +100,28 @@ def label(
 
 
 def save(figure: Figure, path: Path) -> list[Path]:
-    """Write `path`.svg and `path`.pdf, without dates: the same figure gives the same bytes.
+    """Write `path`.svg and `path`.pdf, without dates: the same figure gives the same bytes."""
+    files = [path.with_name(f"{path.name}.svg"), path.with_name(f"{path.name}.pdf")]
+    write(figure, files[0])
+    figure.set_layout_engine("none")  # laid out by now, and the page is the same
+    write(figure, files[1])
+    return files
 
-    Coordinates of the SVG are cut to hundredths of a point, which no screen shows and which
+
+def write(figure: Figure, path: Path) -> None:
+    """Write one file, svg, pdf or png by the ending of its name; the same figure, the same bytes.
+
+    Coordinates of an SVG are cut to hundredths of a point, which no screen shows and which
     takes a third off long traces.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    files = [path.with_name(f"{path.name}.svg"), path.with_name(f"{path.name}.pdf")]
-    figure.savefig(files[0], metadata={"Date": None})
-    files[0].write_text(shortened(files[0].read_text(encoding="utf-8")), encoding="utf-8")
-    figure.set_layout_engine("none")  # laid out by now, and the page is the same
-    figure.savefig(files[1], metadata={"CreationDate": None, "ModDate": None})
-    return files
+    undated: dict[str, Any] = {
+        ".svg": {"Date": None},
+        ".pdf": {"CreationDate": None, "ModDate": None},
+    }.get(path.suffix.lower(), {})
+    figure.savefig(path, metadata=undated, dpi=150)
+    if path.suffix.lower() == ".svg":
+        path.write_text(shortened(path.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 def shortened(svg: str) -> str:

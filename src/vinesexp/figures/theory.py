@@ -7,7 +7,6 @@ arrays and gives a matplotlib Figure. Lengths are shown in mm.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
 COLOURS = {
     "stable": style.COLOURS["two symmetric"],
     "unstable": style.COLOURS["base"],
+    "walls": style.COLOURS["base"],
     "motion": style.COLOURS["impact"],
     "published": style.COLOURS["published"],
     "exact": style.COLOURS["exact"],
@@ -38,18 +38,6 @@ def _figure(
     figure, axes = style.new_figure(rows, columns, height=height)
     figure.set_size_inches(width, height)
     return figure, axes
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write svg, pdf or png by the name's ending; the same picture gives the same bytes."""
-    import matplotlib as mpl
-
-    metadata: dict[str, Any] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(
-        path.suffix.lower(), {}
-    )
-    with mpl.rc_context({"svg.hashsalt": "vinesexp"}):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, metadata=metadata, dpi=150)
 
 
 def draw_sim(axis: Axes, *, r: float, scale: float = 1.0, top: float = 1.0) -> None:
@@ -129,7 +117,7 @@ def sim_with_working_points(
         axis.set(xlabel="ball amplitude C b (mm)", ylabel="amplitude x (mm)")
         axis.set_xlim(left=0)
         axis.set_ylim(bottom=0)
-    axes[0].legend(frameon=False, loc="upper right")
+    axes[0].legend(frameon=False, loc="upper center")
     return figure
 
 
@@ -263,7 +251,11 @@ def rung_map(
     from matplotlib.patches import Patch
 
     grid = np.asarray(rung)
-    shades = ["#DDDDDD", "#0072B2", "#56B4E9", "#E69F00", "#D55E00"][: len(names) + 1]
+    shades = [
+        style.COLOURS["no impact"],
+        *(style.COLOURS[name] for name in ("published", "two asymmetric", "exact")),
+        style.COLOURS["impact"],
+    ][: len(names) + 1]
     figure, axes = _figure(2.6 * grid.shape[0] + 0.8, 3.2, columns=grid.shape[0])
     norm = BoundaryNorm(np.arange(-1.5, len(names) + 0.5), len(names) + 1)
     for axis, panel, title in zip(axes, grid, titles, strict=True):

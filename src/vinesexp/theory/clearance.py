@@ -168,7 +168,8 @@ class ClearancePrediction:
     gradient_published: Mapping[str, float] = field(default_factory=dict)
 
 
-def _rig_values(values: Mapping[str, Quantity], needed: tuple[str, ...]) -> dict[str, float]:
+def rig_values(values: Mapping[str, Quantity], needed: tuple[str, ...]) -> dict[str, float]:
+    """The numbers of the values needed; ParameterError where one is missing or unknown."""
     missing = [name for name in needed if name not in values]
     if missing:
         raise ParameterError(
@@ -259,7 +260,7 @@ def predict_periodic(
     """
     from vinesexp.theory.sensitivity import gradient_exact, gradient_published
 
-    rig = _rig_values(values, VALUES)
+    rig = rig_values(values, VALUES)
     matrix = covariance_of(values, covariance)
     exact, slopes = gradient_exact(G=G, frequency=frequency, **rig)
     published, slopes_published = gradient_published(G=G, **rig)
@@ -288,7 +289,7 @@ def predict_transient(
     >>> [round(1e3 * b, 2) for b in (b_t.published, b_t.exact, b_t.low, b_t.high)]
     [50.0, 40.98, 40.31, 41.65]
     """
-    rig = _rig_values(values, ("M", "k1", "r") if v0 else ("r",))
+    rig = rig_values(values, ("M", "k1", "r") if v0 else ("r",))
     M, k1, r = rig.get("M", 1.0), rig.get("k1", 1.0), rig["r"]
     matrix = covariance_of(values, covariance)
     x_m = float(release_amplitude(x0=x0, v0=v0, M=M, k1=k1))

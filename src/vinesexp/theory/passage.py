@@ -2,8 +2,9 @@
 
 A release slides down the stable branch and meets the fold with a finite speed, so that the ball
 lets go late, by an amplitude of order (eps g)^(2/3) with g the decay rate at the fold: for the
-published rig more than a third of A_1 (docs/theory.md, 52-54). The lag is followed by relaxing C
-towards the SIM with the rate that the impact map has at the fold.
+published rig about a third of A_1 (docs/theory.md, 52-53). That is only a few impacts, too few for
+the normal form, and the ball then floats for some cycles: so the passage itself is flown, from
+impact to impact of the full system, for a handful of captured balls (54).
 """
 
 from __future__ import annotations
@@ -12,12 +13,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vinesexp.theory.manifold import A_1, C_1, FloatArray, amplitude, loss_parameter, upper_branch
+from vinesexp.errors import AnalysisError
+from vinesexp.theory.manifold import A_1, C_1, FloatArray, loss_parameter, upper_branch
 
 #: First zero of the Airy function Ai, with its sign changed: where the normal form blows up.
 _AIRY = 2.338107410459767
-#: The ball has let go when its amplitude has fallen to this share of C_1.
-_RELEASED = 0.25
+#: A flight shorter than this (in 1/w0) is a ball that comes to rest on a wall.
+_CHATTER = 0.02
+#: No passage takes more flights than this.
+_MOST = 4000
 
 
 @dataclass(frozen=True)
@@ -55,53 +59,138 @@ def fold_rates(*, lam: float, r: float) -> FoldRates:
 
 @dataclass(frozen=True)
 class Passage:
-    """Captured motion past the fold: amplitudes (falling), C and elapsed tau1."""
+    """Ensemble of captured balls flown through the fold until they have let go.
+
+    Attributes
+    ----------
+    A : ndarray, shape (n,)
+        Amplitudes (clearances), falling from above A_1.
+    tau1 : ndarray, shape (lanes, n)
+        Slow time at which each ball's oscillator has fallen to them; NaN past the lane's end.
+    let_go : ndarray, shape (lanes,)
+        Amplitude at which each ball lets go.
+    end_A, end_tau1 : ndarray, shape (lanes,)
+        Where each lane stops: some cycles after letting go, its motion chaotic.
+    """
 
     A: FloatArray
-    C: FloatArray
     tau1: FloatArray
+    let_go: FloatArray
+    end_A: FloatArray
+    end_tau1: FloatArray
 
 
-def passage(*, eps: float, lam: float, r: float, step: float = 0.2) -> Passage:
-    """Follow a captured decay from above the fold until the ball lets go (docs/theory.md, 54).
+def passage(
+    *, eps: float, lam: float, r: float, lanes: int = 24, after: float = 6.0, points: int = 240
+) -> Passage:
+    """Fly captured balls from above the fold until they have let go (docs/theory.md, 54).
 
-    dC/dtau = (nu/kappa)(A - A_sim(C)), dA/dtau = -eps (lambda A/2 + 8 Gamma C^2/(pi^3 A)): the
-    normal form at the fold, the slow flow away from it. Runge-Kutta 4 in tau.
+    The full system (1)-(4) without forcing, from flight to flight: started on the SIM at `lanes`
+    amplitudes that share out one half cycle's decay, so that where the impacts fall about the
+    fold is averaged over. A ball has let go at its first flight of more than three quarters of
+    a cycle; it is followed for `after` cycles more.
+
+    Raises
+    ------
+    AnalysisError
+        Half a cycle takes more than A_1 itself (a heavy ball, or an elastic one): there is no
+        slow decay to speak of.
 
     Examples
     --------
     >>> run = passage(eps=0.00681, lam=1.91, r=0.6)
-    >>> bool(run.A[-1] < A_1(0.6) < run.A[0])
+    >>> bool(run.end_A.max() < A_1(0.6) < run.A[0])
     True
     """
     rates = fold_rates(lam=lam, r=r)
-    Gamma, pull = float(loss_parameter(r)), rates.nu / rates.kappa
-    k = 8.0 * Gamma / np.pi**3
+    share = np.pi * eps * rates.g / float(A_1(r))
+    if not share < 1.0:
+        raise AnalysisError(
+            f"release: at T1 half a cycle takes {share:.2g} times the amplitude A_1 (mass ratio "
+            f"{eps:.3g}, r = {r:.3g}): no slow decay; simulate this rig instead"
+        )
+    delay = min(rates.delay(eps), float(A_1(r)))
+    start = float(A_1(r)) + 1.5 * delay
+    C = upper_branch(start, r=r)
+    fall = eps * (
+        0.5 * lam * start + 8.0 * float(loss_parameter(r)) * float(C) ** 2 / (np.pi**3 * start)
+    )
+    offset = (np.arange(lanes) + 0.5) / lanes * np.pi
+    state = _on_the_manifold(start + fall * offset, r=r, eps=eps)
+    zeta = 0.5 * eps * lam
+    times, heights = [-offset], [start + fall * offset]
+    until, let_go = np.full(lanes, np.inf), np.full(lanes, np.nan)
+    active = np.ones(lanes, dtype=bool)
+    for _ in range(_MOST):
+        flight = next_contact(state, zeta=zeta)
+        now = times[-1] + flight
+        # ended: followed long enough, or the ball comes to rest on a wall
+        active &= (times[-1] < until) & (heights[-1] > 0.05 * start) & (flight > _CHATTER)
+        if not active.any():
+            break
+        lost = active & (flight > 1.5 * np.pi) & np.isinf(until)
+        until = np.where(lost, now + 2.0 * np.pi * after, until)
+        let_go = np.where(lost, heights[-1], let_go)
+        arrived = fly(state, flight, zeta=zeta)
+        left = impact(arrived, eps=eps, r=r)
+        height = np.hypot(left[0], 0.5 * (arrived[1] + left[1]))  # amplitude of the mean motion
+        state = np.where(active, left, state)
+        times.append(np.where(active, now, times[-1]))
+        heights.append(np.where(active, height, heights[-1]))
+    tau = np.array(times).T
+    fallen = np.minimum.accumulate(np.array(heights).T, axis=1)
+    A = np.geomspace(start, float(fallen.min()) * (1.0 - 1e-12), points)
+    tau1 = np.array([np.interp(-A, -h, t, right=np.nan) for h, t in zip(fallen, tau, strict=True)])
+    return Passage(A, eps * tau1, let_go, fallen[:, -1], eps * tau[:, -1])
 
-    def slope(state: FloatArray) -> FloatArray:
-        C, A = state
-        dA = -eps * (0.5 * lam * A + k * C * abs(C) / A)
-        return np.array([pull * (A - np.hypot(1.0 - C, 2.0 * C * Gamma / np.pi)), dA])
 
-    start = float(A_1(r)) + 2.0 * rates.delay(eps)
-    state = np.array([float(upper_branch(start, r=r)), start])
-    # start with the lag already there: A_sim(C) = A + (dC/dtau)/(-pull)
-    lag = (slope(state)[1] / _climb(state[0], r)) / pull
-    state[0] = float(upper_branch(start - lag, r=r))
-    rows = [np.array(state)]
-    h = step / max(1.0, pull)
-    released = _RELEASED * float(C_1(r))
-    while state[0] > released and state[1] > 0.05 * float(A_1(r)):
-        k1 = slope(state)
-        k2 = slope(state + 0.5 * h * k1)
-        k3 = slope(state + 0.5 * h * k2)
-        k4 = slope(state + h * k3)
-        state = state + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        rows.append(state)
-    C, A = np.array(rows).T
-    return Passage(A=A, C=C, tau1=eps * h * np.arange(A.size))
+def _on_the_manifold(A: FloatArray, *, r: float, eps: float) -> FloatArray:
+    """(x, x', y, y') just after an impact on x - y = +1, V = A sin and C on the right branch."""
+    C = upper_branch(A, r=r)
+    u = 2.0 * C / np.pi
+    v = u * (1.0 - r) / (1.0 + r)  # A cos(phi) = Gamma u
+    x = 1.0 - C
+    return np.array([x, v - eps * u, x - 1.0, u])
 
 
-def _climb(C: float, r: float) -> float:
-    """dA/dC along the SIM."""
-    return float((C / C_1(r) - 1.0) / amplitude(C, r=r))
+def fly(state: FloatArray, t: FloatArray, *, zeta: float) -> FloatArray:
+    """State after the free flight t: damped oscillator, free ball."""
+    x, v, y, u = state
+    wd = np.sqrt(1.0 - zeta * zeta)
+    c, s, e = np.cos(wd * t), np.sin(wd * t) / wd, np.exp(-zeta * t)
+    return np.array(
+        [e * (x * c + (v + zeta * x) * s), e * (v * c - (x + zeta * v) * s), y + u * t, u + 0.0 * t]
+    )
+
+
+def impact(state: FloatArray, *, eps: float, r: float) -> FloatArray:
+    """Impact law (3, 4) where the gap is closed; a flight that met no wall is left alone."""
+    x, v, y, u = state
+    gap, closing = x - y, v - u
+    hit = (np.abs(gap) > 1.0 - 1e-6) & (gap * closing > 0.0)
+    jump = np.where(hit, (1.0 + r) * closing / (1.0 + eps), 0.0)
+    side = np.where(hit, np.sign(gap), 0.0)
+    # placed on the wall, so that the next flight starts inside
+    return np.array([x, v - eps * jump, np.where(hit, x - side, y), u + jump])
+
+
+# where a contact is looked for: 48 times a cycle over three cycles
+_GRID: FloatArray = np.linspace(np.pi / 24.0, 6.0 * np.pi, 144)
+
+
+def next_contact(state: FloatArray, *, zeta: float) -> FloatArray:
+    """Time to the next |x - y| = 1, at most three cycles; bisection in the first closed step."""
+    x, _, y, _ = fly(state[:, :, None], _GRID, zeta=zeta)
+    closed = np.abs(x - y) >= 1.0
+    met = closed.any(axis=1)
+    first = np.where(met, closed.argmax(axis=1), _GRID.size - 1)
+    high: FloatArray = np.asarray(_GRID[first], dtype=np.float64)
+    low: FloatArray = np.asarray(high - _GRID[0], dtype=np.float64)
+    for _ in range(36):
+        middle = np.asarray(0.5 * (low + high), dtype=np.float64)
+        x, _, y, _ = fly(state, middle, zeta=zeta)
+        beyond = np.abs(x - y) >= 1.0
+        high = np.where(beyond & met, middle, high)
+        low = np.where(beyond | ~met, low, middle)
+    flight: FloatArray = np.where(met, low, _GRID[-1])
+    return flight

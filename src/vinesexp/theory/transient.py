@@ -67,13 +67,15 @@ class DecayCurve:
 
     Attributes
     ----------
-    A, tau1 : captured branch followed by chaos, amplitudes falling.
+    A, tau1 : captured branch followed by chaos, amplitudes falling; mean over the passage.
+    spread : standard deviation of tau1 over the balls that were flown through the fold.
     chaos_A, chaos_tau1 : chaos alone, for releases that start below A_1.
     fold : A_1.
     """
 
     A: FloatArray
     tau1: FloatArray
+    spread: FloatArray
     chaos_A: FloatArray
     chaos_tau1: FloatArray
     fold: float
@@ -86,6 +88,17 @@ class DecayCurve:
         )
         return np.where(start >= self.fold, captured, chaotic)
 
+    def scatter(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        """Standard deviation of tau1 over starts, of captured releases; zero on the branch."""
+        return np.where(start >= self.fold, np.interp(-end, -self.A, self.spread), 0.0)
+
+
+def _elapsed(A: FloatArray, *, lam: float, r: float) -> FloatArray:
+    """Cumulative tau1 along falling amplitudes by the trapezoidal rule in log A (27)."""
+    rate = A**2 / (0.5 * lam * A**2 + ball_power(A, r=r))
+    steps = 0.5 * (rate[1:] + rate[:-1]) * np.log(A[:-1] / A[1:])
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
 
 def decay_curve(
     *, eps: float, lam: float, r: float, high: float, low: float, points: int = 2000
@@ -93,7 +106,7 @@ def decay_curve(
     """Slow time against amplitude from `high` down to `low` (clearances), docs/theory.md (26-29).
 
     Above T2 with the power of the shaken box, on the stable branch with that of the SIM, through
-    the fold with its delay (`passage`), below it in chaos.
+    the fold as the mean of balls flown through it (`passage`), below it in chaos.
     """
     fold = float(A_1(r))
     run = passage(eps=eps, lam=lam, r=r)
@@ -102,21 +115,25 @@ def decay_curve(
     breaking = float(A_2(r))
     if top > breaking > run.A[0]:
         upper = np.sort(np.append(upper, breaking))[::-1]
+    first = _elapsed(upper, lam=lam, r=r)
+    floor = min(low, run.A[-1]) * (1.0 - 1e-9)
+    below = np.concatenate([run.A, np.geomspace(run.A[-1], floor, points // 4)[1:]])
+    chaos = np.geomspace(fold * (1.0 - 1e-12), min(low, fold, floor), points)
+    chaos_tau1 = _elapsed(chaos, lam=lam, r=r)
 
-    def elapsed(A: FloatArray) -> FloatArray:
-        rate = A**2 / (0.5 * lam * A**2 + ball_power(A, r=r))
-        steps = 0.5 * (rate[1:] + rate[:-1]) * np.log(A[:-1] / A[1:])
-        return np.concatenate([[0.0], np.cumsum(steps)])
+    def drifting(A: FloatArray) -> FloatArray:
+        return np.interp(-A, -chaos, chaos_tau1)
 
-    first = elapsed(upper)
-    tail = np.geomspace(run.A[-1], min(low, run.A[-1]) * (1.0 - 1e-12), points)
-    through = first[-1] + run.tau1
-    chaos = np.geomspace(fold * (1.0 - 1e-12), min(low, fold) * (1.0 - 1e-9), points)
+    lanes = np.full((run.end_A.size, below.size), np.nan)
+    lanes[:, : run.A.size] = run.tau1
+    after = run.end_tau1[:, None] + drifting(below) - drifting(run.end_A)[:, None]
+    lanes = first[-1] + np.where(np.isnan(lanes), after, lanes)
     return DecayCurve(
-        A=np.concatenate([upper, run.A[1:], tail[1:]]),
-        tau1=np.concatenate([first, through[1:], through[-1] + elapsed(tail)[1:]]),
+        A=np.concatenate([upper, below[1:]]),
+        tau1=np.concatenate([first, lanes.mean(axis=0)[1:]]),
+        spread=np.concatenate([np.zeros_like(first), lanes.std(axis=0)[1:]]),
         chaos_A=chaos,
-        chaos_tau1=elapsed(chaos),
+        chaos_tau1=chaos_tau1,
         fold=fold,
     )
 
@@ -199,7 +216,8 @@ def best_clearance(
     level : float
         m.
     low, high : float, optional
-        Clearances between which to look, m; x_m/4 to 6 x_m where None.
+        Clearances between which to look, m; where None from x_m/4 to x_m/A_1, above
+        which nothing is captured (at most 40 x_m).
 
     Examples
     --------
@@ -208,7 +226,7 @@ def best_clearance(
     >>> 0.04 < best.b < 0.055
     True
     """
-    ends = (low or 0.25 * release.x_m, high or 6.0 * release.x_m)
+    ends = (low or 0.25 * release.x_m, high or release.x_m / max(float(A_1(release.r)), 1.0 / 40.0))
     for _ in range(4):  # the curve has kinks at both transitions: narrowing grids, no derivative
         grid = np.geomspace(*ends, 41)
         times = time_to_level(release, b=grid, level=level)
