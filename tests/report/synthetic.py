@@ -12,6 +12,7 @@ from vinesexp.clearance.comparison import compare, write_clearances
 from vinesexp.records.campaign import Campaign, Record, load_campaign
 from vinesexp.records.checks import Check, write_checks
 from vinesexp.records.store import create_record, write_refused
+from vinesexp.signals.impacts import COLUMNS as COLUMNS_OF_IMPACTS
 
 RATE, F0, ZETA = 1000.0, 8.0, 0.0065
 QUANTITIES = {
@@ -19,14 +20,6 @@ QUANTITIES = {
     "displacement": "displacement",
     "acceleration": "acceleration",
 }
-IMPACT_COLUMNS = (
-    "time_s",
-    "nes",
-    "side",
-    "velocity_jump_m_s",
-    "peak_acceleration_m_s2",
-    "confidence",
-)
 
 IDENTIFIED = (
     "parameter",
@@ -100,7 +93,7 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
             checks.append(Check(record.id, "time", outcome, record.note or "raw: <time> stands"))
             for kind in ("records", "conditioned"):
                 write_refused(results / f"{kind}/{record.id}.nc", outcome)
-            _write(results / f"impacts/{record.id}.csv", IMPACT_COLUMNS, [])
+            _write(results / f"impacts/{record.id}.csv", COLUMNS_OF_IMPACTS, [])
             regimes.append({"record": record.id, "regime": ""})
             continue
         signals, impacts = _signals(record)
@@ -112,7 +105,7 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
                 attributes={"oscillation_hz": F0},
             ) as writer:
                 writer.append(signals)
-        _write(results / f"impacts/{record.id}.csv", IMPACT_COLUMNS, impacts)
+        _write(results / f"impacts/{record.id}.csv", COLUMNS_OF_IMPACTS, impacts)
         regimes.append(_regime(record))
         _estimates(record, results)
     _write(results / "regimes.csv", tuple(_columns(regimes)), regimes)
@@ -147,6 +140,12 @@ def _signals(record: Record) -> tuple[dict[str, np.ndarray], list[dict[str, obje
             "velocity_jump_m_s": 0.01 * side,
             "peak_acceleration_m_s2": 40.0,
             "confidence": 1.0,
+            "nes_confidence": 1.0,
+            "velocity_jump_error_m_s": 1e-4,
+            "x_m": float(np.interp(hit, t, x)),
+            "v_before_m_s": 0.1 * side,
+            "crowded": 0,
+            "clipped": 0,
         }
         for hit, side in zip(hits, sides, strict=True)
     ]

@@ -15,6 +15,7 @@ def test_a_full_campaign_gets_every_figure(full):
         "clearance_optimum",
         "clearance_release_20mm",
         "regimes_periodic",
+        "manifold",
         "ringdown_fit",
         "ringdown_added_mass",
         "identified",

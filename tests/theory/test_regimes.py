@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import ParameterError
-from vinesexp.theory.regimes import REGIMES, Regime, regime_of
+from vinesexp.theory.regimes import REGIMES, Regime, activation_spells, regime_of
 
 
 def judge(times: np.ndarray, sides: np.ndarray, end: float = 100.0) -> Regime:
@@ -61,3 +61,21 @@ def test_chatter_is_a_run_on_one_wall() -> None:
 def test_too_short_a_stretch_is_refused() -> None:
     with pytest.raises(ParameterError, match="expected a period"):
         regime_of([0.1], [1], period=1.0, start=0.0, end=0.5)
+
+
+def test_spells_of_two_impacts_per_cycle() -> None:
+    times, sides = alternating(cycles=10)
+    stray = np.array([14.2, 14.9, 15.1])
+    late = times + 20.0
+    all_times = np.concatenate([times, stray, late])
+    all_sides = np.concatenate([sides, [1, 1, 1], sides])
+    spells = activation_spells(all_times, all_sides, period=1.0)
+    np.testing.assert_allclose(spells, [[times[0], times[-1]], [late[0], late[-1]]])
+
+
+def test_one_odd_cycle_does_not_end_a_spell() -> None:
+    times, sides = alternating(cycles=20)
+    keep = np.ones(times.size, dtype=bool)
+    keep[19] = False
+    assert len(activation_spells(times[keep], sides[keep], period=1.0)) == 1
+    assert activation_spells(times[:2], sides[:2], period=1.0).shape == (0, 2)

@@ -29,6 +29,7 @@ from vinesexp.figures.clearance import (
 from vinesexp.figures.gallery import Drawn
 from vinesexp.figures.identification import estimates_by_method
 from vinesexp.figures.numbers import with_error
+from vinesexp.figures.of_manifold import draw_manifold
 from vinesexp.figures.of_regimes import draw_regimes
 from vinesexp.figures.of_ringdowns import draw_ringdowns
 from vinesexp.records.campaign import Campaign
@@ -50,6 +51,7 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     yield from _periodic(periodic_levels(campaign, regimes), regimes, compared, rig)
     yield from _releases(release_levels(campaign, regimes), compared, rig)
     yield from draw_regimes(campaign, results, regimes)
+    yield from draw_manifold(campaign, results, regimes, rig)
     yield from draw_ringdowns(campaign, results, identified)
     values = {
         row["parameter"]: with_error(float(row["value"]), float(row["std_error"]), row["unit"])

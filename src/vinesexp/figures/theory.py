@@ -63,7 +63,7 @@ def draw_sim(axis: Axes, *, r: float, scale: float = 1.0, top: float = 1.0) -> N
     for name, at in (("T1", C_1), ("T2", C_2)):
         point = (scale * at, scale * float(manifold.amplitude(at, r=r)))
         axis.plot(*point, "o", ms=6, color=COLOURS["stable"], zorder=4)
-        offset = (0, 9) if name == "T1" else (18, -6)
+        offset = (4, -16) if name == "T1" else (18, -6)
         axis.annotate(name, point, textcoords="offset points", xytext=offset, ha="center")
 
 

@@ -13,7 +13,8 @@ from vinesexp.records.campaign import Record
 from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
 from vinesexp.signals.impacts import Impacts
-from vinesexp.theory.regimes import regime_of
+from vinesexp.signals.transition import transition_of
+from vinesexp.theory.regimes import activation_spells, regime_of
 
 Floats = NDArray[np.float64]
 
@@ -44,8 +45,10 @@ def regime_of_record(
     -------
     dict
         ``record``, ``regime``, ``impacts_per_cycle``, ``amplitude_mean_m``, ``amplitude_max_m``,
-        ``captured`` (share of cycles with one impact on either side), and for a release
-        ``time_to_<level>mm_s`` and ``captured_until_s``. None where it cannot be told.
+        ``captured`` (share of cycles with one impact on either side), ``spells`` and
+        ``spell_mean_s`` (of such cycles in a row), and for a release ``time_to_<level>mm_s``,
+        ``captured_until_s``, ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and
+        ``transition_m`` (amplitude where the ball is lost). None or absent where it cannot be told.
     """
     row: dict[str, str | float | None] = {
         "record": record.id,
@@ -75,13 +78,13 @@ def regime_of_record(
         row |= _regimes(
             record, impacts, period=1.0 / float(frequency), begin=start + begin, end=start + end
         )
+        row |= _spells(record, impacts, 1.0 / float(frequency), start, (time, amplitude))
     if record.test == "transient" and record.release:
         for share in LEVELS:
             level = share * record.release
             reached = time_to_level(time, amplitude, level)
             name = f"time_to_{1e3 * level:.4g}mm_s"
             row[name] = reached if math.isfinite(reached) else None
-        row["captured_until_s"] = _captured_until(impacts, 1.0 / float(frequency), start)
     return row
 
 
@@ -109,17 +112,23 @@ def _regimes(
     }
 
 
-def _captured_until(impacts: Impacts, period: float, start: float) -> float | None:
-    """End of the first unbroken spell of one impact on either side per cycle, s from the start."""
-    t, side = impacts.time_s, impacts.side
-    if t.size < 3:
-        return None
-    gap = np.diff(t)
-    paired = (side[1:-1] != side[:-2]) & (side[2:] != side[1:-1])
-    paired &= np.abs(gap[:-1] + gap[1:] - period) < 0.1 * period
-    first = np.flatnonzero(paired)
-    if first.size == 0:
-        return None
-    broken = np.flatnonzero(~paired[first[0] :])
-    last = first[0] + int(broken[0]) if broken.size else paired.size
-    return float(t[last] - start)
+def _spells(
+    record: Record, impacts: Impacts, period: float, view_start: float, decay: tuple[Floats, Floats]
+) -> Row:
+    """Activation spells of a single ball: number and length; of a release, what its end divides."""
+    if len(record.clearance) != 1:
+        return {}
+    spells = activation_spells(impacts.time_s, impacts.side, period=period)
+    row: dict[str, str | float | None] = {"spells": float(len(spells))}
+    if not len(spells):
+        return row
+    row["spell_mean_s"] = float(np.mean(spells[:, 1] - spells[:, 0]))
+    if record.test == "transient":
+        lost = float(spells[0, 1] - view_start)
+        row["captured_until_s"] = lost
+        found = transition_of(*decay, lost=lost)
+        if found is not None:
+            row["decay_rate_captured_1_s"] = found.rate_before
+            row["decay_rate_after_1_s"] = found.rate_after
+            row["transition_m"] = found.amplitude
+    return row

@@ -41,6 +41,7 @@ REGIMES: dict[str, str] = {
 CAPTURED = 0.9  # share of cycles with one impact on either side: permanent
 ESCAPED = 0.1  # share below which there is no capture at all
 ASYMMETRY = 0.02  # of a period: two gaps that differ by more are unequal
+PAIRED = 0.1  # of a period, by which two gaps may miss it
 MANY = 2.5  # impacts per cycle
 CHATTER_RUN = 10  # impacts on one side within half a period
 
@@ -108,6 +109,47 @@ def regime_of(
     )
 
 
+def activation_spells(times: ArrayLike, sides: ArrayLike, *, period: float) -> np.ndarray:
+    """Stretches of one impact on either side per cycle: when each begins and ends.
+
+    A single odd cycle does not end a spell. In strongly modulated response they come and go; a
+    release has one, from capture to where the ball is lost.
+
+    Parameters
+    ----------
+    times, sides : array_like
+        Impact times of one ball (s, increasing) and sides (+1, -1).
+    period : float
+        Of the oscillation, s.
+
+    Returns
+    -------
+    array, shape (n, 2)
+        Times of first and last impact of each, s; only spells of two cycles or more.
+
+    Examples
+    --------
+    >>> t = np.concatenate([0.5 * np.arange(20), 30.0 + 0.5 * np.arange(10)])
+    >>> activation_spells(t, (-1.0) ** np.arange(30), period=1.0)
+    array([[ 0. ,  9.5],
+           [30. , 34.5]])
+    """
+    t, side = np.asarray(times, dtype=np.float64), np.asarray(sides)
+    if t.size < 3:
+        return np.empty((0, 2))
+    gap = np.diff(t)
+    crosses = side[1:] != side[:-1]
+    cycle = crosses[:-1] & crosses[1:] & (np.abs(gap[:-1] + gap[1:] - period) < PAIRED * period)
+    begins, ends = t[:-2][cycle], t[2:][cycle]
+    if not begins.size:
+        return np.empty((0, 2))
+    apart = begins[1:] - ends[:-1] > 1.5 * period
+    first = begins[np.concatenate([[True], apart])]
+    last = ends[np.concatenate([apart, [True]])]
+    spells = np.stack([first, last], axis=1)
+    return np.asarray(spells[spells[:, 1] - spells[:, 0] >= 1.9 * period])
+
+
 def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> tuple[np.ndarray, int]:
     """Gaps out of captured cycles as (from +1, from -1) medians, and the impacts that bound them.
 
@@ -117,7 +159,7 @@ def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> tuple[np.nda
         return np.empty(0), 0
     gap = np.diff(t)
     crosses = side[1:] != side[:-1]
-    cycle = crosses[:-1] & crosses[1:] & (np.abs(gap[:-1] + gap[1:] - period) < 0.1 * period)
+    cycle = crosses[:-1] & crosses[1:] & (np.abs(gap[:-1] + gap[1:] - period) < PAIRED * period)
     part = np.zeros(gap.size, dtype=bool)
     part[:-1] |= cycle
     part[1:] |= cycle

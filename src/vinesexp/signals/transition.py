@@ -1,0 +1,61 @@
+"""The two decay rates of a release with an NES: while the ball is captured, and after it is lost.
+
+While there is one impact on either side in each cycle the amplitude falls fast, down to T1; from
+there on the ball hits when it happens to, and the amplitude falls more slowly. The impacts tell
+when the ball is lost; the amplitude tells how fast it falls on either side of that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+_FEWEST = 4  # cycles on either side
+_FLOOR = 0.02  # of the largest amplitude: below, it is noise and other things
+
+
+@dataclass(frozen=True)
+class Transition:
+    """Mean decay rates of the amplitude (1/s), and the amplitude (m) where the ball is lost."""
+
+    rate_before: float
+    rate_after: float
+    amplitude: float
+
+
+def transition_of(time: Floats, amplitude: Floats, *, lost: float) -> Transition | None:
+    """Straight lines through the logarithm of the amplitude before and after a time.
+
+    Parameters
+    ----------
+    time, amplitude : arrays (n,)
+        Cycle by cycle, s and m (`cycles.cycle_amplitudes`).
+    lost : float
+        When the ball is lost, s (end of the first of `theory.regimes.activation_spells`).
+
+    Returns
+    -------
+    Transition or None
+        None with fewer than four cycles above 2 % of the largest amplitude on either side.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 10.0, 0.125)
+    >>> A = np.where(t < 4.0, np.exp(-0.5 * t), np.exp(-2.0 - 0.3 * (t - 4.0)))
+    >>> found = transition_of(t, A, lost=4.0)
+    >>> round(found.rate_before, 3), round(found.rate_after, 3), round(found.amplitude, 3)
+    (0.5, 0.3, 0.135)
+    """
+    start = int(np.argmax(amplitude)) if amplitude.size else 0
+    t, A = time[start:], amplitude[start:]
+    low = np.flatnonzero(~(_FLOOR * A[:1] < A))
+    t, A = (v[: low[0]] if low.size else v for v in (t, A))
+    before = t < lost
+    if min(int(before.sum()), int((~before).sum())) < _FEWEST:
+        return None
+    rates = [-float(np.polyfit(t[part], np.log(A[part]), 1)[0]) for part in (before, ~before)]
+    return Transition(rates[0], rates[1], float(np.exp(np.interp(lost, t, np.log(A)))))

@@ -1,0 +1,45 @@
+"""Decay rates before and after the ball is lost, on simulated releases."""
+
+import numpy as np
+import pytest
+
+from vinesexp import NES, Oscillator, Release, Rig, simulate
+from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.signals.transition import transition_of
+from vinesexp.theory.regimes import activation_spells
+
+TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+BARE = TABLE_2.zeta * TABLE_2.w0
+
+
+def released(b):
+    rig = Rig(TABLE_2, nes=[NES(m=0.032, b=b, r=0.6)])
+    motion = simulate(rig, None, Release(0.02, 0.0, [0.02 + 0.999 * b]), duration=12.0)
+    x = motion.at(np.arange(120_000) / 1e4)[0]
+    impacts = motion.impacts
+    spells = activation_spells(impacts["time"], impacts["side"], period=1 / TABLE_2.f0)
+    return *cycle_amplitudes(x, 1e4, TABLE_2.f0), spells
+
+
+@pytest.mark.parametrize("b", [0.027, 0.030, 0.033, 0.042])
+def test_the_ball_is_lost_near_T1(b):
+    time, amplitude, spells = released(b)
+    assert len(spells) >= 1
+    found = transition_of(time, amplitude, lost=spells[0, 1])
+    assert found.rate_before > 1.5 * BARE
+    assert found.rate_after > 0.9 * BARE
+    assert found.rate_before > found.rate_after
+    assert 0.7 < found.amplitude / (0.1572 * b) < 1.3  # T1: A_1(0.6) b
+
+
+def test_rates_of_a_damper_alone():
+    t = np.arange(0.0, 12.0, 1 / TABLE_2.f0)
+    found = transition_of(t, 0.02 * np.exp(-BARE * t), lost=3.0)
+    assert found.rate_before == pytest.approx(BARE)
+    assert found.rate_after == pytest.approx(BARE)
+
+
+@pytest.mark.parametrize("lost", [0.1, 11.9])
+def test_a_side_without_cycles_gives_nothing(lost):
+    t = np.arange(0.0, 12.0, 1 / TABLE_2.f0)
+    assert transition_of(t, 0.02 * np.exp(-0.05 * t), lost=lost) is None
