@@ -212,7 +212,9 @@ def place(windows: Windows, pulse: Pulse, *, reach: int) -> Windows:
     if reach:
         trials = np.arange(-reach, reach + 1, min(0.5, 1.0 / pulse.parts))
         shapes = pulse.at(windows.lags[np.newaxis, :] - trials[:, np.newaxis])[0]
-        match = windows.samples @ shapes.T / np.sqrt((shapes**2).sum(axis=1))
+        norm = np.sqrt((shapes**2).sum(axis=1))
+        # A shape wholly outside the window, or within one sample of a ringing's zero, matches nothing.
+        match = windows.samples @ shapes.T / np.where(norm > 0.0, norm, np.inf)
         shift = trials[np.argmax(np.abs(match), axis=1)]
         height = np.sign(match[np.arange(shift.size), np.argmax(np.abs(match), axis=1)])
     for _ in range(4):
