@@ -238,9 +238,6 @@ def _rigs() -> Iterable[Scene]:
     for pair in ((0.023, 0.034), (0.023, 0.023), (0.010, 0.030)):
         name = " + ".join(f"{1e3 * b:g}" for b in pair)
         yield Scene("rig", f"two NESs, b = {name} mm", clearance=pair)
-    yield Scene("rig", "release, b = 24 mm", clearance=(0.024,), release=0.02, seconds=10.0)
-    pair = (0.033, 0.010)
-    yield Scene("rig", "release, b = 33 + 10 mm", clearance=pair, release=0.02, seconds=10.0)
 
 
 def twin_records() -> Iterable[Record]:

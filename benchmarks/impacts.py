@@ -29,7 +29,8 @@ from benchmarks.detection_scenes import (
 from benchmarks.detection_score import Score, score
 
 from vinesexp.signals.detection import detect_contacts
-from vinesexp.signals.filters import butterworth, zero_phase
+from vinesexp.signals.extension import continued_line
+from vinesexp.signals.filters import butterworth, settling_samples, zero_phase
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "benchmarks" / "impacts.md"
@@ -38,10 +39,14 @@ LOW = 157.24  # Hz: twenty times the oscillator's frequency, as `signals.conditi
 
 
 def highpassed(record: Record) -> tuple[FloatArray, float]:
-    """The acceleration as the pipeline conditions it, and the corner."""
+    """The acceleration as `signals.condition` filters it, and the corner."""
     rate = record.scene.rate
     low = min(LOW, 0.04 * rate)
-    return zero_phase(record.a, butterworth(rate, low=low, high=None)), low
+    sos = butterworth(rate, low=low, high=None)
+    pad, length = settling_samples(sos, remains=1e-5), max(16, round(0.01 * rate))
+    before = continued_line(record.a[:length][::-1], pad, length=length)[::-1]
+    after = continued_line(record.a[-length:], pad, length=length)
+    return zero_phase(record.a, sos, before=before, after=after), low
 
 
 def ours(record: Record) -> FloatArray:

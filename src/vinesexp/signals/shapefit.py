@@ -17,12 +17,15 @@ from numpy.typing import NDArray
 from vinesexp.signals.pulse import Pulse, Shape, neighbourhood, pulse_of
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 _STEPS = 8
 _EVIDENCE = 0.02  # a further parameter has to lower the misfit by this share ...
 _NOTICED = 30.0  # ... and by so much chi^2
 _SEARCHED = 16  # impacts on which starts are tried
 _LONGEST_RING = 4000  # samples
+_USUAL, _UNLIKE, _CHANCE = 0.25, 4.0, 5.0  # quantile of misfits, times it, standard deviations
+_OVER = 8.0  # standard deviations of a spectrum averaged over the impacts: something rings
 _FEW = 5  # impacts: with fewer only the duration is fitted
 _PLAIN: Sequence[str] = ("duration",)
 _FORM: Sequence[str] = ("duration", "power", "skew")
@@ -67,6 +70,10 @@ class Windows:
         )  # fmt: skip
 
 
+#: Misfit (chi^2), shape, windows with their times.
+Fit = tuple[float, Shape, Windows]
+
+
 def learn_pulse(
     windows: Windows, start: Shape, *, highpass: float | None, dt: float
 ) -> tuple[Pulse, Windows]:
@@ -82,16 +89,19 @@ def learn_pulse(
     def table(shape: Shape) -> Pulse:
         return pulse_of(shape, span, highpass=highpass, dt=dt)
 
-    plain = _fit(windows, start, _PLAIN, table)
-    best = plain
-    if windows.height.size >= _FEW:
+    best = plain = _fit(windows, start, _PLAIN, table)
+    alone = _alike(plain[2], table(plain[1]))
+    if not alone.all():
+        best = plain = _fit(plain[2].keep(alone), plain[1], _PLAIN, table)
+    if alone.sum() >= _FEW:
         form = _fit(plain[2], plain[1], _FORM, table)
         best = form if _better(form[0], plain[0]) else plain
-        rung = _ringing(windows, start, best[1], table)
+        rung = _ringing(windows.keep(alone), start, best, table)
         if rung is not None and _better(rung[0], best[0]):
             best = rung
     _, shape, fitted = best
     shapes = table(shape)
+    fitted = fitted.keep(_alike(fitted, shapes))
     doubt = _doubt(fitted, shapes, span)
     whole = (span[0], max(span[1], _rung_out(shape)))
     doubt = np.append(doubt, np.full(whole[1] - span[1], doubt[-1]))
@@ -99,6 +109,20 @@ def learn_pulse(
         shape, whole, highpass=highpass, dt=dt, doubt=doubt, learnt_from=fitted.height.size
     )
     return pulse, fitted
+
+
+def _alike(windows: Windows, pulse: Pulse) -> BoolArray:
+    """Windows that differ from the pulse no more than most do: two contacts in one are put aside.
+
+    By the misfit over the height, what noise alone makes of it allowed for.
+    """
+    rest = _residual(windows, pulse)[0]
+    size = (windows.height / windows.noise) ** 2
+    misfit = np.maximum((rest**2).mean(axis=1) - 1.0, 0.0) / size
+    usual = float(np.quantile(misfit, _USUAL))
+    by_chance = _CHANCE * math.sqrt(2.0 / rest.shape[1]) / size
+    alike: BoolArray = misfit <= _UNLIKE * usual + by_chance
+    return alike if alike.sum() >= min(_FEW, alike.size) else np.ones_like(alike)
 
 
 def _rung_out(shape: Shape) -> int:
@@ -113,15 +137,16 @@ def _better(new: float, old: float) -> bool:
 
 
 def _ringing(
-    windows: Windows, start: Shape, plain: Shape, table: Callable[[Shape], Pulse]
-) -> tuple[float, Shape, Windows] | None:
+    windows: Windows, start: Shape, plain: Fit, table: Callable[[Shape], Pulse]
+) -> Fit | None:
     """The best shape with ringing; None where nothing rings.
 
     Contact and ringing imitate one another, so that many starts are tried, on a few impacts and
     without free form; the best goes on with all.
     """
     few = windows.keep(np.arange(windows.height.size) < _SEARCHED)
-    tried = [_fit(few, shape, _RESONANT, table) for shape in _ring_starts(windows, start, plain)]
+    starts = _ring_starts(plain, start, table(plain[1]))
+    tried = [_fit(few, shape, _RESONANT, table) for shape in starts]
     if not tried:
         return None
     _, shape, _ = min(tried, key=lambda found: found[0])
@@ -130,16 +155,17 @@ def _ringing(
     return free if _better(free[0], rung[0]) else rung
 
 
-def _ring_starts(windows: Windows, start: Shape, shape: Shape) -> list[Shape]:
-    """Shapes with ringing to try: at the strongest line of what follows the contacts."""
-    late = windows.samples[:, windows.lags > 1.5 * shape.duration + 2.0]
+def _ring_starts(plain: Fit, start: Shape, pulse: Pulse) -> list[Shape]:
+    """Shapes with ringing to try: at the strongest line of what the pulse leaves after it."""
+    _, shape, windows = plain
+    late = _residual(windows, pulse)[0][:, windows.lags > 1.5 * shape.duration + 2.0]
     if late.shape[1] < 12:
         return []
     size = 4 * late.shape[1]
     power = (np.abs(np.fft.rfft(late * np.hanning(late.shape[1]), size)) ** 2).mean(axis=0)
     low = size // 25  # below lies what the highpass left
     peak = low + int(np.argmax(power[low:]))
-    if power[peak] < 8.0 * float(np.median(power[low:])):
+    if power[peak] < (1.0 + _OVER / math.sqrt(len(late))) * float(np.median(power[low:])):
         return []
     frequency = peak / size
     return [
@@ -151,7 +177,7 @@ def _ring_starts(windows: Windows, start: Shape, shape: Shape) -> list[Shape]:
 
 def _fit(
     windows: Windows, start: Shape, names: Sequence[str], table: Callable[[Shape], Pulse]
-) -> tuple[float, Shape, Windows]:
+) -> Fit:
     """Gauss-Newton with step halving over the named parameters; chi^2, shape, windows."""
     first = table(start)
     shape, now = (
@@ -213,7 +239,7 @@ def place(windows: Windows, pulse: Pulse, *, reach: int) -> Windows:
         trials = np.arange(-reach, reach + 1, min(0.5, 1.0 / pulse.parts))
         shapes = pulse.at(windows.lags[np.newaxis, :] - trials[:, np.newaxis])[0]
         norm = np.sqrt((shapes**2).sum(axis=1))
-        # A shape wholly outside the window, or within one sample of a ringing's zero, matches nothing.
+        # A shape that lies wholly outside the window matches nothing.
         match = windows.samples @ shapes.T / np.where(norm > 0.0, norm, np.inf)
         shift = trials[np.argmax(np.abs(match), axis=1)]
         height = np.sign(match[np.arange(shift.size), np.argmax(np.abs(match), axis=1)])
