@@ -173,6 +173,9 @@ def timing_limit(scene: Scene, noise: float, *, free_duration: bool = False) -> 
         others = [v, np.ones_like(v)]
         if free_duration:
             others.append((np.arange(v.size) - v.size // 2) * s)
+        if scene.limit is not None:  # clipped samples say nothing
+            seen = np.abs(v) < scene.limit * np.pi / (2.0 * PULSE)
+            s, others = s[seen], [other[seen] for other in others]
         q, _ = np.linalg.qr(np.stack(others, axis=1))
         own = s - q @ (q.T @ s)
         variances.append(noise**2 / float(own @ own))

@@ -9,21 +9,17 @@ writes docs/benchmarks/impacts.md and impacts.svg. Records are of the virtual ri
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-import numpy as np
 from benchmarks.detection_peers import find_peaks, median_deviation, trigger
 from benchmarks.detection_scenes import (
     FloatArray,
     Record,
-    Scene,
     record_of,
     scenes,
-    timing_limit,
     twin_records,
 )
 from benchmarks.detection_score import Score, score
@@ -87,7 +83,7 @@ def run(records: Iterable[Record], *, methods: Sequence[str] = tuple(METHODS)) -
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run, print, write."""
     quick = "--quick" in (sys.argv[1:] if arguments is None else arguments)
-    run((record_of(scene) for scene in scenes(quick=quick)))
+    run(record_of(scene) for scene in scenes(quick=quick))
     if not quick:
         run(twin_records())
     return 0

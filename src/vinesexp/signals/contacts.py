@@ -121,13 +121,15 @@ def fit_contacts(
     seen = _seen_lags(pulse)
     box = _BoxNoise(a, pulse.width, truth)
     align(state, seen, reach=pulse.search)
+    tried: list[float] = []
     for _ in range(_ROUNDS):
         for _ in range(_STEPS):
             _refine(state, seen)
         _merge(state, threshold, seen)
         rest = state.residual()
-        more = _left_over(state, rest, box, threshold)
-        if not more.size:
+        more, near = _left_over(state, rest, box, threshold)
+        split = _split(state, near, tried)
+        if not more.size and not split:
             break
         state.place = np.concatenate([state.place, more.astype(np.float64)])
         state.height = np.concatenate([state.height, rest[more]])
@@ -185,7 +187,10 @@ def align(state: _State, seen: IntArray, *, reach: int) -> None:
 
 
 def _refine(state: _State, seen: IntArray) -> None:
-    """One Gauss-Newton step of all times and heights; each keeps within half a sample."""
+    """One Gauss-Newton step of all times and heights; each keeps within half a sample.
+
+    Contacts that overlap are moved together, all others each for itself.
+    """
     if not state.place.size:
         return
     rest = state.residual()
@@ -198,8 +203,35 @@ def _refine(state: _State, seen: IntArray) -> None:
     safe = np.where(good, determinant, 1.0)
     height_step = np.where(good, (ss * right_v - vs * right_s) / safe, 0.0)
     place_step = np.where(good, (vv * right_s - vs * right_v) / safe, 0.0)
+    for group in _overlapping(state):
+        step = _joint_step(rest, index[group], value[group], slope[group])
+        height_step[group], place_step[group] = step
     state.height = state.height + height_step
     state.place = state.place + np.clip(place_step, -0.5, 0.5)
+
+
+def _overlapping(state: _State) -> list[IntArray]:
+    """Groups of contacts, each closer to the next than their cores are long."""
+    order = np.argsort(state.place, kind="stable")
+    linked = np.diff(state.place[order]) < state.pulse.core[1] - state.pulse.core[0]
+    if not linked.any():
+        return []
+    groups = np.split(order, np.flatnonzero(~linked) + 1)
+    return [group for group in groups if group.size > 1]
+
+
+def _joint_step(
+    rest: FloatArray, index: IntArray, value: FloatArray, slope: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Steps of heights and places of contacts that share samples."""
+    low, high = int(index.min()), int(index.max()) + 1
+    count = index.shape[0]
+    columns = np.zeros((2 * count, high - low))
+    for i in range(count):
+        np.add.at(columns[i], index[i] - low, value[i])
+        np.add.at(columns[count + i], index[i] - low, slope[i])
+    step = np.asarray(np.linalg.lstsq(columns.T, rest[low:high], rcond=1e-4)[0], dtype=np.float64)
+    return step[:count], step[count:]
 
 
 def _merge(state: _State, threshold: float, seen: IntArray) -> None:
@@ -249,22 +281,48 @@ class _BoxNoise:
         return out
 
 
-def _left_over(state: _State, rest: FloatArray, box: _BoxNoise, threshold: float) -> IntArray:
-    """Samples where something still stands out, one for each pulse length at most."""
+def _left_over(
+    state: _State, rest: FloatArray, box: _BoxNoise, threshold: float
+) -> tuple[IntArray, IntArray]:
+    """Samples where something still stands out, one for each pulse length at most.
+
+    First those where a contact may be added, then those too near to one that is there. What
+    stands out less than a near one beside it comes of it.
+    """
     size = np.abs(box.of(np.where(state.valid, rest, 0.0)))
     limit = np.repeat(threshold * box.noise, STRETCH)[: size.size]
     candidates = np.flatnonzero(size > limit)
     if not candidates.size:
-        return candidates
+        return candidates, candidates
     allowed = _doubts(state) * (_DOUBT * np.sqrt(box.width))
     candidates = candidates[size[candidates] > limit[candidates] + allowed[candidates]]
-    if state.place.size and candidates.size:
-        after = np.searchsorted(state.place, candidates)
-        left = candidates - state.place[np.maximum(after - 1, 0)]
-        right = state.place[np.minimum(after, state.place.size - 1)] - candidates
-        near = np.minimum(np.abs(left), np.abs(right))
-        candidates = candidates[near >= max(1.0, state.pulse.width)]
-    return strongest(candidates, size[candidates], reach=3 * state.pulse.width + 2)
+    candidates = strongest(candidates, size[candidates], reach=3 * state.pulse.width + 2)
+    if not state.place.size or not candidates.size:
+        return candidates, candidates[:0]
+    order = np.sort(state.place)
+    after = np.searchsorted(order, candidates)
+    left = candidates - order[np.maximum(after - 1, 0)]
+    right = order[np.minimum(after, order.size - 1)] - candidates
+    near = np.minimum(np.abs(left), np.abs(right)) < max(1.0, state.pulse.width)
+    return candidates[~near], candidates[near]
+
+
+def _split(state: _State, near: IntArray, tried: list[float]) -> bool:
+    """Make two of every contact that does not explain what lies in it; each is tried once."""
+    apart = 0.5 * max(1.0, state.pulse.width)
+    found = False
+    for sample in near:
+        i = int(np.argmin(np.abs(state.place - sample)))
+        if any(abs(state.place[i] - one) < 2.0 * apart for one in tried):
+            continue
+        tried.append(float(state.place[i]))
+        half = 0.5 * state.height[i]
+        state.place = np.append(state.place, state.place[i] + apart)
+        state.height = np.append(state.height, half)
+        state.place[i] -= apart
+        state.height[i] = half
+        found = True
+    return found
 
 
 def _doubts(state: _State) -> FloatArray:

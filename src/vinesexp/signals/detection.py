@@ -6,6 +6,7 @@ tuning for a rig: thresholds follow the noise, and the pulse is learnt from the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
@@ -30,6 +31,8 @@ _TAIL = 1.5  # times a tail may show as strong as it should
 _STRONG = 0.3  # of the strongest
 _WEAK = 0.15  # of the strongest neighbour
 _LEARN = 80  # impacts the pulse is learnt from
+_FEW = 5  # whole ones are enough; with fewer, clipped ones help
+_ENOUGH = 0.4  # of a contact's samples
 _CLEAR = 15.0  # strength of an impact to learn from
 _FINEST = 8  # samples of a pulse that are worth keeping: more are averaged
 
@@ -225,21 +228,25 @@ def _learnt(
     order = usable[np.argsort(-strength[usable], kind="stable")]
     order = order[order.size // 50 :]  # the very strongest may be something else
     lags = np.arange(span[0], span[1] + 1)
-    samples, noise = [], []
+    core = np.abs(lags) <= math.ceil(start.duration)
+    whole: list[tuple[Piece, float]] = []
+    damaged: list[tuple[Piece, float]] = []
     for i in order[: 4 * _LEARN]:
         begin = first[i] + span[0] * k
         piece = coarse(int(begin), int(begin) + lags.size * k)
-        if piece.good.all():
-            samples.append(piece.a)
-            stretch = min(first[i] // STRETCH, spikes.noise.size - 1)
-            noise.append(spikes.noise[stretch] / np.sqrt(k))
-        if len(samples) == _LEARN:
+        stretch = min(first[i] // STRETCH, spikes.noise.size - 1)
+        kind = whole if piece.good.all() else damaged
+        if kind is whole or piece.good[core].mean() > _ENOUGH:
+            kind.append((piece, float(spikes.noise[stretch] / np.sqrt(k))))
+        if len(whole) == _LEARN:
             break
-    if not samples:
+    chosen = whole if len(whole) >= _FEW else (whole + damaged)[:_LEARN]
+    if not chosen:
         return pulse_of(start, span, highpass=highpass, dt=dt)
-    stack = np.array(samples)
+    stack = np.array([piece.a for piece, _ in chosen])
     windows = Windows(
-        stack, lags, np.zeros(len(stack)), stack[:, -span[0]], np.array(noise)
+        stack, lags, np.zeros(len(stack)), stack[:, -span[0]],
+        np.array([noise for _, noise in chosen]), np.array([piece.good for piece, _ in chosen]),
     )  # fmt: skip
     pulse, _ = learn_pulse(windows, start, highpass=highpass, dt=dt)
     return pulse

@@ -24,8 +24,9 @@ _EVIDENCE = 0.02  # a further parameter has to lower the misfit by this share ..
 _NOTICED = 30.0  # ... and by so much chi^2
 _SEARCHED = 16  # impacts on which starts are tried
 _LONGEST_RING = 4000  # samples
-_USUAL, _UNLIKE, _CHANCE = 0.25, 4.0, 5.0  # quantile of misfits, times it, standard deviations
+_STRANGE = 5.0  # standard deviations of a sample from those of the other windows
 _OVER = 8.0  # standard deviations of a spectrum averaged over the impacts: something rings
+MEDIAN_OF_NORMAL = 0.6745  # of the absolute value, in standard deviations
 _FEW = 5  # impacts: with fewer only the duration is fitted
 _PLAIN: Sequence[str] = ("duration",)
 _FORM: Sequence[str] = ("duration", "power", "skew")
@@ -55,6 +56,8 @@ class Windows:
         Time of the impact minus that sample, in samples.
     height, noise : arrays (n,)
         m/s^2.
+    good : bool array (n, w)
+        False where a sample says nothing of this impact: clipped, missing, or another contact's.
     """
 
     samples: FloatArray
@@ -62,11 +65,12 @@ class Windows:
     shift: FloatArray
     height: FloatArray
     noise: FloatArray
+    good: BoolArray
 
     def keep(self, chosen: NDArray[np.bool_]) -> Windows:
         return Windows(
             self.samples[chosen], self.lags, self.shift[chosen], self.height[chosen],
-            self.noise[chosen],
+            self.noise[chosen], self.good[chosen],
         )  # fmt: skip
 
 
@@ -90,18 +94,16 @@ def learn_pulse(
         return pulse_of(shape, span, highpass=highpass, dt=dt)
 
     best = plain = _fit(windows, start, _PLAIN, table)
-    alone = _alike(plain[2], table(plain[1]))
-    if not alone.all():
-        best = plain = _fit(plain[2].keep(alone), plain[1], _PLAIN, table)
-    if alone.sum() >= _FEW:
+    if windows.height.size >= _FEW:
+        windows = replace(windows, good=windows.good & ~_strangers(plain[2], table(plain[1])))
+        best = plain = _fit(windows, plain[1], _PLAIN, table)
         form = _fit(plain[2], plain[1], _FORM, table)
         best = form if _better(form[0], plain[0]) else plain
-        rung = _ringing(windows.keep(alone), start, best, table)
+        rung = _ringing(windows, start, best, table)
         if rung is not None and _better(rung[0], best[0]):
             best = rung
     _, shape, fitted = best
     shapes = table(shape)
-    fitted = fitted.keep(_alike(fitted, shapes))
     doubt = _doubt(fitted, shapes, span)
     whole = (span[0], max(span[1], _rung_out(shape)))
     doubt = np.append(doubt, np.full(whole[1] - span[1], doubt[-1]))
@@ -111,18 +113,20 @@ def learn_pulse(
     return pulse, fitted
 
 
-def _alike(windows: Windows, pulse: Pulse) -> BoolArray:
-    """Windows that differ from the pulse no more than most do: two contacts in one are put aside.
+def _strangers(windows: Windows, pulse: Pulse) -> BoolArray:
+    """Samples that another contact in the window has changed.
 
-    By the misfit over the height, what noise alone makes of it allowed for.
+    What most windows have at the same lag, ringing for one, belongs to the pulse; what only a few
+    have is another contact, wherever it lies in each.
     """
-    rest = _residual(windows, pulse)[0]
-    size = (windows.height / windows.noise) ** 2
-    misfit = np.maximum((rest**2).mean(axis=1) - 1.0, 0.0) / size
-    usual = float(np.quantile(misfit, _USUAL))
-    by_chance = _CHANCE * math.sqrt(2.0 / rest.shape[1]) / size
-    alike: BoolArray = misfit <= _UNLIKE * usual + by_chance
-    return alike if alike.sum() >= min(_FEW, alike.size) else np.ones_like(alike)
+    rest = _residual(windows, pulse)[0] * (windows.noise / windows.height)[:, np.newaxis]
+    off = np.abs(rest - np.median(rest, axis=0))
+    usual = np.median(off, axis=0) / MEDIAN_OF_NORMAL
+    strange: BoolArray = off > _STRANGE * usual
+    wide = strange.copy()
+    wide[:, 1:] |= strange[:, :-1]
+    wide[:, :-1] |= strange[:, 1:]
+    return wide
 
 
 def _rung_out(shape: Shape) -> int:
@@ -240,11 +244,13 @@ def place(windows: Windows, pulse: Pulse, *, reach: int) -> Windows:
         shapes = pulse.at(windows.lags[np.newaxis, :] - trials[:, np.newaxis])[0]
         norm = np.sqrt((shapes**2).sum(axis=1))
         # A shape that lies wholly outside the window matches nothing.
-        match = windows.samples @ shapes.T / np.where(norm > 0.0, norm, np.inf)
+        seen = windows.samples * windows.good
+        match = seen @ shapes.T / np.where(norm > 0.0, norm, np.inf)
         shift = trials[np.argmax(np.abs(match), axis=1)]
         height = np.sign(match[np.arange(shift.size), np.argmax(np.abs(match), axis=1)])
     for _ in range(4):
         value, slope = pulse.at(windows.lags - shift[:, np.newaxis])
+        value, slope = value * windows.good, slope * windows.good
         vv, vs, ss = (value * value).sum(1), (value * slope).sum(1), (slope * slope).sum(1)
         v, s = (value * windows.samples).sum(1), (slope * windows.samples).sum(1)
         height = np.where(vv > 0.0, v / np.maximum(vv, 1e-300), height)
@@ -252,15 +258,17 @@ def place(windows: Windows, pulse: Pulse, *, reach: int) -> Windows:
         down = ss - vs * vs / np.maximum(vv, 1e-300)
         step = -(s - height * vs) / np.where(height * down == 0.0, np.inf, height * down)
         shift = shift + np.clip(step, -0.5, 0.5)
-    return Windows(windows.samples, windows.lags, shift, height, windows.noise)
+    return replace(windows, shift=shift, height=height)
 
 
 def _residual(windows: Windows, pulse: Pulse) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Misfit in standard deviations, with pulse and slope scaled likewise."""
     value, slope = pulse.at(windows.lags - windows.shift[:, np.newaxis])
+    value, slope = value * windows.good, slope * windows.good
     noise = windows.noise[:, np.newaxis]
     height = windows.height[:, np.newaxis] / noise
-    return windows.samples / noise - value * height, value * height, slope * height
+    samples = windows.samples * windows.good / noise
+    return samples - value * height, value * height, slope * height
 
 
 def _projected(x: FloatArray, value: FloatArray, slope: FloatArray) -> FloatArray:
@@ -281,8 +289,10 @@ def _doubt(windows: Windows, pulse: Pulse, span: tuple[int, int]) -> FloatArray:
     few = windows.height.size < _FEW
     floor = (0.2 if few else 0.01) * neighbourhood(pulse.values, size)
     rest = _residual(windows, pulse)[0] * (windows.noise / np.abs(windows.height))[:, np.newaxis]
-    expected = float(((windows.noise / windows.height) ** 2).mean())
-    excess = np.sqrt(np.maximum((rest**2).mean(axis=0) - expected, 0.0))
+    expected = float(np.median((windows.noise / windows.height) ** 2))
+    # Medians: another contact somewhere in some of the windows is no doubt about the shape.
+    spread = (np.median(np.abs(rest), axis=0) / MEDIAN_OF_NORMAL) ** 2
+    excess = np.sqrt(np.maximum(spread - expected, 0.0))
     wide = excess.copy()  # an impact half a sample off shows its misfit one lag farther
     wide[1:] = np.maximum(wide[1:], excess[:-1])
     wide[:-1] = np.maximum(wide[:-1], excess[1:])
