@@ -93,15 +93,19 @@ def learn_pulse(
     def table(shape: Shape) -> Pulse:
         return pulse_of(shape, span, highpass=highpass, dt=dt)
 
-    best = plain = _fit(windows, start, _PLAIN, table)
+    plain = _fit(windows, start, _PLAIN, table)
+    best, names = plain, _PLAIN
     if windows.height.size >= _FEW:
-        windows = replace(windows, good=windows.good & ~_strangers(plain[2], table(plain[1])))
-        best = plain = _fit(windows, plain[1], _PLAIN, table)
+        alone = _without_strangers(windows, plain, table)
+        best = plain = _fit(alone, plain[1], _PLAIN, table)
         form = _fit(plain[2], plain[1], _FORM, table)
-        best = form if _better(form[0], plain[0]) else plain
-        rung = _ringing(windows, start, best, table)
+        if _better(form[0], plain[0]):
+            best, names = form, _FORM
+        rung = _ringing(alone, start, best, table)
         if rung is not None and _better(rung[0], best[0]):
-            best = rung
+            best, names = rung, _RINGING if rung[1].power != 1.0 else _RESONANT
+        # What the first guess took for strangers may have been the ringing it did not know.
+        best = _fit(_without_strangers(windows, best, table), best[1], names, table)
     _, shape, fitted = best
     shapes = table(shape)
     doubt = _doubt(fitted, shapes, span)
@@ -113,20 +117,23 @@ def learn_pulse(
     return pulse, fitted
 
 
-def _strangers(windows: Windows, pulse: Pulse) -> BoolArray:
-    """Samples that another contact in the window has changed.
+def _without_strangers(windows: Windows, fit: Fit, table: Callable[[Shape], Pulse]) -> Windows:
+    """The windows, placed as in the fit, without samples that another contact has changed.
 
     What most windows have at the same lag, ringing for one, belongs to the pulse; what only a few
     have is another contact, wherever it lies in each.
     """
-    rest = _residual(windows, pulse)[0] * (windows.noise / windows.height)[:, np.newaxis]
+    placed = replace(fit[2], good=windows.good)
+    rest = _residual(placed, table(fit[1]))[0]
+    rest = rest * (windows.noise / placed.height)[:, np.newaxis]
     off = np.abs(rest - np.median(rest, axis=0))
     usual = np.median(off, axis=0) / MEDIAN_OF_NORMAL
     strange: BoolArray = off > _STRANGE * usual
     wide = strange.copy()
     wide[:, 1:] |= strange[:, :-1]
     wide[:, :-1] |= strange[:, 1:]
-    return wide
+    own = np.abs(windows.lags) <= fit[1].duration + 1.0  # there nothing parts the two
+    return replace(placed, good=windows.good & (own | ~wide))
 
 
 def _rung_out(shape: Shape) -> int:
