@@ -178,8 +178,17 @@ def timing_limit(scene: Scene, noise: float, *, free_duration: bool = False) -> 
             s, others = s[seen], [other[seen] for other in others]
         q, _ = np.linalg.qr(np.stack(others, axis=1))
         own = s - q @ (q.T @ s)
+        if float(own @ own) < 1e-6 * float(s @ s):
+            return float("nan")
         variances.append(noise**2 / float(own @ own))
     return float(np.sqrt(np.mean(variances)))
+
+
+def visibility(scene: Scene, noise: float) -> float:
+    """Standard deviations by which a contact of jump 1 m/s stands out after the matched filter."""
+    shift = (np.arange(20) + 0.5) / 20.0 / scene.rate
+    rows = _through(scene, _contact(shift, scene.rate, scene))
+    return float(np.sqrt((rows**2).sum(axis=1)).mean() / noise)
 
 
 def _through(scene: Scene, rows: FloatArray) -> FloatArray:

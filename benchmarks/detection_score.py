@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from benchmarks.detection_scenes import PULSE, FloatArray, Record, timing_limit
+from benchmarks.detection_scenes import PULSE, FloatArray, Record, timing_limit, visibility
 
 from vinesexp.simulation.score import match
 
+CLEAR = 8.0  # standard deviations, of a filter matched to the contact: two above our threshold
 NEGLIGIBLE = 0.05  # of the median jump: weaker ones need not be found, and are not false if found
 ISOLATED = 4e-3  # s to the next impact: alone in its ringing
 WITHIN = 1e-3  # s: a found impact belongs to a true one, or two samples where that is more
@@ -18,8 +20,10 @@ WITHIN = 1e-3  # s: a found impact belongs to a true one, or two samples where t
 class Score:
     """One method on one record; times in s, `ratio` and `std_ratio` in units of the limit.
 
-    `spread` is 1.4826 times the median deviation from the bias, of impacts that stand alone;
-    `ratio` is that of each error over its own limit, `std_ratio` their plain root mean square.
+    `hidden` of the missed stand less than `CLEAR` out of the noise even for a filter that knows
+    the contact. `spread` is 1.4826 times the median deviation from the bias, of impacts that
+    stand alone; `ratio` is that of each error over its own limit, `std_ratio` their plain root
+    mean square.
     """
 
     group: str
@@ -28,7 +32,9 @@ class Score:
     true: int
     found: int
     missed: int
+    hidden: int
     false: int
+    expected: float  # share that a filter knowing the contact would find at six deviations
     bias: float
     spread: float
     limit: float
@@ -49,6 +55,12 @@ class Score:
     def f1(self) -> float:
         hits = self.true - self.missed
         return 2.0 * hits / (2.0 * hits + self.missed + self.false) if hits else 0.0
+
+    @property
+    def clear_f1(self) -> float:
+        """F1 without the hidden ones."""
+        hits, lost = self.true - self.missed, self.missed - self.hidden
+        return 2.0 * hits / (2.0 * hits + lost + self.false) if hits else float(lost == 0)
 
 
 def pulses(time: FloatArray, jump: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
@@ -80,6 +92,8 @@ def score(record: Record, method: str, found: FloatArray, seconds: float) -> Sco
     # A second find for one true impact is false, unless a weak one stands there too.
     true_but_weak = sum(a and b for a, b in zip(near, weak, strict=True))
     false = left.size - true_but_weak
+    seen = np.abs(jump[strong]) * visibility(scene, record.noise)
+    lost = np.delete(seen, [i for i, _ in hits])
     alone = _alone(time)[strong]
     rows = np.array([i for i, _ in hits], dtype=np.int64)
     cols = np.array([j for _, j in hits], dtype=np.int64)
@@ -91,11 +105,18 @@ def score(record: Record, method: str, found: FloatArray, seconds: float) -> Sco
     pull = (error - bias) / limits
     return Score(
         scene.group, scene.name, method, int(strong.sum()), found.size - true_but_weak,
-        int(strong.sum()) - len(hits), int(false), bias, _spread(error - bias),
+        lost.size, int((lost < CLEAR).sum()), int(false), _expected(seen),
+        bias, _spread(error - bias),
         float(np.median(limits)) if limits.size else float("nan"), _spread(pull),
         float(np.sqrt(np.mean(pull**2))) if pull.size else float("nan"),
         seconds, record.a.size,
     )  # fmt: skip
+
+
+def _expected(seen: FloatArray) -> float:
+    """Mean chance of standing over six deviations."""
+    chance = [0.5 * math.erfc((6.0 - one) / math.sqrt(2.0)) for one in seen]
+    return float(np.mean(chance)) if chance else 1.0
 
 
 def _alone(time: FloatArray) -> np.ndarray:

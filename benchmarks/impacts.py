@@ -12,14 +12,19 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+from benchmarks.detection_page import draw, page
 from benchmarks.detection_peers import find_peaks, median_deviation, trigger
 from benchmarks.detection_scenes import (
     FloatArray,
     Record,
+    Scene,
     record_of,
     scenes,
+    timing_limit,
     twin_records,
 )
 from benchmarks.detection_score import Score, score
@@ -27,6 +32,7 @@ from benchmarks.detection_score import Score, score
 from vinesexp.signals.detection import detect_contacts
 from vinesexp.signals.extension import continued_line
 from vinesexp.signals.filters import butterworth, settling_samples, zero_phase
+from vinesexp.signals.spikes import find_spikes
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "benchmarks" / "impacts.md"
@@ -80,12 +86,55 @@ def run(records: Iterable[Record], *, methods: Sequence[str] = tuple(METHODS)) -
     return scores
 
 
+@dataclass(frozen=True)
+class Speed:
+    """Million samples a second on one core."""
+
+    name: str
+    first_pass: float
+    detection: float
+    whole: dict[str, float]
+
+
+def speeds() -> list[Speed]:
+    """Four million samples at 10 and at 200 kHz, best of three."""
+    out = []
+    for name, rate in (("10 kHz", 1e4), ("200 kHz", 2e5)):
+        record = record_of(Scene("speed", name, rate=rate, seconds=4e6 / rate))
+        a, low = highpassed(record)
+        n = 1e-6 * a.size
+        whole = {method: n / _best(partial(find, record)) for method, find in METHODS.items()}
+        out.append(
+            Speed(
+                name,
+                n / _best(partial(find_spikes, a, rate, highpass=low)),
+                n / _best(partial(detect_contacts, a, rate, highpass=low)),
+                whole,
+            )
+        )
+    return out
+
+
+def _best(function: Callable[[], object]) -> float:
+    times = []
+    for _ in range(3):
+        begin = time.process_time()
+        function()
+        times.append(time.process_time() - begin)
+    return min(times)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run, print, write."""
     quick = "--quick" in (sys.argv[1:] if arguments is None else arguments)
-    run(record_of(scene) for scene in scenes(quick=quick))
+    scores = run(record_of(scene) for scene in scenes(quick=quick))
     if not quick:
-        run(twin_records())
+        twin = run(twin_records())
+        plain = Scene("", "")
+        free = timing_limit(plain, 1.0, free_duration=True) / timing_limit(plain, 1.0)
+        PAGE.write_text(page(scores, twin, speeds(), free=free), encoding="utf-8")
+        draw(scores, twin, FIGURE)
+        print(f"written: {PAGE}, {FIGURE}")
     return 0
 
 
