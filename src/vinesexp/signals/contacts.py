@@ -44,6 +44,8 @@ class Contacts:
         Largest sample of the contact, m/s^2.
     crowded : bool array (k,)
         Another contact overlaps this one's core, or something in it is left unexplained.
+    sure : bool array (k,)
+        It stood out before the pulse was known.
     """
 
     place: FloatArray
@@ -55,6 +57,7 @@ class Contacts:
     area_error: FloatArray
     peak: FloatArray
     crowded: BoolArray
+    sure: BoolArray
 
 
 @dataclass
@@ -68,6 +71,7 @@ class _State:
     pulse: Pulse
     place: FloatArray
     height: FloatArray
+    sure: BoolArray
 
     def windows(self, lags: IntArray) -> tuple[IntArray, FloatArray, BoolArray]:
         """Sample index, lag, and whether there is a sample, for every contact."""
@@ -93,7 +97,7 @@ class _State:
 def fit_contacts(
     a: FloatArray, start: IntArray, pulse: Pulse, *,
     noise: FloatArray, threshold: float, valid: BoolArray | None = None,
-    clipped: BoolArray | None = None,
+    clipped: BoolArray | None = None, sure: BoolArray | None = None,
 ) -> Contacts:  # fmt: skip
     """Fit contacts of one shape to an acceleration.
 
@@ -113,24 +117,32 @@ def fit_contacts(
     clipped : bool array (n,), optional
         True where it is clipped: it then says that the truth is no smaller. A missing one says
         nothing.
+    sure : bool array, optional
+        False where `start` stands out too little to be kept without the pulse's help.
     """
     truth = np.ones(a.size, dtype=bool) if valid is None else valid
     beyond = np.zeros(a.size, dtype=bool) if clipped is None else clipped
     place = start.astype(np.float64)
-    state = _State(a, noise, truth, beyond, pulse, place, a[start].astype(np.float64))
-    seen = _seen_lags(pulse)
     box = _BoxNoise(a, pulse.width, truth)
+    # A rumble that the boxcar shows and single samples do not is noise to a contact too.
+    noise = np.maximum(noise, box.noise / np.sqrt(box.width))
+    known = np.ones(start.size, dtype=bool) if sure is None else sure
+    state = _State(a, noise, truth, beyond, pulse, place, a[start].astype(np.float64), known)
+    seen = _seen_lags(pulse)
     align(state, seen, reach=pulse.search)
+    tried: list[float] = []
     for _ in range(_ROUNDS):
         for _ in range(_STEPS):
             _refine(state, seen)
         _merge(state, threshold, seen)
         rest = state.residual()
-        more = _left_over(state, rest, box, threshold)
-        if not more.size:
+        more, near = _left_over(state, rest, box, threshold)
+        split = _split(state, near, tried)
+        if not more.size and not split:
             break
         state.place = np.concatenate([state.place, more.astype(np.float64)])
         state.height = np.concatenate([state.height, rest[more]])
+        state.sure = np.append(state.sure, np.ones(more.size, dtype=bool))
     for _ in range(_STEPS):
         _refine(state, seen)
     _merge(state, threshold, seen)
@@ -185,7 +197,10 @@ def align(state: _State, seen: IntArray, *, reach: int) -> None:
 
 
 def _refine(state: _State, seen: IntArray) -> None:
-    """One Gauss-Newton step of all times and heights; each keeps within half a sample."""
+    """One Gauss-Newton step of all times and heights; each keeps within half a sample.
+
+    Contacts that overlap are moved together, all others each for itself.
+    """
     if not state.place.size:
         return
     rest = state.residual()
@@ -198,23 +213,49 @@ def _refine(state: _State, seen: IntArray) -> None:
     safe = np.where(good, determinant, 1.0)
     height_step = np.where(good, (ss * right_v - vs * right_s) / safe, 0.0)
     place_step = np.where(good, (vv * right_s - vs * right_v) / safe, 0.0)
+    for group in _overlapping(state):
+        step = _joint_step(rest, index[group], value[group], slope[group])
+        height_step[group], place_step[group] = step
     state.height = state.height + height_step
     state.place = state.place + np.clip(place_step, -0.5, 0.5)
+
+
+def _overlapping(state: _State) -> list[IntArray]:
+    """Groups of contacts, each closer to the next than their cores are long."""
+    order = np.argsort(state.place, kind="stable")
+    linked = np.diff(state.place[order]) < state.pulse.core[1] - state.pulse.core[0]
+    if not linked.any():
+        return []
+    groups = np.split(order, np.flatnonzero(~linked) + 1)
+    return [group for group in groups if group.size > 1]
+
+
+def _joint_step(
+    rest: FloatArray, index: IntArray, value: FloatArray, slope: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Steps of heights and places of contacts that share samples."""
+    low, high = int(index.min()), int(index.max()) + 1
+    count = index.shape[0]
+    columns = np.zeros((2 * count, high - low))
+    for i in range(count):
+        np.add.at(columns[i], index[i] - low, value[i])
+        np.add.at(columns[count + i], index[i] - low, slope[i])
+    step = np.asarray(np.linalg.lstsq(columns.T, rest[low:high], rcond=1e-4)[0], dtype=np.float64)
+    return step[:count], step[count:]
 
 
 def _merge(state: _State, threshold: float, seen: IntArray) -> None:
     """Drop contacts that became insignificant or that coincide with a stronger one."""
     if not state.place.size:
         return
-    order = np.argsort(state.place, kind="stable")
-    state.place, state.height = state.place[order], state.height[order]
+    _keep(state, np.argsort(state.place, kind="stable"))
     _, _, _, vv, _, _ = _normal(state, seen)
     norm = float(np.sqrt((state.pulse.at(seen.astype(np.float64))[0] ** 2).sum()))
     # A contact at the edge or half clipped is judged by what is left of it.
     strength = np.abs(state.height) * np.sqrt(np.maximum(vv, 0.04 * norm**2)) / state.noise_at()
     inside = (state.place > -0.5) & (state.place < state.a.size - 0.5)
     keep = inside & (strength >= 0.8 * threshold)
-    state.place, state.height = state.place[keep], state.height[keep]
+    _keep(state, keep)
     while state.place.size > 1:
         close = np.flatnonzero(np.diff(state.place) < 0.75 * state.pulse.width)
         if not close.size:
@@ -224,7 +265,12 @@ def _merge(state: _State, threshold: float, seen: IntArray) -> None:
         )
         keep = np.ones(state.place.size, dtype=bool)
         keep[weaker] = False
-        state.place, state.height = state.place[keep], state.height[keep]
+        _keep(state, keep)
+
+
+def _keep(state: _State, which: IntArray | BoolArray) -> None:
+    state.place, state.height = state.place[which], state.height[which]
+    state.sure = state.sure[which]
 
 
 class _BoxNoise:
@@ -233,7 +279,7 @@ class _BoxNoise:
     def __init__(self, a: FloatArray, width: int, valid: BoolArray) -> None:
         self.width = width
         box = self.of(a)
-        self.noise = louder(stretch_noise(np.where(valid, box, np.nan)))
+        self.noise = stretch_noise(np.where(valid, box, np.nan))
 
     def of(self, a: FloatArray) -> FloatArray:
         """Sum over the boxcar centred on each sample, over sqrt(width)."""
@@ -249,22 +295,49 @@ class _BoxNoise:
         return out
 
 
-def _left_over(state: _State, rest: FloatArray, box: _BoxNoise, threshold: float) -> IntArray:
-    """Samples where something still stands out, one for each pulse length at most."""
+def _left_over(
+    state: _State, rest: FloatArray, box: _BoxNoise, threshold: float
+) -> tuple[IntArray, IntArray]:
+    """Samples where something still stands out, one for each pulse length at most.
+
+    First those where a contact may be added, then those too near to one that is there. What
+    stands out less than a near one beside it comes of it.
+    """
     size = np.abs(box.of(np.where(state.valid, rest, 0.0)))
-    limit = np.repeat(threshold * box.noise, STRETCH)[: size.size]
+    limit = np.repeat(threshold * louder(box.noise), STRETCH)[: size.size]
     candidates = np.flatnonzero(size > limit)
     if not candidates.size:
-        return candidates
+        return candidates, candidates
     allowed = _doubts(state) * (_DOUBT * np.sqrt(box.width))
     candidates = candidates[size[candidates] > limit[candidates] + allowed[candidates]]
-    if state.place.size and candidates.size:
-        after = np.searchsorted(state.place, candidates)
-        left = candidates - state.place[np.maximum(after - 1, 0)]
-        right = state.place[np.minimum(after, state.place.size - 1)] - candidates
-        near = np.minimum(np.abs(left), np.abs(right))
-        candidates = candidates[near >= max(1.0, state.pulse.width)]
-    return strongest(candidates, size[candidates], reach=3 * state.pulse.width + 2)
+    candidates = strongest(candidates, size[candidates], reach=3 * state.pulse.width + 2)
+    if not state.place.size or not candidates.size:
+        return candidates, candidates[:0]
+    order = np.sort(state.place)
+    after = np.searchsorted(order, candidates)
+    left = candidates - order[np.maximum(after - 1, 0)]
+    right = order[np.minimum(after, order.size - 1)] - candidates
+    near = np.minimum(np.abs(left), np.abs(right)) < max(1.0, state.pulse.width)
+    return candidates[~near], candidates[near]
+
+
+def _split(state: _State, near: IntArray, tried: list[float]) -> bool:
+    """Make two of every contact that does not explain what lies in it; each is tried once."""
+    apart = 0.5 * max(1.0, state.pulse.width)
+    found = False
+    for sample in near:
+        i = int(np.argmin(np.abs(state.place - sample)))
+        if any(abs(state.place[i] - one) < 2.0 * apart for one in tried):
+            continue
+        tried.append(float(state.place[i]))
+        half = 0.5 * state.height[i]
+        state.place = np.append(state.place, state.place[i] + apart)
+        state.height = np.append(state.height, half)
+        state.sure = np.append(state.sure, True)
+        state.place[i] -= apart
+        state.height[i] = half
+        found = True
+    return found
 
 
 def _doubts(state: _State) -> FloatArray:
@@ -304,7 +377,8 @@ def strongest(index: IntArray, size: FloatArray, *, reach: float) -> IntArray:
 def _finished(state: _State, seen: IntArray) -> Contacts:
     if not state.place.size:
         none = np.empty(0)
-        return Contacts(none, none, none, none, none, none, none, none, none.astype(bool))
+        flags = none.astype(bool)
+        return Contacts(none, none, none, none, none, none, none, none, flags, flags)
     noise, pulse = state.noise_at(), state.pulse
     _, _, _, vv, vs, ss = _normal(state, seen)
     determinant = np.maximum(vv * ss - vs * vs, 1e-300)
@@ -332,7 +406,7 @@ def _finished(state: _State, seen: IntArray) -> Contacts:
     crowded = np.append(close, False) | np.append(False, close) | misfit
     return Contacts(
         state.place, place_error, state.height, height_error, strength, area, area_error, peak,
-        crowded,
+        crowded, state.sure,
     )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ tuning for a rig: thresholds follow the noise, and the pulse is learnt from the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
@@ -30,7 +31,10 @@ _TAIL = 1.5  # times a tail may show as strong as it should
 _STRONG = 0.3  # of the strongest
 _WEAK = 0.15  # of the strongest neighbour
 _LEARN = 80  # impacts the pulse is learnt from
-_CLEAR = 15.0  # strength of an impact to learn from
+_FEW = 5  # whole ones are enough; with fewer, clipped ones help
+_ENOUGH = 0.4  # of a contact's samples
+_CLEAR = 7.0  # strength of an impact to learn from
+_FAINT = 0.7  # of the threshold: looked at again with the pulse
 _FINEST = 8  # samples of a pulse that are worth keeping: more are averaged
 
 
@@ -138,7 +142,8 @@ def detect_from(
 
     spikes = _all_spikes(good, n, sample_rate, threshold, noise_floor, highpass)
     noise = float(np.median(spikes.noise))
-    if not spikes.index.size:
+    # What is faint may be an impact between two samples: the pulse will tell, if one is learnt.
+    if not (spikes.strength > threshold).any():
         return _nothing(1.0 / sample_rate, noise)
     width = _typical(spikes.width, spikes.strength)
     reach = max(_APART * sample_rate, 2.0 * width)
@@ -186,7 +191,7 @@ def _all_spikes(
     for begin in range(0, n, _CHUNK):
         found = find_spikes(
             read(begin, min(n, begin + _CHUNK)), sample_rate,
-            threshold=threshold, noise_floor=noise_floor, highpass=highpass,
+            threshold=_FAINT * threshold, noise_floor=noise_floor, highpass=highpass,
         )  # fmt: skip
         parts.append(Spikes(found.index + begin, found.strength, found.width, found.noise))
     return Spikes(
@@ -225,21 +230,25 @@ def _learnt(
     order = usable[np.argsort(-strength[usable], kind="stable")]
     order = order[order.size // 50 :]  # the very strongest may be something else
     lags = np.arange(span[0], span[1] + 1)
-    samples, noise = [], []
+    core = np.abs(lags) <= math.ceil(start.duration)
+    whole: list[tuple[Piece, float]] = []
+    damaged: list[tuple[Piece, float]] = []
     for i in order[: 4 * _LEARN]:
         begin = first[i] + span[0] * k
         piece = coarse(int(begin), int(begin) + lags.size * k)
-        if piece.good.all():
-            samples.append(piece.a)
-            stretch = min(first[i] // STRETCH, spikes.noise.size - 1)
-            noise.append(spikes.noise[stretch] / np.sqrt(k))
-        if len(samples) == _LEARN:
+        stretch = min(first[i] // STRETCH, spikes.noise.size - 1)
+        kind = whole if piece.good.all() else damaged
+        if kind is whole or piece.good[core].mean() > _ENOUGH:
+            kind.append((piece, float(spikes.noise[stretch] / np.sqrt(k))))
+        if len(whole) == _LEARN:
             break
-    if not samples:
+    chosen = whole if len(whole) >= _FEW else (whole + damaged)[:_LEARN]
+    if not chosen:
         return pulse_of(start, span, highpass=highpass, dt=dt)
-    stack = np.array(samples)
+    stack = np.array([piece.a for piece, _ in chosen])
     windows = Windows(
-        stack, lags, np.zeros(len(stack)), stack[:, -span[0]], np.array(noise)
+        stack, lags, np.zeros(len(stack)), stack[:, -span[0]],
+        np.array([noise for _, noise in chosen]), np.array([piece.good for piece, _ in chosen]),
     )  # fmt: skip
     pulse, _ = learn_pulse(windows, start, highpass=highpass, dt=dt)
     return pulse
@@ -277,16 +286,18 @@ def _fit_chunk(
     noise = stretch_noise(np.where(valid, a, np.nan), floor)
     here = (first >= low) & (first < high)
     here[here] = _unexplained(first[here] // k, strength[here], pulse)
-    start = np.unique(np.clip((first[here] - low) // k, 0, a.size - 1))
+    start, at = np.unique(np.clip((first[here] - low) // k, 0, a.size - 1), return_index=True)
     found = fit_contacts(
-        a, start, pulse, noise=noise, threshold=threshold, valid=valid, clipped=piece.clipped
-    )
+        a, start, pulse, noise=noise, threshold=threshold, valid=valid, clipped=piece.clipped,
+        sure=strength[here][at] > threshold,
+    )  # fmt: skip
     core = np.rint(found.place).astype(np.int64)[:, np.newaxis] + np.arange(
         pulse.core[0], pulse.core[1] + 1
     )
     clipped = ~valid[np.clip(core, 0, a.size - 1)].all(axis=1)
     place = low + found.place * k + 0.5 * (k - 1)
-    keep = (place >= begin - 0.5) & (place < end - 0.5) & (found.strength > threshold - 2.0)
+    keep = (place >= begin - 0.5) & (place < end - 0.5)
+    keep &= found.strength > np.where(found.sure, threshold - 2.0, threshold)
     chosen = {field.name: getattr(found, field.name)[keep] for field in fields(Contacts)}
     chosen["place"] = place[keep] / k
     return Contacts(**chosen), clipped[keep]

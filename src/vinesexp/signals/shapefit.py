@@ -17,12 +17,16 @@ from numpy.typing import NDArray
 from vinesexp.signals.pulse import Pulse, Shape, neighbourhood, pulse_of
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 _STEPS = 8
 _EVIDENCE = 0.02  # a further parameter has to lower the misfit by this share ...
 _NOTICED = 30.0  # ... and by so much chi^2
 _SEARCHED = 16  # impacts on which starts are tried
 _LONGEST_RING = 4000  # samples
+_STRANGE = 5.0  # standard deviations of a sample from those of the other windows
+_OVER = 8.0  # standard deviations of a spectrum averaged over the impacts: something rings
+MEDIAN_OF_NORMAL = 0.6745  # of the absolute value, in standard deviations
 _FEW = 5  # impacts: with fewer only the duration is fitted
 _PLAIN: Sequence[str] = ("duration",)
 _FORM: Sequence[str] = ("duration", "power", "skew")
@@ -52,6 +56,8 @@ class Windows:
         Time of the impact minus that sample, in samples.
     height, noise : arrays (n,)
         m/s^2.
+    good : bool array (n, w)
+        False where a sample says nothing of this impact: clipped, missing, or another contact's.
     """
 
     samples: FloatArray
@@ -59,12 +65,17 @@ class Windows:
     shift: FloatArray
     height: FloatArray
     noise: FloatArray
+    good: BoolArray
 
     def keep(self, chosen: NDArray[np.bool_]) -> Windows:
         return Windows(
             self.samples[chosen], self.lags, self.shift[chosen], self.height[chosen],
-            self.noise[chosen],
+            self.noise[chosen], self.good[chosen],
         )  # fmt: skip
+
+
+#: Misfit (chi^2), shape, windows with their times.
+Fit = tuple[float, Shape, Windows]
 
 
 def learn_pulse(
@@ -83,13 +94,18 @@ def learn_pulse(
         return pulse_of(shape, span, highpass=highpass, dt=dt)
 
     plain = _fit(windows, start, _PLAIN, table)
-    best = plain
+    best, names = plain, _PLAIN
     if windows.height.size >= _FEW:
+        alone = _without_strangers(windows, plain, table)
+        best = plain = _fit(alone, plain[1], _PLAIN, table)
         form = _fit(plain[2], plain[1], _FORM, table)
-        best = form if _better(form[0], plain[0]) else plain
-        rung = _ringing(windows, start, best[1], table)
+        if _better(form[0], plain[0]):
+            best, names = form, _FORM
+        rung = _ringing(alone, start, best, table)
         if rung is not None and _better(rung[0], best[0]):
-            best = rung
+            best, names = rung, _RINGING if rung[1].power != 1.0 else _RESONANT
+        # What the first guess took for strangers may have been the ringing it did not know.
+        best = _fit(_without_strangers(windows, best, table), best[1], names, table)
     _, shape, fitted = best
     shapes = table(shape)
     doubt = _doubt(fitted, shapes, span)
@@ -99,6 +115,25 @@ def learn_pulse(
         shape, whole, highpass=highpass, dt=dt, doubt=doubt, learnt_from=fitted.height.size
     )
     return pulse, fitted
+
+
+def _without_strangers(windows: Windows, fit: Fit, table: Callable[[Shape], Pulse]) -> Windows:
+    """The windows, placed as in the fit, without samples that another contact has changed.
+
+    What most windows have at the same lag, ringing for one, belongs to the pulse; what only a few
+    have is another contact, wherever it lies in each.
+    """
+    placed = replace(fit[2], good=windows.good)
+    rest = _residual(placed, table(fit[1]))[0]
+    rest = rest * (windows.noise / placed.height)[:, np.newaxis]
+    off = np.abs(rest - np.median(rest, axis=0))
+    usual = np.median(off, axis=0) / MEDIAN_OF_NORMAL
+    strange: BoolArray = off > _STRANGE * usual
+    wide = strange.copy()
+    wide[:, 1:] |= strange[:, :-1]
+    wide[:, :-1] |= strange[:, 1:]
+    own = np.abs(windows.lags) <= fit[1].duration + 1.0  # there nothing parts the two
+    return replace(placed, good=windows.good & (own | ~wide))
 
 
 def _rung_out(shape: Shape) -> int:
@@ -113,15 +148,16 @@ def _better(new: float, old: float) -> bool:
 
 
 def _ringing(
-    windows: Windows, start: Shape, plain: Shape, table: Callable[[Shape], Pulse]
-) -> tuple[float, Shape, Windows] | None:
+    windows: Windows, start: Shape, plain: Fit, table: Callable[[Shape], Pulse]
+) -> Fit | None:
     """The best shape with ringing; None where nothing rings.
 
     Contact and ringing imitate one another, so that many starts are tried, on a few impacts and
     without free form; the best goes on with all.
     """
     few = windows.keep(np.arange(windows.height.size) < _SEARCHED)
-    tried = [_fit(few, shape, _RESONANT, table) for shape in _ring_starts(windows, start, plain)]
+    starts = _ring_starts(plain, start, table(plain[1]))
+    tried = [_fit(few, shape, _RESONANT, table) for shape in starts]
     if not tried:
         return None
     _, shape, _ = min(tried, key=lambda found: found[0])
@@ -130,16 +166,17 @@ def _ringing(
     return free if _better(free[0], rung[0]) else rung
 
 
-def _ring_starts(windows: Windows, start: Shape, shape: Shape) -> list[Shape]:
-    """Shapes with ringing to try: at the strongest line of what follows the contacts."""
-    late = windows.samples[:, windows.lags > 1.5 * shape.duration + 2.0]
+def _ring_starts(plain: Fit, start: Shape, pulse: Pulse) -> list[Shape]:
+    """Shapes with ringing to try: at the strongest line of what the pulse leaves after it."""
+    _, shape, windows = plain
+    late = _residual(windows, pulse)[0][:, windows.lags > 1.5 * shape.duration + 2.0]
     if late.shape[1] < 12:
         return []
     size = 4 * late.shape[1]
     power = (np.abs(np.fft.rfft(late * np.hanning(late.shape[1]), size)) ** 2).mean(axis=0)
     low = size // 25  # below lies what the highpass left
     peak = low + int(np.argmax(power[low:]))
-    if power[peak] < 8.0 * float(np.median(power[low:])):
+    if power[peak] < (1.0 + _OVER / math.sqrt(len(late))) * float(np.median(power[low:])):
         return []
     frequency = peak / size
     return [
@@ -151,7 +188,7 @@ def _ring_starts(windows: Windows, start: Shape, shape: Shape) -> list[Shape]:
 
 def _fit(
     windows: Windows, start: Shape, names: Sequence[str], table: Callable[[Shape], Pulse]
-) -> tuple[float, Shape, Windows]:
+) -> Fit:
     """Gauss-Newton with step halving over the named parameters; chi^2, shape, windows."""
     first = table(start)
     shape, now = (
@@ -212,11 +249,15 @@ def place(windows: Windows, pulse: Pulse, *, reach: int) -> Windows:
     if reach:
         trials = np.arange(-reach, reach + 1, min(0.5, 1.0 / pulse.parts))
         shapes = pulse.at(windows.lags[np.newaxis, :] - trials[:, np.newaxis])[0]
-        match = windows.samples @ shapes.T / np.sqrt((shapes**2).sum(axis=1))
+        norm = np.sqrt((shapes**2).sum(axis=1))
+        # A shape that lies wholly outside the window matches nothing.
+        seen = windows.samples * windows.good
+        match = seen @ shapes.T / np.where(norm > 0.0, norm, np.inf)
         shift = trials[np.argmax(np.abs(match), axis=1)]
         height = np.sign(match[np.arange(shift.size), np.argmax(np.abs(match), axis=1)])
     for _ in range(4):
         value, slope = pulse.at(windows.lags - shift[:, np.newaxis])
+        value, slope = value * windows.good, slope * windows.good
         vv, vs, ss = (value * value).sum(1), (value * slope).sum(1), (slope * slope).sum(1)
         v, s = (value * windows.samples).sum(1), (slope * windows.samples).sum(1)
         height = np.where(vv > 0.0, v / np.maximum(vv, 1e-300), height)
@@ -224,15 +265,17 @@ def place(windows: Windows, pulse: Pulse, *, reach: int) -> Windows:
         down = ss - vs * vs / np.maximum(vv, 1e-300)
         step = -(s - height * vs) / np.where(height * down == 0.0, np.inf, height * down)
         shift = shift + np.clip(step, -0.5, 0.5)
-    return Windows(windows.samples, windows.lags, shift, height, windows.noise)
+    return replace(windows, shift=shift, height=height)
 
 
 def _residual(windows: Windows, pulse: Pulse) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Misfit in standard deviations, with pulse and slope scaled likewise."""
     value, slope = pulse.at(windows.lags - windows.shift[:, np.newaxis])
+    value, slope = value * windows.good, slope * windows.good
     noise = windows.noise[:, np.newaxis]
     height = windows.height[:, np.newaxis] / noise
-    return windows.samples / noise - value * height, value * height, slope * height
+    samples = windows.samples * windows.good / noise
+    return samples - value * height, value * height, slope * height
 
 
 def _projected(x: FloatArray, value: FloatArray, slope: FloatArray) -> FloatArray:
@@ -253,8 +296,10 @@ def _doubt(windows: Windows, pulse: Pulse, span: tuple[int, int]) -> FloatArray:
     few = windows.height.size < _FEW
     floor = (0.2 if few else 0.01) * neighbourhood(pulse.values, size)
     rest = _residual(windows, pulse)[0] * (windows.noise / np.abs(windows.height))[:, np.newaxis]
-    expected = float(((windows.noise / windows.height) ** 2).mean())
-    excess = np.sqrt(np.maximum((rest**2).mean(axis=0) - expected, 0.0))
+    expected = float(np.median((windows.noise / windows.height) ** 2))
+    # Medians: another contact somewhere in some of the windows is no doubt about the shape.
+    spread = (np.median(np.abs(rest), axis=0) / MEDIAN_OF_NORMAL) ** 2
+    excess = np.sqrt(np.maximum(spread - expected, 0.0))
     wide = excess.copy()  # an impact half a sample off shows its misfit one lag farther
     wide[1:] = np.maximum(wide[1:], excess[:-1])
     wide[:-1] = np.maximum(wide[:-1], excess[1:])
