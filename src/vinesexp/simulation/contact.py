@@ -4,8 +4,8 @@ A ball is a row of a float table. Its motion is kept relative to the wall it met
 `D` to that wall and the relative velocity `RHO` = x' - y'. In a chatter both shrink by orders of
 magnitude below x and x'; kept this way they lose no digits, because nothing large is subtracted.
 
-The rule for simultaneous impacts (equations 3, 4 and 38-44 of docs/theory.md for all balls of the
-set at once): every ball that closes on its wall leaves it with -r times its relative velocity, and
+The rule for simultaneous impacts is equations (3), (4) of docs/theory.md for all balls of the set
+at once: every ball that closes on its wall leaves it with -r times its relative velocity, and
 momentum is kept,
 
     dv = -sum m_i (1 + r_i) rho_i / (M + sum m_i).

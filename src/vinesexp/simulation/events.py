@@ -171,12 +171,18 @@ def collide(
     balls: FloatArray, M: float, state: FloatArray, numbers: FloatArray, labels: IntArray, row: int,
     before: FloatArray,
 ) -> int:  # fmt: skip
-    """Carry out the impact of the marked balls and log it; rests that it ends are logged too."""
+    """Carry out the impact of the marked balls and log it; rests that it ends are logged too.
+
+    Rows of one instant hand the oscillator's velocity on from ball to ball (`Motion.impacts`).
+    """
     n, v = balls.shape[0], state[V_NOW]
     for i in range(n):
         before[i] = balls[i, RHO] if balls[i, STATE] != RESTING else math.inf
-    state[V_NOW] = v + impact(balls, M)
-    now = state[T_HIGH]
+    dv = impact(balls, M)
+    state[V_NOW] = v + dv
+    now, moving, count, handed = state[T_HIGH], M + resting_mass(balls), 0, v
+    for i in range(n):
+        count += int(balls[i, HIT] == 1.0)
     for i in range(n):
         if balls[i, HIT] == 1.0:
             balls[i, EXPECTED] = now + (now - balls[i, LAST])
@@ -188,10 +194,14 @@ def collide(
                 state[V_NOW] = balls[i, U] + balls[i, RHO]
             else:
                 balls[i, U] = state[V_NOW] - balls[i, RHO]
+            count -= 1
+            share = balls[i, MASS] * (balls[i, RHO] - before[i] - dv) / moving
+            left = handed + share if count > 0 else state[V_NOW]
             row = write_event(
-                numbers, labels, row, IMPACT, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
-                v, state[V_NOW], v - before[i], balls[i, U],
+                numbers, labels, row, IMPACT, i, balls[i, SIDE], now, state[X_NOW],
+                handed, left, v - before[i], balls[i, U],
             )  # fmt: skip
+            handed = left
         elif before[i] == math.inf and balls[i, STATE] != RESTING:
             balls[i, U] = v
             row = write_event(
