@@ -156,11 +156,10 @@ def resting_mass(balls: FloatArray) -> float:
 
 @compiled
 def write_event(
-    numbers: FloatArray, labels: IntArray, row: int, kind: int, nes: int, side: float, t: float,
+    numbers: FloatArray, labels: IntArray, row: int, nes: int, side: float, t: float,
     x: float, v: float, v_after: float, vy: float, vy_after: float,
 ) -> int:  # fmt: skip
-    """Put one row in the log; the number of rows."""
-    labels[row, 0] = kind
+    """Put one row in the log, all but its kind; the number of rows."""
     labels[row, 1] = nes
     labels[row, 2] = int(side)
     numbers[row, 0] = t

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.simulation.chatter import close_chatter, release, settle
-from vinesexp.simulation.compiled import compiled
+from vinesexp.simulation.compiled import compiled, entry
 from vinesexp.simulation.contact import (
     CLEARANCE,
     EXPECTED,
@@ -159,10 +159,10 @@ def log_marked(
     for i in range(balls.shape[0]):
         if balls[i, HIT] == 1.0:
             v = state[V_NOW]
+            labels[row, 0] = kind
             row = write_event(
-                numbers, labels, row, kind, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
-                v, v, v, v,
-            )  # fmt: skip
+                numbers, labels, row, i, balls[i, SIDE], state[T_HIGH], state[X_NOW], v, v, v, v
+            )
     return row
 
 
@@ -197,15 +197,17 @@ def collide(
             count -= 1
             share = balls[i, MASS] * (balls[i, RHO] - before[i] - dv) / moving
             left = handed + share if count > 0 else state[V_NOW]
+            labels[row, 0] = IMPACT
             row = write_event(
-                numbers, labels, row, IMPACT, i, balls[i, SIDE], now, state[X_NOW],
+                numbers, labels, row, i, balls[i, SIDE], now, state[X_NOW],
                 handed, left, v - before[i], balls[i, U],
             )  # fmt: skip
             handed = left
         elif before[i] == math.inf and balls[i, STATE] != RESTING:
             balls[i, U] = v
+            labels[row, 0] = REST_END
             row = write_event(
-                numbers, labels, row, REST_END, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
+                numbers, labels, row, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
                 v, state[V_NOW], v, v,
             )  # fmt: skip
     return row
@@ -255,7 +257,7 @@ def turn(
     return row
 
 
-@compiled
+@entry
 def sample(
     par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
     x: FloatArray, v: FloatArray, a: FloatArray,

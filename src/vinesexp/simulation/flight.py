@@ -195,7 +195,8 @@ def bounce(
     now = state[T_HIGH]
     balls[k, EXPECTED] = now + (now - balls[k, LAST])
     balls[k, LAST] = now
+    labels[row, 0] = IMPACT
     return write_event(
-        numbers, labels, row, IMPACT, k, balls[k, SIDE], now, state[X_NOW], v, state[V_NOW],
+        numbers, labels, row, k, balls[k, SIDE], now, state[X_NOW], v, state[V_NOW],
         v - rho, balls[k, U],
     )  # fmt: skip

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.simulation.compiled import compiled
+from vinesexp.simulation.compiled import compiled, entry
 from vinesexp.simulation.contact import (
     CLEARANCE,
     FREE,
@@ -209,7 +209,7 @@ def fly(
     return count
 
 
-@compiled
+@entry
 def run(
     closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
     duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
@@ -221,7 +221,8 @@ def run(
     without it every turn is one of the general loop. `work` (4, ORDER + 1) is scratch space,
     zeros at the start. Evaluations -1: time has stopped moving.
     """
-    row, evaluations, age, piece = 0, 0, 0, piece_at(table, state[T_HIGH])
+    row = int(np.int64(0))  # a literal 0 would be a type of its own, with machine code of its own
+    evaluations, age, piece = 0, 0, piece_at(table, state[T_HIGH])
     room = numbers.shape[0] - 2 * balls.shape[0] - 2
     head, c, before = response[0], work[3], np.empty(balls.shape[0])
     light, span = closed and balls.shape[0] > 0, (ENTRIES - 2) * head[H_SPACING]
