@@ -21,6 +21,7 @@ MODULES = (
     "contact",
     "events",
     "flight",
+    "hop",
     "kernel",
     "response",
     "search",

@@ -40,7 +40,8 @@ WALL = 9  # the side of that contact
 U = 10  # y' of a ball in flight: exactly constant, m/s
 GAP, RATE = 11, 12  # gap to `SIDE` and its rate at the point a search has reached
 LAST, EXPECTED = 13, 14  # times of the last and of the next contact, the latter a guess
-COLUMNS = 15
+MET = 15  # side of the last contact, 0 before the first
+COLUMNS = 16
 
 FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
 

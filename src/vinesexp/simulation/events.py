@@ -17,11 +17,9 @@ from vinesexp.simulation.chatter import close_chatter, release, settle
 from vinesexp.simulation.compiled import compiled, entry
 from vinesexp.simulation.contact import (
     CLEARANCE,
-    EXPECTED,
     FREE,
     HIT,
     IMPACT,
-    LAST,
     MASS,
     RELEASED,
     REST_END,
@@ -40,6 +38,7 @@ from vinesexp.simulation.contact import (
     resting_mass,
     write_event,
 )
+from vinesexp.simulation.flight import expect
 from vinesexp.simulation.search import EPS, first_root
 from vinesexp.simulation.series import (
     ORDER,
@@ -185,8 +184,7 @@ def collide(
         count += int(balls[i, HIT] == 1.0)
     for i in range(n):
         if balls[i, HIT] == 1.0:
-            balls[i, EXPECTED] = now + (now - balls[i, LAST])
-            balls[i, LAST] = now
+            expect(balls, i, now)
             if balls[i, MASS] > M and n == 1:
                 # The lighter body takes the rounding: here the oscillator, of a wall-like ball.
                 push = (1.0 + balls[i, RESTITUTION]) * before[i] * (M / (M + balls[i, MASS]))

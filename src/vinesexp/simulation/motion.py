@@ -180,7 +180,7 @@ def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
             )
     y0 = np.array(release.y0 or [release.x0] * n, dtype=np.float64)
     vy0 = np.array(release.vy0 or [0.0] * n, dtype=np.float64)
-    table = np.zeros((n, 15))
+    table = np.zeros((n, 16))
     for i, nes in enumerate(rig.nes):
         w = release.x0 - y0[i]
         side = 1.0 if w >= 0.0 else -1.0
