@@ -65,36 +65,63 @@ class Sweep:
 class SteppedSweep:
     """Sine motion of the base that dwells on one frequency (Hz) after the other, phase continuous.
 
-    Each frequency lasts `dwell` seconds; the last goes on.
+    Each frequency lasts `dwell` seconds (one time for all, or one for each); the last goes on.
+
+    Raises
+    ------
+    ParameterError
+        No frequency, one that is not above zero, or not as many times as frequencies.
 
     Examples
     --------
     >>> SteppedSweep(amplitude=0.25e-3, frequencies=[7.2, 7.8, 8.4], dwell=20.0).duration
     60.0
+    >>> SteppedSweep(amplitude=0.25e-3, frequencies=[7.2, 7.8], dwell=[30.0, 10.0]).starts
+    (0.0, 30.0)
     """
 
     amplitude: float
     frequencies: Sequence[float]
-    dwell: float
+    dwell: float | Sequence[float]
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "frequencies", tuple(self.frequencies))
-        _require_amplitude(self.amplitude)
-        _require_above_zero("dwell", self.dwell, "s")
-        _require_finite("base phase", self.phase)
+        object.__setattr__(self, "frequencies", tuple(float(f) for f in self.frequencies))
         if not self.frequencies:
             raise ParameterError("frequencies is empty: give at least one, in Hz")
+        if not isinstance(self.dwell, float | int):
+            object.__setattr__(self, "dwell", tuple(float(t) for t in self.dwell))
+        if len(self.dwells) != len(self.frequencies):
+            raise ParameterError(
+                f"dwell has {len(self.dwells)} times, expected {len(self.frequencies)}: one for "
+                "each frequency, or one number for all"
+            )
+        _require_amplitude(self.amplitude)
+        for dwell in self.dwells:
+            _require_above_zero("dwell", dwell, "s")
+        _require_finite("base phase", self.phase)
         for frequency in self.frequencies:
             _require_above_zero("base frequency", frequency, "Hz")
 
     @property
+    def dwells(self) -> tuple[float, ...]:
+        """Time spent on each frequency, s."""
+        if isinstance(self.dwell, float | int):
+            return (float(self.dwell),) * len(self.frequencies)
+        return tuple(self.dwell)
+
+    @property
+    def starts(self) -> tuple[float, ...]:
+        """When each frequency begins, s."""
+        return tuple(math.fsum(self.dwells[:n]) for n in range(len(self.frequencies)))
+
+    @property
     def duration(self) -> float:
         """Length of the whole sweep, s."""
-        return self.dwell * len(self.frequencies)
+        return math.fsum(self.dwells)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # a record is the same only as itself
 class Measured:
     """A measured base record: samples of x_e (m) from t = 0 at `sample_rate` (Hz).
 

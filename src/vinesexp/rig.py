@@ -133,7 +133,7 @@ class NES:
 
     @property
     def Gamma(self) -> float:
-        """Loss parameter (1 - r)/(1 + r) of equation (7)."""
+        """Loss parameter (1 - r)/(1 + r) (equation 5)."""
         return (1.0 - self.r) / (1.0 + self.r)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shutil
 import time
 from pathlib import Path
 
@@ -44,7 +45,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def describe(scene_file: Path, out: Path) -> None:
-    """scene.yaml, campaign.yaml and records.csv in `out`; what a person wrote there stays.
+    """scene.yaml with its base records, campaign.yaml and records.csv in `out`.
+
+    What a person wrote there stays.
 
     Raises
     ------
@@ -71,6 +74,18 @@ def describe(scene_file: Path, out: Path) -> None:
         raise VinesexpError(
             f"is another scene than {scene_file}; name an empty folder, or remove it", file=own
         )
+    for file in {test.base_record.file for test in scene.tests if test.base_record}:
+        _bring(scene_file.parent / file, out / file)
     for name, text in texts.items():
         if not (out / name).exists():
             (out / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def _bring(source: Path, target: Path) -> None:
+    """A measured base motion goes with its scene, so that the folder stands alone."""
+    if target.exists() and target.read_bytes() == source.read_bytes():
+        return
+    if target.exists():
+        raise VinesexpError(f"is another file than {source}; name an empty folder", file=target)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(source, target)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from vinesexp.excitation import Harmonic, Release, Sweep, WeakDamping
+from vinesexp.excitation import Base, Harmonic, Release, SteppedSweep, Sweep, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.simulation.baserecord import BaseRecord
 from vinesexp.simulation.oscilloscope import Oscilloscope
 from vinesexp.simulation.sensors import Sensor
 
@@ -28,7 +29,11 @@ class Test:
     clearance : tuple of float
         One-sided clearance of each NES, m.
     base_amplitude, frequency : float, (start, end)
-        m, Hz; of the base motion.
+        m, Hz; of the base motion; of a stepped sweep its first and last frequency.
+    steps : SteppedSweep, optional
+        The base motion where the frequency dwells.
+    base_record : BaseRecord, optional
+        The base motion where it was measured.
     release : float
         Displacement that the mass is let go from, at rest, m.
     ball_start : tuple of float
@@ -52,6 +57,8 @@ class Test:
     clearance: tuple[float, ...] = ()
     base_amplitude: float = 0.0
     frequency: tuple[float, float] | None = None
+    steps: SteppedSweep | None = None
+    base_record: BaseRecord | None = None
     release: float = 0.0
     ball_start: tuple[float, ...] = ()
     added_mass: float = 0.0
@@ -60,8 +67,13 @@ class Test:
 
     __test__ = False  # not for pytest
 
-    def base(self) -> Harmonic | Sweep | None:
-        """The base motion; None: at rest."""
+    def base(self) -> Base | None:
+        """The base motion; None: at rest. A measured one is read from its file here."""
+        if self.base_record is not None:
+            needed = self.settle + self.duration
+            return self.base_record.measured(needed=needed, record=self.record)
+        if self.steps is not None:
+            return self.steps
         if self.frequency is None:
             return None
         start, end = self.frequency

@@ -1,4 +1,4 @@
-"""One decorator for compiled functions, with a cache that notices every edit.
+"""Decorators for compiled functions, with a cache that notices every edit.
 
 numba looks only at the file a function stands in to decide whether its cached machine code is still
 good, but the code holds the functions it calls from other files too: after an edit there, it
@@ -7,11 +7,13 @@ would silently run the old ones. Here the whole set of compiled modules is the s
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from numba import njit
+from numba import njit, typeof
 
 MODULES = (
     "chatter",
@@ -19,6 +21,7 @@ MODULES = (
     "contact",
     "events",
     "flight",
+    "hop",
     "kernel",
     "response",
     "search",
@@ -41,15 +44,69 @@ def _stamp() -> tuple[tuple[str, int, int], ...]:
 _STAMP = _stamp()
 
 
-def compiled(function: F) -> F:
-    """Compile on first call, keep the machine code on disk (`numba.njit`).
-
-    Products and sums may be contracted into one operation with one rounding; nothing else is
-    reordered. Division by zero gives inf or nan, as in numpy: a check at every division costs more
-    than the division.
-    """
-    dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+def _jit(function: Callable[..., Any], **options: Any) -> Any:
+    make: Any = njit
+    dispatcher = make(
+        cache=True,
+        nogil=True,
+        error_model="numpy",
+        fastmath={"contract"},
+        no_cfunc_wrapper=True,
+        **options,
+    )(function)
     cache_file: Any = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if hasattr(cache_file, "_source_stamp"):
         cache_file._source_stamp = _STAMP
-    return cast("F", dispatcher)
+    return dispatcher
+
+
+def compiled(function: F) -> F:
+    """Compile on first use, keep the machine code on disk; to be called by compiled code only.
+
+    What only Python would need to call it is not made: that is a tenth of the compilation. Products
+    and sums may be contracted into one operation with one rounding; nothing else is reordered.
+    Division by zero gives inf or nan, as in numpy: a check at every division costs more than the
+    division.
+    """
+    return cast("F", _jit(function, no_cpython_wrapper=True))
+
+
+def entry(function: F) -> F:
+    """`compiled`, for the functions that Python calls: one process compiles, the others wait.
+
+    Several jobs of a first run would otherwise each compile the same code, side by side. The first
+    call asks for the machine code under a lock on the cache's folder, and whoever comes second
+    finds it on disk.
+    """
+    dispatcher, type_of = _jit(function), cast("Callable[[Any], Any]", typeof)
+
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        if not dispatcher.signatures:
+            with _alone(dispatcher.stats.cache_path):
+                dispatcher.compile(tuple(type_of(argument) for argument in arguments))
+        return dispatcher(*arguments)
+
+    return cast("F", call)
+
+
+@contextmanager
+def _alone(folder: str | None) -> Iterator[None]:
+    """Hold the lock of a cache folder; without one (no folder, no such lock here) go on alike.
+
+    The operating system gives it back when the process ends, however it ends.
+    """
+    try:
+        import fcntl
+
+        if folder is None:
+            raise OSError("no cache")
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        stream = (Path(folder) / "vinesexp.lock").open("a")
+    except (ImportError, OSError):
+        yield
+        return
+    with stream:
+        with suppress(OSError):
+            fcntl.flock(stream, fcntl.LOCK_EX)
+        yield

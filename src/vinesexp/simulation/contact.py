@@ -4,8 +4,8 @@ A ball is a row of a float table. Its motion is kept relative to the wall it met
 `D` to that wall and the relative velocity `RHO` = x' - y'. In a chatter both shrink by orders of
 magnitude below x and x'; kept this way they lose no digits, because nothing large is subtracted.
 
-The rule for simultaneous impacts (equations 3, 4 and 38-44 of docs/theory.md for all balls of the
-set at once): every ball that closes on its wall leaves it with -r times its relative velocity, and
+The rule for simultaneous impacts is equations (3), (4) of docs/theory.md for all balls of the set
+at once: every ball that closes on its wall leaves it with -r times its relative velocity, and
 momentum is kept,
 
     dv = -sum m_i (1 + r_i) rho_i / (M + sum m_i).
@@ -40,7 +40,8 @@ WALL = 9  # the side of that contact
 U = 10  # y' of a ball in flight: exactly constant, m/s
 GAP, RATE = 11, 12  # gap to `SIDE` and its rate at the point a search has reached
 LAST, EXPECTED = 13, 14  # times of the last and of the next contact, the latter a guess
-COLUMNS = 15
+MET = 15  # side of the last contact, 0 before the first
+COLUMNS = 16
 
 FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
 
@@ -156,11 +157,10 @@ def resting_mass(balls: FloatArray) -> float:
 
 @compiled
 def write_event(
-    numbers: FloatArray, labels: IntArray, row: int, kind: int, nes: int, side: float, t: float,
+    numbers: FloatArray, labels: IntArray, row: int, nes: int, side: float, t: float,
     x: float, v: float, v_after: float, vy: float, vy_after: float,
 ) -> int:  # fmt: skip
-    """Put one row in the log; the number of rows."""
-    labels[row, 0] = kind
+    """Put one row in the log, all but its kind; the number of rows."""
     labels[row, 1] = nes
     labels[row, 2] = int(side)
     numbers[row, 0] = t

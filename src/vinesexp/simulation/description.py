@@ -57,8 +57,17 @@ def records_text(scene: Scene) -> str:
     return "\n".join([",".join(COLUMNS), *rows, ""])
 
 
-def _row(test: Test) -> tuple[str, ...]:
+def _range(test: Test) -> tuple[float, float]:
+    """First and last frequency; of steps in any order the lowest and the highest."""
     start, end = test.frequency or (0.0, 0.0)
+    if test.steps is not None:
+        low, high = min(test.steps.frequencies), max(test.steps.frequencies)
+        return (high, low) if end < start else (low, high)
+    return start, end
+
+
+def _row(test: Test) -> tuple[str, ...]:
+    start, end = _range(test)
     frequency = f"{start:.10g}" if start == end else f"{start:.10g}:{end:.10g}"
     note = test.note or (f"dropped from {1e3 * test.height:.10g} mm" if test.height else "")
     return (

@@ -7,6 +7,8 @@ polynomials. A row of the table is one piece and holds until the next one starts
 from __future__ import annotations
 
 import math
+from fractions import Fraction
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,9 @@ FloatArray = NDArray[np.float64]
 
 CHIRP, POLYNOMIAL = 0, 1
 TAU = 2.0 * math.pi
+
+#: Splines of the measured records in use: every evaluation needs them.
+_SPLINES: WeakKeyDictionary[Measured, FloatArray] = WeakKeyDictionary()
 
 
 def drive_table(base: Base | None) -> tuple[int, FloatArray]:
@@ -35,7 +40,8 @@ def drive_table(base: Base | None) -> tuple[int, FloatArray]:
         return CHIRP, np.array([[0.0, base.amplitude, base.phase, TAU * base.frequency, 0.0]])
     if isinstance(base, Sweep):
         chirp = TAU * (base.f_end - base.f_start) / base.duration
-        turned = base.phase + math.pi * (base.f_start + base.f_end) * base.duration
+        mean = (Fraction(base.f_start) + Fraction(base.f_end)) / 2
+        turned = base.phase + TAU * float(mean * Fraction(base.duration) % 1)
         return CHIRP, np.array(
             [
                 [0.0, base.amplitude, base.phase, TAU * base.f_start, chirp],
@@ -44,11 +50,22 @@ def drive_table(base: Base | None) -> tuple[int, FloatArray]:
         )
     if isinstance(base, SteppedSweep):
         omega = TAU * np.asarray(base.frequencies, dtype=np.float64)
-        turns = np.concatenate([[0.0], np.cumsum(omega[:-1] * base.dwell)])
-        start = base.dwell * np.arange(omega.size)
         fixed = np.full(omega.size, base.amplitude)
-        return CHIRP, np.column_stack([start, fixed, base.phase + turns, omega, 0.0 * omega])
-    return POLYNOMIAL, _spline_table(base)
+        phase = base.phase + TAU * np.array(_cycles_before(base))
+        return CHIRP, np.column_stack([base.starts, fixed, phase, omega, 0.0 * omega])
+    table = _SPLINES.get(base)
+    if table is None:
+        table = _SPLINES[base] = _spline_table(base)
+    return POLYNOMIAL, table
+
+
+def _cycles_before(base: SteppedSweep) -> list[float]:
+    """Fraction of a cycle run when each step begins, in exact arithmetic: phase continuous."""
+    run, found = Fraction(0), [0.0]
+    for f, begin, end in zip(base.frequencies, base.starts, base.starts[1:], strict=False):
+        run = (run + Fraction(f) * (Fraction(end) - Fraction(begin))) % 1
+        found.append(float(run))
+    return found
 
 
 def _spline_table(base: Measured) -> FloatArray:

@@ -14,14 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.simulation.chatter import close_chatter, release, settle
-from vinesexp.simulation.compiled import compiled
+from vinesexp.simulation.compiled import compiled, entry
 from vinesexp.simulation.contact import (
     CLEARANCE,
-    EXPECTED,
     FREE,
     HIT,
     IMPACT,
-    LAST,
     MASS,
     RELEASED,
     REST_END,
@@ -40,6 +38,7 @@ from vinesexp.simulation.contact import (
     resting_mass,
     write_event,
 )
+from vinesexp.simulation.flight import expect
 from vinesexp.simulation.search import EPS, first_root
 from vinesexp.simulation.series import (
     ORDER,
@@ -159,10 +158,10 @@ def log_marked(
     for i in range(balls.shape[0]):
         if balls[i, HIT] == 1.0:
             v = state[V_NOW]
+            labels[row, 0] = kind
             row = write_event(
-                numbers, labels, row, kind, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
-                v, v, v, v,
-            )  # fmt: skip
+                numbers, labels, row, i, balls[i, SIDE], state[T_HIGH], state[X_NOW], v, v, v, v
+            )
     return row
 
 
@@ -171,16 +170,21 @@ def collide(
     balls: FloatArray, M: float, state: FloatArray, numbers: FloatArray, labels: IntArray, row: int,
     before: FloatArray,
 ) -> int:  # fmt: skip
-    """Carry out the impact of the marked balls and log it; rests that it ends are logged too."""
+    """Carry out the impact of the marked balls and log it; rests that it ends are logged too.
+
+    Rows of one instant hand the oscillator's velocity on from ball to ball (`Motion.impacts`).
+    """
     n, v = balls.shape[0], state[V_NOW]
     for i in range(n):
         before[i] = balls[i, RHO] if balls[i, STATE] != RESTING else math.inf
-    state[V_NOW] = v + impact(balls, M)
-    now = state[T_HIGH]
+    dv = impact(balls, M)
+    state[V_NOW] = v + dv
+    now, moving, count, handed = state[T_HIGH], M + resting_mass(balls), 0, v
+    for i in range(n):
+        count += int(balls[i, HIT] == 1.0)
     for i in range(n):
         if balls[i, HIT] == 1.0:
-            balls[i, EXPECTED] = now + (now - balls[i, LAST])
-            balls[i, LAST] = now
+            expect(balls, i, now)
             if balls[i, MASS] > M and n == 1:
                 # The lighter body takes the rounding: here the oscillator, of a wall-like ball.
                 push = (1.0 + balls[i, RESTITUTION]) * before[i] * (M / (M + balls[i, MASS]))
@@ -188,14 +192,20 @@ def collide(
                 state[V_NOW] = balls[i, U] + balls[i, RHO]
             else:
                 balls[i, U] = state[V_NOW] - balls[i, RHO]
+            count -= 1
+            share = balls[i, MASS] * (balls[i, RHO] - before[i] - dv) / moving
+            left = handed + share if count > 0 else state[V_NOW]
+            labels[row, 0] = IMPACT
             row = write_event(
-                numbers, labels, row, IMPACT, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
-                v, state[V_NOW], v - before[i], balls[i, U],
+                numbers, labels, row, i, balls[i, SIDE], now, state[X_NOW],
+                handed, left, v - before[i], balls[i, U],
             )  # fmt: skip
+            handed = left
         elif before[i] == math.inf and balls[i, STATE] != RESTING:
             balls[i, U] = v
+            labels[row, 0] = REST_END
             row = write_event(
-                numbers, labels, row, REST_END, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
+                numbers, labels, row, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
                 v, state[V_NOW], v, v,
             )  # fmt: skip
     return row
@@ -245,7 +255,7 @@ def turn(
     return row
 
 
-@compiled
+@entry
 def sample(
     par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
     x: FloatArray, v: FloatArray, a: FloatArray,

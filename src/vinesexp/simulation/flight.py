@@ -24,6 +24,7 @@ from vinesexp.simulation.contact import (
     IMPACT,
     LAST,
     MASS,
+    MET,
     RESTITUTION,
     RHO,
     SIDE,
@@ -179,6 +180,18 @@ def arrive(
 
 
 @compiled
+def expect(balls: FloatArray, k: int, now: float) -> None:
+    """Guess the next contact of ball k, which meets a wall now.
+
+    Across the cavity the next flight is expected to last as long as the last one. A ball that came
+    back to the same wall is in a chatter; no guess there, `hop.py` needs none.
+    """
+    flight = now - balls[k, LAST] if balls[k, SIDE] != balls[k, MET] else 0.0
+    balls[k, EXPECTED] = now + flight
+    balls[k, LAST], balls[k, MET] = now, balls[k, SIDE]
+
+
+@compiled
 def bounce(
     state: FloatArray, balls: FloatArray, k: int, M: float, numbers: FloatArray, labels: IntArray,
     row: int,
@@ -191,11 +204,10 @@ def bounce(
     balls[k, RHO] = -r * rho
     state[V_NOW] = v + dv
     balls[k, U] = state[V_NOW] + r * rho
-    # The next flight is expected to last as long as the last one.
     now = state[T_HIGH]
-    balls[k, EXPECTED] = now + (now - balls[k, LAST])
-    balls[k, LAST] = now
+    expect(balls, k, now)
+    labels[row, 0] = IMPACT
     return write_event(
-        numbers, labels, row, IMPACT, k, balls[k, SIDE], now, state[X_NOW], v, state[V_NOW],
+        numbers, labels, row, k, balls[k, SIDE], now, state[X_NOW], v, state[V_NOW],
         v - rho, balls[k, U],
     )  # fmt: skip

@@ -13,11 +13,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.simulation.compiled import compiled
+from vinesexp.simulation.compiled import compiled, entry
 from vinesexp.simulation.contact import (
     CLEARANCE,
     FREE,
     GAP,
+    HIT,
     MASS,
     RATE,
     RHO,
@@ -38,6 +39,7 @@ from vinesexp.simulation.events import (
     turn,
 )
 from vinesexp.simulation.flight import bounce, cross, first_expected
+from vinesexp.simulation.hop import SHORT, hop
 from vinesexp.simulation.response import (
     ENTRIES,
     H_MISFIT,
@@ -58,7 +60,6 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 LANDED = 1e-8  # rad: from here one Newton step is exact to rounding (its error is the square)
-SHORT = 0.3  # rad: flights shorter than this are left to the power series
 LONGEST = 3.0  # rad: no longer step is tried, the bound would only get worse
 NEAR = 0.06  # rad: from here the fifth-order guess lands within LANDED
 STALL = 300_000  # turns without progress in time after which the run is given up
@@ -81,6 +82,15 @@ def is_flight(balls: FloatArray, acceleration: float, rate: float) -> bool:
             if back * rate < SHORT * a:
                 return False
     return True
+
+
+@compiled
+def only_hit(balls: FloatArray) -> int:
+    """The one ball that is marked."""
+    for i in range(balls.shape[0]):
+        if balls[i, HIT] == 1.0:
+            return i
+    return -1
 
 
 @compiled
@@ -209,7 +219,7 @@ def fly(
     return count
 
 
-@compiled
+@entry
 def run(
     closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
     duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
@@ -221,7 +231,8 @@ def run(
     without it every turn is one of the general loop. `work` (4, ORDER + 1) is scratch space,
     zeros at the start. Evaluations -1: time has stopped moving.
     """
-    row, evaluations, age, piece = 0, 0, 0, piece_at(table, state[T_HIGH])
+    row = int(np.int64(0))  # a literal 0 would be a type of its own, with machine code of its own
+    evaluations, age, piece = 0, 0, piece_at(table, state[T_HIGH])
     room = numbers.shape[0] - 2 * balls.shape[0] - 2
     head, c, before = response[0], work[3], np.empty(balls.shape[0])
     light, span = closed and balls.shape[0] > 0, (ENTRIES - 2) * head[H_SPACING]
@@ -248,14 +259,21 @@ def run(
         if closed and closing_now(balls, state[V_NOW]) == 0:
             xh, vh = state[X_NOW] - c[0], state[V_NOW] + head[H_W] * c[1]
             a = -(head[H_W] ** 2) * c[0] - head[H_W0SQ] * xh - head[H_TWOALPHA] * vh
+            flown = 0
             if is_flight(balls, a, head[H_RATE]):
-                evaluations += fly(response, state, balls, c, min(left, span))
+                flown = fly(response, state, balls, c, min(left, span))
+            elif light and hop(head, state, balls, c, work[1], a, left, 1.0 / duration, remainder):
+                flown = 1
+            if flown > 0:
+                evaluations += flown
                 age += 1
                 if age >= REFRESH:
                     c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
                     age = 0
                 if state[T_HIGH] >= duration or left <= EPS * duration:
                     state[T_HIGH], state[T_LOW] = duration, 0.0
+                elif light and closing_now(balls, state[V_NOW]) == 1:
+                    row = bounce(state, balls, only_hit(balls), par[0], numbers, labels, row)
                 continue
         while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
             piece += 1

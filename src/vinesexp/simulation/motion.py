@@ -33,7 +33,10 @@ class Motion:
     impacts : dict of arrays
         ``time`` (s), ``nes`` (from 0), ``side`` (+1 where x - y = +b), ``x`` (m), ``v_before``,
         ``v_after``, ``vy_before``, ``vy_after`` (m/s), one entry per impact. Balls that hit at the
-        same time have one entry each, with the same v_before and v_after. The infinitely many
+        same time have one entry each, in the order of their numbers, and hand the oscillator's
+        velocity on: v_after - v_before of an entry is the impulse of its own ball over the mass of
+        the oscillator (with the balls that rest on it), the first v_before and the last v_after are
+        those of the instant. The impact law (3) holds between these two. The infinitely many
         impacts by which a chatter ends (all within 1e-8 of a radian) are not listed; a rest starts
         where they accumulate.
     rests : dict of arrays
@@ -177,7 +180,7 @@ def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
             )
     y0 = np.array(release.y0 or [release.x0] * n, dtype=np.float64)
     vy0 = np.array(release.vy0 or [0.0] * n, dtype=np.float64)
-    table = np.zeros((n, 15))
+    table = np.zeros((n, 16))
     for i, nes in enumerate(rig.nes):
         w = release.x0 - y0[i]
         side = 1.0 if w >= 0.0 else -1.0
@@ -236,7 +239,7 @@ def simulate(
 
     Notes
     -----
-    Equations (1)-(4), (38) of docs/theory.md. No tolerance, no step.
+    Equations (1)-(4) of docs/theory.md. No tolerance, no step.
 
     Examples
     --------

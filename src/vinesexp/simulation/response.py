@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.simulation.compiled import compiled
+from vinesexp.simulation.compiled import compiled, entry
 
 FloatArray = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ PER_CYCLE = 256
 H_SPACING, H_W, H_W0SQ, H_TWOALPHA, H_P, H_PHASE, H_RATE, H_MISFIT, H_FREQUENCY = range(9)
 
 
-@compiled
+@entry
 def prepare(
     M: float, c: float, k: float, amplitude: float, frequency: float, phase: float
 ) -> FloatArray:

@@ -16,6 +16,7 @@ from vinesexp.excitation import WeakDamping
 from vinesexp.records.problems import Problems
 from vinesexp.records.yamltree import read_yaml
 from vinesexp.rig import Oscillator
+from vinesexp.simulation.basemotion import read_base
 from vinesexp.simulation.bench import Scene, Test
 from vinesexp.simulation.instrumentfile import read_oscilloscope, read_sensors
 from vinesexp.simulation.layers import Layers, refuse_unknown
@@ -39,6 +40,8 @@ TEST_KEYS = (
     "clearance",
     "base_amplitude",
     "frequency",
+    "dwell",
+    "base_record",
     "release",
     "ball_start",
     "added_mass",
@@ -47,18 +50,20 @@ TEST_KEYS = (
     "sensors",
     "oscilloscope",
 )
-#: What each test needs and what it can have besides; clearance brings ball_start along.
+DRIVEN = ("base_amplitude", "frequency", "base_record")
+#: What each test needs and what it can have besides; clearance brings ball_start along, and a
+#: driven test has base_amplitude and frequency, or base_record.
 NEEDED = {
     "ringdown": ("release",),
-    "sweep": ("base_amplitude", "frequency"),
-    "periodic": ("base_amplitude", "frequency", "clearance"),
+    "sweep": (),
+    "periodic": ("clearance",),
     "transient": ("release", "clearance"),
     "drop": ("height",),
 }
 ALLOWED = {
     "ringdown": ("added_mass",),
-    "sweep": ("clearance", "ball_start"),
-    "periodic": ("ball_start", "settle"),
+    "sweep": (*DRIVEN, "dwell", "clearance", "ball_start"),
+    "periodic": (*DRIVEN, "ball_start", "settle"),
     "transient": ("ball_start",),
     "drop": (),
 }
@@ -136,24 +141,23 @@ def _groups(whole: Layers, balls: Balls) -> Iterator[tuple[str, tuple[Test, ...]
         yield name, tuple(test for test in tests if test is not None)
 
 
-def _test(record: str, entry: Layers, whole: Layers, balls: Balls) -> Test | None:
+def _test(name: str, entry: Layers, whole: Layers, balls: Balls) -> Test | None:
     before = len(entry.problems.found)
     kind = entry.text("test")
     if kind not in NEEDED:
         found = "no test" if kind is None else f"found '{kind}'"
         entry.complain("test", f"{found}; {nearest(str(kind), NEEDED)}")
         return None
-    if not _NAME.fullmatch(record):
-        entry.complain("test", f"the record name '{record}' can be no file's name")
+    if not _NAME.fullmatch(name):
+        entry.complain("test", f"the record name '{name}' can be no file's name")
     _refuse_unused(kind, entry)
     needed = NEEDED[kind]
     clearance = entry.lengthy("clearance", "displacement", needed="clearance" in needed)
     _require_balls(kind, entry, len(clearance), len(balls))
-    duration = entry.quantity("duration", "time", needed=True)
-    amplitude = entry.quantity("base_amplitude", "displacement", needed="base_amplitude" in needed)
-    frequency = entry.lengthy("frequency", "frequency", needed="frequency" in needed)
-    if frequency and len(frequency) != (2 if kind == "sweep" else 1):
-        entry.complain("frequency", "expected one frequency, or [start, end] of a sweep")
+    base = read_base(entry, driven="base_record" in ALLOWED[kind], sweep=kind == "sweep")
+    duration = entry.quantity("duration", "time", needed=base.steps is None)
+    if duration is None and base.steps is not None:
+        duration = base.steps.duration
     release = entry.quantity("release", "displacement", needed="release" in needed, signed=True)
     height = entry.quantity("height", "displacement", needed="height" in needed)
     start = _ball_start(entry, clearance)
@@ -164,15 +168,17 @@ def _test(record: str, entry: Layers, whole: Layers, balls: Balls) -> Test | Non
     if len(entry.problems.found) > before or scope is None or duration is None:
         return None
     return Test(
-        record=record,
+        record=name,
         kind=kind,
         duration=duration,
         sensors=sensors,
         oscilloscope=scope,
         settle=settle,
         clearance=clearance,
-        base_amplitude=amplitude or 0.0,
-        frequency=(frequency[0], frequency[-1]) if frequency else None,
+        base_amplitude=base.amplitude,
+        frequency=base.frequency,
+        steps=base.steps,
+        base_record=base.record,
         release=release or 0.0,
         ball_start=start,
         added_mass=added_mass,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.simulation.compiled import compiled
+from vinesexp.simulation.compiled import entry
 from vinesexp.simulation.contact import IMPACT, REST_END, REST_START
 from vinesexp.simulation.response import H_W, H_W0SQ, after, phasor
 
@@ -17,7 +17,7 @@ IntArray = NDArray[np.int32]
 PER_CYCLE = 8
 
 
-@compiled
+@entry
 def add_amplitudes(
     response: FloatArray, numbers: FloatArray, labels: IntArray, rows: int, state: FloatArray,
     node: FloatArray, settle: float, sums: FloatArray,
