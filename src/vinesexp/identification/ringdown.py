@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.errors import AnalysisError
 from vinesexp.identification.envelope import envelope, log_decrement, straight_line
 from vinesexp.identification.likelihood import likelihood
 from vinesexp.identification.phasors import Phasors, decay_window, demodulate
@@ -28,6 +29,7 @@ FloatArray = NDArray[np.float64]
 
 #: Block means a period: a sine loses 0.3 % of its information there.
 POINTS = 24
+_UNSURE = 0.25  # standard error of the amplitude, relative, from which on there is no decay
 _LOOK = 1 << 16  # samples that show the converter's step
 
 
@@ -79,7 +81,7 @@ def ring_down(
     Raises
     ------
     AnalysisError
-        No free decay of three periods in the record.
+        No free decay of three periods in the record, or none that stands out.
 
     Examples
     --------
@@ -97,7 +99,14 @@ def ring_down(
         phasors = kept(demodulate(x, step, better, rate=rate), resolution)
     decrement = log_decrement(phasors)
     law = envelope(phasors, decrement.decay)
-    return [decrement, law, likelihood(x, step, phasors, law)]
+    best = likelihood(x, step, phasors, law)
+    unsure = math.sqrt(float(best.covariance[best.free.index("log_A")][best.free.index("log_A")]))
+    if not unsure < _UNSURE:
+        raise AnalysisError(
+            f"no free decay stands out: its amplitude is known to {100 * unsure:.0f} % only, "
+            f"expected {100 * _UNSURE:.0f} % or better"
+        )
+    return [decrement, law, best]
 
 
 def kept(p: Phasors, resolution: float) -> Phasors:
