@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from vinesexp.identification.average import weighted_mean
 from vinesexp.identification.combine import combine
 from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.record import nothing
 from vinesexp.records.schema import Campaign, Known, Record
 from vinesexp.units import Quantity
 
@@ -123,6 +124,18 @@ def test_what_cannot_be_known_is_absent_and_why_is_said():
     assert "M is not known: not weighed (known.mass), no ring-down with added mass" in text
     assert "r is not known: no drop test" in text
     assert "k1 and c1 are not known: they need M" in text
+
+
+def test_a_record_that_gives_nothing_is_a_warning_unless_others_tell_r():
+    few = nothing("impacts_1", "2 impacts with a free flight before and after, expected 10 or more")
+    rows = ringdown("bare_1")
+    assert "impacts_1: identification: 2 impacts" in told(combine([*rows, few], campaign())[1])
+    drop = Estimate("r", 0.6, 1e-5, "1", "drop", ("drop_1",))
+    _, checks = combine([*rows, few, drop], campaign())
+    assert "impacts_1" not in told(checks)
+    assert any(c.record == "impacts_1" and c.outcome == "ok" for c in checks)
+    broken = nothing("bare_2", "nothing oscillates in it")
+    assert "bare_2: identification" in told(combine([*rows, broken, drop], campaign())[1])
 
 
 def test_r_of_several_balls_stands_beside_what_they_have_in_common():

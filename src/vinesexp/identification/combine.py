@@ -44,11 +44,7 @@ def combine(found: Sequence[Estimate], campaign: Campaign) -> tuple[list[Estimat
     """
     excluded = {record.id for record in campaign.records if record.exclude}
     used = [e for e in found if not excluded & set(e.records)]
-    checks = [
-        Check(e.records[0], "identification", "warning", e.note)
-        for e in used
-        if e.parameter == NOTHING
-    ]
+    checks = _silent(used, campaign)
     used = [e for e in used if e.parameter != NOTHING]
     rows: list[Estimate] = []
     for parameter in ("f0", "zeta"):
@@ -64,6 +60,22 @@ def combine(found: Sequence[Estimate], campaign: Campaign) -> tuple[list[Estimat
     checks += told
     checks += _absent(rows)
     return rows, [*checks, *remarks(used)]
+
+
+def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
+    """Records that give nothing; no warning where impacts are few and others tell r."""
+    known = any(e.parameter == "r" or _is_numbered(e.parameter) for e in found)
+    with_ball = {record.id for record in campaign.records if record.clearance}
+    return [
+        Check(
+            e.records[0],
+            "identification",
+            "ok" if known and e.records[0] in with_ball else "warning",
+            e.note,
+        )
+        for e in found
+        if e.parameter == NOTHING
+    ]
 
 
 def combined(rows: Sequence[Estimate], parameter: str) -> Estimate | None:
