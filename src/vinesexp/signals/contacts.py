@@ -86,12 +86,22 @@ class _State:
 
     def residual(self) -> FloatArray:
         """The array less all contacts."""
-        if not self.place.size:
-            return self.a.copy()
-        lags = np.arange(self.pulse.first, self.pulse.last + 1)
-        index, u, inside = self.windows(lags)
-        model = self.pulse.at(u)[0] * self.height[:, np.newaxis] * inside
-        return self.a - np.bincount(index.ravel(), model.ravel(), self.a.size)
+        return _less(self.a, self.place, self.height, self.pulse)
+
+
+def explained_rest(a: FloatArray, contacts: Contacts, pulse: Pulse) -> FloatArray:
+    """What fitted contacts leave of an array."""
+    return _less(a, contacts.place, contacts.height, pulse)
+
+
+def _less(a: FloatArray, place: FloatArray, height: FloatArray, pulse: Pulse) -> FloatArray:
+    if not place.size:
+        return a.copy()
+    lags = np.arange(pulse.first, pulse.last + 1)
+    index = np.rint(place).astype(np.int64)[:, np.newaxis] + lags
+    model = pulse.at(index - place[:, np.newaxis])[0] * height[:, np.newaxis]
+    model *= (index >= 0) & (index < a.size)
+    return a - np.bincount(np.clip(index, 0, a.size - 1).ravel(), model.ravel(), a.size)
 
 
 def fit_contacts(

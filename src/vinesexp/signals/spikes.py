@@ -63,7 +63,10 @@ def boxcars(sample_rate: float, highpass: float | None = None) -> list[int]:
 
 
 def noise_of(z: FloatArray, floor: float = 0.0) -> float:
-    """Standard deviation of the noise in z, spikes put aside.
+    """Standard deviation of the noise in z about its median, spikes put aside.
+
+    About the median: where impacts follow one another closely, what the highpass took from them
+    lies evenly between them.
 
     Examples
     --------
@@ -71,11 +74,12 @@ def noise_of(z: FloatArray, floor: float = 0.0) -> float:
     >>> abs(noise_of(z) - 1.0) < 0.1
     True
     """
-    thin = np.abs(z[:: _THIN if z.size > 64 * _THIN else 1])
+    thin = z[:: _THIN if z.size > 64 * _THIN else 1]
     if np.isnan(thin.sum()):
         thin = thin[np.isfinite(thin)]
     if not thin.size:
         return max(floor, 1e-300)
+    thin = np.abs(thin - np.partition(thin, thin.size // 2)[thin.size // 2])
     at = thin.size // 4
     return float(max(np.partition(thin, at)[at] / _QUARTILE, floor, 1e-300))
 
