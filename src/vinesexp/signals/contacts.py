@@ -22,6 +22,7 @@ BoolArray = NDArray[np.bool_]
 _ROUNDS = 8
 _STEPS = 3  # Gauss-Newton steps a round
 _DOUBT = 3.0  # times the spread about the shape is still the shape
+_QUIETER = 0.7  # times the noise believed before
 _SEEN = 0.03  # a lag counts in the fit where the pulse exceeds this share of its peak
 
 
@@ -134,8 +135,7 @@ def fit_contacts(
     beyond = np.zeros(a.size, dtype=bool) if clipped is None else clipped
     place = start.astype(np.float64)
     box = _BoxNoise(a, pulse.width, truth)
-    # A rumble that the boxcar shows and single samples do not is noise to a contact too.
-    noise = np.maximum(noise, box.noise / np.sqrt(box.width))
+    noise = box.at_least(noise)
     known = np.ones(start.size, dtype=bool) if sure is None else sure
     state = _State(a, noise, truth, beyond, pulse, place, a[start].astype(np.float64), known)
     seen = _seen_lags(pulse)
@@ -148,7 +148,7 @@ def fit_contacts(
         rest = state.residual()
         more, near = _left_over(state, rest, box, threshold)
         split = _split(state, near, tried)
-        if not more.size and not split:
+        if not more.size and not split and not _quieter(state, rest, box):
             break
         state.place = np.concatenate([state.place, more.astype(np.float64)])
         state.height = np.concatenate([state.height, rest[more]])
@@ -157,6 +157,18 @@ def fit_contacts(
         _refine(state, seen)
     _merge(state, threshold, seen)
     return _finished(state, seen)
+
+
+def _quieter(state: _State, rest: FloatArray, box: _BoxNoise) -> bool:
+    """Take the noise from what the contacts leave, where they themselves had passed for noise."""
+    left = np.where(state.valid, rest, np.nan)
+    again = _BoxNoise(rest, box.width, state.valid)
+    noise = again.at_least(stretch_noise(left))
+    if not (noise < _QUIETER * state.noise).any():
+        return False
+    state.noise = np.minimum(state.noise, noise)
+    box.noise = np.minimum(box.noise, again.noise)
+    return True
 
 
 def _seen_lags(pulse: Pulse) -> IntArray:
@@ -290,6 +302,10 @@ class _BoxNoise:
         self.width = width
         box = self.of(a)
         self.noise = stretch_noise(np.where(valid, box, np.nan))
+
+    def at_least(self, noise: FloatArray) -> FloatArray:
+        """Noise of samples; a rumble that only the boxcar shows is noise to a contact too."""
+        return np.asarray(np.maximum(noise, self.noise / np.sqrt(self.width)))
 
     def of(self, a: FloatArray) -> FloatArray:
         """Sum over the boxcar centred on each sample, over sqrt(width)."""
