@@ -20,7 +20,8 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _ROUNDS = 8
-_STEPS = 3  # Gauss-Newton steps a round
+_STEPS = 5  # Gauss-Newton steps a round, at most
+_STILL = 1e-3  # samples: a smaller step changes nothing
 _DOUBT = 3.0  # times the spread about the shape is still the shape
 _QUIETER = 0.7  # times the noise believed before
 _SEEN = 0.03  # a lag counts in the fit where the pulse exceeds this share of its peak
@@ -99,10 +100,14 @@ def _less(a: FloatArray, place: FloatArray, height: FloatArray, pulse: Pulse) ->
     if not place.size:
         return a.copy()
     lags = np.arange(pulse.first, pulse.last + 1)
-    index = np.rint(place).astype(np.int64)[:, np.newaxis] + lags
-    model = pulse.at(index - place[:, np.newaxis])[0] * height[:, np.newaxis]
-    model *= (index >= 0) & (index < a.size)
-    return a - np.bincount(np.clip(index, 0, a.size - 1).ravel(), model.ravel(), a.size)
+    centre = np.rint(place)
+    index = centre.astype(np.int64)[:, np.newaxis] + lags
+    model = pulse.around(place - centre, lags)[0]
+    model *= height[:, np.newaxis]
+    if index.min() < 0 or index.max() >= a.size:
+        model *= (index >= 0) & (index < a.size)
+        index = np.clip(index, 0, a.size - 1)
+    return a - np.bincount(index.ravel(), model.ravel(), a.size)
 
 
 def fit_contacts(
@@ -142,8 +147,7 @@ def fit_contacts(
     align(state, seen, reach=pulse.search)
     tried: list[float] = []
     for _ in range(_ROUNDS):
-        for _ in range(_STEPS):
-            _refine(state, seen)
+        _settle(state, seen)
         _merge(state, threshold, seen)
         rest = state.residual()
         more, near = _left_over(state, rest, box, threshold)
@@ -153,10 +157,17 @@ def fit_contacts(
         state.place = np.concatenate([state.place, more.astype(np.float64)])
         state.height = np.concatenate([state.height, rest[more]])
         state.sure = np.append(state.sure, np.ones(more.size, dtype=bool))
-    for _ in range(_STEPS):
-        _refine(state, seen)
-    _merge(state, threshold, seen)
+    else:
+        _settle(state, seen)
+        _merge(state, threshold, seen)
     return _finished(state, seen)
+
+
+def _settle(state: _State, seen: IntArray) -> None:
+    """Gauss-Newton until nothing moves that matters."""
+    for _ in range(_STEPS):
+        if _refine(state, seen) < _STILL:
+            break
 
 
 def _quieter(state: _State, rest: FloatArray, box: _BoxNoise) -> bool:
@@ -183,11 +194,13 @@ def _normal(
     state: _State, seen: IntArray, *, also: BoolArray | None = None
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Sample index, pulse, time derivative and the 2 x 2 normal equations of every contact."""
-    index, u, inside = state.windows(seen)
-    value, slope = state.pulse.at(u)
+    index, _, inside = state.windows(seen)
+    value, slope = state.pulse.around(state.place - np.rint(state.place), seen)
+    slope *= -state.height[:, np.newaxis]
     counts = state.valid if also is None else state.valid | also
     use = inside & counts[index]
-    value, slope = value * use, -slope * state.height[:, np.newaxis] * use
+    if not use.all():
+        value, slope = value * use, slope * use
     vv, vs, ss = ((value * value).sum(1), (value * slope).sum(1), (slope * slope).sum(1))
     return index, value, slope, vv, vs, ss
 
@@ -218,13 +231,13 @@ def align(state: _State, seen: IntArray, *, reach: int) -> None:
     state.place, state.height = place, height
 
 
-def _refine(state: _State, seen: IntArray) -> None:
+def _refine(state: _State, seen: IntArray) -> float:
     """One Gauss-Newton step of all times and heights; each keeps within half a sample.
 
-    Contacts that overlap are moved together, all others each for itself.
+    Contacts that overlap are moved together, all others each for itself. Returns the largest move.
     """
     if not state.place.size:
-        return
+        return 0.0
     rest = state.residual()
     short = state.clipped & (rest * state.a > 0.0)  # the fit does not even reach the limit
     index, value, slope, vv, vs, ss = _normal(state, seen, also=short)
@@ -240,6 +253,7 @@ def _refine(state: _State, seen: IntArray) -> None:
         height_step[group], place_step[group] = step
     state.height = state.height + height_step
     state.place = state.place + np.clip(place_step, -0.5, 0.5)
+    return float(np.abs(place_step).max())
 
 
 def _overlapping(state: _State) -> list[IntArray]:

@@ -25,7 +25,7 @@ BoolArray = NDArray[np.bool_]
 Read = Callable[[int, int], FloatArray]
 
 THRESHOLD = 6.0  # standard deviations: noise alone passes once in 5e8 samples
-_CHUNK = 128 * STRETCH  # samples: 2 million
+_CHUNK = 16 * STRETCH  # samples: a quarter of a million, which a cache holds
 _APART = 3e-3  # s: first guesses this close together are one contact and its ringing
 _TAIL = 1.5  # times a tail may show as strong as it should
 _STRONG = 0.3  # of the strongest

@@ -1,8 +1,8 @@
 """Where an acceleration stands out of its noise: candidates for impacts, quickly.
 
 Boxcars of 1, 2, 4, ... samples serve pulses of any length that the highpass lets through. Each is
-compared with its own noise, taken anew for every stretch of samples from the lower quartile of its
-absolute values: impacts and their ringing may fill half of a stretch before they count as
+compared with its own noise, taken anew for every stretch of samples from the range of the central
+quarter of its values: impacts and their ringing may fill half of a stretch before they count as
 noise, and the threshold knows nothing of the record's length.
 """
 
@@ -19,8 +19,8 @@ IntArray = NDArray[np.int64]
 
 #: Samples over which noise is taken as constant.
 STRETCH = 16384
-#: Lower quartile of the absolute value of a standard normal variable.
-_QUARTILE = 0.318639
+#: Half of the range that the central quarter of a standard normal variable fills.
+_CENTRAL = 0.318639
 #: Noise is taken from every so many-th sample: neighbours tell little new.
 _THIN = 8
 _SHORT = 1e-3  # s: contacts last less, whatever the highpass
@@ -79,9 +79,9 @@ def noise_of(z: FloatArray, floor: float = 0.0) -> float:
         thin = thin[np.isfinite(thin)]
     if not thin.size:
         return max(floor, 1e-300)
-    thin = np.abs(thin - np.partition(thin, thin.size // 2)[thin.size // 2])
-    at = thin.size // 4
-    return float(max(np.partition(thin, at)[at] / _QUARTILE, floor, 1e-300))
+    low, high = (3 * thin.size) // 8, (5 * thin.size) // 8
+    part = np.partition(thin, (low, high))
+    return float(max(0.5 * (part[high] - part[low]) / _CENTRAL, floor, 1e-300))
 
 
 def stretch_noise(z: FloatArray, floor: float = 0.0) -> FloatArray:
