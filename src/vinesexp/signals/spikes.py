@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+Samples = NDArray[np.float32] | NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 #: Samples over which noise is taken as constant.
@@ -23,6 +24,7 @@ STRETCH = 16384
 _CENTRAL = 0.318639
 #: Noise is taken from every so many-th sample: neighbours tell little new.
 _THIN = 8
+_LARGEST = 1e30  # of an inverse noise, in seven digits
 _SHORT = 1e-3  # s: contacts last less, whatever the highpass
 _LONG = 0.2  # periods of the highpass's corner: what lasts longer, it takes away
 
@@ -62,7 +64,7 @@ def boxcars(sample_rate: float, highpass: float | None = None) -> list[int]:
     return [1 << k for k in range(longest.bit_length()) if 1 << k <= longest]
 
 
-def noise_of(z: FloatArray, floor: float = 0.0) -> float:
+def noise_of(z: Samples, floor: float = 0.0) -> float:
     """Standard deviation of the noise in z about its median, spikes put aside.
 
     About the median: where impacts follow one another closely, what the highpass took from them
@@ -133,6 +135,8 @@ def find_spikes(
     >>> spikes.index.tolist(), bool(spikes.strength[0] > 10.0)
     ([12001], True)
     """
+    # Candidates need no more than seven digits, and half the memory is moved in half the time.
+    coarse = a.astype(np.float32)
     widths = boxcars(sample_rate, highpass)
     floors = noise_floor * np.sqrt(widths)
     margin = widths[-1]
@@ -144,7 +148,7 @@ def find_spikes(
         [
             [
                 noise_of(z, floor)
-                for z, floor in zip(_boxed(a[begin:end], widths), floors, strict=True)
+                for z, floor in zip(_boxed(coarse[begin:end], widths), floors, strict=True)
             ]
             for _, begin, end in stretches
         ]
@@ -152,7 +156,7 @@ def find_spikes(
     limits = np.stack([louder(column) for column in noise.T], axis=1)
     found: list[tuple[IntArray, FloatArray, IntArray]] = []
     for (low, begin, end), limit in zip(stretches, limits, strict=True):
-        peaks = _stretch(a[low : min(a.size, end + margin)], widths, threshold, limit)
+        peaks = _stretch(coarse[low : min(a.size, end + margin)], widths, threshold, limit)
         if peaks is not None:
             keep = (peaks[0] + low >= begin) & (peaks[0] + low < end)
             found.append((peaks[0][keep] + low, peaks[1][keep], peaks[2][keep]))
@@ -163,7 +167,7 @@ def find_spikes(
     return Spikes(index, strengths, best_widths, noise[:, 0])
 
 
-def _boxed(a: FloatArray, widths: list[int]) -> Iterator[FloatArray]:
+def _boxed(a: NDArray[np.float32], widths: list[int]) -> Iterator[NDArray[np.float32]]:
     """Sums over boxcars of 1, 2, 4, ... samples; each doubles the one before."""
     total = a
     for width in widths:
@@ -174,28 +178,32 @@ def _boxed(a: FloatArray, widths: list[int]) -> Iterator[FloatArray]:
 
 
 def _stretch(
-    a: FloatArray, widths: list[int], threshold: float, noise: FloatArray
+    a: NDArray[np.float32], widths: list[int], threshold: float, noise: FloatArray
 ) -> tuple[IntArray, FloatArray, IntArray] | None:
     """Peaks of one stretch: index, strength, width; None where nothing stands out."""
-    where: list[IntArray] = []
-    strength: list[FloatArray] = []
+    best = np.zeros_like(a)
+    sizes: list[NDArray[np.float32]] = []
     for width, total, sigma in zip(widths, _boxed(a, widths), noise, strict=True):
         size = np.abs(total)
-        above = np.flatnonzero(size > threshold * sigma)
-        where.append(above + (width - 1) // 2)  # the boxcar stands centred on its sample
-        strength.append(size[above] / sigma)
-    lengths = [part.size for part in where]
-    if not sum(lengths):
+        size *= np.float32(min(1.0 / sigma, _LARGEST))
+        lead = (width - 1) // 2  # the boxcar stands centred on its sample
+        here = best[lead : lead + total.size]
+        np.fmax(here, size, out=here)
+        sizes.append(size)
+    index = np.flatnonzero(best > threshold)
+    if not index.size:
         return None
-    index, values = np.concatenate(where), np.concatenate(strength)
-    width_of = np.repeat(widths, lengths)
-    best = np.lexsort((-values, index))  # by sample, the strongest boxcar first
-    best = best[np.unique(index[best], return_index=True)[1]]
-    peaks = best[_peaks(index[best], values[best])]
-    return index[peaks], values[peaks], width_of[peaks]
+    peaks = index[_peaks(index, best[index])]
+    shown = np.zeros((len(widths), peaks.size), dtype=np.float32)
+    for row, width, size in zip(shown, widths, sizes, strict=True):
+        at = peaks - (width - 1) // 2
+        there = (at >= 0) & (at < size.size)
+        row[there] = np.nan_to_num(size[at[there]])
+    best_width = np.array(widths)[np.argmax(shown, axis=0)]
+    return peaks, best[peaks].astype(np.float64), best_width
 
 
-def _peaks(index: IntArray, strength: FloatArray) -> IntArray:
+def _peaks(index: IntArray, strength: Samples) -> IntArray:
     """Places in `index` (rising samples) that no neighbouring sample exceeds."""
     gap = np.diff(index) > 1
     rises = np.diff(strength) > 0.0
