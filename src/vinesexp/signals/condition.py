@@ -220,7 +220,7 @@ def _extensions(
 ) -> tuple[FloatArray, FloatArray]:
     rate = record.sample_rate
     seconds = line if frequency is None else 4.0 / frequency
-    length = min(record.n, max(16, math.ceil(seconds * rate)))
+    length = min(record.n, max(8 if frequency is None else 16, math.ceil(seconds * rate)))
     head = fill_gaps(record.read(role, 0, length))[::-1]
     tail = fill_gaps(record.read(role, record.n - length, record.n))
     if frequency is None:

@@ -22,8 +22,8 @@ IntArray = NDArray[np.int64]
 STRETCH = 16384
 #: Half of the range that the central quarter of a standard normal variable fills.
 _CENTRAL = 0.318639
-#: Noise is taken from every so many-th sample: neighbours tell little new.
-_THIN = 8
+#: Noise is taken from every so many-th sample: enough for 3 per cent.
+_THIN = 4
 _LARGEST = 1e30  # of an inverse noise, in seven digits
 _SHORT = 1e-3  # s: contacts last less, whatever the highpass
 _LONG = 0.2  # periods of the highpass's corner: what lasts longer, it takes away
