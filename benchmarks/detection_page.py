@@ -182,30 +182,36 @@ KINDS: dict[str, Callable[[Score], bool]] = {
 
 def draw(scores: Sequence[Score], twin: Sequence[Score], path: Path) -> None:
     """F1 and spread against S/N, and the worst F1 of each kind of record."""
-    figure, axes = new_figure(1, 3, height=3.1, width_ratios=(1.0, 1.0, 1.15))
+    figure, axes = new_figure(1, 3, height=3.2, width_ratios=(0.85, 1.0, 1.15))
     noisy = [s for s in scores if s.group == "signal to noise"]
-    for method, (colour, marker) in LOOKS.items():
+    for place, (method, (colour, marker)) in enumerate(LOOKS.items()):
         own = [s for s in noisy if s.method == method]
         snr = [float(s.scene.split()[1]) for s in own]
-        front = 5 if method == METHODS[0] else 3
-        style: dict[str, Any] = {"color": colour, "marker": marker, "zorder": front}
+        style: dict[str, Any] = {"color": colour, "marker": marker, "zorder": 9 - place}
         style["markersize"] = 9 if method == METHODS[0] else 4.5
         axes[0].plot(snr, [s.f1 for s in own], **style)
         use = [i for i, s in enumerate(own) if s.recall > 0.5]
         axes[1].plot([snr[i] for i in use], [own[i].ratio for i in use], **style)
-        rows = [
-            min(s.f1 for s in [*scores, *twin] if s.method == method and of(s))
-            for of in KINDS.values()
-        ]
-        axes[2].plot(rows, range(len(rows)), ls="none", **style, label=method)
-    axes[0].set(xscale="log", xlabel="highest sample over noise", title="F1", ylim=(-0.03, 1.03))
-    axes[1].set(xscale="log", yscale="log", xlabel="highest sample over noise",
+        every = [s for s in [*scores, *twin] if s.method == method]
+        rows = [min(s.f1 for s in every if of(s)) for of in KINDS.values()]
+        heights = [k + 0.18 * (place - 1.5) for k in range(len(rows))]
+        axes[2].plot(rows, heights, ls="none", **style, label=method, clip_on=False)
+    axes[0].set(xscale="log", xlabel="S/N", title="F1", xlim=(2.7, 21), ylim=(0.0, 1.02))
+    axes[0].set_xticks([3, 5, 7, 10, 20], ["3", "5", "7", "10", "20"])
+    axes[1].set(xscale="log", yscale="log", xlabel="S/N", ylim=(0.75, 8.0), xlim=(4, 250),
                 title="spread of times over the limit")  # fmt: skip
-    axes[1].axhline(1.0, color="#000000", lw=0.8)
-    label(axes[1], "Cramer-Rao limit", (3.0, 1.0), colour="#000000", shift=(0.0, -7.0))
+    axes[1].set_xticks([5, 10, 20, 50, 200], ["5", "10", "20", "50", "200"])
+    axes[1].set_yticks([1, 2, 5], ["1", "2", "5"])
+    for axis in axes[:2]:
+        axis.minorticks_off()
+    axes[1].axhline(1.5, color=COLOURS["bare"], lw=0.8, ls=(0, (4, 3)))
+    label(axes[1], "target", (4.2, 1.5), colour=COLOURS["bare"], shift=(0.0, 6.0))
+    axes[1].axhline(1.0, color=COLOURS["measured"], lw=0.8)
+    label(axes[1], "limit of Cramer and Rao", (9.0, 1.0), colour=COLOURS["measured"],
+          shift=(0.0, -10.0))  # fmt: skip
     axes[2].set(yticks=range(len(KINDS)), yticklabels=list(KINDS), title="worst F1 of a record")
     axes[2].invert_yaxis()
-    axes[2].set_xlim(-0.03, 1.03)
+    axes[2].set_xlim(0.2, 1.0)
     figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     figure.savefig(path, metadata={"Date": None})
     path.write_text(shortened(path.read_text(encoding="utf-8")), encoding="utf-8")

@@ -9,6 +9,7 @@ writes docs/benchmarks/impacts.md and impacts.svg. Records are of the virtual ri
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -45,7 +46,7 @@ def highpassed(record: Record) -> tuple[FloatArray, float]:
     rate = record.scene.rate
     low = min(LOW, 0.04 * rate)
     sos = butterworth(rate, low=low, high=None)
-    pad, length = settling_samples(sos, remains=1e-5), max(16, round(0.01 * rate))
+    pad, length = settling_samples(sos, remains=1e-5), max(8, math.ceil(0.01 * rate))
     before = continued_line(record.a[:length][::-1], pad, length=length)[::-1]
     after = continued_line(record.a[-length:], pad, length=length)
     return zero_phase(record.a, sos, before=before, after=after), low

@@ -6,10 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vinesexp.records.store import RecordView
 
 _BLOCK = 1 << 20
+_STUCK = 5e-3  # s at the end value: no contact, nor its ringing; the sensor says nothing
 _LOOK = 1 << 16  # samples whose differences show the resolution
 _PILED = 4.0  # times as many samples at the end value as one step before it
 
@@ -28,6 +30,10 @@ class Range:
     @property
     def clips(self) -> bool:
         return math.isfinite(self.low) or math.isfinite(self.high)
+
+    def beyond(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which samples are clipped."""
+        return np.asarray((x <= self.low) | (x >= self.high))
 
 
 def resolution_of(x: np.ndarray) -> float:
@@ -69,6 +75,23 @@ def converter_range(record: RecordView, role: str) -> Range:
         low + 0.5 * step if piled[0] else -math.inf,
         high - 0.5 * step if piled[1] else math.inf,
     )
+
+
+def read_unstuck(
+    record: RecordView, role: str, limits: Range, begin: int, end: int
+) -> NDArray[np.float64]:
+    """Samples of a channel, NaN where it is stuck at the end of its range."""
+    raw = record.read(role, begin, end)
+    if not limits.clips or not limits.beyond(raw).any():
+        return raw
+    long = max(3, round(_STUCK * record.sample_rate))
+    low, high = max(0, begin - long), min(record.n, end + long)
+    beyond = limits.beyond(record.read(role, low, high))
+    edges = np.flatnonzero(np.diff(beyond.astype(np.int8), prepend=0, append=0))
+    stuck = np.zeros(beyond.size, dtype=bool)
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        stuck[first:last] = last - first > long
+    return np.where(stuck[begin - low : begin - low + raw.size], np.nan, raw)
 
 
 def _ends(x: np.ndarray) -> tuple[float, float]:

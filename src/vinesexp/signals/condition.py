@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.records.store import RecordView, create_record, open_record, write_refused
+from vinesexp.signals.clipping import converter_range, read_unstuck
 from vinesexp.signals.extension import block_means, continued_line, continued_sine
 from vinesexp.signals.filters import butterworth, settling_samples, zero_phase_blocks
 from vinesexp.signals.frequency import dominant_frequency
@@ -162,6 +163,35 @@ def fill_gaps(x: FloatArray) -> FloatArray:
     return np.asarray(np.interp(index, index[good], x[good]))
 
 
+def bridge_gaps(x: FloatArray, *, length: int) -> FloatArray:
+    """An acceleration with its gaps bridged, whatever spikes stand at their edges.
+
+    Gaps shorter than a tenth of `length` samples are interpolated; a longer one goes from the
+    trend before it to the trend after it (`continued_line` of `length` samples).
+
+    Examples
+    --------
+    >>> x = np.zeros(100); x[39] = 50.0; x[40:60] = np.nan
+    >>> bool(np.abs(bridge_gaps(x, length=20)[40:60]).max() < 1e-9)
+    True
+    """
+    bad = ~np.isfinite(x)
+    if not bad.any() or bad.all():
+        return fill_gaps(x)
+    filled = fill_gaps(x).copy()
+    edges = np.flatnonzero(np.diff(bad.astype(np.int8), prepend=0, append=0))
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - begin <= length // 10:
+            continue
+        before, after = filled[max(0, begin - length) : begin], x[end : end + length]
+        after = after[np.isfinite(after)]
+        left = continued_line(before, 1, length=length)[0] if before.size else None
+        right = continued_line(after[::-1], 1, length=length)[0] if after.size else None
+        left, right = left if left is not None else right, right if right is not None else left
+        filled[begin:end] = np.linspace(left, right, end - begin)  # type: ignore[arg-type]
+    return filled
+
+
 def _attributes(record: RecordView, bands: Bands) -> dict[str, object]:
     kept = ("record", "test")
     found: dict[str, object] = {k: v for k, v in record.attributes.items() if k in kept}
@@ -190,7 +220,7 @@ def _extensions(
 ) -> tuple[FloatArray, FloatArray]:
     rate = record.sample_rate
     seconds = line if frequency is None else 4.0 / frequency
-    length = min(record.n, max(16, math.ceil(seconds * rate)))
+    length = min(record.n, max(8 if frequency is None else 16, math.ceil(seconds * rate)))
     head = fill_gaps(record.read(role, 0, length))[::-1]
     tail = fill_gaps(record.read(role, record.n - length, record.n))
     if frequency is None:
@@ -202,8 +232,15 @@ def _extensions(
 
 
 def _blocks(record: RecordView, role: str) -> Iterator[FloatArray]:
+    if role != "acceleration":
+        for begin in range(0, record.n, _BLOCK):
+            yield fill_gaps(record.read(role, begin, begin + _BLOCK))
+        return
+    limits = converter_range(record, role)
+    length = math.ceil(_LINE * record.sample_rate)
     for begin in range(0, record.n, _BLOCK):
-        yield fill_gaps(record.read(role, begin, begin + _BLOCK))
+        x = read_unstuck(record, role, limits, begin, min(record.n, begin + _BLOCK))
+        yield bridge_gaps(x, length=length)
 
 
 def _in_step(

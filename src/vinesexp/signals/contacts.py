@@ -20,8 +20,11 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _ROUNDS = 8
-_STEPS = 3  # Gauss-Newton steps a round
+_STEPS = 5  # Gauss-Newton steps a round, at most
+_STILL = 1e-3  # samples: a smaller step changes nothing
 _DOUBT = 3.0  # times the spread about the shape is still the shape
+_QUIETER = 0.7  # times the noise believed before
+_NARROW = 8  # samples: so many sums are quicker than a running one
 _SEEN = 0.03  # a lag counts in the fit where the pulse exceeds this share of its peak
 
 
@@ -86,12 +89,26 @@ class _State:
 
     def residual(self) -> FloatArray:
         """The array less all contacts."""
-        if not self.place.size:
-            return self.a.copy()
-        lags = np.arange(self.pulse.first, self.pulse.last + 1)
-        index, u, inside = self.windows(lags)
-        model = self.pulse.at(u)[0] * self.height[:, np.newaxis] * inside
-        return self.a - np.bincount(index.ravel(), model.ravel(), self.a.size)
+        return _less(self.a, self.place, self.height, self.pulse)
+
+
+def explained_rest(a: FloatArray, contacts: Contacts, pulse: Pulse) -> FloatArray:
+    """What fitted contacts leave of an array."""
+    return _less(a, contacts.place, contacts.height, pulse)
+
+
+def _less(a: FloatArray, place: FloatArray, height: FloatArray, pulse: Pulse) -> FloatArray:
+    if not place.size:
+        return a.copy()
+    lags = np.arange(pulse.first, pulse.last + 1)
+    centre = np.rint(place)
+    index = centre.astype(np.int64)[:, np.newaxis] + lags
+    model = pulse.around(place - centre, lags)[0]
+    model *= height[:, np.newaxis]
+    if index.min() < 0 or index.max() >= a.size:
+        model *= (index >= 0) & (index < a.size)
+        index = np.clip(index, 0, a.size - 1)
+    return a - np.bincount(index.ravel(), model.ravel(), a.size)
 
 
 def fit_contacts(
@@ -124,29 +141,48 @@ def fit_contacts(
     beyond = np.zeros(a.size, dtype=bool) if clipped is None else clipped
     place = start.astype(np.float64)
     box = _BoxNoise(a, pulse.width, truth)
-    # A rumble that the boxcar shows and single samples do not is noise to a contact too.
-    noise = np.maximum(noise, box.noise / np.sqrt(box.width))
+    noise = box.at_least(noise)
     known = np.ones(start.size, dtype=bool) if sure is None else sure
     state = _State(a, noise, truth, beyond, pulse, place, a[start].astype(np.float64), known)
     seen = _seen_lags(pulse)
     align(state, seen, reach=pulse.search)
     tried: list[float] = []
     for _ in range(_ROUNDS):
-        for _ in range(_STEPS):
-            _refine(state, seen)
+        _settle(state, seen)
         _merge(state, threshold, seen)
         rest = state.residual()
         more, near = _left_over(state, rest, box, threshold)
         split = _split(state, near, tried)
-        if not more.size and not split:
+        if not more.size and not split and not _quieter(state, rest, box):
             break
         state.place = np.concatenate([state.place, more.astype(np.float64)])
         state.height = np.concatenate([state.height, rest[more]])
         state.sure = np.append(state.sure, np.ones(more.size, dtype=bool))
-    for _ in range(_STEPS):
-        _refine(state, seen)
-    _merge(state, threshold, seen)
+    else:
+        _settle(state, seen)
+        _merge(state, threshold, seen)
     return _finished(state, seen)
+
+
+def _settle(state: _State, seen: IntArray) -> None:
+    """Gauss-Newton until nothing moves that matters."""
+    for _ in range(_STEPS):
+        if _refine(state, seen) < _STILL:
+            break
+
+
+def _quieter(state: _State, rest: FloatArray, box: _BoxNoise) -> bool:
+    """Take the noise from what the contacts leave, where they themselves had passed for noise."""
+    single = stretch_noise(np.where(state.valid, rest, np.nan))
+    if not (single < _QUIETER * state.noise).any():
+        return False
+    again = _BoxNoise(rest, box.width, state.valid)
+    noise = again.at_least(single)
+    if not (noise < _QUIETER * state.noise).any():
+        return False
+    state.noise = np.minimum(state.noise, noise)
+    box.noise = np.minimum(box.noise, again.noise)
+    return True
 
 
 def _seen_lags(pulse: Pulse) -> IntArray:
@@ -161,11 +197,13 @@ def _normal(
     state: _State, seen: IntArray, *, also: BoolArray | None = None
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Sample index, pulse, time derivative and the 2 x 2 normal equations of every contact."""
-    index, u, inside = state.windows(seen)
-    value, slope = state.pulse.at(u)
+    index, _, inside = state.windows(seen)
+    value, slope = state.pulse.around(state.place - np.rint(state.place), seen)
+    slope *= -state.height[:, np.newaxis]
     counts = state.valid if also is None else state.valid | also
     use = inside & counts[index]
-    value, slope = value * use, -slope * state.height[:, np.newaxis] * use
+    if not use.all():
+        value, slope = value * use, slope * use
     vv, vs, ss = ((value * value).sum(1), (value * slope).sum(1), (slope * slope).sum(1))
     return index, value, slope, vv, vs, ss
 
@@ -196,13 +234,13 @@ def align(state: _State, seen: IntArray, *, reach: int) -> None:
     state.place, state.height = place, height
 
 
-def _refine(state: _State, seen: IntArray) -> None:
+def _refine(state: _State, seen: IntArray) -> float:
     """One Gauss-Newton step of all times and heights; each keeps within half a sample.
 
-    Contacts that overlap are moved together, all others each for itself.
+    Contacts that overlap are moved together, all others each for itself. Returns the largest move.
     """
     if not state.place.size:
-        return
+        return 0.0
     rest = state.residual()
     short = state.clipped & (rest * state.a > 0.0)  # the fit does not even reach the limit
     index, value, slope, vv, vs, ss = _normal(state, seen, also=short)
@@ -218,6 +256,7 @@ def _refine(state: _State, seen: IntArray) -> None:
         height_step[group], place_step[group] = step
     state.height = state.height + height_step
     state.place = state.place + np.clip(place_step, -0.5, 0.5)
+    return float(np.abs(place_step).max())
 
 
 def _overlapping(state: _State) -> list[IntArray]:
@@ -281,17 +320,26 @@ class _BoxNoise:
         box = self.of(a)
         self.noise = stretch_noise(np.where(valid, box, np.nan))
 
+    def at_least(self, noise: FloatArray) -> FloatArray:
+        """Noise of samples; a rumble that only the boxcar shows is noise to a contact too."""
+        return np.asarray(np.maximum(noise, self.noise / np.sqrt(self.width)))
+
     def of(self, a: FloatArray) -> FloatArray:
         """Sum over the boxcar centred on each sample, over sqrt(width)."""
         if self.width == 1:
             return a
-        total = np.concatenate([[0.0], np.cumsum(a)])
-        lead = (self.width - 1) // 2
+        lead, count = (self.width - 1) // 2, a.size - self.width + 1
         out = np.zeros_like(a)
-        if a.size > self.width:
-            out[lead : lead + a.size - self.width + 1] = (
-                total[self.width :] - total[: -self.width]
-            ) / np.sqrt(self.width)
+        if count < 1:
+            return out
+        inner = out[lead : lead + count]
+        if self.width <= _NARROW:
+            for k in range(self.width):
+                inner += a[k : k + count]
+        else:
+            total = np.concatenate([[0.0], np.cumsum(a)])
+            np.subtract(total[self.width :], total[: -self.width], out=inner)
+        inner *= 1.0 / np.sqrt(self.width)
         return out
 
 

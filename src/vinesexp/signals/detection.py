@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.signals.contacts import Contacts, fit_contacts, strongest
+from vinesexp.signals.contacts import Contacts, explained_rest, fit_contacts, strongest
 from vinesexp.signals.extension import block_means
 from vinesexp.signals.pulse import Pulse, Shape, pulse_of, window
 from vinesexp.signals.shapefit import Windows, learn_pulse
@@ -25,7 +25,7 @@ BoolArray = NDArray[np.bool_]
 Read = Callable[[int, int], FloatArray]
 
 THRESHOLD = 6.0  # standard deviations: noise alone passes once in 5e8 samples
-_CHUNK = 128 * STRETCH  # samples: 2 million
+_CHUNK = 16 * STRETCH  # samples: a quarter of a million, which a cache holds
 _APART = 3e-3  # s: first guesses this close together are one contact and its ringing
 _TAIL = 1.5  # times a tail may show as strong as it should
 _STRONG = 0.3  # of the strongest
@@ -170,6 +170,10 @@ def detect_from(
         coarse, n, k, first, strength, spikes, span,
         Shape(duration=max(1.0, duration / k)), highpass, k / sample_rate,
     )  # fmt: skip
+    if pulse.learnt_from < _FEW:
+        pulse = _learnt_in_company(
+            coarse, n, k, first, strength, pulse, threshold, noise_floor, highpass, k / sample_rate
+        )
     parts = [
         _fit_chunk(coarse, n, k, begin, first, strength, pulse, threshold, noise_floor)
         for begin in range(0, n, _CHUNK // k * k)
@@ -251,6 +255,47 @@ def _learnt(
         np.array([noise for _, noise in chosen]), np.array([piece.good for piece, _ in chosen]),
     )  # fmt: skip
     pulse, _ = learn_pulse(windows, start, highpass=highpass, dt=dt)
+    return pulse
+
+
+def _learnt_in_company(
+    coarse: Callable[[int, int], Piece], n: int, k: int,
+    first: IntArray, strength: FloatArray, pulse: Pulse, threshold: float, noise_floor: float,
+    highpass: float | None, dt: float,
+) -> Pulse:  # fmt: skip
+    """The pulse where hardly an impact stands alone: each less what its neighbours seem to be.
+
+    From the chunk with the strongest impact; twice, as better neighbours make a better pulse.
+    """
+    size = _CHUNK // k * k
+    begin = int(first[np.argmax(strength)]) // size * size
+    piece = coarse(begin, min(n, begin + size))
+    noise = stretch_noise(np.where(piece.good, piece.a, np.nan), noise_floor / np.sqrt(k))
+    lags = np.arange(pulse.first, pulse.last + 1)
+    for _ in range(2):
+        here = (first >= begin) & (first < begin + size)
+        start = np.unique(np.clip((first[here] - begin) // k, 0, piece.a.size - 1))
+        found = fit_contacts(
+            piece.a, start, pulse, noise=noise, threshold=threshold,
+            valid=piece.good, clipped=piece.clipped,
+        )  # fmt: skip
+        centre = np.rint(found.place).astype(np.int64)
+        whole = (centre + lags[0] >= 0) & (centre + lags[-1] < piece.a.size)
+        whole &= found.strength > _CLEAR
+        chosen = np.flatnonzero(whole)[np.argsort(-found.strength[whole], kind="stable")][:_LEARN]
+        if chosen.size < _FEW:
+            return pulse
+        index = centre[chosen, np.newaxis] + lags
+        own = (
+            found.height[chosen, np.newaxis] * pulse.at(index - found.place[chosen, np.newaxis])[0]
+        )
+        alone = explained_rest(piece.a, found, pulse)[index] + own
+        at = np.minimum(centre[chosen] // STRETCH, noise.size - 1)
+        windows = Windows(
+            alone, lags, found.place[chosen] - centre[chosen], found.height[chosen], noise[at],
+            piece.good[index],
+        )  # fmt: skip
+        pulse, _ = learn_pulse(windows, pulse.shape, highpass=highpass, dt=dt)
     return pulse
 
 

@@ -20,7 +20,7 @@ from vinesexp.errors import RecordError
 from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.attribution import attribute
 from vinesexp.signals.channels import agreement_of
-from vinesexp.signals.clipping import Range, converter_range
+from vinesexp.signals.clipping import Range, converter_range, read_unstuck
 from vinesexp.signals.condition import fill_gaps
 from vinesexp.signals.detection import THRESHOLD, Detection, detect_from
 from vinesexp.signals.kinks import Kinks, coarsen, slope_changes, weighted
@@ -178,8 +178,14 @@ def find_impacts(
     if frequency is None:
         frequency = conditioned.attributes.get("oscillation_hz")
     limits = converter_range(record, "acceleration")
+
+    def read(begin: int, end: int) -> FloatArray:
+        known = np.isfinite(read_unstuck(record, "acceleration", limits, begin, end))
+        a = conditioned.read("acceleration", begin, end)
+        return a if known.all() else np.where(known, a, np.nan)
+
     found = detect_from(
-        lambda begin, end: conditioned.read("acceleration", begin, end),
+        read,
         conditioned.n, conditioned.sample_rate,
         highpass=conditioned.attributes.get("acceleration_low_hz"),
         threshold=threshold, noise_floor=0.5 * limits.resolution,
@@ -197,12 +203,7 @@ def find_impacts(
 def _clipped(record: RecordView, limits: Range) -> Callable[[int, int], NDArray[np.bool_]] | None:
     if not limits.clips:
         return None
-
-    def clipped(begin: int, end: int) -> NDArray[np.bool_]:
-        raw = record.read("acceleration", begin, end)
-        return np.asarray((raw <= limits.low) | (raw >= limits.high))
-
-    return clipped
+    return lambda begin, end: limits.beyond(record.read("acceleration", begin, end))
 
 
 def _kinks(record: RecordView, found: Detection, frequency: float) -> tuple[Kinks, float]:

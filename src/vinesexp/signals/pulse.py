@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 #: Table entries a sample: linear interpolation between them is below any noise.
 FINE = 32
@@ -116,6 +118,35 @@ class Pulse:
         value = self.values[low] + part * (self.values[low + 1] - self.values[low])
         slope = self.slopes[low] + part * (self.slopes[low + 1] - self.slopes[low])
         return np.where(inside, value, 0.0), np.where(inside, slope, 0.0)
+
+    def around(self, shift: FloatArray, lags: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Pulse and derivative at `lags` - shift for contacts less than a sample from lag 0.
+
+        The same as `at`, one row a contact, by whole rows of a table instead of single entries.
+        """
+        low, high = int(lags[0]), int(lags[-1])
+        place = -shift * FINE
+        row = np.floor(place).astype(np.int64)
+        part = (place - row)[:, np.newaxis]
+        out = []
+        for table in self._rows:
+            rows = table[:, low - self.first + 1 : high - self.first + 2]
+            lower = rows[row + FINE]
+            lower += part * (rows[row + FINE + 1] - lower)
+            out.append(lower)
+        return out[0], out[1]
+
+    @cached_property
+    def _rows(self) -> tuple[FloatArray, FloatArray]:
+        """Pulse and derivative at all lags plus -1 ... 1 sample in steps of 1/FINE, a row each.
+
+        One lag more at either end; beyond the table zero.
+        """
+        lags = np.arange(self.first - 1, self.last + 2) - self.first
+        index = lags * FINE + np.arange(-FINE, FINE + 2)[:, np.newaxis]
+        inside = (index >= 0) & (index < self.values.size - 1)
+        index = np.where(inside, index, 0)
+        return self.values[index] * inside, self.slopes[index] * inside
 
 
 def window(sample_rate: float, highpass: float | None, duration: float) -> tuple[int, int]:

@@ -24,6 +24,7 @@ _EVIDENCE = 0.02  # a further parameter has to lower the misfit by this share ..
 _NOTICED = 30.0  # ... and by so much chi^2
 _SEARCHED = 16  # impacts on which starts are tried
 _LONGEST_RING = 4000  # samples
+_SHORT, _SHORTER = 2.0, 0.4  # samples: where no boxcar tells the length, a second start
 _STRANGE = 5.0  # standard deviations of a sample from those of the other windows
 _OVER = 8.0  # standard deviations of a spectrum averaged over the impacts: something rings
 MEDIAN_OF_NORMAL = 0.6745  # of the absolute value, in standard deviations
@@ -94,6 +95,9 @@ def learn_pulse(
         return pulse_of(shape, span, highpass=highpass, dt=dt)
 
     plain = _fit(windows, start, _PLAIN, table)
+    if start.duration < _SHORT:
+        shorter = _fit(windows, replace(start, duration=_SHORTER), _PLAIN, table)
+        plain = min(plain, shorter, key=lambda fit: fit[0])
     best, names = plain, _PLAIN
     if windows.height.size >= _FEW:
         alone = _without_strangers(windows, plain, table)

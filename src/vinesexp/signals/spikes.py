@@ -1,8 +1,8 @@
 """Where an acceleration stands out of its noise: candidates for impacts, quickly.
 
 Boxcars of 1, 2, 4, ... samples serve pulses of any length that the highpass lets through. Each is
-compared with its own noise, taken anew for every stretch of samples from the lower quartile of its
-absolute values: impacts and their ringing may fill half of a stretch before they count as
+compared with its own noise, taken anew for every stretch of samples from the range of the central
+quarter of its values: impacts and their ringing may fill half of a stretch before they count as
 noise, and the threshold knows nothing of the record's length.
 """
 
@@ -15,14 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+Samples = NDArray[np.float32] | NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 #: Samples over which noise is taken as constant.
 STRETCH = 16384
-#: Lower quartile of the absolute value of a standard normal variable.
-_QUARTILE = 0.318639
-#: Noise is taken from every so many-th sample: neighbours tell little new.
-_THIN = 8
+#: Half of the range that the central quarter of a standard normal variable fills.
+_CENTRAL = 0.318639
+#: Noise is taken from every so many-th sample: enough for 3 per cent.
+_THIN = 4
+_LARGEST = 1e30  # of an inverse noise, in seven digits
 _SHORT = 1e-3  # s: contacts last less, whatever the highpass
 _LONG = 0.2  # periods of the highpass's corner: what lasts longer, it takes away
 
@@ -62,8 +64,11 @@ def boxcars(sample_rate: float, highpass: float | None = None) -> list[int]:
     return [1 << k for k in range(longest.bit_length()) if 1 << k <= longest]
 
 
-def noise_of(z: FloatArray, floor: float = 0.0) -> float:
-    """Standard deviation of the noise in z, spikes put aside.
+def noise_of(z: Samples, floor: float = 0.0) -> float:
+    """Standard deviation of the noise in z about its median, spikes put aside.
+
+    About the median: where impacts follow one another closely, what the highpass took from them
+    lies evenly between them.
 
     Examples
     --------
@@ -71,13 +76,14 @@ def noise_of(z: FloatArray, floor: float = 0.0) -> float:
     >>> abs(noise_of(z) - 1.0) < 0.1
     True
     """
-    thin = np.abs(z[:: _THIN if z.size > 64 * _THIN else 1])
+    thin = z[:: _THIN if z.size > 64 * _THIN else 1]
     if np.isnan(thin.sum()):
         thin = thin[np.isfinite(thin)]
     if not thin.size:
         return max(floor, 1e-300)
-    at = thin.size // 4
-    return float(max(np.partition(thin, at)[at] / _QUARTILE, floor, 1e-300))
+    low, high = (3 * thin.size) // 8, (5 * thin.size) // 8
+    part = np.partition(thin, (low, high))
+    return float(max(0.5 * (part[high] - part[low]) / _CENTRAL, floor, 1e-300))
 
 
 def stretch_noise(z: FloatArray, floor: float = 0.0) -> FloatArray:
@@ -129,6 +135,8 @@ def find_spikes(
     >>> spikes.index.tolist(), bool(spikes.strength[0] > 10.0)
     ([12001], True)
     """
+    # Candidates need no more than seven digits, and half the memory is moved in half the time.
+    coarse = a.astype(np.float32)
     widths = boxcars(sample_rate, highpass)
     floors = noise_floor * np.sqrt(widths)
     margin = widths[-1]
@@ -140,7 +148,7 @@ def find_spikes(
         [
             [
                 noise_of(z, floor)
-                for z, floor in zip(_boxed(a[begin:end], widths), floors, strict=True)
+                for z, floor in zip(_boxed(coarse[begin:end], widths), floors, strict=True)
             ]
             for _, begin, end in stretches
         ]
@@ -148,7 +156,7 @@ def find_spikes(
     limits = np.stack([louder(column) for column in noise.T], axis=1)
     found: list[tuple[IntArray, FloatArray, IntArray]] = []
     for (low, begin, end), limit in zip(stretches, limits, strict=True):
-        peaks = _stretch(a[low : min(a.size, end + margin)], widths, threshold, limit)
+        peaks = _stretch(coarse[low : min(a.size, end + margin)], widths, threshold, limit)
         if peaks is not None:
             keep = (peaks[0] + low >= begin) & (peaks[0] + low < end)
             found.append((peaks[0][keep] + low, peaks[1][keep], peaks[2][keep]))
@@ -159,7 +167,7 @@ def find_spikes(
     return Spikes(index, strengths, best_widths, noise[:, 0])
 
 
-def _boxed(a: FloatArray, widths: list[int]) -> Iterator[FloatArray]:
+def _boxed(a: NDArray[np.float32], widths: list[int]) -> Iterator[NDArray[np.float32]]:
     """Sums over boxcars of 1, 2, 4, ... samples; each doubles the one before."""
     total = a
     for width in widths:
@@ -170,28 +178,32 @@ def _boxed(a: FloatArray, widths: list[int]) -> Iterator[FloatArray]:
 
 
 def _stretch(
-    a: FloatArray, widths: list[int], threshold: float, noise: FloatArray
+    a: NDArray[np.float32], widths: list[int], threshold: float, noise: FloatArray
 ) -> tuple[IntArray, FloatArray, IntArray] | None:
     """Peaks of one stretch: index, strength, width; None where nothing stands out."""
-    where: list[IntArray] = []
-    strength: list[FloatArray] = []
+    best = np.zeros_like(a)
+    sizes: list[NDArray[np.float32]] = []
     for width, total, sigma in zip(widths, _boxed(a, widths), noise, strict=True):
         size = np.abs(total)
-        above = np.flatnonzero(size > threshold * sigma)
-        where.append(above + (width - 1) // 2)  # the boxcar stands centred on its sample
-        strength.append(size[above] / sigma)
-    lengths = [part.size for part in where]
-    if not sum(lengths):
+        size *= np.float32(min(1.0 / sigma, _LARGEST))
+        lead = (width - 1) // 2  # the boxcar stands centred on its sample
+        here = best[lead : lead + total.size]
+        np.fmax(here, size, out=here)
+        sizes.append(size)
+    index = np.flatnonzero(best > threshold)
+    if not index.size:
         return None
-    index, values = np.concatenate(where), np.concatenate(strength)
-    width_of = np.repeat(widths, lengths)
-    best = np.lexsort((-values, index))  # by sample, the strongest boxcar first
-    best = best[np.unique(index[best], return_index=True)[1]]
-    peaks = best[_peaks(index[best], values[best])]
-    return index[peaks], values[peaks], width_of[peaks]
+    peaks = index[_peaks(index, best[index])]
+    shown = np.zeros((len(widths), peaks.size), dtype=np.float32)
+    for row, width, size in zip(shown, widths, sizes, strict=True):
+        at = peaks - (width - 1) // 2
+        there = (at >= 0) & (at < size.size)
+        row[there] = np.nan_to_num(size[at[there]])
+    best_width = np.array(widths)[np.argmax(shown, axis=0)]
+    return peaks, best[peaks].astype(np.float64), best_width
 
 
-def _peaks(index: IntArray, strength: FloatArray) -> IntArray:
+def _peaks(index: IntArray, strength: Samples) -> IntArray:
     """Places in `index` (rising samples) that no neighbouring sample exceeds."""
     gap = np.diff(index) > 1
     rises = np.diff(strength) > 0.0

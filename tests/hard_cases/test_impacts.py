@@ -1,0 +1,187 @@
+"""What a finder of impacts gets wrong first: coarse, broken, crowded and cut records."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+from vinesexp.records.store import create_record
+from vinesexp.signals.condition import condition
+from vinesexp.signals.impacts import Impacts, impacts_of_record
+from vinesexp.simulation.oscilloscope import Oscilloscope, acquire, velocity_jumps
+from vinesexp.simulation.sensors import Accelerometer, Laser
+
+TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+BASE = Harmonic(0.25e-3, 7.862)
+RATE = 1e4
+SAMPLE = 1.0 / RATE
+CONTACT = 4e-4
+
+
+@dataclass
+class Measured:
+    """Channels in SI and the truth, times from the first sample."""
+
+    channels: dict[str, np.ndarray]
+    time: np.ndarray
+    jump: np.ndarray
+
+
+def measured(*, b=0.030, r=0.6, start=10.0, duration=8.0, bits=14, noise=1.0, limit=250.0):
+    """A record of the rig of Table 2, driven; `start` seconds after it was switched on."""
+    rig = Rig(TABLE_2, nes=[NES(m=0.032, b=b, r=r)])
+    motion = simulate(rig, BASE, Release(y0=[-0.999 * b]), duration=start + duration)
+    sensors = {
+        "displacement": Laser(sensitivity=1 / 25e-3, noise=6e-6 * noise),
+        "acceleration": Accelerometer(sensitivity=1 / limit, pulse=CONTACT, noise=0.3 * noise),
+    }
+    scope = Oscilloscope(RATE, bits=bits)
+    trace = acquire(motion, sensors, scope, start=start, duration=duration, seed=3, record="hard")
+    channels = {
+        role: trace.codes[i] * (scope.step / sensor.sensitivity)
+        for i, (role, sensor) in enumerate(sensors.items())
+    }
+    time, jump = np.asarray(motion.impacts["time"]) - start, velocity_jumps(motion)
+    inside = (time > 0.0) & (time < duration)
+    return Measured(channels, time[inside], jump[inside])
+
+
+def found_in(channels: dict[str, np.ndarray], folder: Path) -> Impacts:
+    """The whole way from a record on disk to its table of impacts."""
+    kinds = {role: role for role in channels}
+    with create_record(folder / "r.nc", sample_rate=RATE, quantities=kinds) as writer:
+        writer.append(channels)
+    condition(folder / "r.nc", folder / "c.nc", f0_hint=7.862)
+    return impacts_of_record(
+        folder / "r.nc", folder / "c.nc", folder / "i.csv", clearance=(0.03,), frequency=7.862
+    )
+
+
+def assert_whole(found: Impacts, time: np.ndarray, *, within: float = 5e-6) -> None:
+    """Every impact, no other, each in its place."""
+    assert found.n == time.size
+    assert np.abs(found.time_s - time).max() < within
+
+
+def test_eight_bits(tmp_path: Path) -> None:
+    record = measured(bits=8)  # a step of 2 m/s^2 under contacts of 55
+    found = found_in(record.channels, tmp_path)
+    assert_whole(found, record.time, within=0.2 * SAMPLE)
+    assert (np.sign(found.velocity_jump_m_s) == np.sign(record.jump)).all()
+    pull = (found.time_s - record.time) / found.time_error_s
+    assert pull.std() < 1.6  # the step is the noise, and is said to be
+
+
+def test_five_per_cent_of_the_samples_missing(tmp_path: Path) -> None:
+    record = measured()
+    lost = np.random.default_rng(5).random(record.channels["acceleration"].size) < 0.05
+    for role in record.channels:
+        record.channels[role] = np.where(lost, np.nan, record.channels[role])
+    found = found_in(record.channels, tmp_path)
+    assert_whole(found, record.time, within=SAMPLE)
+    assert np.median(np.abs(found.time_s - record.time)) < 5e-6
+
+
+def test_mains_hum_above_the_noise(tmp_path: Path) -> None:
+    record = measured()
+    t = np.arange(record.channels["acceleration"].size) / RATE
+    for harmonic, size in ((1, 6.0), (2, 1.0), (3, 3.0), (5, 1.5), (7, 0.8)):  # noise: 0.3
+        record.channels["acceleration"] += size * np.sin(2 * np.pi * 50.0 * harmonic * t + harmonic)
+    found = found_in(record.channels, tmp_path)
+    assert_whole(found, record.time, within=SAMPLE)
+
+
+@pytest.mark.parametrize("r", [0.02, 0.97])
+def test_restitution_at_its_ends(r: float, tmp_path: Path) -> None:
+    record = measured(r=r)
+    found = found_in(record.channels, tmp_path)
+    apart = np.diff(record.time, prepend=-1.0) > CONTACT
+    apart &= np.diff(record.time, append=1e9) > CONTACT
+    clear = apart & (np.abs(record.jump) > 1.2e-3)  # a contact of 15 noises
+    nearest = np.abs(found.time_s[:, np.newaxis] - record.time[clear]).min(axis=0)
+    assert clear.sum() > 20
+    assert nearest.max() < 0.3 * SAMPLE
+    assert np.abs(found.time_s[:, np.newaxis] - record.time).min(axis=1).max() < CONTACT
+
+
+def test_chatter_is_resolved_or_flagged(tmp_path: Path) -> None:
+    record = measured(b=0.010, r=0.75, start=0.0, duration=10.0)
+    gap = np.diff(record.time)
+    found = found_in(record.channels, tmp_path)
+    # nothing is found where there is nothing
+    assert np.abs(found.time_s[:, np.newaxis] - record.time).min(axis=1).max() < CONTACT
+    strong = np.abs(record.jump) > 1.2e-3
+    tight = np.flatnonzero((gap < 0.4 * CONTACT) & strong[1:] & strong[:-1])
+    for i in tight:
+        near = np.abs(found.time_s - record.time[i]) < CONTACT
+        assert near.any()
+        assert found.crowded[near].all()
+    apart = np.append(True, gap > 2.0 * CONTACT) & np.append(gap > 2.0 * CONTACT, True)
+    wanted = record.time[apart & strong]
+    assert np.abs(found.time_s[:, np.newaxis] - wanted).min(axis=0).max() < SAMPLE
+
+
+@pytest.mark.parametrize("alternate", [True, False])
+def test_impacts_every_twenty_samples(alternate: bool, tmp_path: Path) -> None:
+    from vinesexp.simulation.pulses import contact_acceleration
+
+    random = np.random.default_rng(2)
+    time = 0.05 + 20.0 * SAMPLE * np.arange(1000) + random.uniform(-2e-4, 2e-4, 1000)
+    jump = 0.01 * random.uniform(0.5, 1.5, 1000)
+    jump *= (-1.0) ** np.arange(1000) if alternate else 1.0
+    a = contact_acceleration(
+        time, jump, duration=CONTACT, ring=None, ring_damping=0.0, start=0.0, dt=SAMPLE, n=21000
+    )
+    a += 0.3 * random.standard_normal(a.size)
+    found = found_in({"acceleration": a}, tmp_path)
+    assert_whole(found, time, within=0.5 * SAMPLE)
+    assert np.median(found.velocity_jump_m_s / jump) == pytest.approx(1.0, abs=0.03)
+
+
+def test_sensor_saturated_through_a_third(tmp_path: Path) -> None:
+    record = measured()
+    n = record.channels["acceleration"].size
+    stuck = slice(n // 3, 2 * n // 3)
+    record.channels["acceleration"][stuck] = record.channels["acceleration"].max() * 1.5
+    found = found_in(record.channels, tmp_path)
+    seen = (record.time < n / 3 * SAMPLE - 1e-3) | (record.time > 2 * n / 3 * SAMPLE + 1e-3)
+    nearest = np.abs(found.time_s[:, np.newaxis] - record.time[seen]).min(axis=0)
+    assert nearest.max() < 2e-5
+    others = np.abs(found.time_s[:, np.newaxis] - record.time[seen]).min(axis=1) > 2e-5
+    assert found.clipped[others].all()  # at most the jump to the rail and back, and said so
+    assert others.sum() <= 2
+
+
+def test_impacts_at_the_very_edges(tmp_path: Path) -> None:
+    whole = measured(duration=4.0)
+    first, last = 3, whole.time.size - 4
+    begin = round((whole.time[first] - 3e-4) * RATE)
+    end = round((whole.time[last] + 3e-4) * RATE)
+    cut = {role: x[begin:end] for role, x in whole.channels.items()}
+    found = found_in(cut, tmp_path)
+    assert_whole(found, whole.time[first : last + 1] - begin * SAMPLE, within=2e-5)
+
+
+def test_three_periods(tmp_path: Path) -> None:
+    record = measured(duration=3.0 / 7.862)
+    assert record.time.size in (5, 6, 7)
+    found = found_in(record.channels, tmp_path)
+    assert_whole(found, record.time, within=2e-5)
+    assert (found.side == -np.sign(record.jump)).all()
+
+
+def test_gaps_hide_only_what_lies_in_them(tmp_path: Path) -> None:
+    record = measured()
+    gaps = [(12345, 12950), (40000, 40700), (79000, 80000)]
+    hidden = np.zeros(record.time.size, dtype=bool)
+    for begin, end in gaps:
+        for role in record.channels:
+            record.channels[role][begin:end] = np.nan
+        hidden |= (record.time > begin * SAMPLE - CONTACT) & (record.time < end * SAMPLE + CONTACT)
+    found = found_in(record.channels, tmp_path)
+    assert hidden.any()
+    assert_whole(found, record.time[~hidden], within=2e-5)

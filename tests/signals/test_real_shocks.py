@@ -1,0 +1,68 @@
+"""Shocks on a vibrating board, as an accelerometer wrote them; nothing is set for these records."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp.records.campaign import Channel, TimeColumn
+from vinesexp.records.ingest import read_channels
+from vinesexp.records.store import create_record, open_record
+from vinesexp.signals.condition import condition
+from vinesexp.signals.detection import THRESHOLD, detect_contacts
+from vinesexp.signals.impacts import Impacts, impacts_of_record
+
+REAL = Path(__file__).resolve().parents[2].parent / "shared/real/shock_in_vibration"
+pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason="no ../shared/real beside the repository")
+SENSORS = ("accelerometer_board", "accelerometer_base")
+
+
+def conditioned(name: str, column: str, folder: Path) -> tuple[Path, Path]:
+    """The record and its bandpassed twin; without displacement no oscillation is known."""
+    role = Channel("acceleration", column, "acceleration", 9.80665, unit="g", sensitivity=False)
+    times = TimeColumn("time", "s", 1.0)
+    rate, start, values = read_channels(REAL / f"{name}.lvm", {"acceleration": role}, time=times)
+    record, filtered = folder / "record.nc", folder / "conditioned.nc"
+    kinds = {"acceleration": "acceleration"}
+    with create_record(record, sample_rate=rate, start=start, quantities=kinds) as writer:
+        writer.append({"acceleration": np.asarray(values["acceleration"])})
+    condition(record, filtered)
+    return record, filtered
+
+
+def shocks(name: str, column: str, folder: Path) -> Impacts:
+    record, filtered = conditioned(name, column, folder)
+    return impacts_of_record(record, filtered, folder / "impacts.csv", clearance=(0.03,))
+
+
+@pytest.mark.parametrize("column", SENSORS)
+@pytest.mark.parametrize("name", ["impact_0.5_vibration_0.0", "impact_1_vibration_0.0"])
+def test_one_shock_near_four_seconds(name: str, column: str, tmp_path: Path) -> None:
+    found = shocks(name, column, tmp_path)
+    assert found.n == 1
+    assert 3.8 < found.time_s[0] < 4.2  # its command is largest at 4.00 s
+    assert found.confidence[0] > 0.5
+
+
+@pytest.mark.parametrize("column", SENSORS)
+def test_none_where_the_board_only_vibrates(column: str, tmp_path: Path) -> None:
+    assert shocks("impact_0.0_vibration_1", column, tmp_path).n == 0
+
+
+@pytest.mark.parametrize("column", SENSORS)
+def test_a_shock_under_the_vibration_is_not_claimed(column: str, tmp_path: Path) -> None:
+    """Shock and vibration share the band around 5 Hz: no filter parts them.
+
+    So nothing is found, which is not to say that nothing was there: what passes for noise would
+    have to be exceeded by more than the shock, known from the quiet record, is high.
+    """
+    name = "impact_1_vibration_0.5"
+    assert shocks(name, column, tmp_path).n == 0
+    with open_record(conditioned("impact_1_vibration_0.0", column, tmp_path)[1]) as quiet:
+        shock = np.abs(quiet.read("acceleration")).max()
+    with open_record(conditioned(name, column, tmp_path)[1]) as loud:
+        low = loud.attributes["acceleration_low_hz"]
+        a = loud.read("acceleration")
+        noise = detect_contacts(a, loud.sample_rate, highpass=low).noise
+    assert noise > 0.2  # m/s^2: the vibration itself
+    assert shock < THRESHOLD * noise
