@@ -171,6 +171,8 @@ def _moreau(
 
 def moreau(h: float) -> Callable[[Problem], Impacts]:
     """Moreau time stepping with a fixed step, compiled."""
+    one = np.ones(1)
+    _moreau(np.ones(7), one, one, one, np.zeros(4), h, 1, np.empty((1, 3)))  # compiles
 
     def solve(problem: Problem) -> Impacts:
         model = Model(problem)

@@ -113,6 +113,49 @@ def test_scaling_of_lengths(rig, drive, start, scale):
     )
 
 
+@settings(max_examples=30, deadline=None)
+@given(rigs, drives, starts, st.sampled_from([0.25, 4.0]))
+def test_scaling_of_times(rig, drive, start, scale):
+    """All times times a power of four: the same motion, `scale` times as slow."""
+    nes, o = rig.nes[0], rig.oscillator
+    slow = Rig(Oscillator(M=o.M, c1=o.c1 / scale, k1=o.k1 / scale**2), nes=[nes])
+    one = run(rig, drive, start)
+    two = run(slow, drive, (start[0], start[1] / scale, start[2]))
+    n = early(one, two, 4)
+    np.testing.assert_allclose(
+        scale * one.impacts["time"][:n], two.impacts["time"][:n], rtol=1e-7, atol=1e-12
+    )
+    np.testing.assert_array_equal(one.impacts["side"][:n], two.impacts["side"][:n])
+
+
+@settings(max_examples=40, deadline=None)
+@given(rigs, drives, starts, st.floats(0.05, 0.95))
+def test_time_shift(rig, drive, start, share):
+    """Started anew from its own state at any time, the motion goes on as it would have."""
+    whole = run(rig, drive, start)
+    cut = share * whole.duration
+    resting = (whole.rests["start"] <= cut) & (cut <= whole.rests["end"])
+    if resting.any():
+        return  # the state at rest is known to rounding, on which side of the wall is not
+    (x, v), (y, vy) = whole.at(cut), whole.ball(cut)
+    G, ratio, phase = drive
+    f = ratio * rig.oscillator.f0
+    late = Harmonic(G, f, phase=phase + 2.0 * np.pi * f * cut)
+    place = float(np.clip(y[0, 0], x - rig.nes[0].b, x + rig.nes[0].b))
+    rest = simulate(rig, late, Release(float(x), float(v), [place], [float(vy[0, 0])]),
+                    whole.duration - cut)  # fmt: skip
+    after = whole.impacts["time"] > cut + 1e-9 * whole.duration
+    again = rest.impacts["time"] > 1e-9 * whole.duration
+    n = min(int(after.sum()), int(again.sum()), 3)
+    closing = np.abs(whole.impacts["v_before"] - whole.impacts["vy_before"])[after][:n]
+    typical = np.abs(whole.impacts["v_before"]).max(initial=0.0)
+    if n and closing.min() > 0.05 * typical:  # a grazing impact magnifies any rounding
+        np.testing.assert_allclose(
+            cut + rest.impacts["time"][again][:n], whole.impacts["time"][after][:n],
+            rtol=0, atol=1e-8 / rig.oscillator.f0,
+        )  # fmt: skip
+
+
 CHATTERS = [
     (Sweep(0.25e-3, 7.75, 8.0, 10.0), Release(y0=[0.99 * 0.015]), 0.015),  # the general loop
     (Harmonic(0.25e-3, 7.86, phase=0.3), Release(x0=-0.010, y0=[-0.0399]), 0.030),  # hops
