@@ -7,7 +7,10 @@ as (time, ball, side), or what it had when it failed.
 
 from __future__ import annotations
 
+import json
+import subprocess
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -168,6 +171,8 @@ def _moreau(
 
 def moreau(h: float) -> Callable[[Problem], Impacts]:
     """Moreau time stepping with a fixed step, compiled."""
+    one = np.ones(1)
+    _moreau(np.ones(7), one, one, one, np.zeros(4), h, 1, np.empty((1, 3)))  # compiles
 
     def solve(problem: Problem) -> Impacts:
         model = Model(problem)
@@ -233,6 +238,48 @@ def penalty(stiffness: float) -> Callable[[Problem], Impacts]:
     return solve
 
 
+class Siconos:
+    """Event-driven scheme of Siconos (LSODAR), run by the Python it is packaged for.
+
+    `intervals` is the number of output times, at which the integrator stops; `seconds` is the time
+    of the last run's own loop, without the start of the process.
+    """
+
+    python = "/usr/bin/python3"
+    script = Path(__file__).with_name("siconos_peer.py")
+
+    def __init__(self, intervals: int) -> None:
+        self.intervals, self.seconds = intervals, float("nan")
+
+    @classmethod
+    def installed(cls) -> bool:
+        if not Path(cls.python).exists():
+            return False
+        probe = [cls.python, "-I", "-c", "import siconos.kernel"]
+        return subprocess.run(probe, capture_output=True).returncode == 0
+
+    def __call__(self, problem: Problem) -> Impacts:
+        model = Model(problem)
+        if model.chirp != 0.0:
+            raise NotImplementedError("a base that is not harmonic")
+        asked = {
+            "M": model.M, "c": model.c, "k": model.k, "m": model.m, "b": model.b, "r": model.r,
+            "amplitude": model.amplitude, "phase": model.phase, "omega": model.omega,
+            "start": model.start.tolist(), "duration": problem.duration,
+            "step": problem.duration / self.intervals, "limit": LIMIT,
+        }  # fmt: skip
+        done = subprocess.run(
+            [self.python, "-I", str(self.script)], input=json.dumps(asked), text=True,
+            capture_output=True, timeout=120,
+        )  # fmt: skip
+        marked = [line for line in done.stdout.splitlines() if line.startswith("IMPACTS ")]
+        if not marked:
+            raise RuntimeError(done.stderr.strip().splitlines()[-1:] or "Siconos crashed")
+        answer = json.loads(marked[0].removeprefix("IMPACTS "))
+        self.seconds = answer["seconds"]
+        return [(t, i, side) for t, i, side in answer["impacts"] if t <= problem.duration]
+
+
 def peers() -> dict[str, Callable[[Problem], Impacts]]:
     """Every peer that is installed, by name and setting."""
     table: dict[str, Callable[[Problem], Impacts]] = {}
@@ -248,6 +295,11 @@ def peers() -> dict[str, Callable[[Problem], Impacts]]:
                 table[f"CVODE {method} {rtol:.0e}"] = cvode_events(method, rtol)
     except ImportError:
         print("scikit-sundae is not installed: no CVODE (pip install scikit-sundae)")
+    if Siconos.installed():
+        for intervals in (10, 100, 10000):
+            table[f"Siconos event-driven, {intervals} intervals"] = Siconos(intervals)
+    else:
+        print("Siconos is not installed (apt-get install python3-siconos)")
     for h in (1e-4, 1e-5, 1e-6):
         table[f"Moreau h = {h:.0e} s"] = moreau(h)
     for stiffness in (1e3, 1e4):

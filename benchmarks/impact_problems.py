@@ -110,8 +110,8 @@ class ExactReplay:
         while s > 0:
             h = min(s, self.step)
             X = self.series()
-            self.x = mp.polyval(X[::-1], h)
-            self.v = mp.polyval([n * X[n] for n in range(len(X) - 1, 0, -1)], h)
+            self.x = horner(X, h)
+            self.v = horner([n * X[n] for n in range(1, len(X))], h)
             self.y = [y + u * h for y, u in zip(self.y, self.u, strict=True)]
             self.t += h
             s -= h
@@ -121,10 +121,10 @@ class ExactReplay:
         m, b, r = self.balls[ball]
         self.advance(mp.mpf(near) - self.t - self.step / 1000)
         X, s = self.series(), mp.mpf(near) - self.t
-        slope = [n * X[n] for n in range(len(X) - 1, 0, -1)]
+        slope = [n * X[n] for n in range(1, len(X))]
         for _ in range(6):
-            w = mp.polyval(X[::-1], s) - self.y[ball] - self.u[ball] * s
-            s += (side * b - w) / (mp.polyval(slope, s) - self.u[ball])
+            w = horner(X, s) - self.y[ball] - self.u[ball] * s
+            s += (side * b - w) / (horner(slope, s) - self.u[ball])
         if s < 0:
             raise ArithmeticError("impact before the start of the search: not the right root")
         self.advance(s)
@@ -134,6 +134,14 @@ class ExactReplay:
         self.u[ball] = self.v + r * rho
         self.y[ball] = self.x - side * b
         return self.t
+
+
+def horner(coefficients: list[mp.mpf], s: mp.mpf) -> mp.mpf:
+    """Sum of coefficients[n] s^n."""
+    total = mp.mpf(0)
+    for coefficient in reversed(coefficients):
+        total = total * s + coefficient
+    return total
 
 
 def exact_times(problem: Problem, impacts: dict[str, NDArray[np.float64]]) -> list[mp.mpf]:

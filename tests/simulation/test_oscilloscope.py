@@ -12,7 +12,6 @@ from vinesexp.simulation.oscilloscope import (
     acquire,
     quantised,
     stream,
-    velocity_jumps,
 )
 from vinesexp.simulation.sensors import Accelerometer, Laser
 
@@ -121,12 +120,6 @@ def test_no_accelerometer_no_pulses(monkeypatch):
 
     monkeypatch.setattr("vinesexp.simulation.sensors.contact_acceleration", never)
     record(motion=still(times=[1.0], jumps=[0.02]))
-
-
-def test_balls_that_hit_together_share_one_jump():
-    motion = still(times=[1.0, 2.0, 2.0, 3.0], jumps=[0.1, 0.2, 0.2, 0.3])
-    assert velocity_jumps(motion).tolist() == [0.1, 0.2, 0.0, 0.3]
-    assert velocity_jumps(still()).size == 0
 
 
 def test_streams_are_independent():

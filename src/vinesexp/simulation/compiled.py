@@ -82,7 +82,7 @@ def entry(function: F) -> F:
 
     @wraps(function)
     def call(*arguments: Any) -> Any:
-        if not dispatcher.signatures:
+        if not dispatcher.overloads:
             with _alone(dispatcher.stats.cache_path):
                 dispatcher.compile(tuple(type_of(argument) for argument in arguments))
         return dispatcher(*arguments)

@@ -55,16 +55,15 @@ class Motion:
     @cached_property
     def impacts(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
         """One entry per impact."""
-        hit = self.labels[:, 0] == 1
-        rows, labels = self.events[hit], self.labels[hit]
-        names = ("time", "x", "v_before", "v_after", "vy_before", "vy_after")
-        table: dict[str, NDArray[np.float64] | NDArray[np.int64]] = {
-            "time": rows[:, 0].copy(),
-            "nes": labels[:, 1].astype(np.int64),
-            "side": labels[:, 2].astype(np.int64),
+        hit = np.flatnonzero(self.labels[:, 0] == 1)
+        columns, labels = self.events.T.take(hit, axis=1), self.labels.T.take(hit, axis=1)
+        names = ("x", "v_before", "v_after", "vy_before", "vy_after")
+        return {
+            "time": columns[0],
+            "nes": labels[1],
+            "side": labels[2],
+            **dict(zip(names, columns[1:], strict=True)),
         }
-        table.update({name: rows[:, n].copy() for n, name in enumerate(names) if n})
-        return table
 
     @cached_property
     def rests(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:

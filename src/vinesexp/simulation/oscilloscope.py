@@ -145,7 +145,7 @@ def acquire(
     dt = (1.0 + scope.clock_error) / scope.sample_rate
     signals = _signals(motion, until=start + duration)
     times = np.asarray(motion.impacts["time"], dtype=np.float64)
-    jumps = velocity_jumps(motion)
+    jumps = np.asarray(motion.impacts["v_after"] - motion.impacts["v_before"], dtype=np.float64)
     codes = np.empty((len(sensors), n), dtype=np.int16)
     for row, (role, sensor) in zip(codes, sensors.items(), strict=True):
         noise = stream(seed, record, role, "noise")
@@ -162,18 +162,6 @@ def acquire(
             row[first : first + t.size] = quantised(volts, scope)
     names = tuple(f"CH{number}" for number in range(1, len(sensors) + 1))
     return _with_samples_dropped(Trace(names, codes, None, scope), seed=seed, record=record)
-
-
-def velocity_jumps(motion: Moving) -> Array:
-    """Jumps of the oscillator's velocity, m/s, one for each impact of `motion`.
-
-    Balls that hit at the same time share one jump: it is given to the first of them, the others
-    have zero, so that the jumps add up to the momentum.
-    """
-    impacts = motion.impacts
-    jumps = np.array(impacts["v_after"] - impacts["v_before"], dtype=np.float64)
-    jumps[1:][np.diff(impacts["time"]) == 0.0] = 0.0
-    return jumps
 
 
 def _signals(motion: Moving, *, until: float) -> dict[str, Callable[[Array], Array]]:
