@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
-from vinesexp.simulation.oscilloscope import Oscilloscope, acquire, velocity_jumps
+from vinesexp.simulation.oscilloscope import Oscilloscope, acquire
 from vinesexp.simulation.pulses import contact_acceleration
 from vinesexp.simulation.sensors import Accelerometer, low_passed
 
@@ -81,7 +81,10 @@ def record_of(scene: Scene) -> Record:
     """Simulate and measure a scene."""
     motion = _motion(scene.clearance, scene.release, scene.seconds)
     start = 0.5 if scene.release else START
-    time, jump = np.asarray(motion.impacts["time"]) - start, velocity_jumps(motion)
+    time, jump = (
+        np.asarray(motion.impacts["time"]) - start,
+        motion.impacts["v_after"] - motion.impacts["v_before"],
+    )
     inside = (time > 0.0) & (time < scene.seconds)
     time, jump = time[inside], jump[inside]
     typical = float(np.median(np.abs(jump[jump != 0.0])))
@@ -268,7 +271,10 @@ def twin_records() -> Iterable[Record]:
             duration=test.duration, seed=twin.seed, record=test.record,
         )  # fmt: skip
         codes = trace.codes[0]
-        time, jump = np.asarray(motion.impacts["time"]) - test.settle, velocity_jumps(motion)
+        time, jump = (
+            np.asarray(motion.impacts["time"]) - test.settle,
+            motion.impacts["v_after"] - motion.impacts["v_before"],
+        )
         inside = (time > 0.0) & (time < test.duration)
         scene = Scene("twin", test.record, test.clearance, rate=test.oscilloscope.sample_rate,
                       seconds=test.duration)  # fmt: skip

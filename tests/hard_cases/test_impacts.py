@@ -12,7 +12,7 @@ from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.records.store import create_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts import Impacts, impacts_of_record
-from vinesexp.simulation.oscilloscope import Oscilloscope, acquire, velocity_jumps
+from vinesexp.simulation.oscilloscope import Oscilloscope, acquire
 from vinesexp.simulation.sensors import Accelerometer, Laser
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
@@ -45,7 +45,10 @@ def measured(*, b=0.030, r=0.6, start=10.0, duration=8.0, bits=14, noise=1.0, li
         role: trace.codes[i] * (scope.step / sensor.sensitivity)
         for i, (role, sensor) in enumerate(sensors.items())
     }
-    time, jump = np.asarray(motion.impacts["time"]) - start, velocity_jumps(motion)
+    time, jump = (
+        np.asarray(motion.impacts["time"]) - start,
+        motion.impacts["v_after"] - motion.impacts["v_before"],
+    )
     inside = (time > 0.0) & (time < duration)
     return Measured(channels, time[inside], jump[inside])
 
