@@ -105,6 +105,12 @@ def cross(
             value = g + d * (g1 - to * d * (0.5 * a + d * (j + 0.25 * d * f) * (1.0 / 6.0)))
             d -= value / slope
         if abs(d) * rate < CLOSE:
+            # Where the gap has no root near by, Newton's rule can stop at nothing: look.
+            slope = g1 - to * d * (a + d * (0.5 * j + d * f * (1.0 / 6.0)))
+            value = g + d * (g1 - to * d * (0.5 * a + d * (j + 0.25 * d * f) * (1.0 / 6.0)))
+            rounding = 8.0 * EPS * (far + abs(rho) * s + abs(x) + abs(x0))
+            if not (slope < 0.0 and abs(value) <= rounding):
+                return 0.0, tries
             break
         s += d
     # The state at the contact.
