@@ -6,7 +6,8 @@ proof comes afterwards, from both ends: with x and its derivatives known at the 
 landing, and S >= |x''''| in between (`walls.py`), the gaps to both walls are bounded below by
 quartics that leave from the start and, backwards in time, from the landing. If these are positive
 up to the middle of the flight, there was no earlier contact. If the proof fails, nothing has been
-done, and the caller takes the cautious way (`kernel.fly`).
+done, and the caller takes the cautious way (`kernel.fly`); so it is where Newton's rule stops at a
+point that is no root.
 """
 
 from __future__ import annotations
