@@ -306,13 +306,14 @@ def start_up() -> str:
     imported, called, evaluated = warm[2][0]
     return (
         "## Start-up\n\n"
-        f"Fresh process, machine code cached: {warm[0]:.2f} s from start to end ({warm[1]:.2f} s of "
-        f"the processor), of which {imported:.2f} s import, {called:.2f} s first `simulate` (numba's "
-        f"own import is most of it), {evaluated:.2f} s first evaluation.\n\n"
+        f"Fresh process, machine code cached: {warm[0]:.2f} s from start to end "
+        f"({warm[1]:.2f} s of the processor), of which {imported:.2f} s import, {called:.2f} s "
+        f"first `simulate` (numba's own import is most of it), {evaluated:.2f} s first "
+        "evaluation.\n\n"
         "With an empty cache (once after an installation or an edit) "
-        f"{cold:.1f} s ({cold_used:.1f} s of the processor). Two processes that start together on an "
-        f"empty cache: {pair:.1f} s ({pair_used:.1f} s of the processor, both): one compiles, the "
-        "other waits for it and loads.\n"
+        f"{cold:.1f} s ({cold_used:.1f} s of the processor). Two processes that start together "
+        f"on an empty cache: {pair:.1f} s ({pair_used:.1f} s of the processor, both): one "
+        "compiles, the other waits for it and loads.\n"
     )
 
 

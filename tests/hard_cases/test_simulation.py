@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
-from vinesexp.errors import ParameterError
+from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.excitation import WeakDamping
 
 TABLE2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
@@ -94,6 +94,61 @@ def test_energy_balances_whatever_the_parameters(zeta, eps, b, r, ratio, x0):
     motion = simulate(rig, base, Release(x0, 0.0, [x0 - 0.7 * b], [0.02]), 1.5)
     residual, scale = energy_balance(motion)
     assert abs(residual) < 1e-11 * scale
+
+
+def test_no_impact_where_the_gap_has_no_root():
+    """A guessed contact from which Newton's rule goes nowhere; it was once taken for an impact."""
+    oscillator = Oscillator(M=1.0, c1=0.0, k1=549.6906878233865)
+    balls = [
+        NES(m=0.9216525077433027, b=0.02063445159521075, r=1.0),
+        NES(m=0.15586381941444863, b=0.012447911647742827, r=0.0),
+    ]
+    base = Harmonic(0.00015438934422773185, 4.605695762170672, 1.696968225960127)
+    y0 = [0.03266930034530137, -0.0004097546613279178]
+    release = Release(0.012036912195250136, 0.07784229526521058, y0)
+    one, two = (
+        simulate(Rig(oscillator, nes=balls), base, release, 0.8, general=general)
+        for general in (False, True)
+    )
+    np.testing.assert_allclose(one.impacts["time"], two.impacts["time"], rtol=0, atol=1e-11)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_impact_is_missed_or_invented_in_thousands_of_rigs(seed):
+    """Closed form against series: until an error has grown, both have the same impacts."""
+    rng = np.random.default_rng(seed)
+    for _ in range(3000):
+        f0, n = 10 ** rng.uniform(-0.3, 1.3), rng.choice([1, 1, 1, 2, 3])
+        oscillator = Oscillator.from_modal(
+            M=1.0, f0=f0, zeta=rng.choice([0, 1e-3, 0.02, 0.3, 0.89])
+        )
+        balls = [
+            NES(m=10 ** rng.uniform(-3, 0), b=10 ** rng.uniform(-3, -1),
+                r=rng.choice([0.0, 0.1, 0.3, 0.6, 0.9, 1.0]))
+            for _ in range(n)
+        ]  # fmt: skip
+        base = Harmonic(10 ** rng.uniform(-5, -2), f0 * rng.uniform(0.5, 1.6), rng.uniform(0, 6))
+        x0, v0 = rng.uniform(-0.02, 0.02), rng.uniform(-0.1, 0.1)
+        y0 = [x0 + rng.choice([-1, 1]) * q.b * rng.choice([1.0, 0.9999, 0.5]) for q in balls]
+        release = Release(x0, v0, y0, [rng.choice([0.0, v0, 0.9 * v0]) for _ in balls])
+        try:
+            one, two = (
+                simulate(Rig(oscillator, nes=balls), base, release, 2.0 / f0, general=general)
+                for general in (False, True)
+            )
+        except AnalysisError:  # elastic balls between which time stops
+            continue
+        stays_inside(one, 401)
+        a, b = one.impacts, two.impacts
+        error = 0.0
+        for k in range(min(len(a["time"]), len(b["time"]), 25)):
+            jump = abs(a["time"][k] - b["time"][k]) * f0
+            grazing = abs(b["v_before"][k] - b["vy_before"][k]) < 1e-3 * abs(b["v_before"]).max()
+            assert jump < 1e-6 or error > 1e-10 or grazing, (base, balls, release, k)
+            error = max(error, jump)
+            if error > 1e-10 or grazing:
+                break
 
 
 def test_closed_form_and_series_agree_before_chaos():

@@ -6,7 +6,8 @@ proof comes afterwards, from both ends: with x and its derivatives known at the 
 landing, and S >= |x''''| in between (`walls.py`), the gaps to both walls are bounded below by
 quartics that leave from the start and, backwards in time, from the landing. If these are positive
 up to the middle of the flight, there was no earlier contact. If the proof fails, nothing has been
-done, and the caller takes the cautious way (`kernel.fly`).
+done, and the caller takes the cautious way (`kernel.fly`); so it is where Newton's rule stops at a
+point that is no root.
 """
 
 from __future__ import annotations
@@ -105,6 +106,12 @@ def cross(
             value = g + d * (g1 - to * d * (0.5 * a + d * (j + 0.25 * d * f) * (1.0 / 6.0)))
             d -= value / slope
         if abs(d) * rate < CLOSE:
+            # Where the gap has no root near by, Newton's rule can stop at nothing: look.
+            slope = g1 - to * d * (a + d * (0.5 * j + d * f * (1.0 / 6.0)))
+            value = g + d * (g1 - to * d * (0.5 * a + d * (j + 0.25 * d * f) * (1.0 / 6.0)))
+            rounding = 8.0 * EPS * (far + abs(rho) * s + abs(x) + abs(x0))
+            if not (slope < 0.0 and abs(value) <= rounding):
+                return 0.0, tries
             break
         s += d
     # The state at the contact.

@@ -1,9 +1,10 @@
 """The event loop, and its fast way: harmonic base (or none) and linear damping, in closed form.
 
 Flights between walls are covered in a few evaluations of the closed form (`response.py`) by steps
-that are certain to pass no contact (`walls.py`). What is not such a flight, that is chatter, rest,
-release and starts on a wall, is one turn of the general loop (`events.py`), so every rule stands in
-one place only. The general loop, which knows nothing of this one, is its test.
+that are certain to pass no contact (`walls.py`), the bounces of a chatter by a series each
+(`hop.py`). What is neither, that is the end of a chatter, rest, release, several balls at once and
+starts on a wall, is one turn of the general loop (`events.py`), which holds those rules alone. The
+general loop, which knows nothing of this one, is its test.
 """
 
 from __future__ import annotations
