@@ -253,10 +253,9 @@ def place(windows: Windows, pulse: Pulse, *, reach: int) -> Windows:
     if reach:
         trials = np.arange(-reach, reach + 1, min(0.5, 1.0 / pulse.parts))
         shapes = pulse.at(windows.lags[np.newaxis, :] - trials[:, np.newaxis])[0]
-        norm = np.sqrt((shapes**2).sum(axis=1))
-        # A shape that lies wholly outside the window matches nothing.
-        seen = windows.samples * windows.good
-        match = seen @ shapes.T / np.where(norm > 0.0, norm, np.inf)
+        # By the samples that are known; a shape wholly outside them matches nothing.
+        norm = np.sqrt(windows.good @ (shapes**2).T)
+        match = (windows.samples * windows.good) @ shapes.T / np.where(norm > 0.0, norm, np.inf)
         shift = trials[np.argmax(np.abs(match), axis=1)]
         height = np.sign(match[np.arange(shift.size), np.argmax(np.abs(match), axis=1)])
     for _ in range(4):
