@@ -187,11 +187,16 @@ def timing_limit(scene: Scene, noise: float, *, free_duration: bool = False) -> 
     return float(np.sqrt(np.mean(variances)))
 
 
-def visibility(scene: Scene, noise: float) -> float:
-    """Standard deviations by which a contact of jump 1 m/s stands out after the matched filter."""
-    shift = (np.arange(20) + 0.5) / 20.0 / scene.rate
+def visibility(scene: Scene, noise: float, time: FloatArray) -> FloatArray:
+    """Standard deviations by which a contact of jump 1 m/s at each time stands out.
+
+    After the filter matched to it, wherever it falls between two samples.
+    """
+    steps = 20
+    shift = (np.arange(steps) + 0.5) / steps / scene.rate
     rows = _through(scene, _contact(shift, scene.rate, scene))
-    return float(np.sqrt((rows**2).sum(axis=1)).mean() / noise)
+    at = np.minimum((np.mod(time * scene.rate, 1.0) * steps).astype(np.int64), steps - 1)
+    return np.asarray(np.sqrt((rows**2).sum(axis=1))[at] / noise)
 
 
 def _through(scene: Scene, rows: FloatArray) -> FloatArray:

@@ -92,7 +92,7 @@ def score(record: Record, method: str, found: FloatArray, seconds: float) -> Sco
     # A second find for one true impact is false, unless a weak one stands there too.
     true_but_weak = sum(a and b for a, b in zip(near, weak, strict=True))
     false = left.size - true_but_weak
-    seen = np.abs(jump[strong]) * visibility(scene, record.noise)
+    seen = np.abs(jump[strong]) * visibility(scene, record.noise, time[strong])
     lost = np.delete(seen, [i for i, _ in hits])
     alone = _alone(time)[strong]
     rows = np.array([i for i, _ in hits], dtype=np.int64)

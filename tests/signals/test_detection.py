@@ -126,6 +126,32 @@ def test_clipped_contacts_are_flagged_and_timed(ring: float | None) -> None:
     assert (np.abs(found.jump - j) < 5.0 * found.jump_error + 0.05 * np.abs(j))[flagged].all()
 
 
+def test_a_pulse_is_learnt_from_clipped_and_ringing_contacts_only() -> None:
+    t, j = regular(100)
+    a = trace(t, j, seconds=7.0, ring=3000.0)
+    limit = 28.0  # half of a contact without its ringing
+    clipped = np.abs(a) >= limit
+    found = detect_contacts(np.clip(a, -limit, limit), 1e4, highpass=None, clipped=clipped)
+    assert found.time.size == 100
+    assert found.clipped.all()
+    assert found.pulse is not None
+    assert found.pulse.shape.ring == pytest.approx(0.3, abs=2e-3)
+    assert np.abs(found.time - t).max() < 2e-5
+
+
+def test_close_pairs_do_not_blur_the_pulse() -> None:
+    """Four of five impacts have a second one 0.6 to 1.6 ms after; all are found."""
+    random = np.random.default_rng(4)
+    first = 0.1 + 0.05 * np.arange(100)
+    second = (first + random.uniform(0.6e-3, 1.6e-3, 100))[np.arange(100) % 5 != 0]
+    t = np.sort(np.concatenate([first, second]))
+    found = detect_contacts(trace(t, 0.0146 * np.ones(180), seconds=6.0), 1e4, highpass=None)
+    assert found.time.size == 180
+    assert np.abs(found.time - t).max() < 3e-5
+    assert found.pulse is not None
+    assert found.pulse.shape.duration == pytest.approx(4.0, rel=0.03)
+
+
 def test_missing_samples_hide_only_what_lies_in_them() -> None:
     t, j = regular(100)
     a = trace(t, j, seconds=7.0)

@@ -31,6 +31,7 @@ _TAIL = 1.5  # times a tail may show as strong as it should
 _STRONG = 0.3  # of the strongest
 _WEAK = 0.15  # of the strongest neighbour
 _LEARN = 80  # impacts the pulse is learnt from
+_AGAIN = 3  # rounds of learning among neighbours
 _FEW = 5  # whole ones are enough; with fewer, clipped ones help
 _ENOUGH = 0.4  # of a contact's samples
 _CLEAR = 7.0  # strength of an impact to learn from
@@ -145,7 +146,7 @@ def detect_from(
     # What is faint may be an impact between two samples: the pulse will tell, if one is learnt.
     if not (spikes.strength > threshold).any():
         return _nothing(1.0 / sample_rate, noise)
-    width = _typical(spikes.width, spikes.strength)
+    width = _typical(spikes, reach=_APART * sample_rate)
     reach = max(_APART * sample_rate, 2.0 * width)
     first = strongest(spikes.index, spikes.strength, reach=reach)
     strength = spikes.strength[np.searchsorted(spikes.index, first)]
@@ -203,10 +204,12 @@ def _all_spikes(
     )
 
 
-def _typical(width: IntArray, strength: FloatArray) -> float:
-    """Boxcar that shows most of the strong contacts best."""
-    strong = width[strength >= _STRONG * strength.max()]
-    return float(np.median(strong))
+def _typical(spikes: Spikes, *, reach: float) -> float:
+    """Boxcar that shows most of the strong contacts best, whatever lies beside their tops."""
+    reach = max(reach, 2.0 * spikes.width[np.argmax(spikes.strength)])
+    tops = np.searchsorted(spikes.index, strongest(spikes.index, spikes.strength, reach=reach))
+    strong = tops[spikes.strength[tops] >= _STRONG * spikes.strength.max()]
+    return float(np.median(spikes.width[strong]))
 
 
 def _neighbour(index: IntArray, strength: FloatArray, *, reach: int) -> FloatArray:
@@ -265,38 +268,45 @@ def _learnt_in_company(
 ) -> Pulse:  # fmt: skip
     """The pulse where hardly an impact stands alone: each less what its neighbours seem to be.
 
-    From the chunk with the strongest impact; twice, as better neighbours make a better pulse.
+    From the chunk with the strongest impact; again as long as the pulse explains more, as better
+    neighbours make a better pulse.
     """
     size = _CHUNK // k * k
     begin = int(first[np.argmax(strength)]) // size * size
     piece = coarse(begin, min(n, begin + size))
     noise = stretch_noise(np.where(piece.good, piece.a, np.nan), noise_floor / np.sqrt(k))
     lags = np.arange(pulse.first, pulse.last + 1)
-    for _ in range(2):
+    best, least = pulse, math.inf
+    for _ in range(_AGAIN):
         here = (first >= begin) & (first < begin + size)
         start = np.unique(np.clip((first[here] - begin) // k, 0, piece.a.size - 1))
         found = fit_contacts(
             piece.a, start, pulse, noise=noise, threshold=threshold,
             valid=piece.good, clipped=piece.clipped,
         )  # fmt: skip
+        rest = explained_rest(piece.a, found, pulse)
+        left = float((rest[piece.good] ** 2).sum())
+        if left >= least:
+            break
+        best, least = pulse, left
         centre = np.rint(found.place).astype(np.int64)
         whole = (centre + lags[0] >= 0) & (centre + lags[-1] < piece.a.size)
         whole &= found.strength > _CLEAR
         chosen = np.flatnonzero(whole)[np.argsort(-found.strength[whole], kind="stable")][:_LEARN]
         if chosen.size < _FEW:
-            return pulse
+            break
         index = centre[chosen, np.newaxis] + lags
         own = (
             found.height[chosen, np.newaxis] * pulse.at(index - found.place[chosen, np.newaxis])[0]
         )
-        alone = explained_rest(piece.a, found, pulse)[index] + own
+        alone = rest[index] + own
         at = np.minimum(centre[chosen] // STRETCH, noise.size - 1)
         windows = Windows(
             alone, lags, found.place[chosen] - centre[chosen], found.height[chosen], noise[at],
             piece.good[index],
         )  # fmt: skip
         pulse, _ = learn_pulse(windows, pulse.shape, highpass=highpass, dt=dt)
-    return pulse
+    return best
 
 
 def _unexplained(index: IntArray, strength: FloatArray, pulse: Pulse) -> BoolArray:

@@ -25,6 +25,7 @@ _NOTICED = 30.0  # ... and by so much chi^2
 _SEARCHED = 16  # impacts on which starts are tried
 _LONGEST_RING = 4000  # samples
 _SHORT, _SHORTER = 2.0, 0.4  # samples: where no boxcar tells the length, a second start
+_PLACED = 4  # steps to an impact's time
 _STRANGE = 5.0  # standard deviations of a sample from those of the other windows
 _OVER = 8.0  # standard deviations of a spectrum averaged over the impacts: something rings
 MEDIAN_OF_NORMAL = 0.6745  # of the absolute value, in standard deviations
@@ -253,23 +254,31 @@ def place(windows: Windows, pulse: Pulse, *, reach: int) -> Windows:
     if reach:
         trials = np.arange(-reach, reach + 1, min(0.5, 1.0 / pulse.parts))
         shapes = pulse.at(windows.lags[np.newaxis, :] - trials[:, np.newaxis])[0]
-        norm = np.sqrt((shapes**2).sum(axis=1))
-        # A shape that lies wholly outside the window matches nothing.
-        seen = windows.samples * windows.good
-        match = seen @ shapes.T / np.where(norm > 0.0, norm, np.inf)
+        # By the samples that are known; a shape wholly outside them matches nothing.
+        norm = np.sqrt(windows.good @ (shapes**2).T)
+        match = (windows.samples * windows.good) @ shapes.T / np.where(norm > 0.0, norm, np.inf)
         shift = trials[np.argmax(np.abs(match), axis=1)]
         height = np.sign(match[np.arange(shift.size), np.argmax(np.abs(match), axis=1)])
-    for _ in range(4):
+    seen = windows.samples * windows.good
+    best, explained = shift, np.full(shift.size, -1.0)
+    for k in range(_PLACED + 1):
         value, slope = pulse.at(windows.lags - shift[:, np.newaxis])
         value, slope = value * windows.good, slope * windows.good
         vv, vs, ss = (value * value).sum(1), (value * slope).sum(1), (slope * slope).sum(1)
-        v, s = (value * windows.samples).sum(1), (slope * windows.samples).sum(1)
-        height = np.where(vv > 0.0, v / np.maximum(vv, 1e-300), height)
+        v, s = (value * seen).sum(1), (slope * seen).sum(1)
+        # Where the pulse is flat a step may lead away: only what explains more is kept.
+        now = v**2 / np.maximum(vv, 1e-300)
+        better = now > explained
+        best, explained = np.where(better, shift, best), np.where(better, now, explained)
+        height = np.where(better & (vv > 0.0), v / np.maximum(vv, 1e-300), height)
+        if k == _PLACED:
+            break
         # d(sample)/d(shift) = -height slope
+        own = np.where(vv > 0.0, v / np.maximum(vv, 1e-300), height)
         down = ss - vs * vs / np.maximum(vv, 1e-300)
-        step = -(s - height * vs) / np.where(height * down == 0.0, np.inf, height * down)
+        step = -(s - own * vs) / np.where(own * down == 0.0, np.inf, own * down)
         shift = shift + np.clip(step, -0.5, 0.5)
-    return replace(windows, shift=shift, height=height)
+    return replace(windows, shift=best, height=height)
 
 
 def _residual(windows: Windows, pulse: Pulse) -> tuple[FloatArray, FloatArray, FloatArray]:

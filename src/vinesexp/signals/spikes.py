@@ -64,11 +64,11 @@ def boxcars(sample_rate: float, highpass: float | None = None) -> list[int]:
     return [1 << k for k in range(longest.bit_length()) if 1 << k <= longest]
 
 
-def noise_of(z: Samples, floor: float = 0.0) -> float:
+def noise_of(z: Samples, floor: float = 0.0, *, width: int = 1) -> float:
     """Standard deviation of the noise in z about its median, spikes put aside.
 
     About the median: where impacts follow one another closely, what the highpass took from them
-    lies evenly between them.
+    lies evenly between them. Of sums over `width` samples fewer are looked at: they overlap.
 
     Examples
     --------
@@ -76,7 +76,8 @@ def noise_of(z: Samples, floor: float = 0.0) -> float:
     >>> abs(noise_of(z) - 1.0) < 0.1
     True
     """
-    thin = z[:: _THIN if z.size > 64 * _THIN else 1]
+    every = max(_THIN, width // 2)
+    thin = z[:: every if z.size > 64 * every else 1]
     if np.isnan(thin.sum()):
         thin = thin[np.isfinite(thin)]
     if not thin.size:
@@ -147,8 +148,10 @@ def find_spikes(
     noise = np.array(
         [
             [
-                noise_of(z, floor)
-                for z, floor in zip(_boxed(coarse[begin:end], widths), floors, strict=True)
+                noise_of(z, floor, width=width)
+                for z, floor, width in zip(
+                    _boxed(coarse[begin:end], widths), floors, widths, strict=True
+                )
             ]
             for _, begin, end in stretches
         ]
