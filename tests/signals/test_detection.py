@@ -1,11 +1,14 @@
 """Contacts: every one, none else, as exact in time as the noise allows."""
 
+import tracemalloc
+from functools import lru_cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.signals.detection import detect_contacts
+from vinesexp.signals.detection import detect_contacts, detect_from
 from vinesexp.signals.filters import butterworth, zero_phase
 from vinesexp.signals.spikes import boxcars, find_spikes
 from vinesexp.simulation.pulses import contact_acceleration
@@ -191,3 +194,42 @@ def test_confidence_is_the_chance_of_finding_it_again() -> None:
 def test_boxcars_reach_what_the_highpass_leaves() -> None:
     assert boxcars(2e5)[-1] == 128
     assert boxcars(1700.0, highpass=0.5)[-1] == 512
+
+
+def test_memory_does_not_grow_with_the_record() -> None:
+    t, j = regular(60)
+    piece = trace(t, j, seconds=5.0)
+
+    def read(begin: int, end: int) -> np.ndarray:
+        return piece[np.arange(begin, end) % piece.size]
+
+    peaks = []
+    for n in (1_000_000, 4_000_000):
+        tracemalloc.start()
+        found = detect_from(read, n, 1e4, highpass=None)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert found.time.size == 60 * n // piece.size
+    assert peaks[1] < 1.1 * peaks[0]
+    assert peaks[1] < 60e6
+
+
+@pytest.mark.slow
+def test_an_hour_of_noise_holds_no_impact_but_the_twenty_put_in() -> None:
+    size, n = 1 << 20, 36_000_000
+    t, j = 1.0 + 180.0 * np.arange(20), np.full(20, 0.0146)
+
+    @lru_cache(maxsize=3)
+    def block(k: int) -> np.ndarray:
+        inside = (t * 1e4 > k * size) & (t * 1e4 < (k + 1) * size)
+        start = k * size * 1e-4
+        return trace(t[inside] - start, j[inside], seconds=size * 1e-4, noise=3.0, seed=k)
+
+    def read(begin: int, end: int) -> np.ndarray:
+        blocks = range(begin // size, (end - 1) // size + 1)
+        parts = [block(k)[max(begin - k * size, 0) : end - k * size] for k in blocks]
+        return np.concatenate(parts)
+
+    found = detect_from(read, n, 1e4, highpass=None)
+    assert found.time.size == 20
+    assert np.abs(found.time - t).max() < 5e-5

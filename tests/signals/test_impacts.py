@@ -148,10 +148,11 @@ def test_clipped_range_is_seen_in_the_data(tmp_path: Path, store) -> None:
 
 def test_chunks_of_a_long_record_leave_no_seam(monkeypatch, measure, tmp_path: Path) -> None:
     from vinesexp.signals import detection
+    from vinesexp.signals.spikes import STRETCH
 
     record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0)
     whole = found_in(record, tmp_path, clearance=(0.03,))
-    monkeypatch.setattr(detection, "_CHUNK", 2 * detection.STRETCH)
+    monkeypatch.setattr(detection, "CHUNK", 2 * STRETCH)
     pieces = found_in(record, tmp_path, clearance=(0.03,))
     assert pieces.n == whole.n
     assert np.abs(pieces.time_s - whole.time_s).max() < 1e-6

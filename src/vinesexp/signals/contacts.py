@@ -12,6 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.signals.overlap import (
+    State,
+    align,
+    keep_only,
+    less,
+    normal_equations,
+    seen_lags,
+    settle,
+)
 from vinesexp.signals.pulse import Pulse
 from vinesexp.signals.spikes import STRETCH, louder, stretch_noise
 
@@ -20,12 +29,9 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _ROUNDS = 8
-_STEPS = 5  # Gauss-Newton steps a round, at most
-_STILL = 1e-3  # samples: a smaller step changes nothing
 _DOUBT = 3.0  # times the spread about the shape is still the shape
 _QUIETER = 0.7  # times the noise believed before
 _NARROW = 8  # samples: so many sums are quicker than a running one
-_SEEN = 0.03  # a lag counts in the fit where the pulse exceeds this share of its peak
 
 
 @dataclass(frozen=True)
@@ -63,52 +69,9 @@ class Contacts:
     sure: BoolArray
 
 
-@dataclass
-class _State:
-    """What is being refined: the array, its noise, what may be believed, and the contacts."""
-
-    a: FloatArray
-    noise: FloatArray
-    valid: BoolArray
-    clipped: BoolArray
-    pulse: Pulse
-    place: FloatArray
-    height: FloatArray
-    sure: BoolArray
-
-    def windows(self, lags: IntArray) -> tuple[IntArray, FloatArray, BoolArray]:
-        """Sample index, lag, and whether there is a sample, for every contact."""
-        index = np.rint(self.place).astype(np.int64)[:, np.newaxis] + lags
-        u = index - self.place[:, np.newaxis]
-        inside = (index >= 0) & (index < self.a.size)
-        return np.clip(index, 0, self.a.size - 1), u, inside
-
-    def noise_at(self) -> FloatArray:
-        stretch = np.clip(self.place, 0, self.a.size - 1).astype(np.int64) // STRETCH
-        return self.noise[np.minimum(stretch, self.noise.size - 1)]
-
-    def residual(self) -> FloatArray:
-        """The array less all contacts."""
-        return _less(self.a, self.place, self.height, self.pulse)
-
-
 def explained_rest(a: FloatArray, contacts: Contacts, pulse: Pulse) -> FloatArray:
     """What fitted contacts leave of an array."""
-    return _less(a, contacts.place, contacts.height, pulse)
-
-
-def _less(a: FloatArray, place: FloatArray, height: FloatArray, pulse: Pulse) -> FloatArray:
-    if not place.size:
-        return a.copy()
-    lags = np.arange(pulse.first, pulse.last + 1)
-    centre = np.rint(place)
-    index = centre.astype(np.int64)[:, np.newaxis] + lags
-    model = pulse.around(place - centre, lags)[0]
-    model *= height[:, np.newaxis]
-    if index.min() < 0 or index.max() >= a.size:
-        model *= (index >= 0) & (index < a.size)
-        index = np.clip(index, 0, a.size - 1)
-    return a - np.bincount(index.ravel(), model.ravel(), a.size)
+    return less(a, contacts.place, contacts.height, pulse)
 
 
 def fit_contacts(
@@ -143,12 +106,12 @@ def fit_contacts(
     box = _BoxNoise(a, pulse.width, truth)
     noise = box.at_least(noise)
     known = np.ones(start.size, dtype=bool) if sure is None else sure
-    state = _State(a, noise, truth, beyond, pulse, place, a[start].astype(np.float64), known)
-    seen = _seen_lags(pulse)
+    state = State(a, noise, truth, beyond, pulse, place, a[start].astype(np.float64), known)
+    seen = seen_lags(pulse)
     align(state, seen, reach=pulse.search)
     tried: list[float] = []
     for _ in range(_ROUNDS):
-        _settle(state, seen)
+        settle(state, seen)
         _merge(state, threshold, seen)
         rest = state.residual()
         more, near = _left_over(state, rest, box, threshold)
@@ -159,19 +122,12 @@ def fit_contacts(
         state.height = np.concatenate([state.height, rest[more]])
         state.sure = np.append(state.sure, np.ones(more.size, dtype=bool))
     else:
-        _settle(state, seen)
+        settle(state, seen)
         _merge(state, threshold, seen)
     return _finished(state, seen)
 
 
-def _settle(state: _State, seen: IntArray) -> None:
-    """Gauss-Newton until nothing moves that matters."""
-    for _ in range(_STEPS):
-        if _refine(state, seen) < _STILL:
-            break
-
-
-def _quieter(state: _State, rest: FloatArray, box: _BoxNoise) -> bool:
+def _quieter(state: State, rest: FloatArray, box: _BoxNoise) -> bool:
     """Take the noise from what the contacts leave, where they themselves had passed for noise."""
     single = stretch_noise(np.where(state.valid, rest, np.nan))
     if not (single < _QUIETER * state.noise).any():
@@ -185,116 +141,18 @@ def _quieter(state: _State, rest: FloatArray, box: _BoxNoise) -> bool:
     return True
 
 
-def _seen_lags(pulse: Pulse) -> IntArray:
-    lags = np.arange(pulse.first, pulse.last + 1)
-    size = np.maximum(np.abs(pulse.at(lags - 0.5)[0]), np.abs(pulse.at(lags + 0.5)[0]))
-    size = np.maximum(size, np.abs(pulse.at(lags.astype(np.float64))[0]))
-    big = lags[size > _SEEN]
-    return np.arange(big[0], big[-1] + 1)
-
-
-def _normal(
-    state: _State, seen: IntArray, *, also: BoolArray | None = None
-) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Sample index, pulse, time derivative and the 2 x 2 normal equations of every contact."""
-    index, _, inside = state.windows(seen)
-    value, slope = state.pulse.around(state.place - np.rint(state.place), seen)
-    slope *= -state.height[:, np.newaxis]
-    counts = state.valid if also is None else state.valid | also
-    use = inside & counts[index]
-    if not use.all():
-        value, slope = value * use, slope * use
-    vv, vs, ss = ((value * value).sum(1), (value * slope).sum(1), (slope * slope).sum(1))
-    return index, value, slope, vv, vs, ss
-
-
-def align(state: _State, seen: IntArray, *, reach: int) -> None:
-    """Move every contact to where the pulse fits best within `reach` samples.
-
-    A first guess may sit on the second swing of a ringing, from where small steps do not lead back.
-    """
-    wide = np.arange(seen[0] - reach, seen[-1] + reach + 1)
-    index, _, inside = state.windows(wide)
-    known = state.valid[index] | state.clipped[index]
-    samples = np.where(inside & known, state.a[index], 0.0)
-    views = np.lib.stride_tricks.sliding_window_view(samples, seen.size, axis=1)
-    parts = state.pulse.parts
-    top = np.zeros(len(samples))
-    place, height = np.rint(state.place), state.height
-    for part in np.arange(parts) / parts:
-        shape = state.pulse.at(seen - part)[0]
-        norm = float(shape @ shape)
-        match = views @ shape / np.sqrt(norm)
-        best = np.argmax(np.abs(match), axis=1)
-        value = match[np.arange(best.size), best]
-        better = np.abs(value) > top
-        top = np.where(better, np.abs(value), top)
-        place = np.where(better, np.rint(state.place) + best - reach + part, place)
-        height = np.where(better, value / np.sqrt(norm), height)
-    state.place, state.height = place, height
-
-
-def _refine(state: _State, seen: IntArray) -> float:
-    """One Gauss-Newton step of all times and heights; each keeps within half a sample.
-
-    Contacts that overlap are moved together, all others each for itself. Returns the largest move.
-    """
-    if not state.place.size:
-        return 0.0
-    rest = state.residual()
-    short = state.clipped & (rest * state.a > 0.0)  # the fit does not even reach the limit
-    index, value, slope, vv, vs, ss = _normal(state, seen, also=short)
-    window = rest[index]
-    right_v, right_s = (value * window).sum(1), (slope * window).sum(1)
-    determinant = vv * ss - vs * vs
-    good = determinant > 1e-9 * vv * ss
-    safe = np.where(good, determinant, 1.0)
-    height_step = np.where(good, (ss * right_v - vs * right_s) / safe, 0.0)
-    place_step = np.where(good, (vv * right_s - vs * right_v) / safe, 0.0)
-    for group in _overlapping(state):
-        step = _joint_step(rest, index[group], value[group], slope[group])
-        height_step[group], place_step[group] = step
-    state.height = state.height + height_step
-    state.place = state.place + np.clip(place_step, -0.5, 0.5)
-    return float(np.abs(place_step).max())
-
-
-def _overlapping(state: _State) -> list[IntArray]:
-    """Groups of contacts, each closer to the next than their cores are long."""
-    order = np.argsort(state.place, kind="stable")
-    linked = np.diff(state.place[order]) < state.pulse.core[1] - state.pulse.core[0]
-    if not linked.any():
-        return []
-    groups = np.split(order, np.flatnonzero(~linked) + 1)
-    return [group for group in groups if group.size > 1]
-
-
-def _joint_step(
-    rest: FloatArray, index: IntArray, value: FloatArray, slope: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Steps of heights and places of contacts that share samples."""
-    low, high = int(index.min()), int(index.max()) + 1
-    count = index.shape[0]
-    columns = np.zeros((2 * count, high - low))
-    for i in range(count):
-        np.add.at(columns[i], index[i] - low, value[i])
-        np.add.at(columns[count + i], index[i] - low, slope[i])
-    step = np.asarray(np.linalg.lstsq(columns.T, rest[low:high], rcond=1e-4)[0], dtype=np.float64)
-    return step[:count], step[count:]
-
-
-def _merge(state: _State, threshold: float, seen: IntArray) -> None:
+def _merge(state: State, threshold: float, seen: IntArray) -> None:
     """Drop contacts that became insignificant or that coincide with a stronger one."""
     if not state.place.size:
         return
-    _keep(state, np.argsort(state.place, kind="stable"))
-    _, _, _, vv, _, _ = _normal(state, seen)
+    keep_only(state, np.argsort(state.place, kind="stable"))
+    _, _, _, vv, _, _ = normal_equations(state, seen)
     norm = float(np.sqrt((state.pulse.at(seen.astype(np.float64))[0] ** 2).sum()))
     # A contact at the edge or half clipped is judged by what is left of it.
     strength = np.abs(state.height) * np.sqrt(np.maximum(vv, 0.04 * norm**2)) / state.noise_at()
     inside = (state.place > -0.5) & (state.place < state.a.size - 0.5)
     keep = inside & (strength >= 0.8 * threshold)
-    _keep(state, keep)
+    keep_only(state, keep)
     while state.place.size > 1:
         close = np.flatnonzero(np.diff(state.place) < 0.75 * state.pulse.width)
         if not close.size:
@@ -304,12 +162,7 @@ def _merge(state: _State, threshold: float, seen: IntArray) -> None:
         )
         keep = np.ones(state.place.size, dtype=bool)
         keep[weaker] = False
-        _keep(state, keep)
-
-
-def _keep(state: _State, which: IntArray | BoolArray) -> None:
-    state.place, state.height = state.place[which], state.height[which]
-    state.sure = state.sure[which]
+        keep_only(state, keep)
 
 
 class _BoxNoise:
@@ -344,7 +197,7 @@ class _BoxNoise:
 
 
 def _left_over(
-    state: _State, rest: FloatArray, box: _BoxNoise, threshold: float
+    state: State, rest: FloatArray, box: _BoxNoise, threshold: float
 ) -> tuple[IntArray, IntArray]:
     """Samples where something still stands out, one for each pulse length at most.
 
@@ -369,7 +222,7 @@ def _left_over(
     return candidates[~near], candidates[near]
 
 
-def _split(state: _State, near: IntArray, tried: list[float]) -> bool:
+def _split(state: State, near: IntArray, tried: list[float]) -> bool:
     """Make two of every contact that does not explain what lies in it; each is tried once."""
     apart = 0.5 * max(1.0, state.pulse.width)
     found = False
@@ -388,7 +241,7 @@ def _split(state: _State, near: IntArray, tried: list[float]) -> bool:
     return found
 
 
-def _doubts(state: _State) -> FloatArray:
+def _doubts(state: State) -> FloatArray:
     """Sum of what every contact may differ from the shape, at each sample."""
     if not state.place.size:
         return np.zeros(state.a.size)
@@ -422,13 +275,13 @@ def strongest(index: IntArray, size: FloatArray, *, reach: float) -> IntArray:
     return index[largest]
 
 
-def _finished(state: _State, seen: IntArray) -> Contacts:
+def _finished(state: State, seen: IntArray) -> Contacts:
     if not state.place.size:
         none = np.empty(0)
         flags = none.astype(bool)
         return Contacts(none, none, none, none, none, none, none, none, flags, flags)
     noise, pulse = state.noise_at(), state.pulse
-    _, _, _, vv, vs, ss = _normal(state, seen)
+    _, _, _, vv, vs, ss = normal_equations(state, seen)
     determinant = np.maximum(vv * ss - vs * vs, 1e-300)
     place_error = noise * np.sqrt(vv / determinant)
     height_error = noise * np.sqrt(ss / determinant)
@@ -459,7 +312,7 @@ def _finished(state: _State, seen: IntArray) -> Contacts:
 
 
 def _areas(
-    state: _State, u: FloatArray, rest: FloatArray, use: BoolArray, noise: FloatArray
+    state: State, u: FloatArray, rest: FloatArray, use: BoolArray, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Velocity jumps, in sample intervals.
 

@@ -6,18 +6,24 @@ tuning for a rig: thresholds follow the noise, and the pulse is learnt from the 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.signals.contacts import Contacts, explained_rest, fit_contacts, strongest
+from vinesexp.signals.contacts import Contacts, fit_contacts, strongest
 from vinesexp.signals.extension import block_means
-from vinesexp.signals.pulse import Pulse, Shape, pulse_of, window
-from vinesexp.signals.shapefit import Windows, learn_pulse
-from vinesexp.signals.spikes import STRETCH, Spikes, find_spikes, stretch_noise
+from vinesexp.signals.learning import (
+    CHUNK,
+    FEW,
+    Piece,
+    learnt_alone,
+    learnt_in_company,
+    strongest_neighbour,
+)
+from vinesexp.signals.pulse import Pulse, Shape, window
+from vinesexp.signals.spikes import Spikes, find_spikes, stretch_noise
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -25,16 +31,10 @@ BoolArray = NDArray[np.bool_]
 Read = Callable[[int, int], FloatArray]
 
 THRESHOLD = 6.0  # standard deviations: noise alone passes once in 5e8 samples
-_CHUNK = 16 * STRETCH  # samples: a quarter of a million, which a cache holds
 _APART = 3e-3  # s: first guesses this close together are one contact and its ringing
 _TAIL = 1.5  # times a tail may show as strong as it should
 _STRONG = 0.3  # of the strongest
 _WEAK = 0.15  # of the strongest neighbour
-_LEARN = 80  # impacts the pulse is learnt from
-_AGAIN = 3  # rounds of learning among neighbours
-_FEW = 5  # whole ones are enough; with fewer, clipped ones help
-_ENOUGH = 0.4  # of a contact's samples
-_CLEAR = 7.0  # strength of an impact to learn from
 _FAINT = 0.7  # of the threshold: looked at again with the pulse
 _FINEST = 8  # samples of a pulse that are worth keeping: more are averaged
 
@@ -74,15 +74,6 @@ class Detection:
     pulse: Pulse | None
     interval: float
     noise: float
-
-
-@dataclass(frozen=True)
-class Piece:
-    """Samples (means of groups where the pulse is long), which are good, and which clipped."""
-
-    a: FloatArray
-    good: BoolArray
-    clipped: BoolArray
 
 
 def detect_contacts(
@@ -165,19 +156,19 @@ def detect_from(
         return Piece(block_means(a, k), ~(holes | over), over & ~holes)
 
     # What is weak beside a strong neighbour may be its undershoot or ringing: left for later.
-    tall = strength >= _WEAK * _neighbour(first, strength, reach=(span[1] - span[0]) * k)
+    tall = strength >= _WEAK * strongest_neighbour(first, strength, reach=(span[1] - span[0]) * k)
     first, strength = first[tall], strength[tall]
-    pulse = _learnt(
+    pulse = learnt_alone(
         coarse, n, k, first, strength, spikes, span,
         Shape(duration=max(1.0, duration / k)), highpass, k / sample_rate,
     )  # fmt: skip
-    if pulse.learnt_from < _FEW:
-        pulse = _learnt_in_company(
+    if pulse.learnt_from < FEW:
+        pulse = learnt_in_company(
             coarse, n, k, first, strength, pulse, threshold, noise_floor, highpass, k / sample_rate
         )
     parts = [
         _fit_chunk(coarse, n, k, begin, first, strength, pulse, threshold, noise_floor)
-        for begin in range(0, n, _CHUNK // k * k)
+        for begin in range(0, n, CHUNK // k * k)
     ]
     answer = _spring_answer(pulse, k / sample_rate, highpass, frequency)
     return _gathered(parts, pulse, k / sample_rate, noise, threshold, answer)
@@ -193,9 +184,9 @@ def _all_spikes(
     highpass: float | None,
 ) -> Spikes:  # fmt: skip
     parts = []
-    for begin in range(0, n, _CHUNK):
+    for begin in range(0, n, CHUNK):
         found = find_spikes(
-            read(begin, min(n, begin + _CHUNK)), sample_rate,
+            read(begin, min(n, begin + CHUNK)), sample_rate,
             threshold=_FAINT * threshold, noise_floor=noise_floor, highpass=highpass,
         )  # fmt: skip
         parts.append(Spikes(found.index + begin, found.strength, found.width, found.noise))
@@ -210,103 +201,6 @@ def _typical(spikes: Spikes, *, reach: float) -> float:
     tops = np.searchsorted(spikes.index, strongest(spikes.index, spikes.strength, reach=reach))
     strong = tops[spikes.strength[tops] >= _STRONG * spikes.strength.max()]
     return float(np.median(spikes.width[strong]))
-
-
-def _neighbour(index: IntArray, strength: FloatArray, *, reach: int) -> FloatArray:
-    """Strength of the strongest other within `reach` samples; 0 where there is none."""
-    top = np.zeros(index.size)
-    for step in range(1, index.size):
-        near = index[step:] - index[:-step] <= reach
-        if not near.any():
-            break
-        top[:-step] = np.maximum(top[:-step], np.where(near, strength[step:], 0.0))
-        top[step:] = np.maximum(top[step:], np.where(near, strength[:-step], 0.0))
-    return top
-
-
-def _learnt(
-    coarse: Callable[[int, int], Piece], n: int, k: int,
-    first: IntArray, strength: FloatArray, spikes: Spikes, span: tuple[int, int],
-    start: Shape, highpass: float | None, dt: float,
-) -> Pulse:  # fmt: skip
-    """The pulse, from up to `_LEARN` clear impacts that stand alone."""
-    reach = (span[1] - span[0]) * k
-    alone = _neighbour(first, strength, reach=reach) == 0.0
-    inside = (first + span[0] * k > 0) & (first + (span[1] + 1) * k < n)
-    usable = np.flatnonzero(alone & inside & (strength > _CLEAR))
-    order = usable[np.argsort(-strength[usable], kind="stable")]
-    order = order[order.size // 50 :]  # the very strongest may be something else
-    lags = np.arange(span[0], span[1] + 1)
-    core = np.abs(lags) <= math.ceil(start.duration)
-    whole: list[tuple[Piece, float]] = []
-    damaged: list[tuple[Piece, float]] = []
-    for i in order[: 4 * _LEARN]:
-        begin = first[i] + span[0] * k
-        piece = coarse(int(begin), int(begin) + lags.size * k)
-        stretch = min(first[i] // STRETCH, spikes.noise.size - 1)
-        kind = whole if piece.good.all() else damaged
-        if kind is whole or piece.good[core].mean() > _ENOUGH:
-            kind.append((piece, float(spikes.noise[stretch] / np.sqrt(k))))
-        if len(whole) == _LEARN:
-            break
-    chosen = whole if len(whole) >= _FEW else (whole + damaged)[:_LEARN]
-    if not chosen:
-        return pulse_of(start, span, highpass=highpass, dt=dt)
-    stack = np.array([piece.a for piece, _ in chosen])
-    windows = Windows(
-        stack, lags, np.zeros(len(stack)), stack[:, -span[0]],
-        np.array([noise for _, noise in chosen]), np.array([piece.good for piece, _ in chosen]),
-    )  # fmt: skip
-    pulse, _ = learn_pulse(windows, start, highpass=highpass, dt=dt)
-    return pulse
-
-
-def _learnt_in_company(
-    coarse: Callable[[int, int], Piece], n: int, k: int,
-    first: IntArray, strength: FloatArray, pulse: Pulse, threshold: float, noise_floor: float,
-    highpass: float | None, dt: float,
-) -> Pulse:  # fmt: skip
-    """The pulse where hardly an impact stands alone: each less what its neighbours seem to be.
-
-    From the chunk with the strongest impact; again as long as the pulse explains more, as better
-    neighbours make a better pulse.
-    """
-    size = _CHUNK // k * k
-    begin = int(first[np.argmax(strength)]) // size * size
-    piece = coarse(begin, min(n, begin + size))
-    noise = stretch_noise(np.where(piece.good, piece.a, np.nan), noise_floor / np.sqrt(k))
-    lags = np.arange(pulse.first, pulse.last + 1)
-    best, least = pulse, math.inf
-    for _ in range(_AGAIN):
-        here = (first >= begin) & (first < begin + size)
-        start = np.unique(np.clip((first[here] - begin) // k, 0, piece.a.size - 1))
-        found = fit_contacts(
-            piece.a, start, pulse, noise=noise, threshold=threshold,
-            valid=piece.good, clipped=piece.clipped,
-        )  # fmt: skip
-        rest = explained_rest(piece.a, found, pulse)
-        left = float((rest[piece.good] ** 2).sum())
-        if left >= least:
-            break
-        best, least = pulse, left
-        centre = np.rint(found.place).astype(np.int64)
-        whole = (centre + lags[0] >= 0) & (centre + lags[-1] < piece.a.size)
-        whole &= found.strength > _CLEAR
-        chosen = np.flatnonzero(whole)[np.argsort(-found.strength[whole], kind="stable")][:_LEARN]
-        if chosen.size < _FEW:
-            break
-        index = centre[chosen, np.newaxis] + lags
-        own = (
-            found.height[chosen, np.newaxis] * pulse.at(index - found.place[chosen, np.newaxis])[0]
-        )
-        alone = rest[index] + own
-        at = np.minimum(centre[chosen] // STRETCH, noise.size - 1)
-        windows = Windows(
-            alone, lags, found.place[chosen] - centre[chosen], found.height[chosen], noise[at],
-            piece.good[index],
-        )  # fmt: skip
-        pulse, _ = learn_pulse(windows, pulse.shape, highpass=highpass, dt=dt)
-    return best
 
 
 def _unexplained(index: IntArray, strength: FloatArray, pulse: Pulse) -> BoolArray:
@@ -332,7 +226,7 @@ def _fit_chunk(
     first: IntArray, strength: FloatArray, pulse: Pulse, threshold: float, noise_floor: float,
 ) -> tuple[Contacts, BoolArray]:  # fmt: skip
     """Contacts in one chunk, placed on the record's own samples, and which are clipped."""
-    end = min(n, begin + _CHUNK // k * k)
+    end = min(n, begin + CHUNK // k * k)
     margin = 2 * (pulse.last - pulse.first) * k
     low, high = max(0, begin - margin) // k * k, min(n, end + margin)
     piece = coarse(low, high)
