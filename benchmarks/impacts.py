@@ -45,11 +45,11 @@ def highpassed(record: Record) -> tuple[FloatArray, float]:
     """The acceleration as `signals.condition` filters it, and the corner."""
     rate = record.scene.rate
     low = min(LOW, 0.04 * rate)
-    sos = butterworth(rate, low=low, high=None)
-    pad, length = settling_samples(sos, remains=1e-5), max(8, math.ceil(0.01 * rate))
+    band = butterworth(rate, low=low, high=None)
+    pad, length = settling_samples(band, remains=1e-5), max(8, math.ceil(0.01 * rate))
     before = continued_line(record.a[:length][::-1], pad, length=length)[::-1]
     after = continued_line(record.a[-length:], pad, length=length)
-    return zero_phase(record.a, sos, before=before, after=after), low
+    return zero_phase(record.a, band, before=before, after=after), low
 
 
 def ours(record: Record) -> FloatArray:

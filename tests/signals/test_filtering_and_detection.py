@@ -7,7 +7,12 @@ from scipy import signal
 from vinesexp.errors import ParameterError
 from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
 from vinesexp.signals.detection import detect_contacts
-from vinesexp.signals.filters import butterworth, zero_phase, zero_phase_blocks
+from vinesexp.signals.filters import (
+    butterworth,
+    settling_samples,
+    zero_phase,
+    zero_phase_blocks,
+)
 
 RATE = 1e4
 
@@ -25,20 +30,38 @@ def contacts(times, *, seconds, noise, seed, peak=60.0, duration=4e-4):
     return a
 
 
-def test_inside_the_filter_is_the_forward_backward_filter_of_scipy():
-    x = np.random.default_rng(0).standard_normal(20000)
-    sos = butterworth(RATE, low=20.0, high=800.0)
-    mine, reference = zero_phase(x, sos), signal.sosfiltfilt(sos, x)
-    np.testing.assert_allclose(mine[4000:-4000], reference[4000:-4000], atol=1e-9)
+@pytest.mark.parametrize(
+    ("low", "high", "kind"),
+    [(20.0, 800.0, "band"), (7.0, 9.0, "band"), (157.0, None, "high"), (None, 400.0, "low")],
+)
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_inside_the_filter_is_the_forward_backward_filter_of_scipy(low, high, kind, order):
+    band = butterworth(RATE, low=low, high=high, order=order)
+    margin = settling_samples(band)
+    x = np.cumsum(np.random.default_rng(0).standard_normal(2 * margin + 5000))
+    corners = [corner for corner in (low, high) if corner is not None]
+    sos = signal.butter(order, np.squeeze(corners), kind, fs=RATE, output="sos")
+    mine, reference = zero_phase(x, band), signal.sosfiltfilt(sos, x, padlen=1000)
+    inside = slice(margin, -margin)
+    np.testing.assert_allclose(mine[inside], reference[inside], atol=1e-8 * np.abs(x).max())
+
+
+def test_a_long_record_in_small_blocks_is_the_record_at_once():
+    x = np.cumsum(np.random.default_rng(0).standard_normal(600_000))
+    band, none = butterworth(RATE, low=2.0, high=40.0), np.empty(0)
+    pieces = np.concatenate(
+        list(zero_phase_blocks(np.array_split(x, 23), band, before=none, after=none))
+    )
+    np.testing.assert_allclose(pieces, zero_phase(x, band), atol=1e-8 * np.abs(x).max())
 
 
 def test_blocks_make_no_difference():
     x = np.random.default_rng(1).standard_normal(30000)
-    sos = butterworth(RATE, low=100.0, high=None)
+    band = butterworth(RATE, low=100.0, high=None)
     none = np.empty(0)
-    whole = np.concatenate(list(zero_phase_blocks([x], sos, before=none, after=none)))
+    whole = np.concatenate(list(zero_phase_blocks([x], band, before=none, after=none)))
     parts = [x[:7], x[7:12000], x[12000:12001], x[12001:]]
-    pieces = np.concatenate(list(zero_phase_blocks(parts, sos, before=none, after=none)))
+    pieces = np.concatenate(list(zero_phase_blocks(parts, band, before=none, after=none)))
     np.testing.assert_allclose(pieces, whole, atol=1e-7)
 
 

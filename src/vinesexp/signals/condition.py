@@ -203,16 +203,16 @@ def _attributes(record: RecordView, bands: Bands) -> dict[str, object]:
 
 
 def _filtered(record: RecordView, role: str, bands: Bands) -> Iterator[FloatArray]:
-    """The channel's filtered blocks; the filter is designed now, the reading is done later."""
+    """The channel's filtered blocks; the ends are read now, the rest is read later."""
     low, high = bands.of(role)
-    sos = butterworth(record.sample_rate, low=low, high=high)
-    if sos is None:
+    band = butterworth(record.sample_rate, low=low, high=high)
+    if band is None:
         return _blocks(record, role)
-    pad = settling_samples(sos, remains=_EDGE_REMAINS)
+    pad = settling_samples(band, remains=_EDGE_REMAINS)
     slow = None if role == "acceleration" else bands.frequency
     line = max(_LINE, _LINE_SHARE / low) if low else _LINE
     before, after = _extensions(record, role, pad, slow, line)
-    return zero_phase_blocks(_blocks(record, role), sos, before=before, after=after)
+    return zero_phase_blocks(_blocks(record, role), band, before=before, after=after)
 
 
 def _extensions(
