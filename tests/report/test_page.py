@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 
 import pytest
 
+from vinesexp.report.errorbars import coverage_table
 from vinesexp.report.page import build_report, inline_svg
 from vinesexp.report.provenance import digest, git_revision
 
@@ -153,6 +154,16 @@ def test_combined_value_first_and_methods_folded(full):
     assert (
         table.index("4.700 ± 0.010 kg") < table.index("<details>") < table.index("<td>impacts</td>")
     )
+
+
+def test_how_often_the_intervals_held_the_truth_is_told(full):
+    table = coverage_table()
+    assert {row["name"] for row in table["rows"]} == {"f0", "zeta", "M", "c1", "k1", "r"}
+    assert table["levels"] == ["a third of nominal", "nominal", "three times nominal"]
+    assert table["campaigns"] >= 200
+    assert f"{table['campaigns']} simulated campaigns" in full.html
+    for row in table["rows"]:
+        assert "".join(f"<td>{cell}</td>" for cell in row["cells"]) in full.html
 
 
 def test_provenance_names_every_input_with_its_digest(full):

@@ -14,6 +14,7 @@ from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.gallery import Drawn, listed
 from vinesexp.figures.numbers import significant, with_error
 from vinesexp.records.campaign import Campaign
+from vinesexp.report.errorbars import coverage_table
 from vinesexp.report.processing import processed_records
 from vinesexp.report.provenance import provenance
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
@@ -123,6 +124,8 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "figures": figures,
         "first": min(figures, key=_early, default=None),
         "headings": TESTS,
+        "coverage": coverage_table(),
+        "written": SYMBOLS,
         "processed": processed,
         "provenance": provenance(
             [*description, *records],
