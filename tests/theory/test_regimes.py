@@ -79,3 +79,13 @@ def test_one_odd_cycle_does_not_end_a_spell() -> None:
     keep[19] = False
     assert len(activation_spells(times[keep], sides[keep], period=1.0)) == 1
     assert activation_spells(times[:2], sides[:2], period=1.0).shape == (0, 2)
+
+
+def test_interruptions_that_recur_are_modulation_however_short() -> None:
+    times, sides = alternating(cycles=100)
+    lost = np.zeros(times.size, dtype=bool)
+    for middle in (40, 90, 140):  # three cycles without impact, three times
+        lost[middle : middle + 6] = True
+    assert judge(times[~lost], sides[~lost]) is Regime.MODULATED
+    lost[:130] = False  # once: a disturbance
+    assert judge(times[~lost], sides[~lost]) is Regime.TWO_SYMMETRIC

@@ -31,9 +31,11 @@ class Regime(Enum):
 REGIMES: dict[str, str] = {
     "no impact": "no ball meets a wall after the transient",
     "chaos below T1": "impacts, but in under a tenth of the cycles one on either side",
-    "strongly modulated": "spells of two impacts per cycle come and go (a tenth to nine tenths)",
-    "two symmetric": "one impact on either side in nine cycles of ten, half a period apart",
-    "two asymmetric": "one impact on either side in nine cycles of ten, unequally spaced",
+    "strongly modulated": "spells of two impacts per cycle come and go: three or more of them, "
+    "or a tenth to nine tenths of the cycles",
+    "two symmetric": "one impact on either side in nine cycles of ten, half a period apart, in one "
+    "spell or two",
+    "two asymmetric": "the same, unequally spaced",
     "three or more per cycle": "more than two and a half impacts per cycle on the average",
     "chatter": "the ball comes to rest on a wall (ten impacts on one side within half a period)",
 }
@@ -41,6 +43,7 @@ REGIMES: dict[str, str] = {
 CAPTURED = 0.9  # share of cycles with one impact on either side: permanent
 ESCAPED = 0.1  # share below which there is no capture at all
 ASYMMETRY = 0.02  # of a period: two gaps that differ by more are unequal
+COME_AND_GO = 3  # spells from which on even nine cycles of ten are not permanent
 PAIRED = 0.1  # of a period, by which two gaps may miss it
 MANY = 2.5  # impacts per cycle
 CHATTER_RUN = 10  # impacts on one side within half a period
@@ -178,7 +181,8 @@ def _named(
     captured: float,
     asymmetry: float,
 ) -> Regime:
-    if captured >= CAPTURED and per_cycle <= MANY:
+    recurring = len(activation_spells(t, side, period=period)) >= COME_AND_GO
+    if captured >= CAPTURED and per_cycle <= MANY and not recurring:
         return Regime.TWO_SYMMETRIC if asymmetry <= ASYMMETRY else Regime.TWO_ASYMMETRIC
     if captured >= ESCAPED and per_cycle <= MANY:
         return Regime.MODULATED
