@@ -51,12 +51,13 @@ x = sin t, wall at 1 - d, one call over [0, 3], d = 1e-1 ... 1e-12.
 
 WHY = """
 The target is 150 ns. It is met where one flight is like the last: the contact is found with one
-evaluation, landed on and proved first. From 34 mm on, where the response is modulated, it is missed, because
-there a flight is not like the last one. At 40 mm a guess that leads to the contact takes 1.7
-evaluations; about a quarter of the guesses lead to none, or to one that cannot be proved the first,
-and one flight in seven is then searched by certain steps, five evaluations each. Bounces of a
-chatter, a tenth of the impacts there, are one short series each; only the end of a chatter takes a
-turn of the general loop."""
+evaluation, landed on and proved first. From 34 mm on, where the response is modulated, it is
+missed, because there a flight is not like the last one. At 40 mm a guess that leads to the
+contact takes 1.7 evaluations; about a quarter of the guesses lead to none, or to one that cannot
+be proved the first, and one flight in seven is then searched by certain steps, five evaluations
+each. Bounces of a chatter, a tenth of the impacts there, are one short series each; only the end
+of a chatter takes a turn of the general loop.
+"""
 
 COST = """
 ## Cost of an impact
