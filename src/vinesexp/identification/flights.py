@@ -177,12 +177,19 @@ def restitution(flights: Flights) -> Restitution:
     centre = float(np.median(r))
     spread = 1.4826 * float(np.median(np.abs(r - centre)))
     keep = np.abs(r - centre) <= _OUTLYING * max(spread, 1e-12)
+    shared = (flights.u_after[:-1] == flights.u_before[1:]) & keep[:-1] & keep[1:]
     before, after, r = np.abs(before[keep]), np.abs(after[keep]), r[keep]
     # Errors of speed are the same for all: least squares of after over before.
     value = float((after * before).sum() / (before * before).sum())
     rest = after - value * before
     freedom = max(1, r.size - 1)
-    error = float(np.sqrt((rest**2).sum() / freedom / (before**2).sum()))
+    # The flight between two impacts enters both: their misfits go together.
+    parts = np.zeros(keep.size)
+    parts[keep] = before * rest
+    alone = float((parts**2).sum())
+    together = alone + 2.0 * float((parts[:-1] * parts[1:])[shared].sum())
+    variance = max(together, 0.5 * alone) * r.size / freedom
+    error = float(np.sqrt(variance) / (before**2).sum())
     lever = before - before.mean()
     spread_of_speed = float((lever**2).sum())
     slope = float((lever * r).sum() / spread_of_speed) if spread_of_speed > 0 else 0.0
