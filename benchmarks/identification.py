@@ -402,16 +402,19 @@ def draw(rows: list[Row]) -> None:
                 continue
             for point in points:
                 axis.plot(point.milliseconds, point.error, MARKS[point.noise], color=colour, ms=4.5)
-            last = max(points, key=lambda p: p.error)
-            label(
-                axis, rung, (last.milliseconds, last.error), colour=colour, shift=(0, 9),
-                ha="center",
-            )  # fmt: skip
+            best = rung == "likelihood"
+            at = (min if best else max)(points, key=lambda p: p.error)
+            middle = float(np.median([point.milliseconds for point in points]))
+            shift = (0, -10) if best else (0, 9)
+            label(axis, rung, (middle, at.error), colour=colour, shift=shift, ha="center")
         axis.set(
             xscale="log", yscale="log", title=f"{stage}: {parameter}",
             xlabel="time per record (ms)",
         )  # fmt: skip
-        axis.margins(x=0.25, y=0.15)
+        axis.margins(x=0.25, y=0.18)
+        if stage == "ring-down":
+            axis.set_yticks([1, 2, 4, 6], ["1", "2", "4", "6"])
+            axis.minorticks_off()
     for axis in axes[::2]:
         axis.set_ylabel("rms error / Cramér-Rao bound")
     handles = [
