@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import ParameterError
+from vinesexp.signals.frequency import fast_length
 
 FloatArray = NDArray[np.float64]
 
@@ -174,7 +175,7 @@ def zero_phase_blocks(
     if pending:
         last = held[-1]
         whole = np.concatenate([held, _stretched(after, last, margin, at_end=True)])
-        n = _fast_length(whole.size)
+        n = fast_length(whole.size)
         padded = np.concatenate([whole, np.full(n - whole.size, whole[-1])])
         yield _through(padded, band.gain(n))[margin : margin + pending]
 
@@ -192,17 +193,6 @@ def _stretched(extension: FloatArray, value: float, length: int, *, at_end: bool
         )
     known = extension[max(0, extension.size - length) :]
     return np.concatenate([np.full(length - known.size, known[0] if known.size else value), known])
-
-
-def _fast_length(n: int) -> int:
-    """Smallest even 2^a 3^b 5^c that is at least n: what a Fourier transform is quick at."""
-    best = 1 << (n - 1).bit_length()
-    for odd in (3, 5, 9, 15, 25, 27, 45, 75, 81, 125):
-        while odd < best:
-            odd *= 2
-            if n <= odd < best:
-                best = odd
-    return max(best, 2)
 
 
 def zero_phase(

@@ -49,7 +49,7 @@ def dominant_frequency(x: FloatArray, sample_rate: float) -> float:
     centred -= ramp * (centred @ ramp / (ramp @ ramp))
     if not np.any(np.abs(centred) > 1e-12 * np.abs(x).max()):
         raise AnalysisError("the displacement does not move; there is no oscillation to follow")
-    size = _fast_length(n)
+    size = fast_length(n)
     spectrum = np.abs(np.fft.rfft(centred * np.hanning(n), size))
     spectrum *= np.arange(spectrum.size)
     # Less than one and a half periods in the record is drift, not oscillation.
@@ -61,7 +61,7 @@ def dominant_frequency(x: FloatArray, sample_rate: float) -> float:
     return float((peak + min(max(shift, -0.5), 0.5)) * sample_rate / size)
 
 
-def _fast_length(n: int) -> int:
+def fast_length(n: int) -> int:
     """Smallest 2^a 3^b 5^c that is at least n: what a Fourier transform is quick at."""
     best = 1 << (n - 1).bit_length()
     five = 1
