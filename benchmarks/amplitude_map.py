@@ -17,8 +17,8 @@ import numpy as np
 from benchmarks.impact_problems import TABLE_2
 
 from vinesexp import NES, Rig
-from vinesexp.simulation.map import AmplitudeMap, amplitude_map
-from vinesexp.theory.clearance import b_c_published
+from vinesexp.solver.map import AmplitudeMap, amplitude_map
+from vinesexp.theory.optimal_clearance import b_c_published
 
 ROOT = Path(__file__).resolve().parent.parent
 MAP_PAGE = ROOT / "docs" / "benchmarks" / "amplitude_map.md"

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
-from vinesexp.simulation.oscilloscope import Oscilloscope, acquire
-from vinesexp.simulation.pulses import contact_acceleration
-from vinesexp.simulation.sensors import Accelerometer, low_passed
+from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
+from vinesexp.laboratory.pulses import contact_acceleration
+from vinesexp.laboratory.sensors import Accelerometer, low_passed
 
 FloatArray = NDArray[np.float64]
 
@@ -262,8 +262,8 @@ def _rigs() -> Iterable[Scene]:
 
 def twin_records() -> Iterable[Record]:
     """The records with impacts of the shipped campaign, as their instruments would hold them."""
-    from vinesexp.simulation.experiment import motion_of
-    from vinesexp.simulation.scene import load_scene
+    from vinesexp.laboratory.experiment import motion_of
+    from vinesexp.laboratory.scene import load_scene
 
     twin = load_scene(Path(__file__).resolve().parent.parent / "data" / "twin" / "scene.yaml")
     for test in twin.tests:

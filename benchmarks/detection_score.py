@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from benchmarks.detection_scenes import PULSE, FloatArray, Record, timing_limit, visibility
 
-from vinesexp.simulation.score import match
+from vinesexp.laboratory.score import match
 
 CLEAR = 8.0  # standard deviations, of a filter matched to the contact: two above our threshold
 NEGLIGIBLE = 0.05  # of the median jump: weaker ones need not be found, and are not false if found

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.identification.combine import BEST, COMBINED
-from vinesexp.rehearsal import rehearse
+from vinesexp.laboratory.rehearsal import rehearse
 
 ROOT = Path(__file__).resolve().parent.parent
 TABLE = ROOT / "src" / "vinesexp" / "report" / "error_bars.csv"

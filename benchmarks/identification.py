@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
-from vinesexp.figures.style import COLOURS, label, new_figure, save
-from vinesexp.identification.drop import restitution_of_bounces
+from vinesexp.figures.draw.style import COLOURS, label, new_figure, save
+from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.envelope import envelope, log_decrement
 from vinesexp.identification.flights import flights_of, mass_ratio
 from vinesexp.identification.halfpower import half_power
@@ -32,13 +32,13 @@ from vinesexp.identification.likelihood import likelihood
 from vinesexp.identification.phasors import demodulate
 from vinesexp.identification.ringdown import POINTS, kept, ring_down
 from vinesexp.identification.sweep import transmissibility
+from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
+from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.store import create_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.extension import block_means
-from vinesexp.signals.impacts import impacts_of_record
-from vinesexp.simulation.motion import Motion
-from vinesexp.simulation.oscilloscope import Oscilloscope, acquire
-from vinesexp.simulation.sensors import Accelerometer, Laser
+from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.solver.motion import Motion
 
 FloatArray = NDArray[np.float64]
 

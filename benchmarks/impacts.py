@@ -30,10 +30,10 @@ from benchmarks.detection_scenes import (
 )
 from benchmarks.detection_score import Score, score
 
-from vinesexp.signals.detection import detect_contacts
 from vinesexp.signals.extension import continued_line
 from vinesexp.signals.filters import butterworth, settling_samples, zero_phase
-from vinesexp.signals.spikes import find_spikes
+from vinesexp.signals.impacts.candidates import find_spikes
+from vinesexp.signals.impacts.detection import detect_contacts
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "benchmarks" / "impacts.md"

@@ -15,12 +15,12 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
-from vinesexp.figures import style
-from vinesexp.figures import theory as draw
+from vinesexp.figures.draw import style
+from vinesexp.figures.draw import theory_curves as draw
 from vinesexp.theory import boundaries, manifold, orbits, transient
-from vinesexp.theory.clearance import b_c_published
+from vinesexp.theory.optimal_clearance import b_c_published
 from vinesexp.theory.projection import project
-from vinesexp.theory.regimes import regime_of
+from vinesexp.theory.regime_definitions import regime_of
 
 ROOT = Path(__file__).resolve().parent.parent
 FIGURES = ROOT / "docs" / "figures" / "paper"

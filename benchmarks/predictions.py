@@ -19,21 +19,21 @@ import numpy as np
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
 from vinesexp.errors import AnalysisError
-from vinesexp.figures import style
-from vinesexp.figures import theory as draw
+from vinesexp.figures.draw import style
+from vinesexp.figures.draw import theory_curves as draw
 from vinesexp.theory import (
     boundaries,
-    clearance,
     decay,
     manifold,
     multiple,
+    optimal_clearance,
     orbits,
     sequences,
     slowflow,
 )
 from vinesexp.theory.floquet import steady_samples
 from vinesexp.theory.projection import project
-from vinesexp.theory.regimes import Regime, regime_of
+from vinesexp.theory.regime_definitions import Regime, regime_of
 from vinesexp.theory.transient import Decaying, time_to_level
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -84,7 +84,7 @@ def confirmed(p: orbits.Reduced, ends: boundaries.StableRange, margin: float) ->
 
 
 def published_b_c(eps: float, zeta: float, r: float, detuning: float) -> float:
-    return float(clearance.b_c_published(G=1.0, eps=eps, lam=2 * zeta / eps, r=r))
+    return float(optimal_clearance.b_c_published(G=1.0, eps=eps, lam=2 * zeta / eps, r=r))
 
 
 def slow_b_c(eps: float, zeta: float, r: float, detuning: float) -> float:
@@ -335,12 +335,12 @@ def speeds() -> list[tuple[str, str, float]]:
         (
             "closed form",
             "b_c of a million rigs",
-            timed(lambda: clearance.b_c_published(G=1.0, eps=eps, lam=lam, r=r), 5),
+            timed(lambda: optimal_clearance.b_c_published(G=1.0, eps=eps, lam=lam, r=r), 5),
         ),
         (
             "closed form",
             "b_t of a million rigs",
-            timed(lambda: clearance.b_t_exact(x_m=0.03, r=r), 5),
+            timed(lambda: optimal_clearance.b_t_exact(x_m=0.03, r=r), 5),
         ),
         (
             "closed form",

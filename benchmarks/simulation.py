@@ -196,11 +196,11 @@ def near_graze() -> list[tuple[str, str]]:
 def kernel_speed() -> list[tuple[str, float, float]]:
     """Table 2 rig: ns and evaluations of the motion per impact, 1000 s, compiled loop only."""
     from vinesexp.excitation import WeakDamping
-    from vinesexp.simulation.chatter import REMAINDER
-    from vinesexp.simulation.drive import drive_table
-    from vinesexp.simulation.kernel import run
-    from vinesexp.simulation.motion import ball_table, closed_form, parameters
-    from vinesexp.simulation.series import ORDER
+    from vinesexp.solver.chatter import REMAINDER
+    from vinesexp.solver.drive import drive_table
+    from vinesexp.solver.kernel import run
+    from vinesexp.solver.motion import ball_table, closed_form, parameters
+    from vinesexp.solver.series import ORDER
 
     rows = []
     base = Harmonic(amplitude=0.25e-3, frequency=TABLE_2.f0)

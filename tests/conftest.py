@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from vinesexp import NES, Oscillator, Release, Rig, simulate
+from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
+from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.store import create_record
-from vinesexp.simulation.oscilloscope import Oscilloscope, acquire
-from vinesexp.simulation.sensors import Accelerometer, Laser
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 

@@ -16,8 +16,8 @@ _HOME = {
     "Sweep": "vinesexp.excitation",
     "Measured": "vinesexp.excitation",
     "Release": "vinesexp.excitation",
-    "simulate": "vinesexp.simulation.motion",
-    "Motion": "vinesexp.simulation.motion",
+    "simulate": "vinesexp.solver.motion",
+    "Motion": "vinesexp.solver.motion",
 }
 
 __all__ = sorted([*_HOME, "__version__"])

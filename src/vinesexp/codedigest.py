@@ -23,7 +23,7 @@ def code_digest(*modules: str) -> str:
     Parameters
     ----------
     *modules : str
-        Full names such as ``"vinesexp.signals.impacts"``.
+        Full names such as ``"vinesexp.signals.impacts.find"``.
 
     Examples
     --------

@@ -207,7 +207,7 @@ def rig(error: float = 1e-3) -> IdentifiedRig:
 
 def test_errors_of_k1_and_c1_go_together_with_those_of_M():
     """Against 4000 campaigns drawn from M, f0 and zeta."""
-    from vinesexp.theory.clearance import b_c_published
+    from vinesexp.theory.optimal_clearance import b_c_published
 
     rng = np.random.default_rng(3)
     M = 4.7 * (1.0 + 1e-2 * rng.standard_normal(4000))

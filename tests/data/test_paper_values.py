@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from vinesexp.laboratory.scene import load_scene
 from vinesexp.rig import NES, Oscillator, Rig
-from vinesexp.simulation.scene import load_scene
 from vinesexp.units import parse_quantity
 
 PAPER = Path(__file__).parents[2] / "data" / "paper"
@@ -88,7 +88,7 @@ def test_decay_times_are_those_of_table_1():
 
 
 def test_predicted_clearances_are_what_the_published_formulas_give():
-    from vinesexp.theory.clearance import b_c_published
+    from vinesexp.theory.optimal_clearance import b_c_published
 
     t = table_2()
     rig = Rig(Oscillator(M=t["M"], c1=t["c1"], k1=t["k1"]), [NES(m=t["m"], b=0.034, r=t["r"])])

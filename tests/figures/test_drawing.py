@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.figures import style
-from vinesexp.figures.identification import estimates_by_method
+from vinesexp.figures.collect.records import amplitude, extremes
+from vinesexp.figures.collect.regimes_of_tests import _cycle_edges
+from vinesexp.figures.draw import style
+from vinesexp.figures.draw.methods import estimates_by_method
+from vinesexp.figures.draw.regime_strips import Strip, regime_strips
+from vinesexp.figures.draw.traces import band, sequence
 from vinesexp.figures.numbers import with_error
-from vinesexp.figures.of_records import amplitude, extremes
-from vinesexp.figures.of_regimes import _cycle_edges
-from vinesexp.figures.regimes import Strip, regime_strips
-from vinesexp.figures.traces import band, sequence
 from vinesexp.records.store import create_record, open_record
-from vinesexp.theory.regimes import REGIMES
+from vinesexp.theory.regime_definitions import REGIMES
 
 
 @settings(deadline=None, max_examples=60)
@@ -39,13 +39,13 @@ def write_record(path: Path, values: np.ndarray, rate: float, **attributes: floa
 
 
 def test_extremes_by_blocks_are_those_of_the_whole(tmp_path, monkeypatch):
-    from vinesexp.figures import of_records
+    from vinesexp.figures.collect import records
 
     x = np.random.default_rng(1).standard_normal(10_007).astype(np.float32).astype(float)
     write_record(tmp_path / "a.nc", x, 100.0)
     with open_record(tmp_path / "a.nc") as view:
         whole = extremes(view, "displacement", 37)
-        monkeypatch.setattr(of_records, "_BLOCK", 300)
+        monkeypatch.setattr(records, "_BLOCK", 300)
         parts = extremes(view, "displacement", 37)
     for a, b in zip(whole, parts, strict=True):
         assert np.array_equal(a, b)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import CampaignError, RecordError, VinesexpError
-from vinesexp.simulation.scene import load_scene, simulate_group
+from vinesexp.laboratory.scene import load_scene, simulate_group
 
 SCENE = """\
 seed: 3

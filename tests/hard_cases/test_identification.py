@@ -7,7 +7,7 @@ import pytest
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.ringdown import fit_ringdown
-from vinesexp.rehearsal import rehearse
+from vinesexp.laboratory.rehearsal import rehearse
 
 F0, ZETA, RATE = 7.862, 0.0065, 2000.0
 
@@ -126,8 +126,8 @@ groups:
 def told(folder: Path, change) -> list[str]:
     """What checks say of a record whose campaign.yaml is wrong."""
     (folder / "scene.yaml").write_text(SCENE, encoding="utf-8")
-    from vinesexp.simulation.description import campaign_text
-    from vinesexp.simulation.scene import load_scene
+    from vinesexp.laboratory.campaign_files import campaign_text
+    from vinesexp.laboratory.scene import load_scene
 
     text = campaign_text(load_scene(folder / "scene.yaml"))
     (folder / "campaign.yaml").write_text(change(text), encoding="utf-8")

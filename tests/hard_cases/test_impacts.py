@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
+from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.store import create_record
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts import Impacts, impacts_of_record
-from vinesexp.simulation.oscilloscope import Oscilloscope, acquire
-from vinesexp.simulation.sensors import Accelerometer, Laser
+from vinesexp.signals.impacts.find import Impacts, impacts_of_record
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 BASE = Harmonic(0.25e-3, 7.862)
@@ -130,7 +130,7 @@ def test_chatter_is_resolved_or_flagged(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("alternate", [True, False])
 def test_impacts_every_twenty_samples(alternate: bool, tmp_path: Path) -> None:
-    from vinesexp.simulation.pulses import contact_acceleration
+    from vinesexp.laboratory.pulses import contact_acceleration
 
     random = np.random.default_rng(2)
     time = 0.05 + 20.0 * SAMPLE * np.arange(1000) + random.uniform(-2e-4, 2e-4, 1000)

@@ -379,8 +379,8 @@ def test_every_row_of_a_simultaneous_impact_keeps_its_own_momentum(general):
 
 
 def test_an_accelerometer_sees_the_momentum_of_a_simultaneous_impact_once():
-    from vinesexp.simulation.oscilloscope import Oscilloscope, acquire
-    from vinesexp.simulation.sensors import Accelerometer
+    from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
+    from vinesexp.laboratory.sensors import Accelerometer
 
     twin, quiet = NES(m=0.5, b=0.020, r=0.4), Oscillator(M=4.7, c1=0.0, k1=1e-9)
     rig = Rig(quiet, nes=[twin, twin])  # nothing but the impacts moves it
@@ -408,7 +408,7 @@ def test_identical_balls_chatter_and_rest_together():
 def test_heavy_balls_of_unequal_restitution_gain_no_energy():
     import numba
 
-    from vinesexp.simulation.contact import COLUMNS, HIT, MASS, RESTITUTION, RHO, SIDE, impact
+    from vinesexp.solver.contact import COLUMNS, HIT, MASS, RESTITUTION, RHO, SIDE, impact
 
     @numba.njit
     def collision(balls, M):

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import AnalysisError, ParameterError
-from vinesexp.theory import boundaries, clearance, decay, manifold, orbits, sequences, slowflow
+from vinesexp.theory import boundaries, decay, manifold, orbits, sequences, slowflow
+from vinesexp.theory import optimal_clearance as clearance
 from vinesexp.theory.orbits import Reduced
 from vinesexp.theory.transient import Decaying, best_clearance, time_to_level
 

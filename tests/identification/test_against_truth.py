@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vinesexp.laboratory.rehearsal import rehearse
+from vinesexp.laboratory.score import score_impacts
 from vinesexp.records.store import open_record
-from vinesexp.rehearsal import rehearse
-from vinesexp.signals.impacts import read_impacts
-from vinesexp.simulation.score import score_impacts
+from vinesexp.signals.impacts.find import read_impacts
 
 TWIN = Path(__file__).resolve().parents[2] / "data" / "twin"
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vinesexp.identification.average import weighted_mean
 from vinesexp.identification.combine import combine
 from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.record import nothing
+from vinesexp.identification.one_record import nothing
 from vinesexp.records.schema import Campaign, Known, Record
 from vinesexp.units import Quantity
 

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from vinesexp import Harmonic
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.drop import restitution_of_bounces
+from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.flights import flights_of, mass_ratio, restitution
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts import impacts_of_record
+from vinesexp.signals.impacts.find import impacts_of_record
 
 
 def flights(measure, tmp_path: Path, *, b: float, believed: float | None = None, **rig):
@@ -40,7 +40,7 @@ def test_a_wrong_clearance_shifts_M_by_as_much(measure, tmp_path: Path) -> None:
 
 
 def test_too_few_impacts_are_said() -> None:
-    from vinesexp.signals.impacts import no_impacts
+    from vinesexp.signals.impacts.find import no_impacts
 
     empty = flights_of(no_impacts(), nes=1, b=0.03, period=0.1)
     with pytest.raises(AnalysisError, match="0 impacts with a free flight before and after"):

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.decay import Decay, logs_and_phases
+from vinesexp.identification.damping_law import Decay, logs_and_phases
 from vinesexp.identification.phasors import decay_window, demodulate
 from vinesexp.identification.ringdown import fit_ringdown, ring_down
 

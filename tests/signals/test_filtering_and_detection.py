@@ -6,13 +6,13 @@ from scipy import signal
 
 from vinesexp.errors import ParameterError
 from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
-from vinesexp.signals.detection import detect_contacts
 from vinesexp.signals.filters import (
     butterworth,
     settling_samples,
     zero_phase,
     zero_phase_blocks,
 )
+from vinesexp.signals.impacts.detection import detect_contacts
 
 RATE = 1e4
 

@@ -9,8 +9,8 @@ from vinesexp.records.campaign import Channel, TimeColumn
 from vinesexp.records.ingest import read_channels
 from vinesexp.records.store import create_record, open_record
 from vinesexp.signals.condition import condition
-from vinesexp.signals.detection import THRESHOLD, detect_contacts
-from vinesexp.signals.impacts import Impacts, impacts_of_record
+from vinesexp.signals.impacts.detection import THRESHOLD, detect_contacts
+from vinesexp.signals.impacts.find import Impacts, impacts_of_record
 
 REAL = Path(__file__).resolve().parents[2].parent / "shared/real/shock_in_vibration"
 pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason="no ../shared/real beside the repository")

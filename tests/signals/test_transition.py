@@ -6,7 +6,7 @@ import pytest
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.transition import transition_of
-from vinesexp.theory.regimes import activation_spells
+from vinesexp.theory.regime_definitions import activation_spells
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 BARE = TABLE_2.zeta * TABLE_2.w0

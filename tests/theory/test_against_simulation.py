@@ -9,7 +9,7 @@ from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
 from vinesexp.theory import boundaries, decay, manifold, multiple, orbits, sequences
 from vinesexp.theory.orbits import Reduced
 from vinesexp.theory.projection import project
-from vinesexp.theory.regimes import Regime, regime_of
+from vinesexp.theory.regime_definitions import Regime, regime_of
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 G, BALL, R = 0.25e-3, 0.032, 0.6

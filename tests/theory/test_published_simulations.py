@@ -7,8 +7,8 @@ import pytest
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
 from vinesexp.theory import manifold, transient
-from vinesexp.theory.clearance import b_t_exact, b_t_published
-from vinesexp.theory.regimes import Regime, regime_of
+from vinesexp.theory.optimal_clearance import b_t_exact, b_t_published
+from vinesexp.theory.regime_definitions import Regime, regime_of
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 G, BALL, R = 0.25e-3, 0.032, 0.6

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.theory import decay, manifold, slowflow
-from vinesexp.theory.regimes import REGIMES
+from vinesexp.theory.regime_definitions import REGIMES
 
 LAM = 3.02 / (0.032 * (1.147e4 / 4.7) ** 0.5)
 EPS = 0.032 / 4.7

@@ -19,7 +19,7 @@ SCENE_FILE = CAMPAIGN_FOLDER / "scene.yaml"
 try:
     CAMPAIGN = load_campaign(CAMPAIGN_FOLDER)
     if SCENE_FILE.is_file():
-        from vinesexp.simulation.scene import load_scene
+        from vinesexp.laboratory.scene import load_scene
 
         SCENE = load_scene(SCENE_FILE)
     else:

@@ -50,7 +50,7 @@ if SCENE:
         params:
             scene=str(SCENE_FILE),
             truth=repr(SCENE.truth()),
-            code=code_digest("vinesexp.simulation.score"),
+            code=code_digest("vinesexp.laboratory.score"),
         message:
             "score      against the truth of the scene"
         script:

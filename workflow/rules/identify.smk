@@ -14,7 +14,7 @@ rule estimate:
         campaign=str(CAMPAIGN_FOLDER),
         depends=record_text,
         known=repr(CAMPAIGN.known),
-        code=code_digest("vinesexp.identification.record"),
+        code=code_digest("vinesexp.identification.one_record"),
     message:
         "estimate   {wildcards.record}"
     script:

@@ -13,7 +13,7 @@ rule impacts:
     params:
         campaign=str(CAMPAIGN_FOLDER),
         depends=record_text,
-        code=code_digest("vinesexp.signals.impacts", "vinesexp.signals.regimes"),
+        code=code_digest("vinesexp.signals.impacts.find", "vinesexp.signals.regimes"),
     message:
         "impacts    {wildcards.record}"
     script:

@@ -2,7 +2,7 @@
 # A group depends on its own part of the scene, not on the file: editing one re-runs one.
 
 if SCENE:
-    from vinesexp.simulation.scene import group_files, group_text
+    from vinesexp.laboratory.scene import group_files, group_text
 
     for group in SCENE.groups:
 
@@ -17,7 +17,7 @@ if SCENE:
                 scene=str(SCENE_FILE),
                 group=group,
                 depends=group_text(SCENE, group),
-                code=code_digest("vinesexp.simulation.scene"),
+                code=code_digest("vinesexp.laboratory.scene"),
             message:
                 f"simulate   {group}"
             script:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from vinesexp.identification.estimate import write_estimates
-from vinesexp.identification.record import estimate_record
+from vinesexp.identification.one_record import estimate_record
 from vinesexp.records.campaign import load_campaign
 from vinesexp.step import run_step
 

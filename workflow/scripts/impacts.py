@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from vinesexp.records.campaign import load_campaign
-from vinesexp.signals.impacts import impacts_of_record
+from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.regimes import regime_of_record
 from vinesexp.step import run_step
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from vinesexp.simulation.scene import load_scene
-from vinesexp.simulation.score import score_campaign
+from vinesexp.laboratory.scene import load_scene
+from vinesexp.laboratory.score import score_campaign
 from vinesexp.step import run_step
 
 

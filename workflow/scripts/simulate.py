@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from vinesexp.simulation.scene import load_scene, simulate_group
+from vinesexp.laboratory.scene import load_scene, simulate_group
 from vinesexp.step import run_step
 
 

@@ -107,7 +107,7 @@ def predicted_b_c(rig: IdentifiedRig, *, G: float, frequency: float | None = Non
     AnalysisError
         A value is missing, or there is no stable orbit at any clearance.
     """
-    from vinesexp.theory.clearance import predict_periodic
+    from vinesexp.theory.optimal_clearance import predict_periodic
 
     _require(rig, NEEDED)
     found = predict_periodic(G=G, values=rig.values, covariance=rig.covariance, frequency=frequency)
@@ -116,7 +116,7 @@ def predicted_b_c(rig: IdentifiedRig, *, G: float, frequency: float | None = Non
 
 def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
     """b_t for a release from x0, m; AnalysisError where r is missing."""
-    from vinesexp.theory.clearance import predict_transient
+    from vinesexp.theory.optimal_clearance import predict_transient
 
     _require(rig, ("r",))
     found = predict_transient(x0=x0, values=rig.values, covariance=rig.covariance)
@@ -137,7 +137,7 @@ def amplitude_curve(
     Half the swing of the exact symmetric orbit over one period, which is what the amplitude of a
     record is, from `low` up to the exact b_c; empty where that is below `low` or unknown.
     """
-    from vinesexp.theory.clearance import b_c_exact
+    from vinesexp.theory.optimal_clearance import b_c_exact
     from vinesexp.theory.orbits import Reduced, amplitudes_at, family
 
     if rig.missing:

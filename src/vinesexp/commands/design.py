@@ -12,7 +12,7 @@ from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError, nearest
 from vinesexp.rig import Oscillator
-from vinesexp.theory.clearance import (
+from vinesexp.theory.optimal_clearance import (
     ClearancePrediction,
     predict_periodic,
     predict_transient,
@@ -297,8 +297,8 @@ def _sensitivity_lines(given: Mapping[str, Quantity], answer: Answer) -> list[st
 
 
 def _plot(path: Path, given: Mapping[str, Quantity], answer: Answer) -> None:
-    from vinesexp.figures.style import write
-    from vinesexp.figures.theory import sim_with_working_points
+    from vinesexp.figures.draw.style import write
+    from vinesexp.figures.draw.theory_curves import sim_with_working_points
 
     formats = (".svg", ".pdf", ".png")
     if path.suffix.lower() not in formats:

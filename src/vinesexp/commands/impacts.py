@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
 def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Namespace) -> str:
     from vinesexp.records.ingest import ingest
     from vinesexp.signals.condition import condition
-    from vinesexp.signals.impacts import impacts_of_record
+    from vinesexp.signals.impacts.find import impacts_of_record
 
     # A drop test is the kind of record of which nothing is assumed but contacts.
     test = "periodic" if "displacement" in channels else "drop"

@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write raw/, truth/ and, where they are missing, scene.yaml, campaign.yaml, records.csv."""
-    from vinesexp.simulation.scene import group_files, load_scene, simulate_group
+    from vinesexp.laboratory.scene import group_files, load_scene, simulate_group
 
     scene = load_scene(args.scene)
     groups = args.group or list(scene.groups)
@@ -54,8 +54,8 @@ def describe(scene_file: Path, out: Path) -> None:
     VinesexpError
         The folder holds another scene: its records would be mixed with these.
     """
-    from vinesexp.simulation.description import campaign_text, records_text
-    from vinesexp.simulation.scene import load_scene
+    from vinesexp.laboratory.campaign_files import campaign_text, records_text
+    from vinesexp.laboratory.scene import load_scene
 
     scene = load_scene(scene_file)
     try:

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vinesexp.figures.style import save
+from vinesexp.figures.draw.style import save
 from vinesexp.records.campaign import Campaign
 
 if TYPE_CHECKING:
@@ -29,13 +29,13 @@ class Drawn:
 
 
 def _draw_results(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
-    from vinesexp.figures.of_results import draw
+    from vinesexp.figures.collect.results import draw
 
     return draw(campaign, results)
 
 
 def _draw_records(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
-    from vinesexp.figures.of_records import draw
+    from vinesexp.figures.collect.records import draw
 
     return draw(campaign, results)
 

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from vinesexp.identification.addedmass import added_mass, mass_from_added
 from vinesexp.identification.average import DISAGREES, MATTERS, Mean, mean_of
 from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.record import NOTHING
+from vinesexp.identification.one_record import NOTHING
 from vinesexp.identification.remarks import remarks
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check

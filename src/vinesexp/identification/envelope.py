@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.decay import FORMS, Decay, decay_of, logs_and_phases
-from vinesexp.identification.gaussnewton import gauss_newton
+from vinesexp.identification.damping_law import FORMS, Decay, decay_of, logs_and_phases
+from vinesexp.identification.least_squares import gauss_newton
 from vinesexp.identification.phasors import Phasors
-from vinesexp.identification.rung import RingDown, rung
+from vinesexp.identification.ringdown_result import RingDown, rung
 
 FloatArray = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.identification.decay import Decay, decay_of, logs_and_phases
-from vinesexp.identification.gaussnewton import gauss_newton
+from vinesexp.identification.damping_law import Decay, decay_of, logs_and_phases
+from vinesexp.identification.least_squares import gauss_newton
 from vinesexp.identification.phasors import Phasors, standing_out
-from vinesexp.identification.rung import RingDown, rung
+from vinesexp.identification.ringdown_result import RingDown, rung
 
 FloatArray = NDArray[np.float64]
 

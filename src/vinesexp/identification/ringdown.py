@@ -17,7 +17,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.identification.envelope import envelope, log_decrement, straight_line
 from vinesexp.identification.likelihood import likelihood
 from vinesexp.identification.phasors import Phasors, decay_window, demodulate
-from vinesexp.identification.rung import RingDown
+from vinesexp.identification.ringdown_result import RingDown
 from vinesexp.signals.clipping import resolution_of
 from vinesexp.signals.condition import fill_gaps
 from vinesexp.signals.cycles import cycle_amplitudes

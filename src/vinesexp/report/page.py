@@ -18,7 +18,7 @@ from vinesexp.report.errorbars import coverage_table
 from vinesexp.report.processing import processed_records
 from vinesexp.report.provenance import provenance
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
-from vinesexp.theory.regimes import REGIMES
+from vinesexp.theory.regime_definitions import REGIMES
 
 Row = Mapping[str, str]
 

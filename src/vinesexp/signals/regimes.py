@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from vinesexp.records.campaign import Record
 from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
-from vinesexp.signals.impacts import Impacts
+from vinesexp.signals.impacts.find import Impacts
 from vinesexp.signals.transition import transition_of
-from vinesexp.theory.regimes import activation_spells, regime_of
+from vinesexp.theory.regime_definitions import activation_spells, regime_of
 
 Floats = NDArray[np.float64]
 

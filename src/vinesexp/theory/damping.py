@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.errors import AnalysisError
-from vinesexp.theory.clearance import b_c_exact, b_c_published
 from vinesexp.theory.manifold import A_1
+from vinesexp.theory.optimal_clearance import b_c_exact, b_c_published
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def gradient_published(
     >>> round(1e3 * b_c, 3), round(1e3 * slopes["r"] * 0.01, 4)  # mm, mm per 0.01 of r
     (33.968, 0.2308)
     """
-    from vinesexp.theory.clearance import b_c_published
+    from vinesexp.theory.optimal_clearance import b_c_published
 
     w0 = np.sqrt(k1 / M)
     b_c = float(b_c_published(G=G, eps=m / M, lam=c1 / (m * w0), r=r))
@@ -81,7 +81,7 @@ def gradient_exact(
     Raises
     ------
     ParameterError, AnalysisError
-        As for `vinesexp.theory.clearance.b_c_exact`.
+        As for `vinesexp.theory.optimal_clearance.b_c_exact`.
     """
     rig = {"M": M, "c1": c1, "k1": k1, "r": r, "m": m}
     p = Reduced.of_rig(**rig, frequency=frequency)

@@ -232,7 +232,7 @@ class FrequencyResponse:
     sigma : detuning.
     A : amplitude of the stable fixed point with two symmetric impacts.
     bare : amplitude of the oscillator whose ball touches no wall.
-    regime : a name of `vinesexp.theory.regimes.REGIMES` for each sigma.
+    regime : a name of `vinesexp.theory.regime_definitions.REGIMES` for each sigma.
     """
 
     sigma: FloatArray
@@ -253,7 +253,7 @@ def frequency_response(sigma: ArrayLike, *, F: float, lam: float, r: float) -> F
     >>> frequency_response([-40.0, 0.0], F=1.2, lam=1.91, r=0.6).regime
     ['chaos below T1', 'two symmetric']
     """
-    from vinesexp.theory.regimes import Regime
+    from vinesexp.theory.regime_definitions import Regime
 
     detuning = np.atleast_1d(np.asarray(sigma, dtype=np.float64))
     with np.errstate(divide="ignore"):

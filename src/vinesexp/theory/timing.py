@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike
 
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
-from vinesexp.theory.clearance import COVERAGE_95, VALUES, covariance_of, rig_values
 from vinesexp.theory.manifold import A_1, FloatArray
+from vinesexp.theory.optimal_clearance import COVERAGE_95, VALUES, covariance_of, rig_values
 from vinesexp.theory.passage import passage
 from vinesexp.theory.transient import (
     BestClearance,
@@ -251,7 +251,7 @@ def predict_time(
     b, level : float
         m.
     values, covariance
-        As for `vinesexp.theory.clearance.predict_periodic`.
+        As for `vinesexp.theory.optimal_clearance.predict_periodic`.
 
     Examples
     --------

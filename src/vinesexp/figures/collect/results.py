@@ -1,0 +1,190 @@
+"""The figures of what was found from all records: clearances and identified values."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.clearance.comparison import END
+from vinesexp.clearance.levels import Periodic, Release, periodic_levels, release_levels
+from vinesexp.clearance.predicted import (
+    IdentifiedRig,
+    amplitude_curve,
+    decay_curves,
+    identified_rig,
+)
+from vinesexp.figures.collect.motions_on_manifold import draw_manifold
+from vinesexp.figures.collect.regimes_of_tests import draw_regimes
+from vinesexp.figures.collect.ringdowns import draw_ringdowns
+from vinesexp.figures.draw.amplitude_over_clearance import (
+    Interval,
+    Reached,
+    Valley,
+    amplitude_over_clearance,
+    optimum_over_level,
+    time_over_clearance,
+)
+from vinesexp.figures.draw.methods import estimates_by_method
+from vinesexp.figures.gallery import Drawn
+from vinesexp.figures.numbers import with_error
+from vinesexp.records.campaign import Campaign
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+Row = Mapping[str, str]
+_NO_CURVE: tuple[Floats, Floats] = (np.empty(0), np.empty(0))
+
+
+def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
+    """Every figure of the family, with its entry for the list."""
+    identified = _rows(results / "identified.csv")
+    regimes = _rows(results / "regimes.csv")
+    compared = {(row["test"], row["level"]): row for row in _rows(results / "clearances.csv")}
+    rig = identified_rig(identified, campaign.known)
+    yield from _periodic(periodic_levels(campaign, regimes), regimes, compared, rig)
+    yield from _releases(release_levels(campaign, regimes), compared, rig)
+    yield from draw_regimes(campaign, results, regimes)
+    yield from draw_manifold(campaign, results, regimes, rig)
+    yield from draw_ringdowns(campaign, results, identified)
+    values = {
+        row["parameter"]: with_error(float(row["value"]), float(row["std_error"]), row["unit"])
+        for row in identified
+        if row["method"] == "combined"
+    }
+    figure = estimates_by_method(identified, values)
+    if figure is not None:
+        caption = (
+            "Identified values that more than one method found, as deviation from the combined "
+            "value (green, its 95 % interval shaded), which the predictions use. Bars are 95 % "
+            "intervals. Methods whose bars do not meet disagree; for M that means a wrong "
+            "clearance, ball mass or added mass. c1 and k1 follow from M, f0 and ζ."
+        )
+        yield figure, Drawn("identified", "identified", caption)
+
+
+def _periodic(
+    levels: Sequence[Periodic],
+    regimes: Sequence[Row],
+    compared: Mapping[tuple[str, str], Row],
+    rig: IdentifiedRig,
+) -> Iterator[tuple[Figure, Drawn]]:
+    by_id = {row["record"]: row for row in regimes}
+    valleys = [_valley(level, by_id, compared, rig) for level in levels]
+    if not valleys:
+        return
+    line = (
+        " The green line is the amplitude that the exact periodic orbit has with the identified "
+        "values, up to b_c, where it ends."
+        if any(valley.curve[0].size for valley in valleys)
+        else ""
+    )
+    caption = (
+        "Amplitude of the mass over clearance. Points are mean amplitudes, coloured by regime; "
+        "the tick above each is the largest amplitude. Amplitude falls with clearance as long as "
+        "there are two impacts per cycle, and jumps where they end. Brackets reach to the "
+        "clearances that were tried on either side: of the lowest amplitude (black) and of the end "
+        "of two impacts per cycle (orange)." + line
+    )
+    figure = amplitude_over_clearance(valleys)
+    yield figure, Drawn("clearance_periodic", "clearance", caption)
+    if sum(valley.exact is not None for valley in valleys) > 1:
+        caption = (
+            "How far the measured clearances are from the exact b_c, over base amplitude; bars "
+            "reach to the clearances tried on either side. b_c predicts the end of two impacts per "
+            "cycle; the lowest amplitude lies a little below it."
+        )
+        yield optimum_over_level(valleys), Drawn("clearance_optimum", "clearance", caption)
+
+
+def _valley(
+    level: Periodic,
+    by_id: Mapping[str, Row],
+    compared: Mapping[tuple[str, str], Row],
+    rig: IdentifiedRig,
+) -> Valley:
+    clearance = np.array([test.clearance for test in level.tests])
+    # A little beyond the tests on the left, to show where the slope comes from.
+    low = clearance[0] - 0.03 * (clearance[-1] - clearance[0])
+    b, amplitude = amplitude_curve(
+        rig, G=level.G, frequency=level.frequency, low=float(low), high=float(clearance[-1])
+    )
+    row = compared.get(("periodic", level.name), {})
+    return Valley(
+        name=level.name,
+        G=1e3 * level.G,
+        clearance=1e3 * clearance,
+        mean=1e3 * np.array([test.value for test in level.tests], dtype=float),
+        largest=1e3
+        * np.array([float(by_id[test.record]["amplitude_max_m"]) for test in level.tests]),
+        regime=tuple(test.regime for test in level.tests),
+        curve=(1e3 * b, 1e3 * amplitude),
+        lowest=_interval(row, "measured"),
+        end=_interval(compared.get(("periodic", level.name + END), {}), "measured"),
+        published=_number(row.get("published_mm")),
+        exact=_interval(row, "predicted", "exact_mm"),
+    )
+
+
+def _releases(
+    levels: Sequence[Release], compared: Mapping[tuple[str, str], Row], rig: IdentifiedRig
+) -> Iterator[tuple[Figure, Drawn]]:
+    for x0 in sorted({level.x0 for level in levels}):
+        own = [level for level in levels if level.x0 == x0 and len(level.tests) > 1]
+        if not own:
+            continue
+        row = compared.get(("transient", own[0].name), {})
+        b = np.linspace(own[0].tests[0].clearance, own[0].tests[-1].clearance, 80)
+        times = decay_curves(rig, x0=x0, targets=[level.target for level in own], clearances=b)
+        curves = [(1e3 * b, row) for row in times] if times is not None else [_NO_CURVE] * len(own)
+        reached = [_reached(level, compared, c) for level, c in zip(own, curves, strict=True)]
+        caption = (
+            "Time from the release until the amplitude stays below a given one, over clearance. "
+            "Each amplitude has its own fastest clearance (orange, with the clearances that tie "
+            "with it or bracket it); there is no single best one, and both predictions of b_t are "
+            "marks. Green lines: predicted for a ball that is captured at once, rings where they "
+            "are lowest; measured times below T1 scatter, because the motion is chaotic there."
+        )
+        figure = time_over_clearance(
+            reached,
+            title=f"release from {1e3 * x0:g} mm",
+            published=_number(row.get("published_mm")),
+            exact=_number(row.get("exact_mm")),
+        )
+        yield figure, Drawn(f"clearance_release_{1e3 * x0:g}mm", "clearance", caption)
+
+
+def _reached(
+    level: Release, compared: Mapping[tuple[str, str], Row], curve: tuple[Floats, Floats]
+) -> Reached:
+    return Reached(
+        target=1e3 * level.target,
+        clearance=1e3 * np.array([test.clearance for test in level.tests]),
+        time=np.array([np.nan if test.value is None else test.value for test in level.tests]),
+        curve=curve,
+        best=_interval(compared.get(("transient", level.name), {}), "measured"),
+    )
+
+
+def _interval(row: Row, prefix: str, value: str | None = None) -> Interval | None:
+    found = [_number(row.get(key)) for key in (value or f"{prefix}_mm",)]
+    found += [_number(row.get(f"{prefix}_{end}_mm")) for end in ("low", "high")]
+    if any(number is None for number in found):
+        return None
+    centre, low, high = found
+    return float(centre or 0.0), float(low or 0.0), float(high or 0.0)
+
+
+def _number(text: str | None) -> float | None:
+    return float(text) if text else None
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))

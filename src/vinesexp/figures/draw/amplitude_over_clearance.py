@@ -1,0 +1,265 @@
+"""Amplitude over clearance with the predicted optimum, and the optima over base amplitude."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.figures.draw.style import COLOURS, FAINT, label, new_figure, regime_colour
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+#: Value, low, high; mm.
+Interval = tuple[float, float, float]
+
+_PANELS = 3  # in a row
+
+
+@dataclass(frozen=True)
+class Valley:
+    """Periodic tests at one base amplitude, and what is predicted for it; mm.
+
+    Attributes
+    ----------
+    name : ``G = 0.25 mm``.
+    G : base amplitude.
+    clearance, mean, largest : of each record.
+    regime : of each record.
+    curve : predicted amplitude over clearance (two arrays, empty where unknown).
+    lowest, end : measured clearance of lowest amplitude and end of permanent impacts.
+    published, exact : predicted b_c, the exact one with its interval.
+    """
+
+    name: str
+    G: float
+    clearance: Floats
+    mean: Floats
+    largest: Floats
+    regime: tuple[str, ...]
+    curve: tuple[Floats, Floats]
+    lowest: Interval | None = None
+    end: Interval | None = None
+    published: float | None = None
+    exact: Interval | None = None
+
+
+def amplitude_over_clearance(valleys: Sequence[Valley]) -> Figure:
+    """One panel a base amplitude: mean (points) and largest (ticks) amplitude, coloured by regime.
+
+    Parameters
+    ----------
+    valleys : sequence of Valley
+    """
+    columns = min(len(valleys), _PANELS)
+    rows = -(-len(valleys) // columns)
+    figure, axes = new_figure(rows, columns, height=0.7 + 3.1 * rows)
+    for axis, valley in zip(axes, valleys, strict=False):
+        _panel(axis, valley)
+    for axis in axes[len(valleys) :]:
+        axis.remove()
+    for axis in axes[::columns]:
+        axis.set_ylabel("amplitude of the mass (mm)")
+    _key(figure, axes[0], [regime for valley in valleys for regime in valley.regime])
+    return figure
+
+
+def _panel(axis: Axes, valley: Valley) -> None:
+    axis.plot(*valley.curve, color=COLOURS["exact"], linewidth=1.6, zorder=2)
+    for b, mean, largest, regime in zip(
+        valley.clearance, valley.mean, valley.largest, valley.regime, strict=True
+    ):
+        colour = regime_colour(regime)
+        axis.plot([b, b], [mean, largest], color=colour, linewidth=0.8, alpha=0.5, zorder=1)
+        axis.plot(b, largest, "_", color=colour, markersize=6, zorder=3)
+        axis.plot(b, mean, "o", color=colour, zorder=4)
+    top = 1.3 * float(valley.largest.max())
+    axis.set_ylim(0.0, top)
+    axis.set_title(valley.name)
+    axis.set_xlabel("clearance b (mm)")
+    axis.margins(x=0.08)
+    _predicted(axis, valley, top)
+    _measured(axis, valley, top)
+
+
+def _predicted(axis: Axes, valley: Valley, top: float) -> None:
+    """Both b_c as lines; their names on either side, so that near ones do not overlap."""
+    if valley.exact:
+        value, low, high = valley.exact
+        axis.axvspan(low, high, color=COLOURS["exact"], alpha=0.25, linewidth=0, zorder=0)
+        axis.axvline(value, color=COLOURS["exact"], linewidth=1.0, zorder=0)
+        label(
+            *(axis, f"exact $b_c$\n{value:.1f}", (value, 0.99 * top)),
+            colour=COLOURS["exact"],
+            shift=(-3, 0),
+            ha="right",
+            va="top",
+        )
+    if valley.published is not None:
+        axis.axvline(
+            valley.published, color=COLOURS["published"], linewidth=1.0, linestyle="--", zorder=0
+        )
+        label(
+            *(axis, f"published\n{valley.published:.1f}", (valley.published, 0.99 * top)),
+            colour=COLOURS["published"],
+            shift=(3, 0),
+            va="top",
+        )
+
+
+def _measured(axis: Axes, valley: Valley, top: float) -> None:
+    """Brackets of the two measured clearances, near the axis."""
+    if valley.lowest:
+        _bracket(axis, valley.lowest, 0.10 * top, "lowest", COLOURS["measured"])
+    if valley.end:
+        _bracket(axis, valley.end, 0.03 * top, "end", COLOURS["strongly modulated"])
+
+
+def _bracket(axis: Axes, interval: Interval, height: float, name: str, colour: str) -> None:
+    value, low, high = interval
+    axis.plot([low, high], [height] * 2, "|-", color=colour, markersize=7, linewidth=1.4)
+    axis.plot(value, height, "o", color=colour, markersize=3.5)
+    label(axis, f"{name} {value:.1f}", (low, height), colour=colour, shift=(-5, 0), ha="right")
+
+
+def _key(figure: Figure, axis: Axes, regimes: Sequence[str]) -> None:
+    known = [name for name in COLOURS if name in {r.split(" | ")[0] for r in regimes}]
+    handles = [
+        axis.plot([], [], "o", color=COLOURS[name], label=f"mean, {name}")[0] for name in known
+    ]
+    handles += [
+        axis.plot([], [], "_", color=COLOURS["measured"], label="largest")[0],
+        axis.plot([], [], color=COLOURS["exact"], label="predicted, two impacts per cycle")[0],
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+
+
+def optimum_over_level(valleys: Sequence[Valley]) -> Figure:
+    """How far each measured clearance is from the exact b_c, over base amplitude.
+
+    Parameters
+    ----------
+    valleys : sequence of Valley
+        With an exact b_c each.
+    """
+    figure, (axis,) = new_figure(height=2.9)
+    known = [valley for valley in valleys if valley.exact is not None]
+    for valley in known:
+        exact, low, high = valley.exact or (1.0, 1.0, 1.0)
+        G = valley.G
+        width = 0.02 * max(v.G for v in valleys)
+        axis.fill_between(
+            *([G - width, G + width], 100.0 * (low / exact - 1.0), 100.0 * (high / exact - 1.0)),
+            color=COLOURS["exact"],
+            alpha=0.3,
+            linewidth=0,
+        )
+        if valley.published is not None:
+            away = 100.0 * (valley.published / exact - 1.0)
+            axis.plot([G - width, G + width], [away, away], "--", color=COLOURS["published"])
+            if valley is known[0]:
+                label(
+                    *(axis, "published $b_c$", (G - width, away)),
+                    colour=COLOURS["published"],
+                    shift=(-4, 3),
+                    ha="right",
+                )
+        _deviation(axis, valley, exact, named=valley is known[-1])
+    axis.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
+    label(
+        *(axis, "exact $b_c$", (1.0, 0.0)),
+        colour=COLOURS["exact"],
+        shift=(-2, 7),
+        ha="right",
+        xycoords=axis.get_yaxis_transform(),
+    )
+    axis.set_xlabel("base amplitude G (mm)")
+    axis.set_ylabel("clearance from the exact $b_c$ (%)")
+    span = max(v.G for v in known) - min(v.G for v in known) or 1.0
+    axis.set_xlim(known[0].G - 0.25 * span, known[-1].G + 0.45 * span)
+    axis.margins(y=0.15)
+    return figure
+
+
+def _deviation(axis: Axes, valley: Valley, exact: float, *, named: bool) -> None:
+    """Both measured clearances of one base amplitude, with their brackets."""
+    for kind, name, marker, colour in (
+        (valley.lowest, "lowest amplitude", "o", "measured"),
+        (valley.end, "end of two impacts per cycle", "s", "strongly modulated"),
+    ):
+        if kind is None:
+            continue
+        value, low, high = (100.0 * (b / exact - 1.0) for b in kind)
+        axis.errorbar(
+            *(valley.G, value, [[value - low], [high - value]]),
+            fmt=marker,
+            color=COLOURS[colour],
+            capsize=3,
+            markersize=4.5,
+        )
+        text = f"{kind[0]:.1f} mm" + (f"\n{name}" if named else "")
+        label(axis, text, (valley.G, value), colour=COLOURS[colour], shift=(9, 0))
+
+
+@dataclass(frozen=True)
+class Reached:
+    """Time from a release to one amplitude over clearance, mm and s; NaN where not reached."""
+
+    target: float
+    clearance: Floats
+    time: Floats
+    curve: tuple[Floats, Floats]
+    best: Interval | None = None
+
+
+def time_over_clearance(
+    levels: Sequence[Reached], *, title: str, published: float | None, exact: float | None
+) -> Figure:
+    """Time to each amplitude over clearance, predicted and measured; both b_t as marks."""
+    figure, (axis,) = new_figure(height=3.6)
+    for level in levels:
+        axis.plot(*level.curve, color=COLOURS["exact"], linewidth=1.2, zorder=1)
+        _curve_minimum(axis, *level.curve)
+        axis.plot(level.clearance, level.time, "-", color=FAINT, linewidth=0.8, zorder=0)
+        axis.plot(level.clearance, level.time, "o", color=COLOURS["measured"], zorder=3)
+        last = int(np.flatnonzero(np.isfinite(level.time))[-1])
+        name = f"to {level.target:g} mm"
+        label(axis, name, (level.clearance[last], level.time[last]), colour="#000000", shift=(8, 0))
+        if level.best:
+            best, low, high = level.best
+            time = float(level.time[np.argmin(np.abs(level.clearance - best))])
+            axis.plot([low, high], [time, time], "|-", color=COLOURS["impact"], linewidth=1.4)
+            axis.plot(best, time, "o", color=COLOURS["impact"], markersize=6, zorder=4)
+    axis.set_ylim(bottom=0.0)
+    top = 1.12 * axis.get_ylim()[1]
+    axis.set_ylim(0.0, top)
+    for name, value, style in (("published", published, "--"), ("exact", exact, "-")):
+        if value is not None:
+            axis.axvline(value, color=COLOURS[name], linestyle=style, linewidth=1.0, zorder=0)
+            left = name == "exact"
+            label(
+                *(axis, f"{name} $b_t$ {value:.1f}", (value, 0.99 * top)),
+                colour=COLOURS[name],
+                shift=(-3 if left else 3, 0),
+                ha="right" if left else "left",
+                va="top",
+            )
+    axis.set_xlabel("clearance b (mm)")
+    axis.set_ylabel("time to the amplitude (s)")
+    axis.set_title(title)
+    axis.margins(x=0.1)
+    return figure
+
+
+def _curve_minimum(axis: Axes, b: Floats, time: Floats) -> None:
+    """The predicted fastest clearance, where it lies inside what was tried."""
+    if b.size and 0 < (i := int(time.argmin())) < b.size - 1:
+        axis.plot(b[i], time[i], "o", color=COLOURS["exact"], markerfacecolor="white", zorder=2)
+        label(axis, f"{b[i]:.0f} mm", (b[i], time[i]), colour=COLOURS["exact"], shift=(0, 8),
+              ha="center")  # fmt: skip

@@ -1,0 +1,106 @@
+"""Impacts on the acceleration trace, and how hard each of them was."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.figures.draw.style import COLOURS, label, new_figure
+from vinesexp.figures.draw.traces import Trace, draw_trace
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+
+#: Impacts drawn one by one; of more, this many evenly chosen ones.
+_MOST_POINTS = 1500
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Impacts to be drawn: time, s; side +1, -1 or 0; velocity jump, m/s."""
+
+    time: Floats
+    side: NDArray[np.int64]
+    jump: Floats
+
+
+def impacts_on_acceleration(
+    whole: Trace, zoom: Trace, impacts: Marks, *, title: str, motion: Trace | None = None
+) -> Figure:
+    """Bandpassed acceleration, the jump of every impact, and a few cycles enlarged.
+
+    Parameters
+    ----------
+    whole, zoom : Trace
+        Acceleration, m/s^2: the whole record and the enlarged stretch.
+    impacts : Marks
+    motion : Trace, optional
+        Displacement in the enlarged stretch, mm.
+    """
+    figure, (above, middle, below) = new_figure(
+        3, 1, height=5.6, gridspec_kw={"height_ratios": [1.0, 0.8, 1.5]}
+    )
+    draw_trace(above, whole, colour=COLOURS["acceleration"])
+    above.axvspan(zoom.time[0], zoom.time[-1], color=COLOURS["published"], alpha=0.35, linewidth=0)
+    above.set_title(title)
+    above.set_ylabel("acceleration\n(m/s²)")
+    above.margins(x=0.01)
+    _jumps(middle, impacts)
+    middle.set_xlim(above.get_xlim())
+    middle.set_xlabel("time (s)")
+    _enlarged(below, zoom, impacts, motion)
+    figure.align_ylabels()
+    return figure
+
+
+def _jumps(axis: Axes, impacts: Marks) -> None:
+    step = max(-(-impacts.time.size // _MOST_POINTS), 1)
+    for side, colour in ((1, "impact +1"), (-1, "impact -1"), (0, "impact")):
+        chosen = np.flatnonzero(impacts.side == side)[::step]
+        size = 2.2 if impacts.time.size > 100 else 3.5
+        axis.plot(
+            *(impacts.time[chosen], np.abs(impacts.jump[chosen]), "o"),
+            color=COLOURS[colour],
+            markersize=size,
+            markeredgewidth=0,
+        )
+    axis.set_ylim(bottom=0.0)
+    axis.set_ylabel("velocity jump\n(m/s)")
+
+
+def _enlarged(axis: Axes, zoom: Trace, impacts: Marks, motion: Trace | None) -> None:
+    draw_trace(axis, zoom, colour=COLOURS["acceleration"])
+    top = _top(zoom.values)
+    inside = (impacts.time >= zoom.time[0]) & (impacts.time <= zoom.time[-1])
+    for side, place, marker in ((1, 1.15, "v"), (-1, -1.15, "^"), (0, 1.15, "v")):
+        marks = impacts.time[inside & (impacts.side == side)]
+        if not marks.size:
+            continue
+        colour = COLOURS[f"impact {side:+d}" if side else "impact"]
+        axis.plot(marks, np.full(marks.size, place * top), marker, color=colour, markersize=5)
+        name = f"wall {side:+d}" if side else "impact"
+        label(axis, name, (marks[0], place * top), colour=colour, shift=(6, 0))
+    axis.set_ylim(-1.35 * top, 1.35 * top)
+    axis.set_ylabel("acceleration\n(m/s²)")
+    axis.set_xlabel("time (s), enlarged")
+    axis.margins(x=0.01)
+    if motion is not None and motion.values.size:
+        twin = axis.twinx()
+        twin.plot(motion.time, motion.values, color=COLOURS["displacement"], alpha=0.7)
+        reach = 1.35 * _top(motion.values)
+        twin.set_ylim(-reach, reach)
+        twin.set_ylabel("displacement (mm)", color=COLOURS["displacement"])
+        twin.tick_params(axis="y", colors=COLOURS["displacement"])
+        twin.grid(visible=False)
+        twin.margins(x=0.01)
+
+
+def _top(values: Floats) -> float:
+    """Largest magnitude, gaps left out; 1 where there is none."""
+    return float(np.fmax.reduce(np.abs(values), initial=0.0)) or 1.0

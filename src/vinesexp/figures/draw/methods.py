@@ -1,0 +1,85 @@
+"""Identified values: every method beside the combined value, each with its 95 % interval."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from vinesexp.figures.draw.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Row = Mapping[str, str]
+
+#: How each parameter is written.
+SYMBOLS = {"f0": "f₀", "zeta": "ζ", "M": "M", "c1": "c₁", "k1": "k₁", "r": "r"}
+
+#: c1 and k1 are made from M, f0 and zeta: their panels would repeat that of M.
+_FOLLOW = ("c1", "k1")
+
+#: Units of a relative deviation, smallest first, with their sizes.
+_SHARES = (("ppm", 1e-6), ("%", 1e-2))
+
+
+def estimates_by_method(rows: Sequence[Row], values: Mapping[str, str]) -> Figure | None:
+    """One panel a parameter that several methods found: how far each is from the combined value.
+
+    Parameters
+    ----------
+    rows : sequence
+        Rows of identified.csv.
+    values : mapping
+        Parameter to its combined value as text, for the titles.
+
+    Returns
+    -------
+    Figure or None
+        None where no parameter was found by more than one method.
+    """
+    methods = {
+        name: [row for row in rows if row["parameter"] == name and row["method"] != "combined"]
+        for name in values
+    }
+    shown = [name for name, own in methods.items() if len(own) > 1 and name not in _FOLLOW]
+    if not shown:
+        return None
+    lines = [len(methods[name]) for name in shown]
+    figure, axes = new_figure(
+        *(len(shown), 1),
+        height=0.3 + sum(0.24 * n + 0.72 for n in lines),
+        gridspec_kw={"height_ratios": [n + 2.2 for n in lines]},
+    )
+    combined = {row["parameter"]: row for row in rows if row["method"] == "combined"}
+    for axis, name in zip(axes, shown, strict=True):
+        _panel(axis, methods[name], combined[name])
+        axis.set_title(f"{SYMBOLS.get(name, name.replace('_', ' '))} = {values[name]}")
+    return figure
+
+
+def _panel(axis: Axes, rows: Sequence[Row], combined: Row) -> None:
+    centre = float(combined["value"]) or 1.0
+
+    def deviations(row: Row) -> list[float]:
+        columns = ("value", "ci95_low", "ci95_high")
+        return [float(row[column] or row["value"]) / centre - 1.0 for column in columns]
+
+    reach = max(abs(d) for row in (*rows, combined) for d in deviations(row))
+    unit, size = next((s for s in _SHARES if reach < 1e3 * s[1]), _SHARES[-1])
+    _, low, high = (d / size for d in deviations(combined))
+    axis.axvspan(low, high, color=COLOURS["exact"], alpha=0.18, linewidth=0)
+    axis.axvline(0.0, color=COLOURS["exact"])
+    for place, row in enumerate(reversed(rows)):
+        value, low, high = (d / size for d in deviations(row))
+        axis.plot([low, high], [place, place], "|-", color=COLOURS["measured"], markersize=5)
+        axis.plot(value, place, "o", color=COLOURS["measured"])
+    axis.set_yticks(range(len(rows)), [row["method"] for row in reversed(rows)])
+    axis.set_ylim(-0.7, len(rows) - 0.3)
+    axis.grid(axis="y", visible=False)
+    axis.margins(x=0.12)
+    axis.ticklabel_format(axis="x", useOffset=False)
+    axis.set_xlabel(f"from the combined value ({unit})", fontsize=8, labelpad=1)
+    label(
+        axis, "combined", (0.0, len(rows) - 0.3), colour=COLOURS["exact"], shift=(3, 4), va="bottom"
+    )

@@ -1,0 +1,197 @@
+"""A measured base motion of a scene: a file of samples beside scene.yaml, read like any record.
+
+scene.yaml says where the base stands in the file and what its numbers mean, in the words of
+campaign.yaml. Reading the scene looks at no sample: it takes the digest of the file, so that a
+group is simulated again when the file changes. The samples are read when a test needs them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vinesexp.errors import ParameterError, RecordError
+from vinesexp.laboratory.scene_layers import Layers
+from vinesexp.records.schema import Channel, TimeColumn
+from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, unit_size
+
+if TYPE_CHECKING:
+    from vinesexp.excitation import Measured
+
+KEYS = (
+    "file",
+    "column",
+    "unit",
+    "sensitivity",
+    "offset",
+    "file_unit",
+    "time",
+    "sample_rate",
+    "start",
+)
+
+
+@dataclass(frozen=True)
+class BaseRecord:
+    """Where a measured base motion is, and what its numbers mean.
+
+    Parameters
+    ----------
+    file : str
+        Relative to the scene.
+    digest : str
+        SHA-256 of the file.
+    channel : Channel
+        Its column and unit.
+    time, sample_rate : optional
+        At most one; neither where the file states its sampling itself.
+    start : float
+        Time after the first sample at which the test begins, s.
+    folder : Path
+        Of the scene; not part of what the motion depends on.
+    """
+
+    file: str
+    digest: str
+    channel: Channel
+    time: TimeColumn | None
+    sample_rate: float | None
+    start: float
+    folder: Path = field(repr=False, compare=False)
+
+    def measured(self, *, needed: float, record: str) -> Measured:
+        """The base motion from `start` on.
+
+        Parameters
+        ----------
+        needed : float
+            How long the test `record` runs, s.
+
+        Raises
+        ------
+        RecordError
+            A file that cannot be read as the scene says, or one that is too short.
+        """
+        from vinesexp.excitation import Measured
+        from vinesexp.records.ingest import read_channels
+
+        path = self.folder / self.file
+        try:
+            rate, _, values = read_channels(
+                path, {"base": self.channel}, time=self.time, sample_rate=self.sample_rate
+            )
+        except RecordError as error:
+            # The readers speak of the files of a measured campaign; here all is in the scene.
+            where = None if error.where is None else _in_scene(error.where)
+            raise RecordError(_in_scene(error.problem), file=error.file, where=where) from None
+        samples = values["base"][round(self.start * rate) :]
+        lasts = (samples.size - 1) / rate
+        if lasts < needed * (1.0 - 1e-12) or samples.size < 6:
+            after = f" after its start at {self.start:g} s" if self.start else ""
+            raise RecordError(
+                f"lasts {max(lasts, 0.0):.6g} s{after}, test '{record}' runs for {needed:.6g} s "
+                "(settle and duration); give a longer record, or shorten the test",
+                file=path,
+            )
+        return Measured(samples, rate)
+
+
+def _in_scene(text: str) -> str:
+    for other in ("campaign.yaml", "records.csv"):
+        text = text.replace(other, "scene.yaml")
+    return text.replace("channels.base", "base_record")
+
+
+def read_base_record(entry: Layers) -> BaseRecord | None:
+    """`base_record` of a scene; None where its description is wrong or the file is not there."""
+    before = len(entry.problems.found)
+    entry.refuse_unknown(KEYS)
+    file, folder = entry.text("file"), entry.problems.file.parent
+    digest = _digest(entry, folder, file)
+    column = entry.value("column")
+    if column is None:
+        entry.complain("column", "is missing; give the column's name, a pattern, or its number")
+    time = _time(entry)
+    if time is not None and entry.value("sample_rate") is not None:
+        entry.complain("sample_rate", "both 'time' and 'sample_rate' are given; keep one")
+    rate = entry.quantity("sample_rate", "frequency")
+    start = entry.quantity("start", "time", zero=True) or 0.0
+    channel = _channel(entry, column)
+    if len(entry.problems.found) > before or channel is None or file is None:
+        return None
+    return BaseRecord(file, digest, channel, time, rate, start, folder)
+
+
+def _digest(entry: Layers, folder: Path, file: str | None) -> str:
+    if file is None:
+        entry.complain("file", "is missing; name a file of samples beside the scene")
+        return ""
+    if Path(file).is_absolute() or ".." in Path(file).parts:
+        entry.complain("file", f"found '{file}', expected a file in the scene's own folder")
+        return ""
+    try:
+        with (folder / file).open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        entry.complain("file", f"'{file}' cannot be read ({error.strerror}); put it by the scene")
+    return ""
+
+
+def _channel(entry: Layers, column: str | int | None) -> Channel | None:
+    unit, sensitivity = entry.text("unit"), entry.text("sensitivity")
+    if (unit is None) == (sensitivity is None):
+        entry.complain(
+            "unit" if unit is None else "sensitivity",
+            f"{'no unit' if unit is None else 'both unit and sensitivity'}; give exactly one of "
+            "'unit' (the file is in physical units) and 'sensitivity' (such as 0.5 V/mm)",
+        )
+        return None
+    kind, output, scale = "displacement", "V", 1.0
+    with entry.problems.at(entry.where("unit" if sensitivity is None else "sensitivity")):
+        if sensitivity is None:
+            output, scale = str(unit), unit_size(str(unit), kind)
+        else:
+            scale = 1.0 / parse_sensitivity(sensitivity, kind)
+    if output not in (*UNITS[kind], "V"):
+        return None
+    return Channel(
+        role="base",
+        column="" if column is None else column,
+        quantity=kind,
+        scale=scale,
+        offset=_output(entry, "offset", output) or 0.0,
+        unit=output,
+        sensitivity=sensitivity is not None,
+        file_size=_output(entry, "file_unit", output),
+    )
+
+
+def _output(entry: Layers, key: str, output: str) -> float | None:
+    """A value in the units of what the file holds: volts, or the unit of length."""
+    text = entry.text(key)
+    if text is None:
+        return None
+    kind = "voltage" if output == "V" else "displacement"
+    with entry.problems.at(entry.where(key)):
+        bare = key == "file_unit" and text in UNITS[kind]
+        value = parse_quantity(f"1 {text}" if bare else text, kind).value
+        if key == "file_unit" and value <= 0.0:
+            raise ParameterError(f"found '{text}', expected a unit of {kind}")
+        return value / unit_size(output, kind)
+    return None
+
+
+def _time(entry: Layers) -> TimeColumn | None:
+    if entry.value("time") is None:
+        return None
+    time = entry.under("time")
+    time.refuse_unknown(("column", "unit"))
+    column, unit = time.value("column"), time.text("unit")
+    if column is None or unit is None:
+        entry.complain("time", "give its column and unit, such as {column: 'Time*', unit: s}")
+        return None
+    with time.problems.at(time.where("unit")):
+        return TimeColumn(column, unit, unit_size(unit, "time"))
+    return None

@@ -1,0 +1,94 @@
+"""One test of a scene, performed: exact motion, what the instruments make of it, and the truth."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.laboratory.bench import Scene, Test
+from vinesexp.laboratory.drop_test import drop
+from vinesexp.laboratory.instrument_files import FORMATS
+from vinesexp.laboratory.oscilloscope import acquire
+from vinesexp.laboratory.sensors import Moving
+from vinesexp.rig import NES
+
+#: Columns of a truth file, each with its name among the impacts of a motion.
+TRUTH_COLUMNS = {
+    "x_m": "x",
+    "v_before_m_s": "v_before",
+    "v_after_m_s": "v_after",
+    "vy_before_m_s": "vy_before",
+    "vy_after_m_s": "vy_after",
+}
+
+
+def perform(scene: Scene, test: Test, *, raw: Path, truth: Path) -> None:
+    """Run `test` and write its instrument file and its true impacts; nothing half-written.
+
+    Parameters
+    ----------
+    scene : Scene
+        Rig and seed.
+    test : Test
+    raw, truth : Path
+        Files to write; their folders exist.
+    """
+    motion = motion_of(scene, test)
+    trace = acquire(
+        motion,
+        test.sensors,
+        test.oscilloscope,
+        start=test.settle,
+        duration=test.duration,
+        seed=scene.seed,
+        record=test.record,
+    )
+    partial = raw.with_name(f".{raw.name}.partial")
+    try:
+        FORMATS[test.oscilloscope.format][1](partial, trace)
+        os.replace(partial, raw)
+    finally:
+        partial.unlink(missing_ok=True)
+    text = truth_text(motion.impacts, start=test.settle)
+    partial = truth.with_name(f".{truth.name}.partial")
+    partial.write_text(text, encoding="ascii")
+    os.replace(partial, truth)
+
+
+def motion_of(scene: Scene, test: Test) -> Moving:
+    """The exact motion of a test, from its very beginning."""
+    if test.kind == "drop":
+        m, r = scene.balls[0]
+        ball = NES(m=m, b=max(test.height, 1e-9), r=r)
+        return drop(ball, M=scene.oscillator.M, height=test.height, duration=test.duration)
+    from vinesexp.solver.motion import simulate
+
+    motion: Moving = simulate(
+        scene.rig(test),
+        test.base(),
+        test.release_state(),
+        duration=test.settle + test.duration,
+        damping=scene.damping,
+    )
+    return motion
+
+
+def truth_text(impacts: Mapping[str, NDArray[Any]], *, start: float) -> str:
+    """True impacts as CSV, times from the beginning of the record, NESs counted from 1.
+
+    The velocity jump is the oscillator's. Impacts before the record are left out.
+    """
+    time = np.asarray(impacts["time"]) - start
+    inside = time >= 0.0
+    columns = [time, impacts["nes"] + 1, impacts["side"], impacts["v_after"] - impacts["v_before"]]
+    columns += [impacts[name] for name in TRUTH_COLUMNS.values()]
+    kinds = ("%.17g", "%d", "%+d", *("%.17g",) * (1 + len(TRUTH_COLUMNS)))
+    line = ",".join(kinds)
+    head = ",".join(("time_s", "nes", "side", "velocity_jump_m_s", *TRUTH_COLUMNS))
+    rows = zip(*(np.asarray(column)[inside].tolist() for column in columns), strict=True)
+    return "\n".join([head, *(line % row for row in rows), ""])

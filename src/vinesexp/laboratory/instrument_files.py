@@ -1,0 +1,231 @@
+"""Export formats of the simulated oscilloscope: one writer a format.
+
+Every writer is exact about its bytes: no date, no library's version, so that the same scene and
+seed give the same file. Records are written in blocks.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.errors import ParameterError
+from vinesexp.laboratory.number_text import (
+    Characters,
+    code_characters,
+    number_characters,
+    rows_of_text,
+)
+from vinesexp.laboratory.oscilloscope import Trace
+
+_BLOCK = 1 << 16
+
+
+@dataclass(frozen=True)
+class TextStyle:
+    """How one make of instrument writes text.
+
+    Parameters
+    ----------
+    delimiter, decimal : str
+    encoding : str
+        ``utf-8-sig`` writes a byte-order mark.
+    preamble : tuple of str
+        Lines before the column names; ``{interval}`` and ``{points}`` are filled in.
+    time_name, channel_name : str
+        Names of the columns; ``{name}`` is the channel.
+    units : bool
+        A row of units under the names.
+    newline : str
+    """
+
+    delimiter: str = ","
+    decimal: str = "."
+    encoding: str = "ascii"
+    preamble: tuple[str, ...] = ()
+    time_name: str = "Time"
+    channel_name: str = "{name}"
+    units: bool = False
+    newline: str = "\r\n"
+
+
+TEXT_STYLES = {
+    "oscilloscope-csv": TextStyle(
+        preamble=(
+            "Model,Digital Oscilloscope",
+            "Record Length,{points}",
+            "Sample Interval,{interval},s",
+            "",
+        ),
+        units=True,
+    ),
+    "daq-csv": TextStyle(
+        delimiter=";",
+        decimal=",",
+        encoding="utf-8-sig",
+        time_name="Time (s)",
+        channel_name="{name} (V)",
+    ),
+    "tab": TextStyle(
+        delimiter="\t",
+        encoding="latin-1",
+        preamble=("# Messstelle: Stoßtilger, 20 °C",),
+        time_name="Time [s]",
+        channel_name="{name} [V]",
+        newline="\n",
+    ),
+}
+
+
+def write_text(path: Path, trace: Trace, style: TextStyle) -> None:
+    """Times and volts as text, with one digit more than the converter resolves."""
+    interval = 1.0 / trace.scope.sample_rate
+    time_decimals = _decimals_of(interval)
+    volt_table = code_characters(trace.scope.bits, step=trace.scope.step, mark=style.decimal)
+    half = 2 ** (trace.scope.bits - 1)
+    with path.open("wb") as out:
+        out.write(_text_head(trace, style, interval).encode(style.encoding))
+        for first, codes in _blocks(trace):
+            ticks = _ticks(trace, first, codes.shape[1])
+            scaled = np.rint(ticks * (interval * 10.0**time_decimals)).astype(np.int64)
+            columns: list[Characters] = [
+                number_characters(scaled, decimals=time_decimals, mark=style.decimal)
+            ]
+            columns += [volt_table[row.astype(np.int32) + half] for row in codes]
+            out.write(rows_of_text(columns, delimiter=style.delimiter, newline=style.newline))
+
+
+def _text_head(trace: Trace, style: TextStyle, interval: float) -> str:
+    number = f"{interval:.9g}".replace(".", style.decimal)
+    lines = [line.format(interval=number, points=trace.codes.shape[1]) for line in style.preamble]
+    channels = [style.channel_name.format(name=name) for name in trace.names]
+    lines.append(style.delimiter.join([style.time_name, *channels]))
+    if style.units:
+        lines.append(style.delimiter.join(["s", *("V" for _ in channels)]))
+    return "".join(line + style.newline for line in lines)
+
+
+def write_hdf5(path: Path, trace: Trace) -> None:
+    """Codes of each channel as int16, with `scale` (V a code) and `offset`; rate on the root."""
+    import h5py
+
+    _refuse_dropped_without_times(trace, "hdf5")
+    with h5py.File(path, "w", libver="earliest", track_order=True) as file:
+        file.attrs["sample_rate_hz"] = trace.scope.sample_rate
+        for name, row in zip(trace.names, trace.codes, strict=True):
+            data = file.create_dataset(name, data=row, track_times=False)
+            data.attrs["scale"] = trace.scope.step
+            data.attrs["offset"] = 0.0
+            data.attrs["unit"] = "V"
+
+
+def write_matlab(path: Path, trace: Trace) -> None:
+    """MATLAB level 5: a column of volts (single) for each channel, and `sample_rate_hz`."""
+    _refuse_dropped_without_times(trace, "matlab")
+    n = trace.codes.shape[1]
+    with path.open("wb") as out:
+        text = b"MATLAB 5.0 MAT-file, Digital Oscilloscope"
+        out.write(text.ljust(116) + bytes(8) + struct.pack("<H2s", 0x0100, b"IM"))
+        rate = struct.pack("<d", trace.scope.sample_rate)
+        _matlab_head(out, "sample_rate_hz", rows=1, kind=(6, 9), size=8)
+        out.write(rate)
+        for number, name in enumerate(trace.names):
+            _matlab_head(out, name, rows=n, kind=(7, 7), size=4 * n)
+            for _, codes in _blocks(trace):
+                out.write((codes[number] * np.float32(trace.scope.step)).astype("<f4").tobytes())
+            out.write(bytes(-4 * n % 8))
+
+
+def _matlab_head(out: BinaryIO, name: str, *, rows: int, kind: tuple[int, int], size: int) -> None:
+    """Tags of one real matrix of one column; kind is (class, type of the numbers in the file)."""
+    label = name.encode("ascii")
+    head = struct.pack("<4I", 6, 8, kind[0], 0)
+    head += struct.pack("<4I", 5, 8, rows, 1)
+    head += struct.pack("<2I", 1, len(label)) + label + bytes(-len(label) % 8)
+    head += struct.pack("<2I", kind[1], size)
+    out.write(struct.pack("<2I", 14, len(head) + size + -size % 8) + head)
+
+
+def write_wav(path: Path, trace: Trace) -> None:
+    """RIFF WAVE, 16-bit PCM: codes as fraction of full scale; channel names in an iXML chunk."""
+    _refuse_dropped_without_times(trace, "wav")
+    rate = trace.scope.sample_rate
+    if rate != int(rate):
+        raise ParameterError(f"a WAV file has a whole number of samples a second, found {rate} Hz")
+    channels, n = trace.codes.shape
+    tracks = "".join(
+        f"<TRACK><CHANNEL_INDEX>{i}</CHANNEL_INDEX><NAME>{name}</NAME></TRACK>"
+        for i, name in enumerate(trace.names, start=1)
+    )
+    ixml = (
+        '<?xml version="1.0" encoding="UTF-8"?><BWFXML><TRACK_LIST>'
+        f"<TRACK_COUNT>{channels}</TRACK_COUNT>{tracks}</TRACK_LIST></BWFXML>"
+    ).encode()
+    ixml += b" " * (len(ixml) % 2)
+    fmt = struct.pack("<HHIIHH", 1, channels, int(rate), int(rate) * 2 * channels, 2 * channels, 16)
+    size = 2 * channels * n
+    with path.open("wb") as out:
+        out.write(
+            b"RIFF" + struct.pack("<I", 4 + 8 + len(fmt) + 8 + len(ixml) + 8 + size) + b"WAVE"
+        )
+        out.write(b"fmt " + struct.pack("<I", len(fmt)) + fmt)
+        out.write(b"iXML" + struct.pack("<I", len(ixml)) + ixml)
+        out.write(b"data" + struct.pack("<I", size))
+        for _, codes in _blocks(trace):
+            shifted = codes.T << (16 - trace.scope.bits)
+            out.write(np.ascontiguousarray(shifted, dtype="<i2").tobytes())
+
+
+def _refuse_dropped_without_times(trace: Trace, name: str) -> None:
+    """A file without times would show dropped samples as a shift of time that nobody can see."""
+    if trace.ticks is not None:
+        raise ParameterError(
+            f"format {name} states no times, so dropped samples cannot be told from it; choose "
+            f"one of {', '.join(TEXT_STYLES)}"
+        )
+
+
+def _blocks(trace: Trace) -> Iterator[tuple[int, NDArray[np.int16]]]:
+    for first in range(0, trace.codes.shape[1], _BLOCK):
+        yield first, trace.codes[:, first : first + _BLOCK]
+
+
+def _ticks(trace: Trace, first: int, count: int) -> NDArray[np.int64]:
+    if trace.ticks is None:
+        return np.arange(first, first + count)
+    return trace.ticks[first : first + count]
+
+
+def _decimals_of(interval: float) -> int:
+    """Decimals that write every multiple of `interval` exactly, at most 9.
+
+    Examples
+    --------
+    >>> _decimals_of(1e-4), _decimals_of(1 / 3000)
+    (4, 9)
+    """
+    for decimals in range(1, 9):
+        scaled = interval * 10**decimals
+        if round(scaled) and abs(scaled - round(scaled)) < 1e-9 * scaled:
+            return decimals
+    return 9
+
+
+def _text_writer(style: TextStyle) -> Callable[[Path, Trace], None]:
+    return lambda path, trace: write_text(path, trace, style)
+
+
+#: Format name -> (file suffix, writer).
+FORMATS: dict[str, tuple[str, Callable[[Path, Trace], None]]] = {
+    **{name: (".csv", _text_writer(style)) for name, style in TEXT_STYLES.items()},
+    "tab": (".txt", _text_writer(TEXT_STYLES["tab"])),
+    "hdf5": (".h5", write_hdf5),
+    "matlab": (".mat", write_matlab),
+    "wav": (".wav", write_wav),
+}

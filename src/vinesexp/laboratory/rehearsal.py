@@ -1,0 +1,124 @@
+"""A simulated campaign, made and analysed in one process: what would these tests tell?
+
+The workflow does the same step by step, a process each. For studies over many campaigns, for tests,
+and for planning: write the tests that you could do into a scene, and see the errors they leave.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vinesexp.identification.combine import combine, combined
+from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.one_record import estimate_record
+from vinesexp.laboratory.campaign_files import campaign_text, records_text
+from vinesexp.laboratory.scene import Scene, load_scene, simulate_group
+from vinesexp.records.campaign import Campaign, Record, load_campaign
+from vinesexp.records.checks import Check
+from vinesexp.records.ingest import ingest
+from vinesexp.signals.condition import condition
+from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.signals.regimes import regime_of_record
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """Everything that the per-record steps and the combination found, with the scene's truth.
+
+    Attributes
+    ----------
+    folder : Path
+        The campaign folder; records/, conditioned/ and impacts/ lie in it.
+    scene : Scene
+    campaign : Campaign
+    regimes : dict
+        Record id to its row of regimes.csv.
+    estimates : tuple of Estimate
+        Of single records.
+    rows : tuple of Estimate
+        Of identified.csv.
+    checks : tuple of Check
+    """
+
+    folder: Path
+    scene: Scene
+    campaign: Campaign
+    regimes: dict[str, dict[str, Any]]
+    estimates: tuple[Estimate, ...]
+    rows: tuple[Estimate, ...]
+    checks: tuple[Check, ...]
+
+    def combined(self, parameter: str) -> Estimate | None:
+        """The combined value of a parameter; None where the tests do not tell it."""
+        return combined(self.rows, parameter)
+
+    def impacts_file(self, record: str) -> Path:
+        """Table of the found impacts of a record."""
+        return self.folder / "impacts" / f"{record}.csv"
+
+
+def rehearse(scene_file: Path, *, groups: Sequence[str] | None = None) -> Rehearsal:
+    """Simulate the tests of a scene and analyse them; the folder of the scene becomes the campaign.
+
+    Parameters
+    ----------
+    scene_file : Path
+        scene.yaml (docs/scenes.md).
+    groups : sequence of str, optional
+        Only these groups are simulated; records of others must be there already.
+
+    Returns
+    -------
+    Rehearsal
+
+    Raises
+    ------
+    VinesexpError
+        A mistake in the scene, or a record that cannot be used.
+    """
+    folder, scene = scene_file.parent, load_scene(scene_file)
+    for name, text in (
+        ("campaign.yaml", campaign_text(scene)),
+        ("records.csv", records_text(scene)),
+    ):
+        if not (folder / name).exists():
+            (folder / name).write_text(text, encoding="utf-8")
+    for group in scene.groups if groups is None else groups:
+        simulate_group(scene, group, folder)
+    campaign = load_campaign(folder)
+    regimes, estimates = {}, []
+    for record in campaign.records:
+        regime, found = _analysed(campaign, record, folder)
+        regimes[record.id] = regime
+        estimates += found
+    rows, checks = combine(estimates, campaign)
+    return Rehearsal(folder, scene, campaign, regimes, tuple(estimates), tuple(rows), tuple(checks))
+
+
+def _analysed(
+    campaign: Campaign, record: Record, folder: Path
+) -> tuple[dict[str, Any], list[Estimate]]:
+    """The steps of one record."""
+    measured, conditioned, impacts = (
+        folder / kind / f"{record.id}.{suffix}"
+        for kind, suffix in (("records", "nc"), ("conditioned", "nc"), ("impacts", "csv"))
+    )
+    ingest(campaign, record, measured)
+    centre = sum(record.frequency) / len(record.frequency) if record.frequency else None
+    condition(measured, conditioned, bandpass=campaign.bandpass, f0_hint=centre)
+    found = impacts_of_record(
+        measured,
+        conditioned,
+        impacts,
+        clearance=record.clearance,
+        nes_mass=[mass.value for mass in campaign.known.nes_mass],
+        test=record.test,
+    )
+    regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=found)
+    estimates = estimate_record(
+        record, campaign.known, measured=measured, conditioned=conditioned, impacts=impacts
+    )
+    return regime, estimates

@@ -1,0 +1,119 @@
+"""Sensors and oscilloscope as scene.yaml describes them; a fault not asked for is absent."""
+
+from __future__ import annotations
+
+from vinesexp.errors import nearest
+from vinesexp.laboratory.instrument_files import FORMATS
+from vinesexp.laboratory.oscilloscope import Oscilloscope
+from vinesexp.laboratory.scene_layers import Layers
+from vinesexp.laboratory.sensors import Accelerometer, Laser, Sensor
+from vinesexp.records.schema import ROLES
+from vinesexp.units import parse_quantity, parse_sensitivity
+
+COMMON_KEYS = ("sensitivity", "offset", "noise", "bias", "range")
+LASER_KEYS = (*COMMON_KEYS, "drift", "drift_time", "bandwidth")
+ACCELEROMETER_KEYS = (*COMMON_KEYS, "pulse", "ring", "ring_damping")
+OSCILLOSCOPE_KEYS = (
+    "sample_rate",
+    "bits",
+    "full_scale",
+    "format",
+    "skew",
+    "clock_error",
+    "dropped_samples",
+)
+
+
+def read_sensors(layers: Layers) -> dict[str, Sensor]:
+    """Role to sensor; a role that nobody mentions has no sensor."""
+    layers.refuse_unknown(tuple(ROLES))
+    found: dict[str, Sensor] = {}
+    for role in ROLES:
+        entry = layers.under(role)
+        if not entry.sections:
+            continue
+        sensor = _accelerometer(entry) if role == "acceleration" else _laser(entry)
+        if sensor is not None:
+            found[role] = sensor
+    if not found:
+        layers.complain("sensors", "no sensors; give at least 'displacement'")
+    return found
+
+
+def _sensitivity(entry: Layers, kind: str) -> float | None:
+    text = entry.value("sensitivity")
+    if text is None:
+        entry.complain("sensitivity", "is missing; such as '40 mV/mm' or '20 mV/g'")
+        return None
+    with entry.problems.at(entry.where("sensitivity")):
+        return parse_sensitivity(text, kind)
+    return None
+
+
+def _laser(entry: Layers) -> Laser | None:
+    entry.refuse_unknown(LASER_KEYS)
+    kind = "displacement"
+    sensitivity = _sensitivity(entry, kind)
+    laser = Laser(
+        sensitivity=sensitivity or 1.0,
+        offset=entry.quantity("offset", "voltage", signed=True) or 0.0,
+        noise=entry.quantity("noise", kind, zero=True) or 0.0,
+        drift=entry.quantity("drift", kind, zero=True) or 0.0,
+        drift_time=entry.quantity("drift_time", "time") or 60.0,
+        bias=entry.quantity("bias", kind, signed=True) or 0.0,
+        bandwidth=entry.quantity("bandwidth", "frequency"),
+        range=entry.quantity("range", kind),
+    )
+    return None if sensitivity is None else laser
+
+
+def _accelerometer(entry: Layers) -> Accelerometer | None:
+    entry.refuse_unknown(ACCELEROMETER_KEYS)
+    kind = "acceleration"
+    sensitivity = _sensitivity(entry, kind)
+    pulse = entry.quantity("pulse", "time", needed=True)
+    damping = entry.quantity("ring_damping", "ratio")
+    if damping is not None and damping >= 1.0:
+        entry.complain("ring_damping", "expected below 1: an overdamped mounting does not ring")
+    accelerometer = Accelerometer(
+        sensitivity=sensitivity or 1.0,
+        pulse=pulse or 1.0,
+        offset=entry.quantity("offset", "voltage", signed=True) or 0.0,
+        noise=entry.quantity("noise", kind, zero=True) or 0.0,
+        bias=entry.quantity("bias", kind, signed=True) or 0.0,
+        ring=entry.quantity("ring", "frequency"),
+        ring_damping=0.02 if damping is None else damping,
+        range=entry.quantity("range", kind),
+    )
+    return None if sensitivity is None or pulse is None else accelerometer
+
+
+def read_oscilloscope(layers: Layers) -> Oscilloscope | None:
+    """The oscilloscope; None where its description is wrong."""
+    layers.refuse_unknown(OSCILLOSCOPE_KEYS)
+    before = len(layers.problems.found)
+    rate = layers.quantity("sample_rate", "frequency", needed=True)
+    form = layers.text("format") or "oscilloscope-csv"
+    if form not in FORMATS:
+        layers.complain("format", f"unknown format '{form}'; {nearest(form, FORMATS)}")
+    skew = layers.under("skew")
+    skew.refuse_unknown(tuple(ROLES))
+    late = {
+        role: skew.quantity(role, "time", signed=True) or 0.0
+        for role in ROLES
+        if role in skew.names()
+    }
+    error = 0.0
+    if layers.value("clock_error") is not None:
+        with layers.problems.at(layers.where("clock_error")):
+            error = parse_quantity(layers.value("clock_error"), "ratio").value
+    scope = Oscilloscope(
+        sample_rate=rate or 1.0,
+        bits=layers.whole("bits", low=2, high=16, default=14),
+        full_scale=layers.quantity("full_scale", "voltage") or 1.0,
+        format=form,
+        skew=late,
+        clock_error=error,
+        dropped_samples=layers.whole("dropped_samples", low=0, high=10**6, default=0),
+    )
+    return scope if len(layers.problems.found) == before else None

@@ -1,0 +1,225 @@
+"""Sensors: the exact motion of the rig turned into volts, as a data sheet describes them.
+
+A sensor does to the motion only what the scene asks for: what is left at its default changes
+nothing. Everything is a function of the sample times, so that a record is made in blocks and an
+hour of it needs no more memory than a second. What an instrument adds at random comes from a
+generator that the caller derives from seed, record and channel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.laboratory.pulses import contact_acceleration
+
+Array = NDArray[np.float64]
+
+#: A one-pole filter forgets its past to below a rounding error after this many time constants.
+_FORGOTTEN = 37.0
+
+
+class Moving(Protocol):
+    """What a sensor needs of a motion; `vinesexp.Motion` is one."""
+
+    @property
+    def impacts(self) -> Mapping[str, NDArray[Any]]:
+        """Arrays `time, nes, side, x, v_before, v_after, vy_before, vy_after`, SI."""
+
+    def at(self, t: Array) -> tuple[Array, Array]:
+        """Oscillator x, v at times t."""
+
+    def acceleration(self, t: Array) -> Array:
+        """Oscillator acceleration between impacts."""
+
+    def base(self, t: Array) -> tuple[Array, Array]:
+        """Base x_e, v_e."""
+
+
+@dataclass(frozen=True)
+class Laser:
+    """Contactless displacement sensor.
+
+    Parameters
+    ----------
+    sensitivity : float
+        V/m.
+    offset : float
+        V at zero displacement, as the data sheet says.
+    noise : float
+        White noise, m rms.
+    drift, drift_time : float
+        Slow wander of the zero: m rms, and the shortest period in it, s.
+    bias : float
+        Error of the zero that nobody knows, m.
+    bandwidth : float or None
+        Corner (-3 dB) of its first-order low-pass, Hz; None: as fast as the motion.
+    range : float or None
+        It measures from -range to +range, m, and says the end value beyond.
+    """
+
+    sensitivity: float
+    offset: float = 0.0
+    noise: float = 0.0
+    drift: float = 0.0
+    drift_time: float = 60.0
+    bias: float = 0.0
+    bandwidth: float | None = None
+    range: float | None = None
+
+
+@dataclass(frozen=True)
+class Accelerometer:
+    """Accelerometer on the mass; an impact is a half-sine pulse of the exact momentum.
+
+    Parameters
+    ----------
+    sensitivity : float
+        V/(m/s^2).
+    pulse : float
+        Duration of a contact, s; the pulse is centred on the impact time of the rigid model,
+        so that outside the contact the motion is that of the model.
+    ring, ring_damping : float or None, float
+        Mounted resonance (Hz, damping ratio) that every pulse excites; None: none.
+    offset, noise, bias, range
+        As of `Laser`, in V and m/s^2.
+    """
+
+    sensitivity: float
+    pulse: float
+    offset: float = 0.0
+    noise: float = 0.0
+    bias: float = 0.0
+    ring: float | None = None
+    ring_damping: float = 0.02
+    range: float | None = None
+
+
+Sensor = Laser | Accelerometer
+
+
+def low_passed(signal: Callable[[Array], Array], t: Array, *, dt: float, bandwidth: float) -> Array:
+    """`signal` after a first-order low-pass, at the evenly spaced times t.
+
+    The signal is taken as linear between samples; the filter's memory is evaluated anew from
+    the signal before t[0], so that blocks fit together without a seam.
+
+    Parameters
+    ----------
+    signal : callable
+        Times (s) to values; asked also before t[0].
+    bandwidth : float
+        Corner frequency, Hz.
+
+    Examples
+    --------
+    >>> t = np.arange(4) * 1e-4
+    >>> low_passed(lambda t: 2.0 * t, t, dt=1e-4, bandwidth=1e4).round(9).tolist()
+    [-3.1831e-05, 0.000168169, 0.000368169, 0.000568169]
+    """
+    q = 2.0 * math.pi * bandwidth * dt
+    a = math.exp(-q)
+    # response to a linear interpolant over one interval: weights of its start and its end
+    mean = -math.expm1(-q) / q
+    old, new = mean - a, 1.0 - mean
+    taps = math.ceil(_FORGOTTEN / q) + 1
+    powers = a ** np.arange(taps)
+    kernel = new * np.append(powers, 0.0) + old * np.append(0.0, powers)
+    kernel /= kernel.sum()
+    early = t[0] - dt * np.arange(taps, 0, -1)
+    return np.asarray(np.convolve(signal(np.concatenate([early, t])), kernel, mode="valid"))
+
+
+def slow_drift(
+    rms: float, *, shortest_period: float, span: float, stream: np.random.Generator
+) -> Callable[[Array], Array]:
+    """A wander of the stated rms: eight sines of random phase and random period.
+
+    Periods lie between one and four times the shortest.
+
+    Returns
+    -------
+    callable
+        Times in [0, span] to drift. Linear between knots 1/200 of the shortest period apart,
+        which is within 1.3e-4 of the sines' amplitude.
+    """
+    periods = shortest_period * stream.uniform(1.0, 4.0, 8)
+    phases = stream.uniform(0.0, 2.0 * math.pi, 8)
+    knots = np.linspace(0.0, span, math.ceil(200.0 * span / shortest_period) + 2)
+    waves = np.sin(2.0 * math.pi * knots[:, np.newaxis] / periods + phases)
+    values = 0.5 * rms * waves.sum(axis=1)  # eight sines of amplitude a: rms 2 a
+    return lambda t: np.asarray(np.interp(t, knots, values))
+
+
+def laser_volts(
+    laser: Laser,
+    position: Callable[[Array], Array],
+    t: Array,
+    *,
+    dt: float,
+    noise: np.random.Generator,
+    drift: Callable[[Array], Array] | None = None,
+) -> Array:
+    """Volts of a laser on `position` (times to m) at the evenly spaced times t.
+
+    Order as in the instrument: motion, bandwidth, zero (bias, drift), noise, range, volts.
+    """
+    if laser.bandwidth is None:
+        shown = position(t).astype(np.float64, copy=True)
+    else:
+        shown = low_passed(position, t, dt=dt, bandwidth=laser.bandwidth)
+    if drift is not None:
+        shown += drift(t)
+    return _volts(laser, shown, noise)
+
+
+def accelerometer_volts(
+    accelerometer: Accelerometer,
+    acceleration: Callable[[Array], Array],
+    t: Array,
+    *,
+    times: Array,
+    jumps: Array,
+    dt: float,
+    noise: np.random.Generator,
+) -> Array:
+    """Volts of an accelerometer at the evenly spaced times t.
+
+    Parameters
+    ----------
+    acceleration : callable
+        Times to acceleration between impacts, m/s^2.
+    times, jumps : array (k,)
+        Impact times, s, rising, and velocity jumps, m/s.
+    """
+    shown = acceleration(t).astype(np.float64, copy=True)
+    shown += contact_acceleration(
+        times,
+        jumps,
+        duration=accelerometer.pulse,
+        ring=accelerometer.ring,
+        ring_damping=accelerometer.ring_damping,
+        start=float(t[0]),
+        dt=dt,
+        n=t.size,
+    )
+    return _volts(accelerometer, shown, noise)
+
+
+def _volts(sensor: Sensor, shown: Array, noise: np.random.Generator) -> Array:
+    """What is common to all sensors, in place: bias, noise, range, sensitivity, offset."""
+    if sensor.bias:
+        shown += sensor.bias
+    if sensor.noise:
+        shown += sensor.noise * noise.standard_normal(shown.size)
+    if sensor.range is not None:
+        np.clip(shown, -sensor.range, sensor.range, out=shown)
+    shown *= sensor.sensitivity
+    if sensor.offset:
+        shown += sensor.offset
+    return shown

@@ -1,0 +1,289 @@
+"""Event loop on power series: any base motion, any damping, any number of balls.
+
+State between events: time as a sum of two floats (so that 1e7 flights add up without drift), x, v
+and the table of balls (`contact.py`). One turn of the loop expands the motion at the present state
+(`series.py`), finds the first contact or release on the segment (`search.py`), moves everything
+there and carries out what happens (`contact.py`, `chatter.py`).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.solver.chatter import close_chatter, release, settle
+from vinesexp.solver.compiled import compiled, entry
+from vinesexp.solver.contact import (
+    CLEARANCE,
+    FREE,
+    HIT,
+    IMPACT,
+    MASS,
+    RELEASED,
+    REST_END,
+    REST_START,
+    RESTING,
+    RESTITUTION,
+    RHO,
+    ROOT,
+    SIDE,
+    STATE,
+    WALL,
+    D,
+    U,
+    closing_now,
+    impact,
+    resting_mass,
+    write_event,
+)
+from vinesexp.solver.flight import expect
+from vinesexp.solver.search import EPS, first_root
+from vinesexp.solver.series import (
+    ORDER,
+    P_C,
+    P_K,
+    P_M,
+    curvature,
+    expand,
+    own_rate,
+    piece_at,
+    slope,
+    value,
+)
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+# Clock and oscillator state in one array, so that a full log can be emptied and the run resumed.
+T_HIGH, T_LOW, X_NOW, V_NOW = 0, 1, 2, 3
+
+
+@compiled
+def advance_clock(state: FloatArray, s: float) -> None:
+    """Add s to the time, keeping what rounding would drop."""
+    s += state[T_LOW]
+    total = state[T_HIGH] + s
+    state[T_LOW] = s - (total - state[T_HIGH])
+    state[T_HIGH] = total
+
+
+@compiled
+def next_contact(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float) -> float:
+    """First contact of any ball in (0, limit]; ROOT and WALL of each ball that has one."""
+    first = math.inf
+    top = X.shape[0] - 1
+    for i in range(balls.shape[0]):
+        balls[i, ROOT] = math.inf
+        if balls[i, STATE] == RESTING:
+            continue
+        side = balls[i, SIDE]
+        for n in range(2, top + 1):
+            P[n] = -side * X[n]
+        P[0], P[1] = balls[i, D], -side * balls[i, RHO]
+        lead = 0
+        if balls[i, STATE] == RELEASED:  # gap, its rate and x'' are zero by definition
+            P[0] = P[1] = P[2] = 0.0
+            lead = 3
+        root = first_root(P, lead, limit)
+        wall = side
+        for n in range(top + 1):
+            P[n] = -P[n]
+        P[0] += 2.0 * balls[i, CLEARANCE]
+        other = first_root(P, 0, min(root, limit))
+        if other < root:
+            root, wall = other, -side
+        balls[i, ROOT], balls[i, WALL] = root, wall
+        first = min(first, root)
+    return first
+
+
+@compiled
+def next_release(
+    balls: FloatArray, X: FloatArray, P: FloatArray, limit: float, noise: float
+) -> float:
+    """Time until the walls stop pushing the resting balls, inf if beyond `limit`.
+
+    `noise` is the rounding error of x''. Where x'' is no more than that and rises, the push begins.
+    """
+    side, top = 0.0, X.shape[0] - 1
+    for i in range(balls.shape[0]):
+        if balls[i, STATE] == RESTING:
+            side = balls[i, SIDE]
+    if side == 0.0:
+        return math.inf
+    for n in range(top - 1):
+        P[n] = side * (n + 1) * (n + 2) * X[n + 2]
+    P[top - 1] = P[top] = 0.0
+    if abs(P[0]) <= noise and P[1] >= 0.0:
+        P[0] = 0.0
+    first: float = first_root(P, 0, limit)
+    return first
+
+
+@compiled
+def move(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) -> None:
+    """Carry clock, oscillator and balls s seconds on; contacts within rounding of s are at a
+    wall."""
+    advance_clock(state, s)
+    state[X_NOW], state[V_NOW] = value(X, s, 0), slope(X, s, 1)
+    bend, gain = value(X, s, 2), slope(X, s, 2)  # x - x0 - v0 s and v - v0, without subtraction
+    tie = s + max(4.0 * EPS * s, 0.5 * EPS * state[T_HIGH])
+    for i in range(balls.shape[0]):
+        if balls[i, STATE] == RESTING:
+            continue
+        if balls[i, STATE] == RELEASED:
+            bend_i = value(X, s, 3)
+            gap = balls[i, D] - balls[i, SIDE] * bend_i
+            balls[i, RHO] = slope(X, s, 3)
+        else:
+            gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * s + bend)
+            # Where x' and y' differ by more than rounding, their difference carries no drift.
+            apart = state[V_NOW] - balls[i, U]
+            clear = abs(apart) > 0.25 * (abs(state[V_NOW]) + abs(balls[i, U]))
+            balls[i, RHO] = apart if clear else balls[i, RHO] + gain
+        if s > 0.0:
+            balls[i, STATE] = FREE
+        if balls[i, ROOT] <= tie:
+            balls[i, SIDE], gap = balls[i, WALL], 0.0
+        balls[i, D] = max(gap, 0.0)
+
+
+@compiled
+def log_marked(
+    balls: FloatArray, numbers: FloatArray, labels: IntArray, row: int, kind: int, state: FloatArray
+) -> int:
+    """One row for every marked ball, starting or ending a rest."""
+    for i in range(balls.shape[0]):
+        if balls[i, HIT] == 1.0:
+            v = state[V_NOW]
+            labels[row, 0] = kind
+            row = write_event(
+                numbers, labels, row, i, balls[i, SIDE], state[T_HIGH], state[X_NOW], v, v, v, v
+            )
+    return row
+
+
+@compiled
+def collide(
+    balls: FloatArray, M: float, state: FloatArray, numbers: FloatArray, labels: IntArray, row: int,
+    before: FloatArray,
+) -> int:  # fmt: skip
+    """Carry out the impact of the marked balls and log it; rests that it ends are logged too.
+
+    Rows of one instant hand the oscillator's velocity on from ball to ball (`Motion.impacts`).
+    """
+    n, v = balls.shape[0], state[V_NOW]
+    for i in range(n):
+        before[i] = balls[i, RHO] if balls[i, STATE] != RESTING else math.inf
+    dv = impact(balls, M)
+    state[V_NOW] = v + dv
+    now, moving, count, handed = state[T_HIGH], M + resting_mass(balls), 0, v
+    for i in range(n):
+        count += int(balls[i, HIT] == 1.0)
+    for i in range(n):
+        if balls[i, HIT] == 1.0:
+            expect(balls, i, now)
+            if balls[i, MASS] > M and n == 1:
+                # The lighter body takes the rounding: here the oscillator, of a wall-like ball.
+                push = (1.0 + balls[i, RESTITUTION]) * before[i] * (M / (M + balls[i, MASS]))
+                balls[i, U] += push
+                state[V_NOW] = balls[i, U] + balls[i, RHO]
+            else:
+                balls[i, U] = state[V_NOW] - balls[i, RHO]
+            count -= 1
+            share = balls[i, MASS] * (balls[i, RHO] - before[i] - dv) / moving
+            left = handed + share if count > 0 else state[V_NOW]
+            labels[row, 0] = IMPACT
+            row = write_event(
+                numbers, labels, row, i, balls[i, SIDE], now, state[X_NOW],
+                handed, left, v - before[i], balls[i, U],
+            )  # fmt: skip
+            handed = left
+        elif before[i] == math.inf and balls[i, STATE] != RESTING:
+            balls[i, U] = v
+            labels[row, 0] = REST_END
+            row = write_event(
+                numbers, labels, row, i, balls[i, SIDE], state[T_HIGH], state[X_NOW],
+                v, state[V_NOW], v, v,
+            )  # fmt: skip
+    return row
+
+
+@compiled
+def turn(
+    par: FloatArray, kind: int, table: FloatArray, piece: int, duration: float, remainder: float,
+    state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, row: int,
+    work: FloatArray, before: FloatArray,
+) -> int:  # fmt: skip
+    """One turn of the loop: up to the next event, or as far as the series holds; rows written."""
+    E, X, P = work[0], work[1], work[2]
+    if closing_now(balls, state[V_NOW]) > 0:
+        return collide(balls, par[P_M], state, numbers, labels, row, before)
+    mass = par[P_M] + resting_mass(balls)
+    since = (state[T_HIGH] - table[piece, 0]) + state[T_LOW]
+    reach = expand(par, mass, kind, table, piece, since, state[X_NOW], state[V_NOW], E, X)
+    state[V_NOW] = X[1]
+    if settle(balls, X) > 0:
+        return log_marked(balls, numbers, labels, row, REST_START, state)
+    rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
+    T, dx, dv = close_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], state[V_NOW], remainder)
+    if T >= 0.0:  # it may be too short to be told from none
+        advance_clock(state, T)
+        state[X_NOW] += dx
+        state[V_NOW] += dv
+        return log_marked(balls, numbers, labels, row, REST_START, state)
+    # The step ends at the end of the series, of the base's piece or of the run, or at an event.
+    step, goal = reach, math.inf
+    stop = duration
+    if piece + 1 < table.shape[0]:
+        stop = min(stop, table[piece + 1, 0])
+    if (stop - state[T_HIGH]) - state[T_LOW] <= step:
+        step, goal = max((stop - state[T_HIGH]) - state[T_LOW], 0.0), stop
+    contact = next_contact(balls, X, P, step)
+    noise = 4.0 * EPS * (par[P_K] * (abs(E[0]) + abs(X[0])) + par[P_C] * (abs(E[1]) + abs(X[1])))
+    let_go = next_release(balls, X, P, min(step, contact), noise / mass)
+    first = min(contact, let_go)
+    move(balls, X, state, min(first, step))
+    if first >= step and goal < math.inf:
+        state[T_HIGH], state[T_LOW] = goal, 0.0
+    if let_go < contact and let_go <= step:
+        jumped = let_go == 0.0 and 2.0 * abs(X[2]) > noise / mass
+        release(balls, state[V_NOW], FREE if jumped else RELEASED)
+        row = log_marked(balls, numbers, labels, row, REST_END, state)
+    return row
+
+
+@entry
+def sample(
+    par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
+    x: FloatArray, v: FloatArray, a: FloatArray,
+) -> None:  # fmt: skip
+    """x, x', x'' at sorted times. `nodes`: rows (time, x, v, mass) after each event."""
+    E, X = np.empty(ORDER + 1), np.empty(ORDER + 1)
+    node, last = 0, nodes.shape[0] - 1
+    t, mass, reach = nodes[0, 0], nodes[0, 3], 0.0
+    piece = piece_at(table, t)
+    X[0], X[1] = nodes[0, 1], nodes[0, 2]
+    reach = expand(par, mass, kind, table, piece, t - table[piece, 0], X[0], X[1], E, X)
+    for i in range(times.shape[0]):
+        while True:
+            stop = nodes[node + 1, 0] if node < last else math.inf
+            knot = table[piece + 1, 0] if piece + 1 < table.shape[0] else math.inf
+            end = min(t + reach, stop, knot)
+            if times[i] < end:
+                break
+            if end == stop:
+                node += 1
+                while node < last and nodes[node + 1, 0] == nodes[node, 0]:
+                    node += 1
+                here, speed, mass = nodes[node, 1], nodes[node, 2], nodes[node, 3]
+            else:
+                here, speed = value(X, end - t, 0), slope(X, end - t, 1)
+            t = end if end > t else np.nextafter(t, math.inf)
+            while piece + 1 < table.shape[0] and table[piece + 1, 0] <= t:
+                piece += 1
+            reach = expand(par, mass, kind, table, piece, t - table[piece, 0], here, speed, E, X)
+        s = times[i] - t
+        x[i], v[i], a[i] = value(X, s, 0), slope(X, s, 1), curvature(X, s)

@@ -1,0 +1,79 @@
+"""First root of a power series, by steps that provably cannot jump over it.
+
+Let p be the gap to a wall on [0, S], p(0) >= 0. With K >= |p''| on [0, S], Taylor's theorem gives
+for every s in the interval and every step d
+
+    p(s + d) >= p(s) + p'(s) d - K d^2/2.
+
+The right side is positive up to its own root d* = 2 p / (-p' + sqrt(p'^2 + 2 K p)), so p has no
+root in (s, s + d*): the step to s + d* cannot skip one. As p falls to zero with p' < 0 the parabola
+becomes the tangent, so the steps converge quadratically, and always from the side where the ball is
+still free: the search needs no bracket, sees two roots in one step as easily as one, and a gap that
+touches zero and opens again (a graze) costs more steps but is never passed over.
+
+A flight starts where a contact ended, so p(0) = 0 itself, a root that must not be found again: the
+exact zeros at the front of the series are divided out first (p/s has the same other roots). Nothing
+is restarted "a little later", so the next contact may come as soon as it likes.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.solver.compiled import compiled
+
+FloatArray = NDArray[np.float64]
+
+EPS = 2.220446049250313e-16
+
+
+@compiled
+def first_root(p: FloatArray, lead: int, limit: float) -> float:
+    """First root in (0, limit] of p_lead s^lead + p_(lead+1) s^(lead+1) + ...; inf if there is
+    none.
+
+    Only a root at which p falls through (or touches) zero counts: p > 0 before it. A series
+    that starts below zero by rounding has its root at 0 if it falls, and none before it has risen.
+    """
+    if limit <= 0.0:
+        return math.inf
+    top = p.shape[0] - 1
+    while lead < top and p[lead] == 0.0:
+        lead += 1
+    # Cheap proof that there is none: the positive first term outweighs all that could pull down.
+    power, pull, curvature, noise = 1.0, 0.0, 0.0, abs(p[lead])
+    for n in range(lead + 1, top + 1):
+        k = n - lead
+        if k >= 2:
+            curvature += k * (k - 1) * abs(p[n]) * power / limit
+        power *= limit
+        if p[n] < 0.0:
+            pull -= p[n] * power
+    if p[lead] > pull:
+        return math.inf
+    if p[lead] < 0.0 or (p[lead] == 0.0 and pull > 0.0):
+        return 0.0
+    s = 0.0
+    while True:
+        value, slope, noise = p[top], 0.0, abs(p[top])
+        for n in range(top - 1, lead - 1, -1):
+            slope = slope * s + value
+            value = value * s + p[n]
+            noise = noise * s + abs(p[n])
+        if slope < 0.0:
+            if value <= 2.0 * EPS * noise:
+                return s
+            step = 2.0 * value / (-slope + math.sqrt(slope * slope + 2.0 * curvature * value))
+        elif curvature > 0.0:
+            value = max(value, EPS * noise)
+            step = (slope + math.sqrt(slope * slope + 2.0 * curvature * value)) / curvature
+        else:
+            return math.inf
+        if not s + step <= limit:
+            return math.inf
+        if step <= EPS * s:
+            return s
+        s += step

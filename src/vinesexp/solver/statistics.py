@@ -1,0 +1,64 @@
+"""Mean and largest amplitude of a motion from its log, in closed form between the events."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.solver.compiled import entry
+from vinesexp.solver.contact import IMPACT, REST_END, REST_START
+from vinesexp.solver.response import H_W, H_W0SQ, after, phasor
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+PER_CYCLE = 8
+
+
+@entry
+def add_amplitudes(
+    response: FloatArray, numbers: FloatArray, labels: IntArray, rows: int, state: FloatArray,
+    node: FloatArray, settle: float, sums: FloatArray,
+) -> None:  # fmt: skip
+    """Add a stretch of motion to `sums`: time, integral of A, largest A, impacts, x^2 integral.
+
+    A = hypot(x, x'/w0). `node` (t, x, v, balls at rest) is where the last stretch ended; the log
+    rows and then `state` carry it on. From `settle` on, A is taken PER_CYCLE times a cycle, and at
+    the ends of the spells in which a ball rests (the closed form is that of the bare oscillator).
+    """
+    head = response[0]
+    w0, w = math.sqrt(head[H_W0SQ]), head[H_W]
+    spacing = 2.0 * math.pi / (PER_CYCLE * w0)
+    for row in range(rows + 1):
+        last = row == rows
+        t1 = state[0] if last else numbers[row, 0]
+        x1, v1 = (state[2], state[3]) if last else (numbers[row, 1], numbers[row, 2])
+        if t1 > node[0]:
+            pieces = 1 if node[3] > 0.0 else int((t1 - node[0]) / spacing) + 1
+            step = (t1 - node[0]) / pieces
+            cr, ci = phasor(head, node[0], 0.0)
+            xh, vh = node[1] - cr, node[2] + w * ci
+            old = math.hypot(node[1], node[2] / w0)
+            for i in range(pieces):
+                if i == pieces - 1:
+                    new = math.hypot(x1, v1 / w0)
+                else:
+                    cr, ci, xh, vh = after(response, cr, ci, xh, vh, step)
+                    new = math.hypot(cr + xh, (vh - w * ci) / w0)
+                if node[0] + i * step >= settle:
+                    sums[0] += step
+                    sums[1] += 0.5 * step * (old + new)
+                    sums[2] = max(sums[2], new)
+                old = new
+        if last:
+            node[0], node[1], node[2] = t1, x1, v1
+            break
+        node[0], node[1], node[2] = t1, x1, numbers[row, 3]
+        if labels[row, 0] == IMPACT and t1 >= settle:
+            sums[3] += 1.0
+        elif labels[row, 0] == REST_START:
+            node[3] += 1.0
+        elif labels[row, 0] == REST_END:
+            node[3] -= 1.0

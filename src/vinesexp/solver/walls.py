@@ -1,0 +1,109 @@
+"""How far a flight is certain to meet no wall: a bound on the fourth derivative.
+
+At any point of the flight x and its first four derivatives are known exactly, so the gap to a wall
+obeys
+
+    gap(s + d) >= Q(d) = g + g1 d + g2 d^2/2 + g3 d^3/6 - S d^4/24,   S >= |x''''| for d <= reach,
+
+because the ball moves uniformly and the gap's derivatives from the second on are those of x. A step
+that stays below the first root of Q cannot pass a contact. One step leaves S d^4/12 of gap, so
+distances go down like the fourth power.
+
+`open_until` proves that Q has no root on [0, d]: a polynomial lies in the convex hull of its
+Bernstein coefficients there, so it is positive if all five are. The steps themselves are guessed
+(Newton's rule on Q, drawn back a little) and then proved; a guess that cannot be proved is replaced
+by `certain_step`, which needs no guess: Q'' >= -K on the interval, with K the larger of -Q'' at its
+two ends (-Q'' is a convex parabola), so the parabola g + g1 d - K d^2/2 lies below Q, and its root
+is a step along Q that cannot pass Q's; a few such steps come close to it.
+
+`landing`: near the wall, once the gap is proved to fall all the way to its root and beyond, the
+root is the only one and any rule may find it.
+
+S: x'''' = f = f_p + f_h with f_p'' = -w^2 f_p and f_h'' = -2 alpha f_h' - w0^2 f_h. The free part
+cannot grow: F = sqrt(f_h^2 + f_h'^2/w0^2) never rises. So |f| <= w^4 P + F; and since f'' + w^2 f
+is only (w^2 - w0^2) f_h - 2 alpha f_h', also
+
+    |f(s + d)| <= sqrt(f^2 + f'^2/w^2) + d F (|w^2 - w0^2| + 2 alpha w0)/w,
+
+which near resonance, where the two parts nearly cancel, is much sharper. The smaller one is taken.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vinesexp.solver.compiled import compiled
+
+
+@compiled
+def open_until(g: float, g1: float, g2: float, g3: float, S: float, d: float) -> bool:
+    """Whether Q > 0 on (0, d], g >= 0: all Bernstein coefficients positive (the first may be 0)."""
+    a1, a2, a3 = g1 * d, g2 * d * d * 0.5, g3 * d * d * d * (1.0 / 6.0)
+    b1 = g + 0.25 * a1
+    b2 = g + 0.5 * a1 + a2 * (1.0 / 6.0)
+    b3 = g + 0.75 * a1 + 0.5 * a2 + 0.25 * a3
+    b4 = g + a1 + a2 + a3 - S * d * d * d * d * (1.0 / 24.0)
+    return b1 > 0.0 and b2 > 0.0 and b3 > 0.0 and b4 > 0.0
+
+
+@compiled
+def guess(g: float, g1: float, g2: float, g3: float, S: float, reach: float) -> float:
+    """Newton's rule for the root of Q, cut to `reach`; what it returns proves nothing."""
+    d = reach
+    if -g1 * reach > g:
+        d = -g / g1
+    for _ in range(3):
+        rate = g1 + d * (g2 + d * (0.5 * g3 - d * S * (1.0 / 6.0)))
+        if rate >= 0.0:
+            return d
+        value = g + d * (g1 + d * (0.5 * g2 + d * (g3 * (1.0 / 6.0) - d * S * (1.0 / 24.0))))
+        d -= value / rate
+        if d >= reach:
+            return reach
+        if d <= 0.0:
+            return 0.0
+    return d
+
+
+@compiled
+def landing(
+    g: float, g1: float, g2: float, g3: float, g4: float, S: float, d: float, reach: float
+) -> float:
+    """The root near d if the gap is proved to fall beyond it, else 0; good to the fifth order."""
+    far = 1.05 * d
+    if far > reach or g1 + far * (abs(g2) + far * (0.5 * abs(g3) + far * S / 6.0)) >= 0.0:
+        return 0.0
+    for _ in range(2):
+        rate = g1 + d * (g2 + d * (0.5 * g3 + d * g4 * (1.0 / 6.0)))
+        value = g + d * (g1 + d * (0.5 * g2 + d * (g3 * (1.0 / 6.0) + d * g4 * (1.0 / 24.0))))
+        d -= value / rate
+    return d if 0.0 < d < far else 0.0
+
+
+@compiled
+def certain_step(g: float, g1: float, g2: float, g3: float, S: float, reach: float) -> float:
+    """A lower bound on the first root of Q in (0, reach]; `reach` itself if there is none."""
+    done = 0.0
+    for _ in range(4):
+        left = reach - done
+        far = -g2 - g3 * left + 0.5 * S * left * left
+        K = max(-g2, far, 0.0)
+        if g + (g1 - 0.5 * K * left) * left > 0.0:
+            return reach
+        if g1 <= 0.0:
+            bottom = -g1 + math.sqrt(g1 * g1 + 2.0 * K * g)
+            if bottom == 0.0:
+                return done
+            d = 2.0 * g / bottom
+        else:
+            d = (g1 + math.sqrt(g1 * g1 + 2.0 * K * g)) / K
+        done += d
+        if d < 1e-3 * done or done >= reach:
+            break
+        g += d * (g1 + d * (0.5 * g2 + d * (g3 / 6.0 - d * S / 24.0)))
+        g1 += d * (g2 + d * (0.5 * g3 - d * S / 6.0))
+        g2 += d * (g3 - d * 0.5 * S)
+        g3 -= d * S
+        if g <= 0.0:
+            break
+    return min(done, reach)

@@ -1,0 +1,289 @@
+"""Scenes: read strictly, cut into groups that depend on nothing else, made the same every time."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp.errors import CampaignError
+from vinesexp.laboratory.experiment import motion_of
+from vinesexp.laboratory.scene import (
+    group_files,
+    group_text,
+    load_scene,
+    raw_file,
+    simulate_group,
+    truth_file,
+)
+
+SCENE = """\
+title: A small scene
+seed: 7
+rig: {mass: 4.7 kg, damping: 3.02 N s/m, stiffness: 1.147e4 N/m, nes_mass: 32 g, restitution: 0.6}
+sensors:
+  base: {sensitivity: 400 mV/mm, noise: 2 um}
+  displacement: {sensitivity: 40 mV/mm, noise: 6 um, bandwidth: 5 kHz}
+  acceleration: {sensitivity: 20 mV/g, noise: 0.3 m/s^2, pulse: 0.4 ms}
+oscilloscope: {sample_rate: 10 kHz, bits: 14, full_scale: 1 V, format: daq-csv}
+groups:
+  free:
+    test: ringdown
+    duration: 0.5 s
+    records:
+      free_1: {release: 20 mm}
+      free_2: {release: 15 mm, added_mass: 200 g}
+  driven:
+    test: periodic
+    duration: 2 s
+    settle: 1 s
+    base_amplitude: 0.25 mm
+    frequency: 7.862 Hz
+    ball_start: wall -1
+    oscilloscope: {format: hdf5}
+    records:
+      driven_30: {clearance: 30 mm}
+      driven_two: {clearance: [23 mm, 34 mm], ball_start: [middle, -5 mm]}
+  fall:
+    test: drop
+    duration: 1 s
+    records:
+      fall_1: {height: 50 mm}
+"""
+
+
+def scene_of(tmp_path, text=SCENE):
+    path = tmp_path / "scene.yaml"
+    path.write_text(text, encoding="utf-8")
+    return load_scene(path)
+
+
+def test_a_scene_is_understood_in_si(tmp_path):
+    scene = scene_of(tmp_path)
+    assert list(scene.groups) == ["free", "driven", "fall"]
+    assert scene.oscillator.M == 4.7
+    assert scene.balls == ((0.032, 0.6),)
+    test = scene.groups["driven"][1]
+    assert test.clearance == pytest.approx((0.023, 0.034), rel=1e-15)
+    assert test.release_state().y0 == pytest.approx((0.0, -0.005), rel=1e-12)
+    assert test.base().amplitude == pytest.approx(0.25e-3, rel=1e-15)
+    assert test.oscilloscope.format == "hdf5"
+    assert test.oscilloscope.bits == 14
+    assert test.sensors["displacement"].bandwidth == 5000.0
+
+
+def test_ball_starts_at_the_wall_it_is_put_to(tmp_path):
+    scene = scene_of(tmp_path)
+    start = scene.groups["driven"][0].release_state()
+    # side -1: x - y = -b
+    assert start.x0 - start.y0[0] == -0.03
+
+
+def test_added_mass_is_in_the_rig_of_its_test_only(tmp_path):
+    scene = scene_of(tmp_path)
+    first, second = scene.groups["free"]
+    assert scene.rig(first).oscillator.M == 4.7
+    loaded = scene.rig(second).oscillator
+    np.testing.assert_allclose(loaded.M, 4.9, rtol=1e-15)
+
+
+def test_truth_is_what_the_scene_says(tmp_path):
+    truth = scene_of(tmp_path).truth()
+    assert truth["M"] == 4.7
+    assert truth["f0"] == pytest.approx(7.86236, abs=1e-5)
+    assert truth["zeta"] == pytest.approx(3.02 / (2 * np.sqrt(1.147e4 * 4.7)), rel=1e-14)
+    assert truth["r"] == truth["r_1"] == truth["r_2"] == 0.6
+
+
+def test_every_group_writes_the_files_it_says_and_the_truth(tmp_path):
+    scene = scene_of(tmp_path)
+    for group in scene.groups:
+        made = simulate_group(scene, group, tmp_path / "out")
+        assert made == [tmp_path / "out" / path for path in group_files(scene, group)]
+        for test in scene.groups[group]:
+            assert (tmp_path / "out" / raw_file(test)).stat().st_size > 1000
+            assert (tmp_path / "out" / truth_file(test)).exists()
+    names = sorted(path.name for path in (tmp_path / "out").rglob("*") if path.is_file())
+    assert len(names) == 10  # no half-written file is left
+
+
+def test_same_seed_same_bytes_and_another_seed_others(tmp_path):
+    scene = scene_of(tmp_path)
+    other = scene_of(tmp_path, SCENE.replace("seed: 7", "seed: 8"))
+    for group in scene.groups:
+        for folder, of in (("a", scene), ("b", scene), ("c", other)):
+            simulate_group(of, group, tmp_path / folder)
+        for path in group_files(scene, group):
+            first = (tmp_path / "a" / path).read_bytes()
+            assert first == (tmp_path / "b" / path).read_bytes()
+            assert first != (tmp_path / "c" / path).read_bytes()
+
+
+def test_adding_a_record_changes_no_other_record_and_no_other_group(tmp_path):
+    scene = scene_of(tmp_path)
+    more = scene_of(
+        tmp_path, SCENE.replace("      free_1:", "      free_0: {release: 9 mm}\n      free_1:")
+    )
+    assert group_text(scene, "driven") == group_text(more, "driven")
+    assert group_text(scene, "free") != group_text(more, "free")
+    simulate_group(scene, "free", tmp_path / "a")
+    simulate_group(more, "free", tmp_path / "b")
+    for path in group_files(scene, "free"):
+        assert (tmp_path / "a" / path).read_bytes() == (tmp_path / "b" / path).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "changed"),
+    [
+        ("seed: 7", "seed: 8", {"free", "driven", "fall"}),
+        ("restitution: 0.6", "restitution: 0.7", {"free", "driven", "fall"}),
+        ("noise: 6 um", "noise: 7 um", {"free", "driven", "fall"}),
+        ("settle: 1 s", "settle: 2 s", {"driven"}),
+        ("height: 50 mm", "height: 51 mm", {"fall"}),
+        ("height: 50 mm", "height: 50 mm, note: by hand", set()),
+        ("0.6}", "0.6, coulomb_damping: 0.1 N}", {"free", "driven", "fall"}),
+    ],
+)
+def test_group_text_tells_what_a_group_depends_on(tmp_path, old, new, changed):
+    before, after = scene_of(tmp_path), scene_of(tmp_path, SCENE.replace(old, new))
+    differ = {g for g in before.groups if group_text(before, g) != group_text(after, g)}
+    assert differ == changed
+
+
+def test_a_record_can_ask_for_a_fault_of_its_own(tmp_path):
+    text = SCENE.replace(
+        "free_1: {release: 20 mm}",
+        "free_1: {release: 20 mm, sensors: {acceleration: {range: 5 m/s^2, ring: 3 kHz}}, "
+        "oscilloscope: {dropped_samples: 5, skew: {acceleration: 20 us}, clock_error: 0.01 %}}",
+    )
+    first, second = scene_of(tmp_path, text).groups["free"]
+    assert first.sensors["acceleration"].range == 5.0
+    assert first.sensors["acceleration"].pulse == 4e-4
+    assert first.oscilloscope.skew == {"acceleration": pytest.approx(2e-5)}
+    assert first.oscilloscope.clock_error == pytest.approx(1e-4)
+    assert first.oscilloscope.dropped_samples == 5
+    assert second.sensors["acceleration"].range is None
+    assert second.oscilloscope.dropped_samples == 0
+
+
+def test_a_scene_without_accelerometer_has_two_channels(tmp_path):
+    lines = [line for line in SCENE.splitlines() if "  acceleration:" not in line]
+    scene = scene_of(tmp_path, "\n".join(lines))
+    simulate_group(scene, "free", tmp_path)
+    head = (tmp_path / "raw" / "free_1.csv").read_text(encoding="utf-8-sig").splitlines()[0]
+    assert head == "Time (s);CH1 (V);CH2 (V)"
+
+
+def test_times_of_a_settled_record_begin_at_its_own_zero(tmp_path):
+    scene = scene_of(tmp_path)
+    simulate_group(scene, "driven", tmp_path)
+    truth = np.genfromtxt(tmp_path / "truth" / "driven_30.csv", delimiter=",", names=True)
+    time = motion_of(scene, scene.groups["driven"][0]).impacts["time"]
+    assert np.sum(time < 1.0) > 0
+    np.testing.assert_array_equal(truth["time_s"], time[time >= 1.0] - 1.0)
+    assert set(truth["nes"]) == {1.0}
+    # momentum at every impact, from the written digits
+    gain = 4.7 * truth["velocity_jump_m_s"]
+    loss = 0.032 * (truth["vy_after_m_s"] - truth["vy_before_m_s"])
+    np.testing.assert_allclose(gain, -loss, rtol=0.0, atol=1e-14)
+
+
+def test_the_file_holds_the_exact_motion(tmp_path):
+    """Without noise, the volts are the motion's own to half a converter step."""
+    quiet = SCENE.replace("noise: 6 um, bandwidth: 5 kHz", "noise: 0 um")
+    scene = scene_of(tmp_path, quiet)
+    simulate_group(scene, "free", tmp_path)
+    text = (tmp_path / "raw" / "free_1.csv").read_text(encoding="utf-8-sig")
+    rows = np.loadtxt(text.replace(",", ".").splitlines(), delimiter=";", skiprows=1)
+    o = scene.oscillator
+    decay, wd = o.zeta * o.w0, o.w0 * np.sqrt(1.0 - o.zeta**2)
+    t = rows[:, 0]
+    exact = 0.02 * np.exp(-decay * t) * (np.cos(wd * t) + decay / wd * np.sin(wd * t))
+    step = 2.0 / 2**14
+    # converter: half a step; text: half its last digit, 5e-6 V
+    assert np.abs(rows[:, 2] - 40.0 * exact).max() <= 0.5 * step + 5.1e-6
+
+
+WRONG = [
+    ("seed: 7", "sede: 7", "line 2, key sede: unknown key 'sede'; did you mean 'seed'?"),
+    ("seed: 7", "seed: soon", "key seed: found 'soon', expected a whole number"),
+    ("mass: 4.7 kg", "mass: 4.7", "key rig.mass: the unit is missing"),
+    ("mass: 4.7 kg", "mass: -4.7 kg", "key rig.mass: found '-4.7 kg', expected a mass above zero"),
+    ("mass: 4.7 kg, ", "", "key rig.mass: is missing"),
+    ("restitution: 0.6", "restitution: 1.6", "expected a number from 0 to 1"),
+    (", restitution: 0.6", "", "key rig.restitution: is missing"),
+    (", nes_mass: 32 g, restitution: 0.6", "", "no ball; give nes_mass and restitution"),
+    ("noise: 6 um", "nois: 6 um", "unknown key 'nois'; did you mean 'noise'?"),
+    ("noise: 6 um", "noise: 6 mV", "'mV' is a unit of voltage, expected a unit of displacement"),
+    ("sensitivity: 40 mV/mm, ", "", "key sensors.displacement.sensitivity: is missing"),
+    ("  base:", "  bass:", "unknown key 'bass'; did you mean 'base'?"),
+    ("pulse: 0.4 ms", "pulse: 0 ms", "expected a time above zero"),
+    ("pulse: 0.4 ms", "pulse: 0.4 ms, ring_damping: 1.5", "expected below 1"),
+    ("bits: 14", "bits: 24", "found '24', expected a whole number from 2 to 16"),
+    ("format: hdf5", "format: hdf", "unknown format 'hdf'; did you mean 'hdf5'?"),
+    ("test: drop", "test: dorp", "found 'dorp'; did you mean 'drop'?"),
+    ("    test: drop\n", "", "key groups.fall.records.fall_1.test: no test; known: ringdown"),
+    ("clearance: 30 mm", "clearence: 30 mm", "did you mean 'clearance'?"),
+    ("clearance: 30 mm", "clearance: -30 mm", "expected a displacement above zero"),
+    ("driven_30: {clearance: 30 mm}", "driven_30: {}", "driven_30.clearance: is missing"),
+    ("    ball_start: wall -1\n", "", "say where the balls lie at the start"),
+    ("[middle, -5 mm]", "[middle]", "1 places for 2 balls"),
+    ("[middle, -5 mm]", "[middle, 40 mm]", "outside the cavity of clearance 34 mm"),
+    ("frequency: 7.862 Hz", "frequency: [7 Hz, 8 Hz]", "expected one frequency"),
+    ("release: 20 mm", "release: 20 mm, height: 1 mm", "a ringdown test has no use for 'height'"),
+    ("free_2:", "FALL_1:", "is in group free and in fall"),
+    ("fall_1:", "'../fall':", "can be no file's name"),
+    ("      fall_1: {height: 50 mm}\n", "", "has no records"),
+    ("duration: 2 s", "duration: 2 mm", "expected a unit of time"),
+    ("seed: 7", "seed: [7", "scene.yaml, line"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), WRONG)
+def test_a_mistake_is_one_line_with_its_place(tmp_path, old, new, message):
+    assert old in SCENE
+    with pytest.raises(CampaignError) as error:
+        scene_of(tmp_path, SCENE.replace(old, new, 1))
+    text = str(error.value)
+    assert message in text
+    assert "scene.yaml" in text
+    assert "\n" not in text
+
+
+def test_a_missing_scene_and_an_unknown_group_are_told(tmp_path):
+    with pytest.raises(CampaignError, match="is missing"):
+        load_scene(Path(tmp_path) / "scene.yaml")
+    with pytest.raises(CampaignError, match=r"no group 'fre'.*did you mean 'free'"):
+        group_files(scene_of(tmp_path), "fre")
+
+
+def test_reading_a_scene_is_quick_and_imports_nothing_heavy(tmp_path):
+    import subprocess
+    import sys
+
+    scene_of(tmp_path)
+    code = (
+        "import sys; from vinesexp.laboratory.scene import *; from pathlib import Path;"
+        f"s = load_scene(Path({str(tmp_path / 'scene.yaml')!r})); group_text(s, 'free');"
+        "group_files(s, 'free');"
+        "print([m for m in ('numba', 'scipy', 'pandas', 'h5py', 'xarray') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_every_key_is_documented():
+    from vinesexp.laboratory import scene_file, scene_sensors
+    from vinesexp.laboratory.instrument_files import FORMATS
+
+    text = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
+    keys = {
+        *scene_file.KEYS,
+        *scene_file.RIG_KEYS,
+        *scene_file.TEST_KEYS,
+        *scene_file.NEEDED,
+        *scene_sensors.LASER_KEYS,
+        *scene_sensors.ACCELEROMETER_KEYS,
+        *scene_sensors.OSCILLOSCOPE_KEYS,
+        *FORMATS,
+    }
+    assert sorted(key for key in keys if f"`{key}`" not in text) == []

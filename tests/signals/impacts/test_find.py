@@ -1,0 +1,158 @@
+"""Impact tables against the truth of simulated records."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp import Harmonic, Release
+from vinesexp.errors import RecordError
+from vinesexp.records.store import open_record, write_refused
+from vinesexp.signals.channel_agreement import agreement_of
+from vinesexp.signals.clipping import converter_range
+from vinesexp.signals.condition import condition
+from vinesexp.signals.impacts.find import (
+    COLUMNS,
+    impacts_of_record,
+    no_impacts,
+    read_impacts,
+    write_impacts,
+)
+
+G25 = Harmonic(0.25e-3, 7.862)
+
+
+def found_in(record, tmp_path: Path, *, clearance, hint=7.862, **options):
+    condition(record.path, tmp_path / "c.nc", f0_hint=hint)
+    return impacts_of_record(
+        record.path, tmp_path / "c.nc", tmp_path / "i.csv", clearance=clearance, **options
+    )
+
+
+def test_periodic_record_comes_back_whole(measure, tmp_path: Path) -> None:
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0)
+    found = found_in(record, tmp_path, clearance=(0.03,))
+    assert found.n == record.time.size
+    assert np.abs(found.time_s - record.time).max() < 5e-6
+    assert (found.side == record.side).all()
+    assert (found.nes == 1).all()
+    pull = (found.velocity_jump_m_s - record.jump) / found.velocity_jump_error_m_s
+    assert 0.75 < pull.std() < 1.2
+    assert abs(pull.mean()) < 0.35
+    inner = slice(1, -1)
+    place = found.x_m - record.x
+    assert np.ptp(place[inner] - place.mean()) < 6e-5  # drift of the laser apart
+    assert np.abs(found.v_before_m_s - record.v_before)[inner].max() < 5e-4
+
+
+def test_both_jumps_agree_with_the_truth_and_each_other(measure, tmp_path: Path) -> None:
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0)
+    found = found_in(record, tmp_path, clearance=(0.03,))
+    for jump in (found.jump_acceleration_m_s, found.jump_displacement_m_s):
+        assert np.mean(jump / record.jump) == pytest.approx(1.0, abs=1e-2)
+    weights = found.jump_displacement_error_m_s / found.jump_acceleration_error_m_s
+    assert (found.velocity_jump_error_m_s < found.jump_acceleration_error_m_s).all()
+    assert (weights > 1.0).all()
+
+
+def test_late_and_turned_channels_are_noticed(measure, tmp_path: Path, store) -> None:
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0, skew={"displacement": -1.5e-4})
+    channels = dict(record.channels)
+    channels["acceleration"] = -channels["acceleration"]
+    store(record.path, channels, 1e4)
+    with open_record(record.path) as view:
+        agreement = agreement_of(view, frequency=7.862)
+    assert agreement is not None
+    assert agreement.gain == pytest.approx(-1.0, abs=2e-3)
+    assert agreement.lag == pytest.approx(1.5e-4, abs=3e-6)
+    found = found_in(record, tmp_path, clearance=(0.03,))
+    assert (found.side == record.side).all()  # the displacement's sign is the one believed
+    error = found.v_before_m_s - record.v_before
+    assert np.abs(error[1:-1]).max() < 1e-3
+
+
+def test_two_balls_are_told_apart(measure, tmp_path: Path) -> None:
+    record = measure(
+        b=[0.023, 0.034], drive=G25, start=5.0, duration=20.0,
+        release=Release(y0=[0.0229, -0.0339]),
+    )  # fmt: skip
+    found = found_in(record, tmp_path, clearance=(0.023, 0.034))
+    strong = np.abs(record.jump) > 1e-3
+    nearest = np.array([np.abs(found.time_s - t).argmin() for t in record.time[strong]])
+    apart = np.abs(found.time_s[nearest] - record.time[strong]) < 2e-4
+    right = found.nes[nearest] == record.nes[strong]
+    assert right[apart].mean() > 0.97
+    assert (found.nes_confidence[nearest][apart] > 0.9).mean() > 0.95
+
+
+def test_balls_are_not_told_apart_without_displacement(measure, tmp_path: Path, store) -> None:
+    record = measure(b=[0.023, 0.034], drive=G25, duration=5.0)
+    only = {"acceleration": record.channels["acceleration"]}
+    store(record.path, only, 1e4)
+    found = found_in(record, tmp_path, clearance=(0.023, 0.034))
+    assert found.n > 0
+    assert (found.nes == 0).all()
+    assert (found.nes_confidence == 0).all()
+    assert np.isnan(found.x_m).all()
+
+
+def test_no_nes_no_acceleration_or_refused_gives_an_empty_table(
+    measure, tmp_path: Path, store
+) -> None:
+    record = measure(release=Release(x0=0.02), duration=3.0)
+    assert found_in(record, tmp_path, clearance=()).n == 0
+    store(record.path, {"displacement": record.channels["displacement"]}, 1e4)
+    assert found_in(record, tmp_path, clearance=(0.03,)).n == 0
+    write_refused(record.path, "frozen")
+    condition(record.path, tmp_path / "c.nc")
+    found = impacts_of_record(record.path, tmp_path / "c.nc", tmp_path / "i.csv", clearance=(0.03,))
+    assert found.n == 0
+    assert (tmp_path / "i.csv").read_text().startswith("time_s,nes,side,velocity_jump_m_s,peak_ac")
+
+
+def test_table_survives_the_file(measure, tmp_path: Path) -> None:
+    record = measure(b=[0.03], drive=G25, start=5.0, duration=5.0)
+    found = found_in(record, tmp_path, clearance=(0.03,))
+    again = read_impacts(tmp_path / "i.csv")
+    for name in COLUMNS:
+        assert np.allclose(
+            getattr(found, name), getattr(again, name), rtol=1e-8, atol=0, equal_nan=True
+        )
+
+
+def test_damaged_table_is_told_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "i.csv"
+    write_impacts(path, no_impacts())
+    assert read_impacts(path).n == 0
+    path.write_text("time_s,nes\n1,2\n")
+    with pytest.raises(
+        RecordError, match=r"i\.csv: has no column side; run the impacts step again"
+    ):
+        read_impacts(path)
+    path.write_text(",".join(COLUMNS) + "\n" + ",".join(["x"] * len(COLUMNS)) + "\n")
+    with pytest.raises(RecordError, match="is damaged"):
+        read_impacts(path)
+
+
+def test_clipped_range_is_seen_in_the_data(tmp_path: Path, store) -> None:
+    x = np.round(np.random.default_rng(0).standard_normal(20_000) * 20) / 4
+    store(tmp_path / "a.nc", {"acceleration": x}, 1e3)
+    store(tmp_path / "b.nc", {"acceleration": np.clip(x, -4.0, 30.0)}, 1e3)
+    with open_record(tmp_path / "a.nc") as whole, open_record(tmp_path / "b.nc") as cut:
+        assert not converter_range(whole, "acceleration").clips
+        limits = converter_range(cut, "acceleration")
+    assert limits.resolution == pytest.approx(0.25)
+    assert limits.low == pytest.approx(-3.875)
+    assert limits.high == np.inf
+
+
+def test_chunks_of_a_long_record_leave_no_seam(monkeypatch, measure, tmp_path: Path) -> None:
+    from vinesexp.signals.impacts import detection
+    from vinesexp.signals.impacts.candidates import STRETCH
+
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0)
+    whole = found_in(record, tmp_path, clearance=(0.03,))
+    monkeypatch.setattr(detection, "CHUNK", 2 * STRETCH)
+    pieces = found_in(record, tmp_path, clearance=(0.03,))
+    assert pieces.n == whole.n
+    assert np.abs(pieces.time_s - whole.time_s).max() < 1e-6

@@ -1,0 +1,91 @@
+"""Regime names from impacts made by hand: each definition met, and missed by a little."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vinesexp.errors import ParameterError
+from vinesexp.theory.regime_definitions import REGIMES, Regime, activation_spells, regime_of
+
+
+def judge(times: np.ndarray, sides: np.ndarray, end: float = 100.0) -> Regime:
+    return regime_of(times, sides, period=1.0, start=0.0, end=end).regime
+
+
+def alternating(gap: float = 0.5, cycles: int = 100) -> tuple[np.ndarray, np.ndarray]:
+    first = np.arange(cycles) + 0.01
+    times = np.sort(np.concatenate([first, first + gap]))
+    return times, np.tile([1, -1], cycles)
+
+
+def test_every_regime_has_a_definition() -> None:
+    assert {r.value for r in Regime} == set(REGIMES)
+
+
+def test_no_impact() -> None:
+    assert judge(np.array([]), np.array([])) is Regime.NO_IMPACT
+    assert judge(np.array([150.0]), np.array([1])) is Regime.NO_IMPACT
+
+
+def test_two_symmetric_and_two_asymmetric() -> None:
+    assert judge(*alternating(0.5)) is Regime.TWO_SYMMETRIC
+    assert judge(*alternating(0.505)) is Regime.TWO_SYMMETRIC
+    assert judge(*alternating(0.53)) is Regime.TWO_ASYMMETRIC
+
+
+def test_modulated_has_spells() -> None:
+    t, s = alternating()
+    spell = (t % 20.0) < 8.0
+    assert judge(t[spell], s[spell]) is Regime.MODULATED
+
+
+def test_chaos_is_irregular() -> None:
+    rng = np.random.default_rng(2)
+    t = np.sort(rng.uniform(0.0, 100.0, 70))
+    assert judge(t, rng.choice([-1, 1], 70)) is Regime.CHAOS
+
+
+def test_three_per_cycle() -> None:
+    n = np.arange(100)
+    t = np.sort(np.concatenate([n + 0.0, n + 0.2, n + 0.5]))
+    assert judge(t, np.tile([1, 1, -1], 100)) is Regime.MORE
+
+
+def test_chatter_is_a_run_on_one_wall() -> None:
+    run = np.cumsum(0.1 * 0.6 ** np.arange(30))
+    t = np.concatenate([k + 0.1 + run for k in range(0, 100, 5)])
+    assert judge(t, np.ones(t.size)) is Regime.CHATTER
+
+
+def test_too_short_a_stretch_is_refused() -> None:
+    with pytest.raises(ParameterError, match="expected a period"):
+        regime_of([0.1], [1], period=1.0, start=0.0, end=0.5)
+
+
+def test_spells_of_two_impacts_per_cycle() -> None:
+    times, sides = alternating(cycles=10)
+    stray = np.array([14.2, 14.9, 15.1])
+    late = times + 20.0
+    all_times = np.concatenate([times, stray, late])
+    all_sides = np.concatenate([sides, [1, 1, 1], sides])
+    spells = activation_spells(all_times, all_sides, period=1.0)
+    np.testing.assert_allclose(spells, [[times[0], times[-1]], [late[0], late[-1]]])
+
+
+def test_one_odd_cycle_does_not_end_a_spell() -> None:
+    times, sides = alternating(cycles=20)
+    keep = np.ones(times.size, dtype=bool)
+    keep[19] = False
+    assert len(activation_spells(times[keep], sides[keep], period=1.0)) == 1
+    assert activation_spells(times[:2], sides[:2], period=1.0).shape == (0, 2)
+
+
+def test_interruptions_that_recur_are_modulation_however_short() -> None:
+    times, sides = alternating(cycles=100)
+    lost = np.zeros(times.size, dtype=bool)
+    for middle in (40, 90, 140):  # three cycles without impact, three times
+        lost[middle : middle + 6] = True
+    assert judge(times[~lost], sides[~lost]) is Regime.MODULATED
+    lost[:130] = False  # once: a disturbance
+    assert judge(times[~lost], sides[~lost]) is Regime.TWO_SYMMETRIC
