@@ -6,6 +6,7 @@ rule compare:
     input:
         identified=RESULTS / "identified.csv",
         regimes=RESULTS / "regimes.csv",
+        times=RESULTS / "decay_times.csv",
     output:
         clearances=RESULTS / "clearances.csv",
         checks=RESULTS / "steps/compare.csv",

@@ -25,6 +25,7 @@ rule regimes:
         regimes=each_record(step("regime.json")),
     output:
         table=RESULTS / "regimes.csv",
+        times=RESULTS / "decay_times.csv",
     log:
         RESULTS / "logs/regimes.log",
     message:

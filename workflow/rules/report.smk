@@ -10,6 +10,7 @@ rule figures:
             "results": [
                 RESULTS / "identified.csv",
                 RESULTS / "regimes.csv",
+                RESULTS / "decay_times.csv",
                 RESULTS / "clearances.csv",
             ],
         }[wildcards.family],

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from vinesexp.records.campaign import load_campaign
 from vinesexp.signals.impacts.find import impacts_of_record
-from vinesexp.signals.regimes import regime_of_record
+from vinesexp.signals.regimes import decay_times, regime_of_record
 from vinesexp.step import run_step
 
 
@@ -22,10 +22,11 @@ def main(
         nes_mass=[mass.value for mass in loaded.known.nes_mass],
         test=row.test,
     )
-    told = regime_of_record(
+    shown = regime_of_record(
         row, measured=Path(measured), conditioned=Path(conditioned), impacts=found
     )
-    Path(regime).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    step = {"regime": shown, "times": decay_times(row, conditioned=Path(conditioned))}
+    Path(regime).write_text(json.dumps(step, indent=1) + "\n", encoding="utf-8")
     return f"{found.n} impacts"
 
 

@@ -1,20 +1,18 @@
-"""The regimes of all records in one table."""
+"""The regimes of all records in one table, the decay times of the releases in another."""
 
-import csv
 import json
 from pathlib import Path
 
+from vinesexp.records.result_columns import DECAY_TIMES, RECORD_REGIMES
+from vinesexp.records.tables import write_rows
 from vinesexp.step import run_step
 
 
-def main(regimes: list[str], out: str) -> str:
-    rows = [json.loads(Path(path).read_text(encoding="utf-8")) for path in regimes]
-    columns = dict.fromkeys(name for row in rows for name in row)
-    with Path(out).open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, list(columns), restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({k: "" if v is None else v for k, v in row.items()} for row in rows)
-    return f"{len(rows)} records"
+def main(regimes: list[str], out: str, times: str) -> str:
+    steps = [json.loads(Path(path).read_text(encoding="utf-8")) for path in regimes]
+    write_rows(Path(out), RECORD_REGIMES, [step["regime"] for step in steps])
+    write_rows(Path(times), DECAY_TIMES, [row for step in steps for row in step["times"]])
+    return f"{len(steps)} records"
 
 
 run_step(
@@ -22,4 +20,5 @@ run_step(
     log=snakemake.log[0],
     regimes=list(snakemake.input.regimes),
     out=snakemake.output.table,
+    times=snakemake.output.times,
 )
