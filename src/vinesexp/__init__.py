@@ -16,7 +16,7 @@ _HOME = {
     "Sweep": "vinesexp.excitation",
     "Measured": "vinesexp.excitation",
     "Release": "vinesexp.excitation",
-    "simulate": "vinesexp.solver.motion",
+    "simulate": "vinesexp.solver.simulation",
     "Motion": "vinesexp.solver.motion",
     "open_results": "vinesexp.results",
 }
