@@ -11,6 +11,7 @@ from vinesexp.clearance.comparison import compare, write_clearances
 from vinesexp.records.campaign import Campaign, Record, load_campaign
 from vinesexp.records.checks import Check, write_checks
 from vinesexp.records.result_columns import DECAY_TIMES, IDENTIFIED, IMPACTS, RECORD_REGIMES
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record, write_refused
 from vinesexp.records.tables import read_rows, write_rows
 
@@ -188,7 +189,7 @@ def _estimates(record: Record, results: Path) -> None:
             for name, value, unit in (("f0", f0, "Hz"), ("zeta", ZETA, ""))
         ]  # fmt: skip
         rows.append({**rows[0], "parameter": "damping_linear", "value": float("nan")})
-    path = results / f"steps/{record.id}/estimates.json"
+    path = ResultPaths(results).estimates(record.id)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(rows), encoding="utf-8")
 

@@ -1,24 +1,13 @@
-"""The regimes of all records in one table, the decay times of the releases in another."""
+"""The regimes of all records in one table."""
 
-import json
-from pathlib import Path
-
-from vinesexp.records.result_columns import DECAY_TIMES, RECORD_REGIMES
-from vinesexp.records.tables import write_rows
-from vinesexp.step import run_step
+from vinesexp.pipeline import collect_regimes
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.schema import Campaign
+from vinesexp.step import run_job
 
 
-def main(regimes: list[str], out: str, times: str) -> str:
-    steps = [json.loads(Path(path).read_text(encoding="utf-8")) for path in regimes]
-    write_rows(Path(out), RECORD_REGIMES, [step["regime"] for step in steps])
-    write_rows(Path(times), DECAY_TIMES, [row for step in steps for row in step["times"]])
-    return f"{len(steps)} records"
+def main(campaign: Campaign, paths: ResultPaths) -> str:
+    return f"{len(collect_regimes(campaign, paths=paths))} records"
 
 
-run_step(
-    main,
-    log=snakemake.log[0],
-    regimes=list(snakemake.input.regimes),
-    out=snakemake.output.table,
-    times=snakemake.output.times,
-)
+run_job(main, snakemake)

@@ -8,7 +8,7 @@ them beside the same b_t: there is no single best clearance for a release (docs/
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -177,23 +177,28 @@ def _row(
     *,
     G: float | None = None,
 ) -> Comparison:
-    measured = (optimum.clearance, optimum.low, optimum.high) if optimum else (None,) * 3
-    values = (
-        (predicted.published, predicted.exact, predicted.low, predicted.high)
-        if predicted
-        else (None,) * 4
-    )
-    error = None
+    row = Comparison(test, level, base_amplitude_mm=None if G is None else 1e3 * G, kind=kind)
+    if optimum:
+        row = replace(
+            row,
+            measured_mm=1e3 * optimum.clearance,
+            measured_low_mm=None if optimum.low is None else 1e3 * optimum.low,
+            measured_high_mm=None if optimum.high is None else 1e3 * optimum.high,
+            records=";".join(optimum.records),
+            bound=optimum.bound,
+        )
+    if predicted:
+        row = replace(
+            row,
+            published_mm=1e3 * predicted.published,
+            exact_mm=1e3 * predicted.exact,
+            predicted_low_mm=1e3 * predicted.low,
+            predicted_high_mm=1e3 * predicted.high,
+        )
     if optimum and predicted and not optimum.bound:
         error = 100.0 * (predicted.exact / optimum.clearance - 1.0)
-    lengths = [None if length is None else 1e3 * length for length in (*measured, *values)]
-    return Comparison(
-        *(test, level, *lengths, error),
-        base_amplitude_mm=None if G is None else 1e3 * G,
-        kind=kind,
-        records=";".join(optimum.records) if optimum else "",
-        bound=optimum.bound if optimum else "",
-    )
+        row = replace(row, error_percent=error)
+    return row
 
 
 def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Sequence[Comparison]) -> list[Check]:

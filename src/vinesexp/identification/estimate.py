@@ -9,9 +9,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from vinesexp.errors import RecordError
+from vinesexp.records.campaign import Record
 from vinesexp.records.result_columns import IDENTIFIED
 from vinesexp.records.tables import Value, write_rows
 
+#: Parameter name of a record that gave nothing; its `note` is the reason.
+NOTHING = "nothing"
 #: Two-sided 95 % of the normal distribution.
 _Z95 = 1.959964
 
@@ -53,6 +56,21 @@ class Estimate:
         """95 % interval."""
         half = _Z95 * self.std_error
         return self.value - half, self.value + half
+
+
+def nothing(record: str, reason: str) -> Estimate:
+    """The entry of a record that gives nothing."""
+    return Estimate(NOTHING, math.nan, math.nan, "", "", (record,), reason)
+
+
+def estimates_of(
+    record: Record, method: str, rows: Iterable[tuple[str, float, float, str]]
+) -> list[Estimate]:
+    """Estimates of one record by one method, from rows (parameter, value, error, unit)."""
+    return [
+        Estimate(name, float(value), float(error), unit, method, (record.id,))
+        for name, value, error, unit in rows
+    ]
 
 
 def write_estimates(path: Path, estimates: Iterable[Estimate]) -> None:

@@ -117,7 +117,7 @@ def score_impacts(
 
 
 def _pulses(true: Floats, jumps: Floats) -> tuple[Floats, Floats]:
-    """Times and sizes of what can be told apart: impacts that overlap are one."""
+    """Times and sizes of what can be found: impacts that overlap are one."""
     first = np.diff(true, prepend=-np.inf) > ONE_PULSE
     if not first.any():
         return true, np.abs(jumps)

@@ -108,8 +108,8 @@ def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | fl
     for share in LEVELS if amplitude.size else ():
         target = share * abs(record.release)
         reached = time_to_level(time, amplitude, target)
-        row = {"record": record.id, "target_m": target}
-        rows.append(row | {"time_s": reached if math.isfinite(reached) else None})
+        time_s = reached if math.isfinite(reached) else None
+        rows.append({"record": record.id, "target_m": target, "time_s": time_s})
     return rows
 
 
