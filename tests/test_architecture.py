@@ -12,8 +12,9 @@ ROOT = Path(vinesexp.__file__).parent
 
 #: From the ground up; a module imports from its own floor or from one below.
 FLOORS = (
-    {"errors"},
+    {"errors", "arrays"},
     {"units", "rig", "excitation"},
+    {"settings"},
     {"theory", "solver", "records"},
     {"signals"},
     {"identification"},

@@ -12,7 +12,7 @@ from vinesexp.clearance.comparison import compare, write_clearances
 from vinesexp.records.campaign import Campaign, Record, load_campaign
 from vinesexp.records.checks import Check, write_checks
 from vinesexp.records.store import create_record, write_refused
-from vinesexp.signals.impacts.find import COLUMNS as COLUMNS_OF_IMPACTS
+from vinesexp.signals.impacts.impact_table import COLUMNS as COLUMNS_OF_IMPACTS
 
 RATE, F0, ZETA = 1000.0, 8.0, 0.0065
 QUANTITIES = {

@@ -9,8 +9,10 @@ rule condition:
     log:
         RESULTS / "logs/condition/{record}.log",
     params:
+        campaign=str(CAMPAIGN_FOLDER),
         bandpass=CAMPAIGN.bandpass,
         frequency=lambda wildcards: CAMPAIGN.record(wildcards.record).frequency,
+        settings=lambda wildcards: repr(CAMPAIGN.record(wildcards.record).settings),
         code=code_digest("vinesexp.signals.condition"),
     message:
         "condition  {wildcards.record}"

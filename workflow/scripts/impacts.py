@@ -21,6 +21,7 @@ def main(
         clearance=row.clearance,
         nes_mass=[mass.value for mass in loaded.known.nes_mass],
         test=row.test,
+        settings=row.settings,
     )
     told = regime_of_record(
         row, measured=Path(measured), conditioned=Path(conditioned), impacts=found

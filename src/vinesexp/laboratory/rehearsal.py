@@ -108,7 +108,9 @@ def _analysed(
     )
     ingest(campaign, record, measured)
     centre = sum(record.frequency) / len(record.frequency) if record.frequency else None
-    condition(measured, conditioned, bandpass=campaign.bandpass, f0_hint=centre)
+    condition(
+        measured, conditioned, bandpass=campaign.bandpass, f0_hint=centre, settings=record.settings
+    )
     found = impacts_of_record(
         measured,
         conditioned,
@@ -116,6 +118,7 @@ def _analysed(
         clearance=record.clearance,
         nes_mass=[mass.value for mass in campaign.known.nes_mass],
         test=record.test,
+        settings=record.settings,
     )
     regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=found)
     estimates = estimate_record(
