@@ -115,8 +115,8 @@ def test_mistakes_in_a_campaign_are_placed(tmp_path: Path) -> None:
         tmp_path, settings="settings:\n  impacts: {treshold: 8}\n  slope: {use: no}\n", cell="x"
     )
     texts = [str(problem) for problem in campaign_problems(folder)]
-    assert "line 6, key settings.slope: unknown key 'slope'; did you mean 'slopes'?" in texts[0]
-    assert "line 5, key settings.impacts.treshold: unknown setting 'treshold'" in texts[1]
+    assert "line 6, key settings.slope: unknown stage 'slope'; did you mean 'slopes'?" in texts[1]
+    assert "line 5, key settings.impacts.treshold: unknown setting 'treshold'" in texts[0]
     assert "line 2, column settings: found 'x', expected stage.setting = value" in texts[2]
     with pytest.raises(CampaignError, match="and 2 more"):
         load_campaign(folder)

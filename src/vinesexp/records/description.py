@@ -12,8 +12,8 @@ from pathlib import Path
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.problems import Problems
 from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, Known, TimeColumn
+from vinesexp.records.settings_section import read_settings
 from vinesexp.records.yamltree import Section, read_yaml
-from vinesexp.settings.overrides import STAGES, changed
 from vinesexp.settings.stages import Settings
 from vinesexp.units import UNITS, Quantity, parse_quantity, parse_sensitivity, unit_size
 
@@ -74,7 +74,7 @@ def read_description(file: Path, problems: Problems) -> Description:
         time=_time(top, problems),
         sample_rate=_positive(top, "sample_rate", "frequency", problems),
         bandpass=_bandpass(top, problems),
-        settings=_settings(top, problems),
+        settings=read_settings(top, problems),
         allow_outside=_yes(top, "allow_outside", problems),
     )
 
@@ -270,21 +270,6 @@ def _time(top: Section, problems: Problems) -> TimeColumn | None:
         size = unit_size(str(unit), "time")
         return None if column is None else TimeColumn(column, str(unit), size)
     return None
-
-
-def _settings(top: Section, problems: Problems) -> Settings:
-    """Numbers that steer the stages: a section a stage, each setting by its name."""
-    found = Settings()
-    section = _section(top, "settings", problems)
-    if section is None:
-        return found
-    _refuse_unknown(section, STAGES, problems)
-    for stage in (name for name in STAGES if name in section.values):
-        numbers = _section(section, stage, problems)
-        for name, text in numbers.values.items() if numbers is not None else ():
-            with problems.at(numbers.where(name) if numbers is not None else ""):
-                found = changed(found, stage, name, text)
-    return found
 
 
 def _bandpass(top: Section, problems: Problems) -> tuple[float, float] | None:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import math
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray, IntArray
-from vinesexp.errors import RecordError
+from vinesexp.records.result_columns import IMPACTS
+from vinesexp.records.tables import read_rows, write_columns
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,7 @@ class Impacts:
 
 
 COLUMNS = tuple(field.name for field in fields(Impacts))
-_WHOLE = ("nes", "side", "crowded", "clipped")
+_WHOLE = tuple(column.name for column in IMPACTS.columns if column.kind == "whole")
 
 
 def no_impacts() -> Impacts:
@@ -72,17 +70,7 @@ def no_impacts() -> Impacts:
 
 def write_impacts(path: Path, impacts: Impacts) -> None:
     """Write impacts/<record>.csv; unknown numbers are empty cells."""
-    columns = [
-        [str(v) for v in getattr(impacts, name).tolist()]
-        if name in _WHOLE
-        else ["" if math.isnan(v) else f"{v:.9g}" for v in getattr(impacts, name).tolist()]
-        for name in COLUMNS
-    ]
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        stream.write(",".join(COLUMNS) + "\n")
-        stream.writelines(",".join(row) + "\n" for row in zip(*columns, strict=True))
+    write_columns(path, IMPACTS, {name: getattr(impacts, name).tolist() for name in COLUMNS})
 
 
 def read_impacts(path: Path) -> Impacts:
@@ -90,21 +78,14 @@ def read_impacts(path: Path) -> Impacts:
 
     Raises
     ------
-    RecordError
+    TableError
         A column is missing, or a cell is no number.
     """
-    with Path(path).open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.reader(stream))
-    header = rows[0] if rows else []
-    missing = [name for name in COLUMNS if name not in header]
-    if missing:
-        raise RecordError(f"has no column {missing[0]}; run the impacts step again", file=path)
-    found: dict[str, NDArray[Any]] = {}
-    try:
-        for name in COLUMNS:
-            at = header.index(name)
-            cells = [float(row[at] or "nan") for row in rows[1:]]
-            found[name] = np.array(cells, dtype=np.int64 if name in _WHOLE else np.float64)
-    except (ValueError, IndexError) as error:
-        raise RecordError(f"is damaged ({error}); run the impacts step again", file=path) from None
+    rows = read_rows(path, IMPACTS)
+    found: dict[str, Any] = {}
+    for name in COLUMNS:
+        if name in _WHOLE:
+            found[name] = np.array([int(row[name]) for row in rows], dtype=np.int64)
+        else:
+            found[name] = np.array([float(row[name] or "nan") for row in rows], dtype=np.float64)
     return Impacts(**found)
