@@ -13,7 +13,14 @@ from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.problems import Problems
 from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, Known, TimeColumn
 from vinesexp.records.yamltree import Section, read_yaml
-from vinesexp.units import UNITS, Quantity, parse_quantity, parse_sensitivity, unit_size
+from vinesexp.units import (
+    UNITS,
+    Quantity,
+    parse_quantity,
+    parse_sensitivity,
+    sensitivity_error,
+    unit_size,
+)
 
 KEYS = (
     "title",
@@ -191,6 +198,7 @@ def _channel(role: str, entry: Section, where: str, problems: Problems) -> Chann
             file_size=_output(entry, "file_unit", output, quantity, problems),
             optional=_yes(entry, "optional", problems),
             accept=_accept(entry, problems),
+            scale_error=sensitivity_error(sensitivity),
         )
     return None
 
