@@ -129,7 +129,8 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
     AnalysisError
         There is no stable orbit at any clearance.
     """
-    from vinesexp.theory.optimal_clearance import b_c_exact, predict_periodic
+    from vinesexp.theory.intervals import predict_periodic
+    from vinesexp.theory.optimal_clearance import b_c_exact
 
     _require(rig, NEEDED)
     f = base.frequency
@@ -159,7 +160,7 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
 
 def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
     """b_t for a release from x0, m; MissingValuesError where r is not known."""
-    from vinesexp.theory.optimal_clearance import predict_transient
+    from vinesexp.theory.intervals import predict_transient
 
     _require(rig, ("r",))
     found = predict_transient(x0=x0, values=rig.values, covariance=rig.covariance)
@@ -260,13 +261,13 @@ def decay_curves(
     ndarray, shape (len(targets), n), or None
         s; None where a value is missing or a target lies above the release.
     """
-    from vinesexp.theory.transient import Decaying, time_to_level
+    from vinesexp.theory.transient import Decaying, captured_time
 
     if rig.missing or not targets:
         return None
     values = {name: rig.values[name].value for name in NEEDED}
     try:
         release = Decaying(x_m=x0, **values)
-        return time_to_level(release, b=clearances, level=np.asarray(targets)[:, None])
+        return captured_time(release, b=clearances, level=np.asarray(targets)[:, None])
     except AnalysisError:
         return None

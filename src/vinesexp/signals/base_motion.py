@@ -29,7 +29,7 @@ _CYCLES = 4  # of a window
 _FEWEST = 5  # windows
 _HARMONICS = (1, 2, 3)
 _SETTLED = 4  # passes that the frequency is refined in
-_MOVES = 5.0  # amplitude over its error below which the base is at rest
+_MOVES = 5.0  # amplitude over the noise of a window below which the base is at rest
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def base_motion(
             break
     level = np.abs(found[:, 0])
     mean = float(level.mean())
-    if mean < _MOVES * noise[0] / math.sqrt(count):
+    if mean < _MOVES * noise[0]:
         return None
     order = ORDER[quantity]
     scale = (2.0 * np.pi * f) ** -order
