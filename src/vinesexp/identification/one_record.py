@@ -139,6 +139,11 @@ def _sweep(record: Record, view: RecordView, frequency: float) -> list[Estimate]
         raise AnalysisError(
             f"a sweep without NES gives f0 and zeta only with a {missing.pop()} channel"
         )
+    if view.quantity("base") != "displacement":
+        raise AnalysisError(
+            f"a sweep without NES gives f0 and zeta only where the base channel measures "
+            f"displacement; this one measures {view.quantity('base')}"
+        )
     k = max(1, int(view.sample_rate / (POINTS * frequency)))
     base, x = channel_means(view, "base", k), channel_means(view, "displacement", k)
     found = transmissibility(

@@ -15,7 +15,14 @@ from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, Known, TimeColum
 from vinesexp.records.settings_section import read_settings
 from vinesexp.records.yamltree import Section, read_yaml
 from vinesexp.settings.stages import Settings
-from vinesexp.units import UNITS, Quantity, parse_quantity, parse_sensitivity, unit_size
+from vinesexp.units import (
+    UNITS,
+    Quantity,
+    parse_quantity,
+    parse_sensitivity,
+    sensitivity_error,
+    unit_size,
+)
 
 KEYS = (
     "title",
@@ -196,6 +203,7 @@ def _channel(role: str, entry: Section, where: str, problems: Problems) -> Chann
             file_size=_output(entry, "file_unit", output, quantity, problems),
             optional=_yes(entry, "optional", problems),
             accept=_accept(entry, problems),
+            scale_error=sensitivity_error(sensitivity),
         )
     return None
 

@@ -19,7 +19,7 @@ TESTS = ("ringdown", "sweep", "periodic", "transient", "drop")
 
 #: Roles a channel can have, each with the quantities it can be measured as.
 ROLES: Mapping[str, tuple[str, ...]] = {
-    "base": ("displacement",),
+    "base": ("displacement", "velocity", "acceleration"),
     "displacement": ("displacement",),
     "acceleration": ("acceleration",),
 }
@@ -68,7 +68,9 @@ class Channel:
     optional : bool
         A file without this channel is no mistake.
     accept : tuple of str
-        Defects of the data that are told as warnings instead of refusals (`ACCEPTABLE`).
+        Defects of the data that are warnings instead of refusals (`ACCEPTABLE`).
+    scale_error : float or None
+        Relative standard uncertainty of `scale`, where the sensitivity states one.
     """
 
     role: str
@@ -81,6 +83,7 @@ class Channel:
     file_size: float | None = None
     optional: bool = False
     accept: tuple[str, ...] = ()
+    scale_error: float | None = None
 
 
 @dataclass(frozen=True)
