@@ -79,7 +79,7 @@ class Resampler:
     def _block(
         self, times: Floats, values: Floats, begin: int, end: int, sums: list[Floats]
     ) -> Floats:
-        wanted = self.start + np.arange(begin, end) * self.interval
+        wanted: Floats = self.start + np.arange(begin, end, dtype=np.float64) * self.interval
         points = min(_POINTS, len(times))
         left = np.searchsorted(times, wanted) - points // 2
         left = np.clip(left, 0, len(times) - points)

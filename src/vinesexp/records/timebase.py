@@ -144,7 +144,9 @@ class Clock:
     def _refuse_gap(self, times: Floats, steps: Floats, row: int) -> None:
         """Refuse a step backward, of nothing, or over a gap."""
         interval = self._interval
-        wrong = (steps <= 0.0) | (steps > _GAP * interval)
+        # Printed times may come in pairs and leaps: only a step beyond their rounding counts.
+        short = (2.0 - _GAP) * interval - min(self._coarsest, 0.4 * abs(interval))
+        wrong = (steps <= 0.0) | (steps > _GAP * interval) | (steps < short)
         if not wrong.any():
             return
         k = int(np.argmax(wrong))
@@ -159,8 +161,8 @@ class Clock:
             told += "'sample_rate' instead of 'time'"
         else:
             told = f"time steps by {step:.6g} from {now - step:.9g} to {now:.9g}, expected "
-            told += f"{interval:.3g}; samples are missing, cut the record there, or give "
-            told += "'sample_rate' instead of 'time' if only the times are wrong"
+            told += f"{interval:.3g}; samples are missing or unevenly spaced, cut the record "
+            told += "there, or give 'sample_rate' instead of 'time' if only the times are wrong"
         raise RecordError(told, file=self._file, where=self._locate(at))
 
     def _are_even(self, steps: Floats) -> bool:
@@ -171,7 +173,9 @@ class Clock:
     def _rate(self, interval: float) -> float:
         """1/interval in Hz, the whole number if that is within what the printed times tell."""
         rate = 1.0 / (interval * self.size)
-        uncertainty = rate * (self._finest / (interval * (self.n - 1)) + 4.0 * np.finfo(float).eps)
+        # Half a printed step: the whole number is taken only where it is likely, not just possible.
+        printed = 0.5 * self._finest / (interval * (self.n - 1))
+        uncertainty = rate * (printed + 4.0 * np.finfo(float).eps)
         return float(round(rate)) if abs(rate - round(rate)) <= min(uncertainty, 0.01) else rate
 
 
