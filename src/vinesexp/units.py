@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from vinesexp.errors import ParameterError, nearest
 
 STANDARD_GRAVITY = 9.80665  # m/s^2, exact by definition
+#: Half width of a 95 % interval in standard errors.
+COVERAGE_95 = 1.959963984540054
 
 #: Units by what they measure, each with its size in SI.
 UNITS: dict[str, dict[str, float]] = {

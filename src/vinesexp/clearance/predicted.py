@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Known
+from vinesexp.rig import RIG_VALUES
 from vinesexp.units import Quantity
 
 Floats = NDArray[np.float64]
 
-#: What a prediction needs, in the order of theory.clearance.VALUES.
-NEEDED = ("M", "c1", "k1", "r", "m")
+#: What a prediction needs.
+NEEDED = RIG_VALUES
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from vinesexp.identification.average import DISAGREES, MATTERS
 from vinesexp.identification.estimate import Estimate
 from vinesexp.records.checks import Check
 
-_RUNG = "likelihood"
+_METHODS = ("likelihood", "envelope")  # of a ring-down, that count
 _TELLING = 4  # different loads from which on a wrong one can be named
 
 
@@ -35,13 +35,13 @@ def added_mass(
     list of Check
         A ring-down that lies off the line.
     """
-    used = [e for e in found if e.parameter in ("f0", "f0_added") and e.method == _RUNG]
+    used = [e for e in found if e.parameter in ("f0", "f0_added") and e.method in _METHODS]
     loaded = np.array([loads.get(e.records[0], 0.0) for e in used])
     if len(set(loaded.tolist())) < 2:
         return None, []
     f = np.array([e.value for e in used])
     period = 1.0 / (2.0 * math.pi * f) ** 2
-    # No lab holds f0 to parts in a million from one screwing-on to the next.
+    # As sure as the fits are; what screwing a mass on moves shows in the scatter off the line.
     error = 2.0 * period * np.array([e.std_error for e in used]) / f
     basis = np.stack([np.ones(len(used)), loaded], axis=1)
     c, covariance = _line(basis, period, error)
@@ -73,7 +73,7 @@ def mass_from_added(
         Record id to added mass, kg.
     """
     both = [
-        replace(e, parameter=name, method=_RUNG)
+        replace(e, parameter=name, method=_METHODS[0])
         for name, group in (("f0", bare), ("f0_added", added))
         for e in group
     ]

@@ -21,8 +21,9 @@ from vinesexp.records.checks import Check
 __all__ = ["COMBINED", "combine", "combined", "mass_from_added"]
 
 COMBINED = "combined"
-#: The rung of a record that counts; the cheaper ones are shown beside it.
-BEST = ("likelihood", "sweep", "impacts", "drop")
+#: The method of a record that counts; the cheaper ones are shown beside it. A record has an
+#: ``envelope`` only where it stands in for a likelihood that failed.
+BEST = ("likelihood", "envelope", "sweep", "impacts", "drop")
 #: Relative standard error of a weighed mass without one.
 _ASSUMED = 5e-3
 
@@ -84,7 +85,7 @@ def combined(rows: Sequence[Estimate], parameter: str) -> Estimate | None:
 
 
 def _by_method(parameter: str, found: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]]:
-    """A row for every method, and the combined one from each record's best rung."""
+    """A row for every method, and the combined one from each record's best method."""
     own = [e for e in found if e.parameter == parameter]
     rows = [
         mean_of([e for e in own if e.method == method], method=method)[0]

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from vinesexp.errors import RecordError
+from vinesexp.units import COVERAGE_95
 
 #: Columns of identified.csv.
 IDENTIFIED = (
@@ -22,8 +23,6 @@ IDENTIFIED = (
     "method",
     "records",
 )
-#: Two-sided 95 % of the normal distribution.
-_Z95 = 1.959964
 
 
 @dataclass(frozen=True)
@@ -44,11 +43,14 @@ class Estimate:
         Ids of the records it came from.
     note : str
         What a person should know of it; becomes a row of checks.csv.
+    amplitude : float or None
+        Amplitude of motion at which the value holds, m, where it may depend on it.
 
     Examples
     --------
-    >>> Estimate("f0", 7.862, 0.001, "Hz", "likelihood", ("rd_1",)).interval()
-    (7.860040036, 7.863959964)
+    >>> low, high = Estimate("f0", 7.862, 0.001, "Hz", "likelihood", ("rd_1",)).interval()
+    >>> round(low, 6), round(high, 6)
+    (7.86004, 7.86396)
     """
 
     parameter: str
@@ -58,10 +60,11 @@ class Estimate:
     method: str
     records: tuple[str, ...] = ()
     note: str = ""
+    amplitude: float | None = None
 
     def interval(self) -> tuple[float, float]:
         """95 % interval."""
-        half = _Z95 * self.std_error
+        half = COVERAGE_95 * self.std_error
         return self.value - half, self.value + half
 
 

@@ -15,17 +15,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vinesexp.errors import ParameterError, nearest
-from vinesexp.rig import checked
+from vinesexp.rig import RIG_VALUES, checked
 from vinesexp.theory.manifold import A_2, FloatArray, loss_parameter
 from vinesexp.theory.orbits import Reduced
-from vinesexp.units import Quantity
+from vinesexp.units import COVERAGE_95, Quantity
 
 #: The amplitude at T2 that the paper reads off its figure 2; the exact one is `manifold.A_2(r)`.
 PUBLISHED_A_2 = 0.6
 #: Rig values that a prediction depends on, in the order of every gradient and covariance.
-VALUES = ("M", "c1", "k1", "r", "m")
-#: Half width of a 95 % interval in standard errors.
-COVERAGE_95 = 1.959963984540054
+VALUES = RIG_VALUES
 
 
 def b_c_published(*, G: ArrayLike, eps: ArrayLike, lam: ArrayLike, r: ArrayLike) -> FloatArray:
