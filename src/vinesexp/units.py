@@ -150,3 +150,17 @@ def parse_sensitivity(text: object, quantity: str) -> float:
     if value == 0.0 or not math.isfinite(value):
         raise ParameterError(f"found '{text}', expected a sensitivity other than zero")
     return value
+
+
+def relative_error(text: object) -> float | None:
+    """Relative standard uncertainty that a value states; None where it states none.
+
+    Examples
+    --------
+    >>> relative_error("40 +- 2 mV/mm"), relative_error("40 mV/mm")
+    (0.05, None)
+    """
+    match = _QUANTITY.match(str(text))
+    if match is None or match["error"] is None or not float(match["value"]):
+        return None
+    return abs(float(match["error"]) / float(match["value"]))
