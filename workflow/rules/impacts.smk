@@ -3,15 +3,16 @@
 
 rule impacts:
     input:
-        record=RESULTS / "records/{record}.nc",
-        conditioned=RESULTS / "conditioned/{record}.nc",
+        record=PATHS.record("{record}"),
+        conditioned=PATHS.conditioned("{record}"),
     output:
-        impacts=RESULTS / "impacts/{record}.csv",
-        regime=step("regime.json"),
+        impacts=PATHS.impacts("{record}"),
+        regime=PATHS.regime("{record}"),
     log:
         RESULTS / "logs/impacts/{record}.log",
     params:
         campaign=str(CAMPAIGN_FOLDER),
+        results=str(RESULTS),
         depends=record_text,
         code=code_digest("vinesexp.signals.impacts.find", "vinesexp.signals.regimes"),
     message:
@@ -22,11 +23,15 @@ rule impacts:
 
 rule regimes:
     input:
-        regimes=each_record(step("regime.json")),
+        regimes=each_record(PATHS.regime("{record}")),
     output:
-        table=RESULTS / "regimes.csv",
+        table=PATHS.regimes,
+        times=PATHS.decay_times,
     log:
         RESULTS / "logs/regimes.log",
+    params:
+        campaign=str(CAMPAIGN_FOLDER),
+        results=str(RESULTS),
     message:
         "regimes    of all records"
     script:

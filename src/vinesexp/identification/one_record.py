@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import numpy as np
-
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.decay_record import estimates_of_decay
-from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.flights import Flights, flights_of, mass_ratio, restitution
+from vinesexp.identification.estimate import NOTHING, Estimate, estimates_of, nothing
+from vinesexp.identification.impact_estimates import impact_estimates
 from vinesexp.identification.oscillation import displacement_of, frequency_of_motion
 from vinesexp.identification.sweep_record import estimates_of_sweep
 from vinesexp.records.campaign import Known, Record
@@ -19,10 +17,7 @@ from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.channel_agreement import Agreement, agreement_of
 from vinesexp.signals.impacts.find import Impacts, read_impacts
 
-#: Error of r that the model of the displacement around an impact leaves, however many there are.
-_SMOOTH = 1e-5
-#: Parameter name of a record that gave nothing; its `note` is the reason.
-NOTHING = "nothing"
+__all__ = ["NOTHING", "estimate_record", "nothing"]
 
 
 def estimate_record(
@@ -59,11 +54,6 @@ def estimate_record(
             return [nothing(record.id, str(error))]
 
 
-def nothing(record: str, reason: str) -> Estimate:
-    """The entry of a record that gives nothing."""
-    return Estimate(NOTHING, math.nan, math.nan, "", "", (record,), reason)
-
-
 def _by_test(
     record: Record, known: Known, view: RecordView, frequency: float | None, impacts: Path
 ) -> list[Estimate]:
@@ -78,7 +68,7 @@ def _by_test(
         return found + estimates_of_decay(record, view, frequency)
     if record.clearance:
         found += _swing(record, view, frequency)
-        return found + _impacts(record, known, read_impacts(impacts), frequency, agreement)
+        return found + impact_estimates(record, known, read_impacts(impacts), frequency, agreement)
     return found
 
 
@@ -95,24 +85,15 @@ def _swing(record: Record, view: RecordView, frequency: float) -> list[Estimate]
     if record.test != "periodic" or "displacement" not in view.roles:
         return []
     x = displacement_of(view, frequency)[0]
-    return _estimates(
+    return estimates_of(
         record, "displacement", [("working_amplitude", math.sqrt(2.0) * float(x.std()), 0.0, "m")]
     )
-
-
-def _estimates(
-    record: Record, method: str, rows: list[tuple[str, float, float, str]]
-) -> list[Estimate]:
-    return [
-        Estimate(name, float(value), float(error), unit, method, (record.id,))
-        for name, value, error, unit in rows
-    ]
 
 
 def _drop(record: Record, impacts: Impacts) -> list[Estimate]:
     whole = (impacts.clipped == 0) | (impacts.time_error_s < 1e-4)
     found = restitution_of_bounces(impacts.time_s[whole], impacts.time_error_s[whole])
-    return _estimates(record, "drop", [("r", found.r, found.error, "1")])
+    return estimates_of(record, "drop", [("r", found.r, found.error, "1")])
 
 
 def _agreement(record: Record, agreement: Agreement) -> list[Estimate]:
@@ -120,52 +101,4 @@ def _agreement(record: Record, agreement: Agreement) -> list[Estimate]:
         ("accelerometer_gain", agreement.gain, agreement.gain_error, "1"),
         ("channel_lag", agreement.lag, agreement.lag_error, "s"),
     ]
-    return _estimates(record, "channels", rows)
-
-
-def _impacts(
-    record: Record, known: Known, impacts: Impacts, frequency: float, agreement: Agreement | None
-) -> list[Estimate]:
-    found: list[Estimate] = []
-    several = len(record.clearance) > 1
-    for number, b in enumerate(record.clearance, start=1):
-        flights = flights_of(impacts, nes=number, b=b, period=1.0 / frequency)
-        name = f"r_{number}" if several else "r"
-        mass = known.nes_mass[number - 1].value if len(known.nes_mass) >= number else None
-        if mass is None and len(known.nes_mass) == 1:
-            mass = known.nes_mass[0].value  # one value for all
-        try:
-            found += _of_flights(record, flights, impacts, name, mass, frequency, agreement)
-        except AnalysisError as error:
-            ball = f"ball {number}: " if several else ""
-            found.append(nothing(record.id, f"{ball}{error}"))
-    return found
-
-
-def _of_flights(
-    record: Record, flights: Flights, impacts: Impacts, name: str, mass: float | None,
-    frequency: float, agreement: Agreement | None,
-) -> list[Estimate]:  # fmt: skip
-    r = restitution(flights)
-    # What the lag of the displacement leaves unknown moves all velocities together.
-    late = 0.0 if agreement is None else agreement.lag_error
-    moved = (2.0 * np.pi * frequency) ** 2 * late * impacts.x_m[flights.index]
-    shifted = Flights(
-        flights.index, flights.u_before, flights.u_after, flights.v_before + moved,
-        flights.v_after + moved, flights.jump, flights.jump_error,
-    )  # fmt: skip
-    systematic = math.hypot(restitution(shifted).r - r.r, _SMOOTH)
-    rows = [
-        (name, r.r, math.hypot(r.error, systematic), "1"),
-        (f"{name}_scatter", r.scatter, r.scatter / math.sqrt(2.0 * r.count), "1"),
-        (f"{name}_slope", r.slope, r.slope_error, "s/m"),
-    ]
-    if mass is not None:
-        ratio = mass_ratio(flights)
-        M = mass / ratio.eps
-        # Jumps are as uncertain as the accelerometer's gain, seen beside the laser.
-        gain = 0.0
-        if agreement is not None and abs(abs(agreement.gain) - 1.0) > 3.0 * agreement.gain_error:
-            gain = abs(abs(agreement.gain) - 1.0)
-        rows.append(("M", M, M * math.hypot(ratio.error / ratio.eps, gain), "kg"))
-    return _estimates(record, "impacts", rows)
+    return estimates_of(record, "channels", rows)

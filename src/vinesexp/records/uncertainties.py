@@ -109,8 +109,7 @@ def read_uncertainties(
         return replace(EXACT, **stated)
     if not isinstance(given, Section):
         problems.add(
-            f"found '{given}', expected exact, or 'name: value' pairs of "
-            + ", ".join(_NAMES),
+            f"found '{given}', expected exact, or 'name: value' pairs of " + ", ".join(_NAMES),
             where=top.where("uncertainties"),
         )
         return Uncertainties()
