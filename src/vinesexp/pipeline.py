@@ -233,8 +233,9 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
 
 
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
-    """M, c1, k1 and r from the estimates of all records, identified.csv; and what is odd."""
-    from vinesexp.identification.combine import combine
+    """M, c1, k1 and r from the estimates of all records: identified.csv, budget.csv, checks."""
+    from vinesexp.identification.budget import write_budget
+    from vinesexp.identification.combine import weigh
     from vinesexp.identification.estimate import read_estimates, write_identified
     from vinesexp.records.checks import write_checks
 
@@ -243,10 +244,11 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
         for record in campaign.records
         for estimate in read_estimates(paths.estimates(record.id))
     ]
-    rows, checks = combine(found, campaign)
-    write_identified(paths.identified, rows)
-    write_checks(paths.identify_checks, checks)
-    return rows
+    whole = weigh(found, campaign)
+    write_identified(paths.identified, whole.rows)
+    write_budget(paths.budget, whole.sources)
+    write_checks(paths.identify_checks, whole.checks)
+    return whole.rows
 
 
 def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:
