@@ -17,7 +17,7 @@ FLOORS = (
     {"theory", "solver", "records"},
     {"signals"},
     {"identification"},
-    {"clearance"},
+    {"clearance", "design"},
     {"pipeline"},
     {"laboratory"},
     {"figures"},
