@@ -186,6 +186,20 @@ def parse_quantity(text: object, quantity: str) -> Quantity:
     return Quantity(value, error)
 
 
+def sensitivity_error(text: object) -> float | None:
+    """Relative standard uncertainty that a sensitivity states; None where it states none.
+
+    Examples
+    --------
+    >>> sensitivity_error("40 +- 2 mV/mm"), sensitivity_error("40 mV/mm")
+    (0.05, None)
+    """
+    match = _QUANTITY.match(str(text))
+    if match is None or match["error"] is None:
+        return None
+    return abs(float(match["error"]) / float(match["value"]))
+
+
 def parse_sensitivity(text: object, quantity: str) -> float:
     """Volts (or coulombs) per SI unit of `quantity`, from ``"100 mV/g"`` or ``"0.5 V/mm"``.
 

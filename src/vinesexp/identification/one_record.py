@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
-from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.flights import Flights, flights_of, mass_ratio, restitution
+from vinesexp.identification.estimate import NOTHING, Estimate, estimates_of, nothing
 from vinesexp.identification.halfpower import half_power
+from vinesexp.identification.impact_estimates import impact_estimates
 from vinesexp.identification.ringdown import POINTS, RingDown, ring_down
 from vinesexp.identification.sweep import transmissibility
 from vinesexp.records.campaign import Known, Record
 from vinesexp.records.store import RecordView, open_record
-from vinesexp.signals.channel_agreement import Agreement, agreement_of
+from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.clipping import resolution_of
-from vinesexp.signals.condition import fill_gaps
-from vinesexp.signals.extension import block_means
-from vinesexp.signals.impacts.find import Impacts, read_impacts
+from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
+from vinesexp.signals.means import channel_means
+
+__all__ = ["NOTHING", "estimate_record", "nothing"]
 
 FloatArray = NDArray[np.float64]
-
-_BLOCK = 1 << 20
-#: Error of r that the model of the displacement around an impact leaves, however many there are.
-_SMOOTH = 1e-5
-#: Parameter name of a record that gave nothing; its `note` is the reason.
-NOTHING = "nothing"
 
 
 def estimate_record(
@@ -58,56 +54,31 @@ def estimate_record(
     with open_record(measured) as view, open_record(conditioned) as band:
         if view.refused is not None:
             return []
-        frequency = band.attributes.get("oscillation_hz")
         try:
-            return _by_test(record, known, view, frequency, impacts)
+            return _by_test(record, known, view, band.attributes, impacts)
         except AnalysisError as error:
             return [nothing(record.id, str(error))]
 
 
-def nothing(record: str, reason: str) -> Estimate:
-    """The entry of a record that gives nothing."""
-    return Estimate(NOTHING, math.nan, math.nan, "", "", (record,), reason)
-
-
 def _by_test(
-    record: Record, known: Known, view: RecordView, frequency: float | None, impacts: Path
+    record: Record, known: Known, view: RecordView, conditioned: Mapping[str, Any], impacts: Path
 ) -> list[Estimate]:
     if record.test == "drop":
         return _drop(record, read_impacts(impacts))
+    frequency = conditioned.get("oscillation_hz")
     if frequency is None:
         raise AnalysisError("nothing oscillates in it")
     found: list[Estimate] = []
-    agreement = agreement_of(view, frequency=frequency)
+    agreement = agreement_in(conditioned)
     if agreement is not None:
         found += _agreement(record, agreement)
     if record.test == "ringdown":
         return found + _ringdown(record, view, frequency)
     if record.clearance:
-        return found + _impacts(record, known, read_impacts(impacts), frequency, agreement)
+        return found + impact_estimates(record, known, read_impacts(impacts), frequency, agreement)
     if record.test == "sweep":
         return found + _sweep(record, view, frequency)
     return found
-
-
-def _estimates(
-    record: Record, method: str, rows: list[tuple[str, float, float, str]]
-) -> list[Estimate]:
-    return [
-        Estimate(name, float(value), float(error), unit, method, (record.id,))
-        for name, value, error, unit in rows
-    ]
-
-
-def coarse(view: RecordView, role: str, k: int) -> FloatArray:
-    """Means over groups of k samples of a whole channel, read by blocks."""
-    size = max(1, _BLOCK // k) * k
-    return np.concatenate(
-        [
-            block_means(fill_gaps(view.read(role, begin, begin + size)), k)
-            for begin in range(0, view.n, size)
-        ]
-    )
 
 
 def _ringdown(record: Record, view: RecordView, frequency: float) -> list[Estimate]:
@@ -116,7 +87,7 @@ def _ringdown(record: Record, view: RecordView, frequency: float) -> list[Estima
     resolution = resolution_of(view.read(role, 0, 1 << 16))
     blurred = float(np.sinc(frequency * k / view.sample_rate))  # what block means do to a sine
     rungs = ring_down(
-        coarse(view, role, k) / blurred,
+        channel_means(view, role, k) / blurred,
         k / view.sample_rate,
         frequency=frequency,
         resolution=resolution,
@@ -124,7 +95,7 @@ def _ringdown(record: Record, view: RecordView, frequency: float) -> list[Estima
     suffix = "_added" if record.added_mass else ""
     found = []
     for rung in rungs:
-        found += _estimates(
+        found += estimates_of(
             record,
             rung.method,
             [
@@ -133,10 +104,10 @@ def _ringdown(record: Record, view: RecordView, frequency: float) -> list[Estima
             ],
         )
     best = rungs[-1]
-    found += _estimates(record, best.method, _damping(best))
+    found += estimates_of(record, best.method, _damping(best))
     if best.beat is not None:
         rows = [("beat", best.beat[0], 0.0, "Hz"), ("beat_share", best.beat[1], 0.0, "1")]
-        found += _estimates(record, best.method, rows)
+        found += estimates_of(record, best.method, rows)
     return found
 
 
@@ -168,8 +139,13 @@ def _sweep(record: Record, view: RecordView, frequency: float) -> list[Estimate]
         raise AnalysisError(
             f"a sweep without NES gives f0 and zeta only with a {missing.pop()} channel"
         )
+    if view.quantity("base") != "displacement":
+        raise AnalysisError(
+            f"a sweep without NES gives f0 and zeta only where the base channel measures "
+            f"displacement; this one measures {view.quantity('base')}"
+        )
     k = max(1, int(view.sample_rate / (POINTS * frequency)))
-    base, x = coarse(view, "base", k), coarse(view, "displacement", k)
+    base, x = channel_means(view, "base", k), channel_means(view, "displacement", k)
     found = transmissibility(
         base, x, k / view.sample_rate, frequency=frequency, swept=record.frequency
     )
@@ -179,7 +155,7 @@ def _sweep(record: Record, view: RecordView, frequency: float) -> list[Estimate]
         ("base_gain", found.gain, found.gain_error, "1"),
         ("base_lag", found.lag, found.lag_error, "s"),
     ]
-    return _half_power(record, base, x, k / view.sample_rate) + _estimates(record, "sweep", rows)
+    return _half_power(record, base, x, k / view.sample_rate) + estimates_of(record, "sweep", rows)
 
 
 def _half_power(record: Record, base: FloatArray, x: FloatArray, step: float) -> list[Estimate]:
@@ -193,13 +169,13 @@ def _half_power(record: Record, base: FloatArray, x: FloatArray, step: float) ->
     rows = [
         ("f0", found.f0, found.f0_error, "Hz"), ("zeta", found.zeta, found.zeta_error, "1")
     ]  # fmt: skip
-    return _estimates(record, "half power", rows)
+    return estimates_of(record, "half power", rows)
 
 
 def _drop(record: Record, impacts: Impacts) -> list[Estimate]:
     whole = (impacts.clipped == 0) | (impacts.time_error_s < 1e-4)
     found = restitution_of_bounces(impacts.time_s[whole], impacts.time_error_s[whole])
-    return _estimates(record, "drop", [("r", found.r, found.error, "1")])
+    return estimates_of(record, "drop", [("r", found.r, found.error, "1")])
 
 
 def _agreement(record: Record, agreement: Agreement) -> list[Estimate]:
@@ -207,52 +183,4 @@ def _agreement(record: Record, agreement: Agreement) -> list[Estimate]:
         ("accelerometer_gain", agreement.gain, agreement.gain_error, "1"),
         ("channel_lag", agreement.lag, agreement.lag_error, "s"),
     ]
-    return _estimates(record, "channels", rows)
-
-
-def _impacts(
-    record: Record, known: Known, impacts: Impacts, frequency: float, agreement: Agreement | None
-) -> list[Estimate]:
-    found: list[Estimate] = []
-    several = len(record.clearance) > 1
-    for number, b in enumerate(record.clearance, start=1):
-        flights = flights_of(impacts, nes=number, b=b, period=1.0 / frequency)
-        name = f"r_{number}" if several else "r"
-        mass = known.nes_mass[number - 1].value if len(known.nes_mass) >= number else None
-        if mass is None and len(known.nes_mass) == 1:
-            mass = known.nes_mass[0].value  # one value for all
-        try:
-            found += _of_flights(record, flights, impacts, name, mass, frequency, agreement)
-        except AnalysisError as error:
-            ball = f"ball {number}: " if several else ""
-            found.append(nothing(record.id, f"{ball}{error}"))
-    return found
-
-
-def _of_flights(
-    record: Record, flights: Flights, impacts: Impacts, name: str, mass: float | None,
-    frequency: float, agreement: Agreement | None,
-) -> list[Estimate]:  # fmt: skip
-    r = restitution(flights)
-    # What the lag of the displacement leaves unknown moves all velocities together.
-    late = 0.0 if agreement is None else agreement.lag_error
-    moved = (2.0 * np.pi * frequency) ** 2 * late * impacts.x_m[flights.index]
-    shifted = Flights(
-        flights.index, flights.u_before, flights.u_after, flights.v_before + moved,
-        flights.v_after + moved, flights.jump, flights.jump_error,
-    )  # fmt: skip
-    systematic = math.hypot(restitution(shifted).r - r.r, _SMOOTH)
-    rows = [
-        (name, r.r, math.hypot(r.error, systematic), "1"),
-        (f"{name}_scatter", r.scatter, r.scatter / math.sqrt(2.0 * r.count), "1"),
-        (f"{name}_slope", r.slope, r.slope_error, "s/m"),
-    ]
-    if mass is not None:
-        ratio = mass_ratio(flights)
-        M = mass / ratio.eps
-        # Jumps are as uncertain as the accelerometer's gain, seen beside the laser.
-        gain = 0.0
-        if agreement is not None and abs(abs(agreement.gain) - 1.0) > 3.0 * agreement.gain_error:
-            gain = abs(abs(agreement.gain) - 1.0)
-        rows.append(("M", M, M * math.hypot(ratio.error / ratio.eps, gain), "kg"))
-    return _estimates(record, "impacts", rows)
+    return estimates_of(record, "channels", rows)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, nearest
+from vinesexp.settings.stages import Settings
 from vinesexp.units import Quantity
 
 #: What a record can be a record of.
@@ -18,7 +19,7 @@ TESTS = ("ringdown", "sweep", "periodic", "transient", "drop")
 
 #: Roles a channel can have, each with the quantities it can be measured as.
 ROLES: Mapping[str, tuple[str, ...]] = {
-    "base": ("displacement",),
+    "base": ("displacement", "velocity", "acceleration"),
     "displacement": ("displacement",),
     "acceleration": ("acceleration",),
 }
@@ -67,7 +68,9 @@ class Channel:
     optional : bool
         A file without this channel is no mistake.
     accept : tuple of str
-        Defects of the data that are told as warnings instead of refusals (`ACCEPTABLE`).
+        Defects of the data that are warnings instead of refusals (`ACCEPTABLE`).
+    scale_error : float or None
+        Relative standard uncertainty of `scale`, where the sensitivity states one.
     """
 
     role: str
@@ -80,6 +83,7 @@ class Channel:
     file_size: float | None = None
     optional: bool = False
     accept: tuple[str, ...] = ()
+    scale_error: float | None = None
 
 
 @dataclass(frozen=True)
@@ -109,6 +113,8 @@ class Record:
         m; (start, end) in Hz, equal for a single frequency; kg; m. None where the row is empty.
     exclude : bool
         Leave it out, for the reason in `note`.
+    settings : Settings
+        Of the campaign, with what the row changes.
     row : int
         Line of records.csv.
     """
@@ -123,6 +129,7 @@ class Record:
     release: float | None = None
     exclude: bool = False
     note: str = ""
+    settings: Settings = field(default_factory=Settings)
     row: int = 0
 
 
@@ -140,6 +147,8 @@ class Campaign:
         At most one of them; neither where the files state their sampling themselves. Hz.
     bandpass : tuple of float, optional
         (low, high), Hz.
+    settings : Settings
+        Numbers that steer the stages; a record may change them once more.
     """
 
     folder: Path
@@ -151,6 +160,7 @@ class Campaign:
     sample_rate: float | None
     bandpass: tuple[float, float] | None
     records: tuple[Record, ...] = field(default=())
+    settings: Settings = field(default_factory=Settings)
 
     def record(self, id: str) -> Record:
         """The record called `id`; CampaignError with the nearest name where there is none."""
