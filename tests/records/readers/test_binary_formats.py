@@ -140,28 +140,22 @@ def test_universal_files(binary, tmp_path):
     path = tmp_path / "a.uff"
     file = pyuff.UFF(str(path))
     for name, data, unit in (("Laser", X, "mm"), ("Acc", A, "m/s^2")):
-        file.write_sets(
-            {
-                "type": 58,
-                "binary": int(binary),
-                "id1": name,
-                "func_type": 1,
-                "rsp_node": 1,
-                "rsp_dir": 3,
-                "ref_node": 0,
-                "ref_dir": 0,
-                "ord_data_type": 4,
-                "num_pts": N,
-                "abscissa_spacing": 1,
-                "abscissa_min": 0.25,
-                "abscissa_inc": 1 / RATE,
-                "abscissa_spec_data_type": 17,
-                "ordinate_axis_units_lab": unit,
-                "x": T,
-                "data": data,
-            },
-            "add",
+        dataset = pyuff.prepare_58(
+            binary=int(binary),
+            id1=name,
+            func_type=1,
+            rsp_node=1,
+            rsp_dir=3,
+            abscissa_spec_data_type=17,
+            ordinate_axis_units_lab=unit,
+            x=T + 0.25,
+            data=data,
+            return_full_dict=True,
         )
+        sampling = {"abscissa_spacing": 1, "abscissa_min": 0.25, "abscissa_inc": 1 / RATE}
+        numbers = {"ord_data_type": 4, "num_pts": N}
+        dataset = {k: 0 if v is None else v for k, v in dataset.items()}
+        file.write_sets({**dataset, **sampling, **numbers}, "add")
     source = open_source(path)
     assert [(c.name, c.unit, c.start) for c in source.columns] == [
         ("Laser", "mm", 0.25),
