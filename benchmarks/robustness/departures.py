@@ -43,8 +43,8 @@ def singly() -> list[Departure]:
     return [
         _one("contact rings at 1.7 kHz, damping 0.05", ("ring",), sensors_ring=1700.0,
              sensors_ring_damping=0.05),
-        _one("contact rings at 1.7 kHz, damping 0.01", ("ring",), sensors_ring=1700.0,
-             sensors_ring_damping=0.01),
+        _one("contact rings at 1.7 kHz, damping 0.02", ("ring",), sensors_ring=1700.0,
+             sensors_ring_damping=0.02),
         _one("local mode at 140 Hz, 10 %", mode, sensors_mode=140.0, sensors_mode_share=0.1),
         _one("local mode at 80 Hz, 30 %", mode, sensors_mode=80.0, sensors_mode_share=0.3),
         _one("ball rubs, mu g = 0.05 m/s2", ("rubs", "friction"), body_friction=0.05),

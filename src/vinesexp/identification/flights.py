@@ -42,6 +42,16 @@ class Flights:
         Oscillator's velocity, m/s.
     jump, jump_error : arrays (n,)
         Of the oscillator's velocity, m/s.
+    side : array (n,)
+        +1 where x - y = +b.
+    time_before, time_after : arrays (n,)
+        How long the flights last, s.
+    v_previous, v_next : arrays (n,)
+        Oscillator's velocity where the flight before began and where the one after ends, m/s.
+    jump_acceleration, jump_displacement : arrays (n,)
+        What either channel says of the jump, m/s; NaN where it says nothing.
+    clearance : array (n,)
+        On the sheet, m.
     """
 
     index: IntArray
@@ -51,6 +61,14 @@ class Flights:
     v_after: FloatArray
     jump: FloatArray
     jump_error: FloatArray
+    side: FloatArray
+    time_before: FloatArray
+    time_after: FloatArray
+    v_previous: FloatArray
+    v_next: FloatArray
+    jump_acceleration: FloatArray
+    jump_displacement: FloatArray
+    clearance: FloatArray
 
     def keep(self, chosen: NDArray[np.bool_]) -> Flights:
         return Flights(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
@@ -95,9 +113,24 @@ def flights_of(impacts: Impacts, *, nes: int, b: float, period: float) -> Flight
     rows = own[inner]
     v = impacts.v_before_m_s[rows]
     jump = impacts.velocity_jump_m_s[rows]
+    before, after = own[inner - 1], own[inner + 1]
     return Flights(
-        rows, u[inner - 1], u[inner], v, v + jump, jump, impacts.velocity_jump_error_m_s[rows]
-    )  # fmt: skip
+        index=rows,
+        u_before=u[inner - 1],
+        u_after=u[inner],
+        v_before=v,
+        v_after=v + jump,
+        jump=jump,
+        jump_error=impacts.velocity_jump_error_m_s[rows],
+        side=side[inner].astype(np.float64),
+        time_before=dt[inner - 1],
+        time_after=dt[inner],
+        v_previous=impacts.v_before_m_s[before] + impacts.velocity_jump_m_s[before],
+        v_next=impacts.v_before_m_s[after],
+        jump_acceleration=impacts.jump_acceleration_m_s[rows],
+        jump_displacement=impacts.jump_displacement_m_s[rows],
+        clearance=np.full(rows.size, b),
+    )
 
 
 @dataclass(frozen=True)

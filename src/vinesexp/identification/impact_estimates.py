@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,10 +45,9 @@ def _of_flights(
     # What the lag of the displacement leaves unknown moves all velocities together.
     late = 0.0 if agreement is None else agreement.lag_error
     moved = (2.0 * np.pi * frequency) ** 2 * late * impacts.x_m[flights.index]
-    shifted = Flights(
-        flights.index, flights.u_before, flights.u_after, flights.v_before + moved,
-        flights.v_after + moved, flights.jump, flights.jump_error,
-    )  # fmt: skip
+    shifted = replace(
+        flights, v_before=flights.v_before + moved, v_after=flights.v_after + moved
+    )
     systematic = math.hypot(restitution(shifted).r - r.r, _SMOOTH)
     rows = [
         (name, r.r, math.hypot(r.error, systematic), "1"),
