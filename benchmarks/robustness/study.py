@@ -10,6 +10,7 @@ from pathlib import Path
 
 from benchmarks.robustness.campaigns import Departure, write_campaign
 from benchmarks.robustness.end_of_orbit import true_end
+
 from vinesexp.clearance.comparison import END, Comparison
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig

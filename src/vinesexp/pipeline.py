@@ -170,7 +170,7 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
     import json
 
     from vinesexp.signals.impacts.find import impacts_of_record
-    from vinesexp.signals.regimes import regime_of_record
+    from vinesexp.signals.regimes import decay_times, regime_of_record
 
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
     impacts = impacts_of_record(
@@ -184,7 +184,8 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
     regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
     row = paths.regime(record.id)
     row.parent.mkdir(parents=True, exist_ok=True)
-    row.write_text(json.dumps(regime, indent=1) + "\n", encoding="utf-8")
+    step = {"regime": regime, "times": decay_times(record, conditioned=conditioned)}
+    row.write_text(json.dumps(step, indent=1) + "\n", encoding="utf-8")
     return impacts, regime
 
 
@@ -207,19 +208,19 @@ def estimate_from_record(
 
 
 def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
-    """The regimes of all records in one table, regimes.csv."""
-    import csv
+    """The regimes of all records in regimes.csv, the decay times of releases in decay_times.csv."""
     import json
 
-    rows: list[Row] = [
+    from vinesexp.records.result_columns import DECAY_TIMES, RECORD_REGIMES
+    from vinesexp.records.tables import write_rows
+
+    steps = [
         json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
         for record in campaign.records
     ]
-    columns = dict.fromkeys(name for row in rows for name in row)
-    with paths.regimes.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, list(columns), restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({k: "" if v is None else v for k, v in row.items()} for row in rows)
+    rows: list[Row] = [step["regime"] for step in steps]
+    write_rows(paths.regimes, RECORD_REGIMES, rows)
+    write_rows(paths.decay_times, DECAY_TIMES, [row for step in steps for row in step["times"]])
     return rows
 
 
@@ -244,8 +245,15 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
     """Measured optimal clearances beside the predicted ones, clearances.csv; and what is odd."""
     from vinesexp.clearance.comparison import compare, write_clearances
     from vinesexp.records.checks import write_checks
+    from vinesexp.records.result_columns import DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.tables import read_rows
 
-    rows, checks = compare(campaign, _rows(paths.identified), _rows(paths.regimes))
+    rows, checks = compare(
+        campaign,
+        read_rows(paths.identified, IDENTIFIED),
+        read_rows(paths.regimes, RECORD_REGIMES),
+        read_rows(paths.decay_times, DECAY_TIMES),
+    )
     write_clearances(paths.clearances, rows)
     write_checks(paths.compare_checks, checks)
     return rows
@@ -263,10 +271,3 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     found = [check for table in tables for check in read_checks(table)]
     write_checks(paths.checks, found)
     return found
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    import csv
-
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from vinesexp.clearance.levels import periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
     NEEDED,
     IdentifiedRig,
+    MissingValuesError,
     amplitude_curve,
     decay_curves,
     identified_rig,
@@ -21,11 +21,13 @@ from vinesexp.clearance.predicted import (
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Campaign, Known, Record
+from vinesexp.records.result_columns import CLEARANCES
+from vinesexp.records.tables import read_rows
 from vinesexp.units import Quantity
 
 HEADER = (
     "test,level,measured_mm,measured_low_mm,measured_high_mm,published_mm,exact_mm,"
-    "predicted_low_mm,predicted_high_mm,error_percent"
+    "predicted_low_mm,predicted_high_mm,error_percent,base_amplitude_mm,kind,records,bound"
 )
 TABLE_2 = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "f0": 7.8623, "zeta": 0.0065035}
 TRIED = (25, 30, 32, 33, 34, 35, 45)
@@ -53,6 +55,10 @@ def periodic(b: float, **changed) -> Record:
 
 def regime_row(record: str, mean_mm: float, regime: str, **more: str) -> dict[str, str]:
     return {"record": record, "regime": regime, "amplitude_mean_m": str(1e-3 * mean_mm)} | more
+
+
+def time_row(record: str, target_m: str, time_s: str) -> dict[str, str]:
+    return {"record": record, "target_m": target_m, "time_s": time_s}
 
 
 def combined(values: dict[str, float], error: float = 1e-3) -> list[dict[str, str]]:
@@ -95,8 +101,10 @@ def test_table_has_the_columns_of_the_contract_and_empty_cells(tmp_path, tests_a
     write_clearances(tmp_path / "clearances.csv", rows)
     text = (tmp_path / "clearances.csv").read_text(encoding="utf-8")
     assert text.splitlines()[0] == HEADER
-    with (tmp_path / "clearances.csv").open(encoding="utf-8", newline="") as stream:
-        first = next(csv.DictReader(stream))
+    first, second = read_rows(tmp_path / "clearances.csv", CLEARANCES)
+    assert (first["base_amplitude_mm"], first["kind"]) == ("0.25", "lowest amplitude")
+    assert second["kind"] == "end of two impacts per cycle"
+    assert first["records"] == ";".join(f"b{b}" for b in TRIED)
     assert float(first["measured_mm"]) == pytest.approx(33.0, abs=0.2)
     assert first["exact_mm"] == first["published_mm"] == first["error_percent"] == ""
 
@@ -156,17 +164,16 @@ def release(b: float, x0: float = 0.02) -> Record:
 
 def test_releases_are_told_by_release_and_level():
     records = [release(b) for b in (10, 27, 33, 48)] + [release(b, 0.03) for b in (20, 50)]
-    regimes = [
-        regime_row(r.id, 1.0, "strongly modulated")
-        | ({"time_to_10mm_s": f"{t}", "time_to_3mm_s": s} if r.release == 0.02 else {})
-        | ({"time_to_15mm_s": f"{t}"} if r.release == 0.03 else {})
-        for r, t, s in zip(
-            records, (1.8, 1.4, 1.2, 1.3, 1.7, 1.2), ("4.3", "2.8", "2.9", "", "", ""), strict=True
-        )
-    ]
-    names = [level.name for level in release_levels(campaign(records), regimes)]
+    regimes = [regime_row(r.id, 1.0, "strongly modulated") for r in records]
+    times = []
+    for r, t, s in zip(
+        records, (1.8, 1.4, 1.2, 1.3, 1.7, 1.2), ("4.3", "2.8", "2.9", "", "", ""), strict=True
+    ):
+        far, near = ("0.01", "0.003") if r.release == 0.02 else ("0.015", "0.0045")
+        times += [time_row(r.id, far, f"{t}"), time_row(r.id, near, s)]
+    names = [level.name for level in release_levels(campaign(records), regimes, times)]
     assert names == ["20 mm to 10 mm", "20 mm to 3 mm", "30 mm to 15 mm"]
-    rows, checks = compare(campaign(records), combined(TABLE_2), regimes)
+    rows, checks = compare(campaign(records), combined(TABLE_2), regimes, times)
     ten, three, fifteen = rows
     assert ten.measured_mm == pytest.approx(33.0)
     assert (three.measured_low_mm, three.measured_high_mm) == pytest.approx((10.0, 33.0))
@@ -180,25 +187,33 @@ def test_releases_are_told_by_release_and_level():
 
 def test_b_t_needs_r_only():
     records = [release(b) for b in (10, 27, 48)]
-    regimes = [regime_row(r.id, 1.0, "", time_to_5mm_s=f"{t}") for r, t in zip(
-        records, (3.0, 2.0, 2.5), strict=True)]  # fmt: skip
-    rows, checks = compare(campaign(records), combined({"r": 0.6}), regimes)
+    regimes = [regime_row(r.id, 1.0, "") for r in records]
+    times = [time_row(r.id, "0.005", t) for r, t in zip(records, ("3", "2", "2.5"), strict=True)]
+    rows, checks = compare(campaign(records), combined({"r": 0.6}), regimes, times)
     assert rows[0].exact_mm == pytest.approx(27.317, abs=1e-3)
     assert checks == []
 
 
-def test_an_optimum_at_the_end_of_what_was_tried_is_told():
+def test_an_optimum_at_the_end_of_what_was_tried_is_a_bound():
     records = [release(b) for b in (10, 27, 33, 48)]
-    for times, said in (
-        ((3.0, 2.5, 2.2, 2.0), "best at 48 mm at the end of what was tried (10 to 48 mm)"),
-        ((3.0, 2.5, 2.0, 2.01), "best at 33 mm, and no worse at the end of what was tried"),
+    regimes = [regime_row(r.id, 1.0, "") for r in records]
+    for fell, bound, said in (
+        (
+            ("3", "2.5", "2.2", "2"),
+            "at least",
+            "above 33 mm, maybe larger than any tried (10 to 48 mm)",
+        ),
+        (("3", "2.5", "2", "2.01"), "at least", "above 27 mm, maybe larger than any tried"),
+        (("2", "2.5", "2.6", "2.7"), "at most", "below 27 mm, maybe smaller than any tried"),
+        (("2", "2.5", "2.6", "2.01"), "open", "not bracketed"),
     ):
-        regimes = [
-            regime_row(r.id, 1.0, "", time_to_5mm_s=f"{t}")
-            for r, t in zip(records, times, strict=True)
-        ]
-        _, (told,) = compare(campaign(records), combined(TABLE_2), regimes)
-        assert said in told.detail
+        times = [time_row(r.id, "0.005", t) for r, t in zip(records, fell, strict=True)]
+        (row,), (found,) = compare(campaign(records), combined(TABLE_2), regimes, times)
+        assert said in found.detail
+        assert row.bound == bound
+        assert row.error_percent is None  # a bound is no measured value
+        assert (row.measured_low_mm is None) == (bound in ("at most", "open"))
+        assert (row.measured_high_mm is None) == (bound in ("at least", "open"))
 
 
 def rig(error: float = 1e-3) -> IdentifiedRig:
@@ -233,8 +248,23 @@ def test_without_values_there_is_no_prediction_but_no_crash():
     assert empty.covariance is None
     assert predicted_lowest(empty, G=0.25e-3, frequency=None) is None
     assert amplitude_curve(empty, G=0.25e-3, frequency=None, low=0.02, high=0.04)[0].size == 0
-    with pytest.raises(AnalysisError, match="no prediction without M, c1, k1, r, m"):
+    with pytest.raises(MissingValuesError, match="no prediction without M, c1, k1, r, m") as error:
         predicted_b_c(empty, G=0.25e-3)
+    assert error.value.names == NEEDED
+
+
+def test_a_prediction_that_fails_is_reported_whatever_its_words(tests_at_025, monkeypatch):
+    """Only a missing value is left to the summary of all levels."""
+    loaded, regimes = tests_at_025
+
+    def fails(*_, **__):
+        raise AnalysisError("no stable orbit without a ball that bounces")
+
+    monkeypatch.setattr("vinesexp.clearance.comparison.predicted_b_c", fails)
+    _, checks = compare(loaded, combined(TABLE_2), regimes)
+    assert [check.detail for check in checks] == [
+        "G = 0.25 mm: no stable orbit without a ball that bounces"
+    ]
 
 
 def test_lowest_amplitude_is_predicted_a_little_below_b_c():

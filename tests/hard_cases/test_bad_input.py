@@ -337,8 +337,35 @@ RECORD_MISTAKES = {
         text(*signals(), header="Time (V),CH1,Laser (mm)"),
         ["column 'Time (V)'", "'V'", "time in 's'"],
     ),
-    "word among numbers": (_cell(501, 1, "OVER"), ["line 502, column CH1", "found 'OVER'"]),
-    "word in the first row": (_cell(1, 1, "OVER"), ["line 2, column CH1", "found 'OVER'"]),
+    "word among numbers": (_cell(501, 1, "LOST"), ["line 502, column CH1", "found 'LOST'"]),
+    "word in the first row": (_cell(1, 1, "LOST"), ["line 2, column CH1", "found 'LOST'"]),
+    "word of overload": (
+        _cell(501, 1, "OVER"),
+        ["line 502, column CH1", "out of the instrument's range"],
+    ),
+    "mark of overload": (
+        _cell(501, 2, "9.9E+37"),
+        ["line 502, column Laser (mm)", "mark of overload"],
+    ),
+    "largest float": (
+        _cell(501, 2, "3.402823e38"),
+        ["line 502, column Laser (mm)", "mark of overload"],
+    ),
+    "no measurement": (
+        _cell(501, 2, "1e36"),
+        ["line 502, column Laser (mm)", "1e+33 m, which no instrument measures"],
+    ),
+    "mark of no number": (
+        _cell(501, 2, "9.91E+37"),
+        ["line 502, column Laser (mm)", "empty or NaN"],
+    ),
+    "surplus cell": (
+        _cell(501, 2, "1,5"),
+        ["line 502", "4 cells where the rows have 3", "decimal commas"],
+    ),
+    "surplus cell in the first row": (_cell(1, 2, "1,5"), ["line 2", "4 cells", "rows have 3"]),
+    "open quote": (_cell(501, 1, '"2.5'), ["line 502", "quote that is not closed"]),
+    "zero bytes": (_cell(N, 2, "1\n\0\0\0"), ["line 1002", "zero bytes"]),
     "word in the last row": (_cell(N, 2, "?"), ["line 1001, column Laser (mm)", "found '?'"]),
     "empty cell": (_cell(501, 2, ""), ["line 502, column Laser (mm)", "empty or NaN"]),
     "NaN": (_cell(501, 2, "NaN"), ["line 502, column Laser (mm)", "empty or NaN"]),
@@ -375,7 +402,7 @@ def test_a_record_that_cannot_be_used_is_one_line_and_the_others_go_on(mistake, 
 
 
 def test_a_refused_record_leaves_a_placeholder_with_the_reason_and_no_other_file(folder, tmp_path):
-    (folder / "raw/bad.csv").write_text(_cell(900, 1, "OVER"))
+    (folder / "raw/bad.csv").write_text(_cell(900, 1, "LOST"))
     campaign = load_campaign(folder)
     out = tmp_path / "out/bad.nc"
     (found,) = ingest_or_refuse(campaign, campaign.record("bad"), out)

@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 
 import pytest
 
+from vinesexp.errors import TableError
 from vinesexp.report.errorbars import coverage_table
 from vinesexp.report.page import build_report, inline_svg
 from vinesexp.report.provenance import digest, git_revision
@@ -136,7 +137,7 @@ def test_markup_in_names_is_text(full):
 
 def test_what_ring_downs_cannot_tell_is_said(bare):
     text = text_of(bare.html)
-    assert "No best clearance can be told: there is no usable periodic test" in text
+    assert "No best clearance can be reported: there is no usable periodic test" in text
     assert "The records give f₀ = 8.00000 ± 0.00010 Hz, ζ = (6.500 ± 0.010)·10⁻³." in text
     assert "Not known from these records: M (mass of the oscillator), c1 (damping)" in text
     assert "mm, lowest amplitude" not in text
@@ -181,7 +182,7 @@ def test_how_each_record_was_processed_is_told(full):
 def test_the_page_appears_only_when_complete(full, tmp_path):
     (tmp_path / "report.html").write_text("old", encoding="utf-8")
     broken = tmp_path / "results"
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(TableError, match="is missing; run the identify step first"):
         build_report(full.campaign, broken, tmp_path / "report.html")
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == "old"
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]

@@ -26,6 +26,7 @@ rule regimes:
         regimes=each_record(PATHS.regime("{record}")),
     output:
         table=PATHS.regimes,
+        times=PATHS.decay_times,
     log:
         RESULTS / "logs/regimes.log",
     params:

@@ -10,6 +10,7 @@ rule figures:
             "results": [
                 PATHS.identified,
                 PATHS.regimes,
+                PATHS.decay_times,
                 PATHS.clearances,
             ],
         }[wildcards.family],

@@ -6,18 +6,15 @@ Within a level one number over clearance is to be made small.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
 from vinesexp.records.campaign import Campaign, Record
+from vinesexp.records.tables import number
 
 Rows = Sequence[Mapping[str, str]]
 _T = TypeVar("_T")
-
-#: Column of regimes.csv that says when a release has decayed to an amplitude.
-TIME_TO = re.compile(r"time_to_([\d.eE+-]+)mm_s")
 
 #: Base amplitudes and releases in records.csv that agree to this share are one level.
 _SAME = 1e-6
@@ -87,23 +84,33 @@ def periodic_levels(campaign: Campaign, regimes: Rows) -> list[Periodic]:
     return levels
 
 
-def release_levels(campaign: Campaign, regimes: Rows) -> list[Release]:
-    """Levels of the releases with one NES: by release, then from high to low amplitude."""
+def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[Release]:
+    """Levels of the releases with one NES: by release, then from high to low amplitude.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    regimes, times : sequences of mappings
+        Rows of regimes.csv and decay_times.csv.
+    """
+    reached: dict[str, dict[float, float | None]] = {}
+    for row in times:
+        reached.setdefault(row["record"], {})[float(row["target_m"])] = number(row["time_s"])
     groups: dict[float, list[tuple[Record, Mapping[str, str]]]] = {}
     for record, row in single_nes(campaign, regimes, "transient"):
         if record.release:
             _group(groups, abs(record.release)).append((record, row))
     levels = []
     for x0 in sorted(groups):
-        # A column that no record of this release has filled belongs to another release.
-        columns = dict.fromkeys(name for _, row in groups[x0] for name, text in row.items() if text)
-        targets = {float(m[1]) * 1e-3: name for name in columns if (m := TIME_TO.fullmatch(name))}
+        targets: dict[float, list[Tested]] = {}
+        for record, row in groups[x0]:
+            for target, time in reached.get(record.id, {}).items():
+                tested = Tested(record.clearance[0], time, row["regime"], record.id)
+                _group(targets, target).append(tested)
         for target in sorted(targets, reverse=True):
-            tests = [
-                Tested(record.clearance[0], _number(row[targets[target]]), row["regime"], record.id)
-                for record, row in groups[x0]
-            ]
-            levels.append(Release(x0, target, tuple(sorted(tests, key=lambda t: t.clearance))))
+            tests = sorted(targets[target], key=lambda t: t.clearance)
+            if any(test.value is not None for test in tests):
+                levels.append(Release(x0, target, tuple(tests)))
     return levels
 
 
@@ -124,7 +131,3 @@ def _group(groups: dict[float, list[_T]], key: float) -> list[_T]:
         if abs(known - key) <= _SAME * abs(key):
             return groups[known]
     return groups.setdefault(key, [])
-
-
-def _number(text: str | None) -> float | None:
-    return float(text) if text else None

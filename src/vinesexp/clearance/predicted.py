@@ -20,8 +20,22 @@ from vinesexp.units import Quantity
 
 Floats = NDArray[np.float64]
 
-#: What a prediction needs, in the order of theory.clearance.VALUES.
+#: What a prediction needs, in the order of theory.optimal_clearance.VALUES.
 NEEDED = ("M", "c1", "k1", "r", "m")
+
+
+class MissingValuesError(AnalysisError):
+    """No prediction: values of the rig are not known.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Those of `NEEDED` that are missing.
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self.names = tuple(names)
+        super().__init__(f"no prediction without {', '.join(names)}")
 
 
 @dataclass(frozen=True)
@@ -104,10 +118,12 @@ def predicted_b_c(rig: IdentifiedRig, *, G: float, frequency: float | None = Non
 
     Raises
     ------
+    MissingValuesError
+        A value is not known.
     AnalysisError
-        A value is missing, or there is no stable orbit at any clearance.
+        There is no stable orbit at any clearance.
     """
-    from vinesexp.theory.optimal_clearance import predict_periodic
+    from vinesexp.theory.intervals import predict_periodic
 
     _require(rig, NEEDED)
     found = predict_periodic(G=G, values=rig.values, covariance=rig.covariance, frequency=frequency)
@@ -115,8 +131,8 @@ def predicted_b_c(rig: IdentifiedRig, *, G: float, frequency: float | None = Non
 
 
 def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
-    """b_t for a release from x0, m; AnalysisError where r is missing."""
-    from vinesexp.theory.optimal_clearance import predict_transient
+    """b_t for a release from x0, m; MissingValuesError where r is not known."""
+    from vinesexp.theory.intervals import predict_transient
 
     _require(rig, ("r",))
     found = predict_transient(x0=x0, values=rig.values, covariance=rig.covariance)
@@ -126,7 +142,7 @@ def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
 def _require(rig: IdentifiedRig, names: Sequence[str]) -> None:
     missing = [name for name in names if name not in rig.values]
     if missing:
-        raise AnalysisError(f"no prediction without {', '.join(missing)}")
+        raise MissingValuesError(missing)
 
 
 def amplitude_curve(
@@ -216,13 +232,13 @@ def decay_curves(
     ndarray, shape (len(targets), n), or None
         s; None where a value is missing or a target lies above the release.
     """
-    from vinesexp.theory.transient import Decaying, time_to_level
+    from vinesexp.theory.transient import Decaying, captured_time
 
     if rig.missing or not targets:
         return None
     values = {name: rig.values[name].value for name in NEEDED}
     try:
         release = Decaying(x_m=x0, **values)
-        return time_to_level(release, b=clearances, level=np.asarray(targets)[:, None])
+        return captured_time(release, b=clearances, level=np.asarray(targets)[:, None])
     except AnalysisError:
         return None

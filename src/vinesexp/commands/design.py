@@ -12,12 +12,12 @@ from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError, nearest
 from vinesexp.rig import Oscillator
-from vinesexp.theory.optimal_clearance import (
+from vinesexp.theory.intervals import (
     ClearancePrediction,
     predict_periodic,
     predict_transient,
-    release_amplitude,
 )
+from vinesexp.theory.optimal_clearance import release_amplitude
 from vinesexp.units import Quantity, parse_quantity
 
 
@@ -315,7 +315,7 @@ def _plot(path: Path, given: Mapping[str, Quantity], answer: Answer) -> None:
 
 def _amplitude_at_b_c(given: Mapping[str, Quantity], b: float) -> float:
     """Amplitude of the orbit a hair inside its end, m."""
-    from vinesexp.theory.orbits import symmetric_orbits
+    from vinesexp.theory.rig_orbits import symmetric_orbits
 
     frequency = given["frequency"].value if "frequency" in given else None
     rig = {o.symbol: given[o.symbol].value for o in RIG}

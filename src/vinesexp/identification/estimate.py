@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from collections.abc import Iterable
@@ -11,18 +10,9 @@ from pathlib import Path
 
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign import Record
+from vinesexp.records.result_columns import IDENTIFIED
+from vinesexp.records.tables import Value, write_rows
 
-#: Columns of identified.csv.
-IDENTIFIED = (
-    "parameter",
-    "value",
-    "std_error",
-    "ci95_low",
-    "ci95_high",
-    "unit",
-    "method",
-    "records",
-)
 #: Parameter name of a record that gave nothing; its `note` is the reason.
 NOTHING = "nothing"
 #: Two-sided 95 % of the normal distribution.
@@ -113,15 +103,15 @@ def write_identified(path: Path, estimates: Iterable[Estimate]) -> None:
 
     Records are separated by semicolons.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(IDENTIFIED)
-        for e in estimates:
-            digits = _digits(e)
-            numbers = [f"{v:.{digits}g}" for v in (e.value, e.std_error, *e.interval())]
-            writer.writerow([e.parameter, *numbers, e.unit, e.method, ";".join(e.records)])
+    rows = []
+    for e in estimates:
+        digits = _digits(e)
+        low, high = e.interval()
+        numbers = {"value": e.value, "std_error": e.std_error, "ci95_low": low, "ci95_high": high}
+        row: dict[str, Value] = {name: f"{v:.{digits}g}" for name, v in numbers.items()}
+        row |= {"parameter": e.parameter, "unit": e.unit, "method": e.method}
+        rows.append(row | {"records": ";".join(e.records)})
+    write_rows(path, IDENTIFIED, rows)
 
 
 def _digits(e: Estimate) -> int:

@@ -43,7 +43,7 @@ class ResultPaths:
         return self._step(id, "ingest.csv")
 
     def regime(self, id: str) -> Path:
-        """The record's row of regimes.csv."""
+        """The record's row of regimes.csv and its rows of decay_times.csv."""
         return self._step(id, "regime.json")
 
     def estimates(self, id: str) -> Path:
@@ -70,6 +70,11 @@ class ResultPaths:
     @property
     def regimes(self) -> Path:
         return self.folder / "regimes.csv"
+
+    @property
+    def decay_times(self) -> Path:
+        """How fast each release fell to each amplitude."""
+        return self.folder / "decay_times.csv"
 
     @property
     def clearances(self) -> Path:

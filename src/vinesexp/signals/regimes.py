@@ -18,7 +18,7 @@ from vinesexp.theory.regime_definitions import activation_spells, regime_of
 
 Floats = NDArray[np.float64]
 
-#: Levels of a release that times are told for, as shares of the release.
+#: Amplitudes of a release that times are reported for, as shares of the release.
 LEVELS = (0.5, 0.25, 0.15, 0.1)
 
 _SETTLING = 0.2  # of a periodic record, left out: the start is not yet the response
@@ -46,9 +46,9 @@ def regime_of_record(
     dict
         ``record``, ``regime``, ``impacts_per_cycle``, ``amplitude_mean_m``, ``amplitude_max_m``,
         ``captured`` (share of cycles with one impact on either side), ``spells`` and
-        ``spell_mean_s`` (of such cycles in a row), and for a release ``time_to_<level>mm_s``,
-        ``captured_until_s``, ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and
-        ``transition_m`` (amplitude where the ball is lost). None or absent where it cannot be told.
+        ``spell_mean_s`` (of such cycles in a row), and for a release ``captured_until_s``,
+        ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and ``transition_m`` (amplitude where
+        the ball is lost). None or absent where it cannot be known.
     """
     row: dict[str, str | float | None] = {
         "record": record.id,
@@ -79,13 +79,38 @@ def regime_of_record(
             record, impacts, period=1.0 / float(frequency), begin=start + begin, end=start + end
         )
         row |= _spells(record, impacts, 1.0 / float(frequency), start, (time, amplitude))
-    if record.test == "transient" and record.release:
-        for share in LEVELS:
-            level = share * record.release
-            reached = time_to_level(time, amplitude, level)
-            name = f"time_to_{1e3 * level:.4g}mm_s"
-            row[name] = reached if math.isfinite(reached) else None
     return row
+
+
+def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | float | None]]:
+    """Rows of decay_times.csv: when a release has fallen to each share of it in `LEVELS`.
+
+    Parameters
+    ----------
+    record : Record
+    conditioned : Path
+        conditioned/<id>.nc.
+
+    Returns
+    -------
+    list of dict
+        ``record``, ``target_m`` and ``time_s`` (None: not reached within the record); none for a
+        record that is no release.
+    """
+    if record.test != "transient" or not record.release:
+        return []
+    with open_record(conditioned) as view:
+        frequency = view.attributes.get("oscillation_hz")
+        if view.refused is not None or "displacement" not in view.roles or not frequency:
+            return []
+        time, amplitude = _amplitudes(view, float(frequency))
+    rows: list[dict[str, str | float | None]] = []
+    for share in LEVELS if amplitude.size else ():
+        target = share * abs(record.release)
+        reached = time_to_level(time, amplitude, target)
+        time_s = reached if math.isfinite(reached) else None
+        rows.append({"record": record.id, "target_m": target, "time_s": time_s})
+    return rows
 
 
 def _amplitudes(view: RecordView, frequency: float) -> tuple[Floats, Floats]:

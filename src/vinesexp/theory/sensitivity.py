@@ -11,7 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from vinesexp.theory.boundaries import boundary_residuals, end_of_permanent_response
-from vinesexp.theory.orbits import FloatArray, Reduced, family
+from vinesexp.theory.manifold import FloatArray
+from vinesexp.theory.optimal_clearance import b_c_published
+from vinesexp.theory.orbits import Reduced, family
 
 _NAMES = ("M", "c1", "k1", "r", "m")
 _STEP = 1e-3  # relative; fourth-order differences: truncation 1e-12, rounding 1e-13
@@ -30,8 +32,6 @@ def gradient_published(
     >>> round(1e3 * b_c, 3), round(1e3 * slopes["r"] * 0.01, 4)  # mm, mm per 0.01 of r
     (33.968, 0.2308)
     """
-    from vinesexp.theory.optimal_clearance import b_c_published
-
     w0 = np.sqrt(k1 / M)
     b_c = float(b_c_published(G=G, eps=m / M, lam=c1 / (m * w0), r=r))
     Gamma = (1.0 - r) / (1.0 + r)

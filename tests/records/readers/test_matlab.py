@@ -89,3 +89,9 @@ def test_a_broken_file_is_told(tmp_path):
     path.write_bytes(path.read_bytes()[:150])
     with pytest.raises(RecordError, match=r"a\.mat: "):
         values(open_source(path), [0])
+
+
+def test_two_rates_are_told(tmp_path):
+    scipy.io.savemat(tmp_path / "a.mat", {"x": A, "fs": 1000.0, "Fs": 500.0})
+    with pytest.raises(RecordError, match="fs = 1000, fs = 500"):
+        open_source(tmp_path / "a.mat")

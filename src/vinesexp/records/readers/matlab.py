@@ -16,7 +16,12 @@ import numpy as np
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import hdf5
 from vinesexp.records.readers.labels import unit_in_name
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
+from vinesexp.records.readers.source import (
+    BLOCK_ROWS,
+    Column,
+    Floats,
+    require_equal_lengths,
+)
 
 NAME = "MATLAB .mat"
 
@@ -48,6 +53,7 @@ class MatlabSource:
         self.path = path
         self.start = 0.0
         self.time_column: int | None = None
+        self.stated_rows: int | None = None
         self._places: list[tuple[str, int, int]] = []  # variable, index across, length
         columns: list[Column] = []
         scalars: list[str] = []
@@ -72,7 +78,10 @@ class MatlabSource:
             )
         self.columns = tuple(columns)
         values = self._call("loadmat", variable_names=scalars) if scalars else {}
-        stated = {name.lower(): float(np.real(values[name]).reshape(-1)[0]) for name in scalars}
+        stated: dict[str, list[float]] = {}
+        for name in scalars:
+            value = float(np.real(values[name]).reshape(-1)[0])
+            stated.setdefault(name.lower(), []).append(value)
         self.sample_interval = hdf5.interval_from(stated, path)
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
@@ -85,7 +94,7 @@ class MatlabSource:
 
         places = [self._places[column] for column in columns]
         lengths = {self.columns[c].name: n for c, (_, _, n) in zip(columns, places, strict=True)}
-        hdf5.require_equal_lengths(lengths, self.path)
+        require_equal_lengths(lengths, self.path)
         length = places[0][2]
         with tempfile.TemporaryFile() as aside:
             for variable in sorted({name for name, _, _ in places}):
