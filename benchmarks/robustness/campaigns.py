@@ -100,7 +100,7 @@ def write_campaign(departure: Departure, folder: Path, *, seed: int = 1) -> None
         if (departure.sensors.laser or role != "displacement")
         and (departure.sensors.accelerometer or role != "acceleration")
     ]
-    lines = [f"title: {departure.name}", "known: {nes_mass: 32 g}", "channels:"]
+    lines = [f'title: "{departure.name}"', "known: {nes_mass: 32 g}", "channels:"]
     lines += [
         f"  {role}: {{column: {role}, quantity: {_QUANTITIES[role]}, unit: {_UNITS[role]}}}"
         for role in roles

@@ -116,7 +116,7 @@ def _slopes(t, s, mode, sign, p, out):  # type: ignore[no-untyped-def]
         force -= p[11] * x * x * x
     ball = p[8]
     out[0], out[2] = v, u
-    if mode == _FLOOR or mode == _WALL:
+    if mode in (_FLOOR, _WALL):
         out[1] = (force + m * p[8]) / (M + m)
         out[3] = out[1]
         return
@@ -217,7 +217,7 @@ def _moving(s, p):  # type: ignore[no-untyped-def]
 def _after(t, s, mode, sign, p, k, hits, count):  # type: ignore[no-untyped-def]
     """What follows an event; s is changed in place by an impact."""
     apart = s[0] - s[2]
-    if mode == _FLOOR or mode == _WALL:
+    if mode in (_FLOOR, _WALL):
         slip = k[0, 1] - p[8]  # the mass pulls ahead: the ball lags behind it
         if p[7] == 0.0:
             return _FLY, 1.0, count

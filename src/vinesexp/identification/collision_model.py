@@ -114,7 +114,7 @@ def fit(
         if float(np.abs(step / (np.abs(p) + 1e-6)).max()) < 1e-10:
             break
     rest, jacobian = _weighted(collisions, effects, p, prior)
-    covariance = np.linalg.pinv(jacobian.T @ jacobian)
+    covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian), dtype=np.float64)
     chi2 = float(rest @ rest)
     return Fit(tuple(effects), p, covariance, chi2, _scale(collisions, rest, p.size))
 

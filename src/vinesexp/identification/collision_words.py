@@ -39,7 +39,9 @@ def effect_checks(evidence: Evidence) -> list[Check]:
 
 def _detail(name: str, value: float, error: float, evidence: Evidence) -> str:
     r, apparent = evidence.r, float(evidence.plain.values[0])
-    both = f"r = {r:.4g} +- {evidence.r_error:.2g} allows for it, without it r would be {apparent:.4g}"
+    both = (
+        f"r = {r:.4g} +- {evidence.r_error:.2g} allows for it, without it r would be {apparent:.4g}"
+    )
     if name == "r_wall_difference":
         high, low = r + 0.5 * value, r - 0.5 * value
         return (
@@ -106,7 +108,7 @@ def sensor_check(fault: Fault | None) -> list[Check]:
         detail = (
             f"the displacement is {off:.2g} % too {'large' if fault.ratio < 1.0 else 'small'}: "
             "M by added masses agrees with the accelerometer. r and M by impacts are computed "
-            "with the displacement corrected; correct its sensitivity, amplitudes are off by as much"
+            "with the displacement corrected; correct its sensitivity: amplitudes are off too"
         )
     elif fault.cause == "accelerometer gain":
         detail = (

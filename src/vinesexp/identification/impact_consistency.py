@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vinesexp.identification.addedmass import added_mass
 from vinesexp.identification.collision_evidence import Evidence, weigh
@@ -28,6 +29,8 @@ from vinesexp.signals.impacts.find import Impacts
 
 METHOD = "impacts"
 _FEWEST = 10
+#: Collisions of a record; more add nothing to what a whole record may be off by.
+_ENOUGH = 300
 #: Relative error of M by added masses below which no scale in a lab goes.
 _SCALES = 3e-3
 #: The nominal period, s, where nothing tells f0: only flights too long to be one are left out.
@@ -101,10 +104,22 @@ def _flights(
         frequency = f0[len(f0) // 2] if f0 else np.mean(record.frequency or (0.0,))
         period = 1.0 / float(frequency) if frequency else _NO_PERIOD
         own = flights_of(impacts[record.id], nes=1, b=record.clearance[0], period=period)
-        own = own.keep(np.isfinite(own.v_before + own.v_previous + own.v_next + own.jump))
+        own = own.keep(_whole(own))
         if own.index.size >= _FEWEST:
-            flights[record.id] = own
+            # Every second one would be of one wall.
+            flights[record.id] = own.keep(np.arange(own.index.size) % _stride(own.index.size) == 0)
     return flights
+
+
+def _whole(flights: Flights) -> NDArray[np.bool_]:
+    """Where everything is known."""
+    total = flights.v_before + flights.v_previous + flights.v_next + flights.jump
+    return np.asarray(np.isfinite(total))
+
+
+def _stride(n: int) -> int:
+    """An odd number: what is left of n collisions is enough, and of both walls."""
+    return 2 * (n // (2 * _ENOUGH)) + 1
 
 
 def _prior(found: Sequence[Estimate], campaign: Campaign) -> tuple[float, float] | None:
@@ -140,9 +155,7 @@ def _effect_rows(evidence: Evidence, ids: tuple[str, ...]) -> list[Estimate]:
             for wall, sign in (("plus", 0.5), ("minus", -0.5)):
                 own = math.hypot(0.5 * error, evidence.r_error)
                 rows.append(
-                    Estimate(
-                        f"r_wall_{wall}", evidence.r + sign * value, own, "1", METHOD, ids
-                    )
+                    Estimate(f"r_wall_{wall}", evidence.r + sign * value, own, "1", METHOD, ids)
                 )
         else:
             rows.append(Estimate(name, value, error, EFFECTS[name], METHOD, ids))
@@ -166,5 +179,3 @@ def _replaced(
         relative = math.hypot(evidence.ln_ratio_error, fault.mass_error if fault else 0.0)
         kept.append(Estimate("M", M, M * relative, "kg", METHOD, ids))
     return kept
-
-

@@ -111,9 +111,7 @@ def _result(flights: Sequence[Flights], *, laser: float, jump: float) -> tuple[f
     return float(found.values[0]), float(found.values[1])
 
 
-def _of_gain(
-    flights: Sequence[Flights], gain: float, prior: tuple[float, float] | None
-) -> Fault:
+def _of_gain(flights: Sequence[Flights], gain: float, prior: tuple[float, float] | None) -> Fault:
     """One of two sensitivities is wrong: laser (by 1/gain) or accelerometer (by gain)."""
     r_laser, m_laser = _result(flights, laser=1.0 / gain, jump=1.0)
     r_other, m_other = _result(flights, laser=1.0, jump=gain)
