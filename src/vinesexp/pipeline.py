@@ -24,8 +24,8 @@ from vinesexp.records.step_inputs import campaign_seen_by, record_seen_by
 if TYPE_CHECKING:
     from vinesexp.clearance.comparison import Comparison
     from vinesexp.identification.estimate import Estimate
-    from vinesexp.signals.condition import Bands
-    from vinesexp.signals.impacts.find import Impacts
+    from vinesexp.signals.bands import Bands
+    from vinesexp.signals.impacts.impact_table import Impacts
 
 Row = dict[str, str | float | None]
 
@@ -154,6 +154,7 @@ def condition_record(campaign: Campaign, record: Record, *, paths: ResultPaths) 
         paths.conditioned(record.id),
         bandpass=campaign.bandpass,
         f0_hint=centre_frequency(record),
+        settings=record.settings,
     )
 
 
@@ -172,8 +173,9 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
     """Acceleration spikes to impacts, and the regime that they and the amplitude show."""
     import json
 
+    from vinesexp.signals.base_motion import base_rows
     from vinesexp.signals.impacts.find import impacts_of_record
-    from vinesexp.signals.regimes import regime_of_record
+    from vinesexp.signals.regimes import decay_times, regime_of_record
 
     campaign, record = _seen(campaign, record, step="impacts")
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
@@ -184,11 +186,17 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
         clearance=record.clearance,
         nes_mass=[mass.value for mass in campaign.known.nes_mass],
         test=record.test,
+        settings=record.settings,
     )
     regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
     row = paths.regime(record.id)
     row.parent.mkdir(parents=True, exist_ok=True)
-    row.write_text(json.dumps(regime, indent=1) + "\n", encoding="utf-8")
+    step = {
+        "regime": regime,
+        "base": base_rows(record, measured=measured, conditioned=conditioned),
+        "times": decay_times(record, conditioned=conditioned),
+    }
+    row.write_text(json.dumps(step, indent=1) + "\n", encoding="utf-8")
     return impacts, regime
 
 
@@ -212,26 +220,28 @@ def estimate_from_record(
 
 
 def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
-    """The regimes of all records in one table, regimes.csv."""
-    import csv
+    """One table of all records each: regimes.csv, base.csv, decay_times.csv."""
     import json
 
+    from vinesexp.records.result_columns import BASE, DECAY_TIMES, RECORD_REGIMES
+    from vinesexp.records.tables import write_rows
+
     campaign = campaign_seen_by("regimes", campaign)
-    rows: list[Row] = [
+    steps = [
         json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
         for record in campaign.records
     ]
-    columns = dict.fromkeys(name for row in rows for name in row)
-    with paths.regimes.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, list(columns), restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({k: "" if v is None else v for k, v in row.items()} for row in rows)
+    rows: list[Row] = [step["regime"] for step in steps]
+    write_rows(paths.regimes, RECORD_REGIMES, rows)
+    write_rows(paths.base, BASE, [row for step in steps for row in step["base"]])
+    write_rows(paths.decay_times, DECAY_TIMES, [row for step in steps for row in step["times"]])
     return rows
 
 
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
-    """M, c1, k1 and r from the estimates of all records, identified.csv; and what is odd."""
-    from vinesexp.identification.combine import combine
+    """M, c1, k1 and r from the estimates of all records: identified.csv, budget.csv, checks."""
+    from vinesexp.identification.budget import write_budget
+    from vinesexp.identification.combine import weigh
     from vinesexp.identification.estimate import read_estimates, write_identified
     from vinesexp.records.checks import write_checks
 
@@ -241,19 +251,28 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
         for record in campaign.records
         for estimate in read_estimates(paths.estimates(record.id))
     ]
-    rows, checks = combine(found, campaign)
-    write_identified(paths.identified, rows)
-    write_checks(paths.identify_checks, checks)
-    return rows
+    whole = weigh(found, campaign)
+    write_identified(paths.identified, whole.rows)
+    write_budget(paths.budget, whole.sources)
+    write_checks(paths.identify_checks, whole.checks)
+    return whole.rows
 
 
 def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:
     """Measured optimal clearances beside the predicted ones, clearances.csv; and what is odd."""
     from vinesexp.clearance.comparison import compare, write_clearances
     from vinesexp.records.checks import write_checks
+    from vinesexp.records.result_columns import BASE, DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.tables import read_rows
 
     campaign = campaign_seen_by("compare", campaign)
-    rows, checks = compare(campaign, _rows(paths.identified), _rows(paths.regimes))
+    rows, checks = compare(
+        campaign,
+        read_rows(paths.identified, IDENTIFIED),
+        read_rows(paths.regimes, RECORD_REGIMES),
+        read_rows(paths.decay_times, DECAY_TIMES),
+        read_rows(paths.base, BASE),
+    )
     write_clearances(paths.clearances, rows)
     write_checks(paths.compare_checks, checks)
     return rows
@@ -277,10 +296,3 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
 def _seen(campaign: Campaign, record: Record, *, step: str) -> tuple[Campaign, Record]:
     """Campaign and row with only what the step uses."""
     return campaign_seen_by(step, replace(campaign, records=())), record_seen_by(step, record)
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    import csv
-
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))

@@ -12,6 +12,7 @@ from vinesexp.records.step_inputs import (
     record_seen_by,
     step_text,
 )
+from vinesexp.settings.stages import FilterSettings, ImpactSettings, Settings
 from vinesexp.units import Quantity
 
 CHANNEL = Channel("base", "CH1", "displacement", 1.0)
@@ -29,6 +30,7 @@ CAMPAIGN_CHANGES = {
     "time": None,
     "sample_rate": 1e3,
     "bandpass": None,
+    "settings": Settings(impacts=ImpactSettings(threshold=7.0)),
 }
 RECORD_CHANGES = {
     "file": Path("camp/b.csv"),
@@ -40,6 +42,7 @@ RECORD_CHANGES = {
     "release": 0.01,
     "exclude": True,
     "note": "odd",
+    "settings": Settings(impacts=ImpactSettings(threshold=7.0)),
 }
 
 
@@ -88,6 +91,15 @@ def test_balls_matter_to_impacts_and_the_weighed_mass_does_not():
     assert {"impacts", "estimate", "identify", "compare"} <= changed_by(balls, RECORD)[0]
     mass = replace(CAMPAIGN, known=Known(Quantity(5.0, 0.0), CAMPAIGN.known.nes_mass))
     assert not {"impacts", "estimate"} & changed_by(mass, RECORD)[0]
+
+
+def test_a_setting_matters_to_its_stage():
+    threshold = replace(RECORD, settings=RECORD_CHANGES["settings"])
+    assert {"ingest", "condition", "impacts"} & changed_by(CAMPAIGN, threshold)[0] == {"impacts"}
+    order = replace(RECORD, settings=Settings(filter=FilterSettings(order=3)))
+    assert {"ingest", "condition", "impacts"} & changed_by(CAMPAIGN, order)[0] == {
+        "condition", "impacts"
+    }  # fmt: skip
 
 
 def test_a_moved_campaign_and_a_new_line_change_nothing():

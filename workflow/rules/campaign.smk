@@ -57,6 +57,7 @@ def raw_file(wildcards):
 def shown_in(wildcards):
     """What the figures of a family are drawn from."""
     if wildcards.family == "results":
-        return [PATHS.identified, PATHS.regimes, PATHS.clearances, *each_record(PATHS.estimates)]
+        tables = PATHS.identified, PATHS.regimes, PATHS.base, PATHS.decay_times, PATHS.clearances
+        return [*tables, *each_record(PATHS.estimates)]
     kinds = PATHS.record, PATHS.conditioned, PATHS.impacts
     return [path for kind in kinds for path in each_record(kind)]

@@ -10,6 +10,8 @@ rule compare:
         PLANNER.again("compare", COMPARE, PATHS.clearances),
         identified=PATHS.identified,
         regimes=PATHS.regimes,
+        base=PATHS.base,
+        times=PATHS.decay_times,
     output:
         clearances=report(PATHS.clearances, category="Tables"),
         checks=PATHS.compare_checks,

@@ -28,6 +28,7 @@ rule identify:
         estimates=each_record(PATHS.estimates),
     output:
         identified=report(PATHS.identified, category="Tables"),
+        budget=report(PATHS.budget, category="Tables"),
         checks=PATHS.identify_checks,
     log:
         PATHS.log("identify"),

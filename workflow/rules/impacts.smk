@@ -28,6 +28,8 @@ rule regimes:
         regimes=each_record(PATHS.regime),
     output:
         table=report(PATHS.regimes, category="Tables"),
+        base=report(PATHS.base, category="Tables"),
+        times=report(PATHS.decay_times, category="Tables"),
     log:
         PATHS.log("regimes"),
     params:

@@ -24,7 +24,13 @@ rule figures:
 rule report:
     input:
         PLANNER.again("report", REPORT, PATHS.report),
-        tables=[PATHS.identified, PATHS.regimes, PATHS.clearances, PATHS.checks],
+        tables=[
+            PATHS.identified,
+            PATHS.regimes,
+            PATHS.base,
+            PATHS.clearances,
+            PATHS.checks,
+        ],
         figures=[PATHS.figures(family) for family in ("results", "records")],
     output:
         page=report(PATHS.report, category="Report"),

@@ -14,17 +14,19 @@ from typing import Any
 from vinesexp.records.schema import Campaign, Known, Record
 
 _ROW = tuple(field.name for field in fields(Record) if field.name not in ("id", "row"))
-_ALL = ("name", "title", "known", "channels", "time", "sample_rate", "bandpass")
+_MEASURED = tuple(name for name in _ROW if name != "settings")
+_ALL = tuple(field.name for field in fields(Campaign) if field.name not in ("folder", "records"))
 
-#: Fields of the campaign that a step sees.
+#: Fields of the campaign that a step sees, parts of a field with a dot. A step that weighs all
+#: records sees everything.
 CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "ingest": ("channels", "time", "sample_rate"),
     "condition": ("bandpass",),
     "impacts": ("known.nes_mass",),
     "estimate": ("known.nes_mass",),
     "regimes": (),
-    "identify": ("known",),
-    "compare": ("known",),
+    "identify": _ALL,
+    "compare": _ALL,
     "checks": (),
     "score": (),
     "figures": _ALL,
@@ -33,20 +35,20 @@ CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
 
 #: Fields of a row of records.csv that a step sees: its record's row, or all rows.
 RECORD_FIELDS: Mapping[str, tuple[str, ...]] = {
-    "ingest": _ROW,
-    "condition": ("frequency",),
-    "impacts": ("test", "clearance", "release"),
+    "ingest": _MEASURED,
+    "condition": ("frequency", "settings.filter", "settings.channels"),
+    "impacts": ("test", "clearance", "release", "settings"),
     "estimate": ("test", "clearance", "added_mass", "frequency"),
     "regimes": (),
-    "identify": ("test", "clearance", "added_mass", "exclude"),
-    "compare": ("test", "clearance", "base_amplitude", "frequency", "release", "exclude"),
+    "identify": _ROW,
+    "compare": _ROW,
     "checks": (),
     "score": (),
     "figures": _ROW,
     "report": _ROW,
 }
 
-_BLANK = {
+_BLANK: Mapping[str, Any] = {
     "title": "",
     "known": Known(),
     "channels": {},
@@ -60,10 +62,7 @@ _BLANK = {
 def campaign_seen_by(step: str, campaign: Campaign) -> Campaign:
     """The campaign with only what `step` uses; its records likewise."""
     records = tuple(record_seen_by(step, record) for record in campaign.records)
-    hidden = _hidden(campaign, CAMPAIGN_FIELDS[step])
-    if "known.nes_mass" in CAMPAIGN_FIELDS[step]:
-        hidden["known"] = Known(nes_mass=campaign.known.nes_mass)
-    return replace(campaign, records=records, **hidden)
+    return replace(campaign, records=records, **_hidden(campaign, CAMPAIGN_FIELDS[step]))
 
 
 def record_seen_by(step: str, record: Record) -> Record:
@@ -102,7 +101,7 @@ def step_text(step: str, campaign: Campaign, record: Record | None = None) -> di
 
 
 def _row_text(step: str, campaign: Campaign, record: Record) -> dict[str, str]:
-    found = {name: repr(getattr(record, name)) for name in RECORD_FIELDS[step]}
+    found = {name: repr(attrgetter(name)(record)) for name in RECORD_FIELDS[step]}
     if "file" in found:
         inside = record.file.is_relative_to(campaign.folder)
         file = record.file.relative_to(campaign.folder) if inside else record.file
@@ -111,8 +110,14 @@ def _row_text(step: str, campaign: Campaign, record: Record) -> dict[str, str]:
 
 
 def _hidden(thing: Campaign | Record, seen: tuple[str, ...]) -> dict[str, Any]:
+    """Blanks for all fields but those seen, and but what names things."""
     kept = ("folder", "name", "records", "id", "file", *seen)
-    return {field.name: _blank(field) for field in fields(thing) if field.name not in kept}
+    hidden = {field.name: _blank(field) for field in fields(thing) if field.name not in kept}
+    for whole, dot, part in (name.partition(".") for name in seen):
+        if dot:
+            value = attrgetter(f"{whole}.{part}")(thing)
+            hidden[whole] = replace(hidden[whole], **{part: value})
+    return hidden
 
 
 def _blank(field: Field[Any]) -> Any:

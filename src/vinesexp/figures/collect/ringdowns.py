@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vinesexp.figures.draw.ringdown_fit import Decay, added_mass_line, ringdown_and_fit
 from vinesexp.figures.draw.traces import Trace
-from vinesexp.figures.gallery import Drawn
+from vinesexp.figures.entry import Drawn
 from vinesexp.figures.numbers import with_error
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.result_paths import ResultPaths
