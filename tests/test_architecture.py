@@ -21,6 +21,7 @@ FLOORS = (
     {"signals"},
     {"identification"},
     {"clearance"},
+    {"replay"},
     {"pipeline", "results"},
     {"laboratory"},
     {"figures"},
