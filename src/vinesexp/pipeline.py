@@ -23,8 +23,8 @@ from vinesexp.records.schema import Campaign, Record
 if TYPE_CHECKING:
     from vinesexp.clearance.comparison import Comparison
     from vinesexp.identification.estimate import Estimate
-    from vinesexp.signals.condition import Bands
-    from vinesexp.signals.impacts.find import Impacts
+    from vinesexp.signals.bands import Bands
+    from vinesexp.signals.impacts.impact_table import Impacts
 
 Row = dict[str, str | float | None]
 
@@ -151,6 +151,7 @@ def condition_record(campaign: Campaign, record: Record, *, paths: ResultPaths) 
         paths.conditioned(record.id),
         bandpass=campaign.bandpass,
         f0_hint=centre_frequency(record),
+        settings=record.settings,
     )
 
 
@@ -181,6 +182,7 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
         clearance=record.clearance,
         nes_mass=[mass.value for mass in campaign.known.nes_mass],
         test=record.test,
+        settings=record.settings,
     )
     regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
     row = paths.regime(record.id)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +18,14 @@ from vinesexp.identification.ringdown import POINTS, RingDown, ring_down
 from vinesexp.identification.sweep import transmissibility
 from vinesexp.records.campaign import Known, Record
 from vinesexp.records.store import RecordView, open_record
-from vinesexp.signals.channel_agreement import Agreement, agreement_of
+from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.clipping import resolution_of
-from vinesexp.signals.condition import fill_gaps
-from vinesexp.signals.extension import block_means
-from vinesexp.signals.impacts.find import Impacts, read_impacts
+from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
+from vinesexp.signals.means import channel_means
 
-__all__ = ["NOTHING", "coarse", "estimate_record", "nothing"]
+__all__ = ["NOTHING", "estimate_record", "nothing"]
 
 FloatArray = NDArray[np.float64]
-
-_BLOCK = 1 << 20
 
 
 def estimate_record(
@@ -55,22 +54,22 @@ def estimate_record(
     with open_record(measured) as view, open_record(conditioned) as band:
         if view.refused is not None:
             return []
-        frequency = band.attributes.get("oscillation_hz")
         try:
-            return _by_test(record, known, view, frequency, impacts)
+            return _by_test(record, known, view, band.attributes, impacts)
         except AnalysisError as error:
             return [nothing(record.id, str(error))]
 
 
 def _by_test(
-    record: Record, known: Known, view: RecordView, frequency: float | None, impacts: Path
+    record: Record, known: Known, view: RecordView, conditioned: Mapping[str, Any], impacts: Path
 ) -> list[Estimate]:
     if record.test == "drop":
         return _drop(record, read_impacts(impacts))
+    frequency = conditioned.get("oscillation_hz")
     if frequency is None:
         raise AnalysisError("nothing oscillates in it")
     found: list[Estimate] = []
-    agreement = agreement_of(view, frequency=frequency)
+    agreement = agreement_in(conditioned)
     if agreement is not None:
         found += _agreement(record, agreement)
     if record.test == "ringdown":
@@ -82,24 +81,13 @@ def _by_test(
     return found
 
 
-def coarse(view: RecordView, role: str, k: int) -> FloatArray:
-    """Means over groups of k samples of a whole channel, read by blocks."""
-    size = max(1, _BLOCK // k) * k
-    return np.concatenate(
-        [
-            block_means(fill_gaps(view.read(role, begin, begin + size)), k)
-            for begin in range(0, view.n, size)
-        ]
-    )
-
-
 def _ringdown(record: Record, view: RecordView, frequency: float) -> list[Estimate]:
     role = "displacement" if "displacement" in view.roles else "acceleration"
     k = max(1, int(view.sample_rate / (POINTS * frequency)))
     resolution = resolution_of(view.read(role, 0, 1 << 16))
     blurred = float(np.sinc(frequency * k / view.sample_rate))  # what block means do to a sine
     rungs = ring_down(
-        coarse(view, role, k) / blurred,
+        channel_means(view, role, k) / blurred,
         k / view.sample_rate,
         frequency=frequency,
         resolution=resolution,
@@ -157,7 +145,7 @@ def _sweep(record: Record, view: RecordView, frequency: float) -> list[Estimate]
             f"displacement; this one measures {view.quantity('base')}"
         )
     k = max(1, int(view.sample_rate / (POINTS * frequency)))
-    base, x = coarse(view, "base", k), coarse(view, "displacement", k)
+    base, x = channel_means(view, "base", k), channel_means(view, "displacement", k)
     found = transmissibility(
         base, x, k / view.sample_rate, frequency=frequency, swept=record.frequency
     )

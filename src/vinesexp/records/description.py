@@ -12,7 +12,9 @@ from pathlib import Path
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.problems import Problems
 from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, Known, TimeColumn
+from vinesexp.records.settings_section import read_settings
 from vinesexp.records.yamltree import Section, read_yaml
+from vinesexp.settings.stages import Settings
 from vinesexp.units import (
     UNITS,
     Quantity,
@@ -29,6 +31,7 @@ KEYS = (
     "time",
     "sample_rate",
     "bandpass",
+    "settings",
     "allow_outside",
 )
 CHANNEL_KEYS = (
@@ -54,6 +57,7 @@ class Description:
     time: TimeColumn | None = None
     sample_rate: float | None = None
     bandpass: tuple[float, float] | None = None
+    settings: Settings = field(default_factory=Settings)
     allow_outside: bool = False
 
 
@@ -77,6 +81,7 @@ def read_description(file: Path, problems: Problems) -> Description:
         time=_time(top, problems),
         sample_rate=_positive(top, "sample_rate", "frequency", problems),
         bandpass=_bandpass(top, problems),
+        settings=read_settings(top, problems),
         allow_outside=_yes(top, "allow_outside", problems),
     )
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, nearest
+from vinesexp.settings.stages import Settings
 from vinesexp.units import Quantity
 
 #: What a record can be a record of.
@@ -112,6 +113,8 @@ class Record:
         m; (start, end) in Hz, equal for a single frequency; kg; m. None where the row is empty.
     exclude : bool
         Leave it out, for the reason in `note`.
+    settings : Settings
+        Of the campaign, with what the row changes.
     row : int
         Line of records.csv.
     """
@@ -126,6 +129,7 @@ class Record:
     release: float | None = None
     exclude: bool = False
     note: str = ""
+    settings: Settings = field(default_factory=Settings)
     row: int = 0
 
 
@@ -143,6 +147,8 @@ class Campaign:
         At most one of them; neither where the files state their sampling themselves. Hz.
     bandpass : tuple of float, optional
         (low, high), Hz.
+    settings : Settings
+        Numbers that steer the stages; a record may change them once more.
     """
 
     folder: Path
@@ -154,6 +160,7 @@ class Campaign:
     sample_rate: float | None
     bandpass: tuple[float, float] | None
     records: tuple[Record, ...] = field(default=())
+    settings: Settings = field(default_factory=Settings)
 
     def record(self, id: str) -> Record:
         """The record called `id`; CampaignError with the nearest name where there is none."""

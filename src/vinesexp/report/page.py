@@ -17,7 +17,7 @@ from vinesexp.records.campaign import Campaign
 from vinesexp.records.result_columns import BASE, CHECKS, CLEARANCES, IDENTIFIED, RECORD_REGIMES
 from vinesexp.records.tables import read_rows
 from vinesexp.report.errorbars import coverage_table
-from vinesexp.report.processing import processed_records
+from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
 from vinesexp.theory.regime_definitions import REGIMES
@@ -129,6 +129,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "coverage": coverage_table(),
         "written": SYMBOLS,
         "processed": processed,
+        "changed_settings": changed_settings(campaign),
         "provenance": provenance(
             [*description, *records],
             folder=campaign.folder,

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from vinesexp.records.schema import Record
 from vinesexp.records.store import RecordView, open_record
-from vinesexp.signals.condition import fill_gaps
-from vinesexp.signals.extension import block_means
+from vinesexp.signals.means import block_means, fill_gaps
 
 Floats = NDArray[np.float64]
 

@@ -62,7 +62,7 @@ _OVERLOAD = re.compile(
 _NEGATIVE = re.compile(r"-|under|unf", re.IGNORECASE)
 
 #: What instruments write for a sample out of range: 9.9E+37 (SCPI), the largest floats.
-_MARKS = (9.9e37, 9.99e37, 9.999e37, 9.9999e37, 9.99999e37, 9.999999e37, 1e38)
+_MARKS: tuple[float, ...] = (9.9e37, 9.99e37, 9.999e37, 9.9999e37, 9.99999e37, 9.999999e37, 1e38)
 _MARKS += (float(np.finfo(np.float32).max), float(np.finfo(np.float64).max), float("inf"))
 _NO_NUMBER = 9.91e37  # SCPI's NaN
 

@@ -44,7 +44,7 @@ class TextSource:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.layout: Layout = find_layout(path)
-        self.columns = self.layout.columns
+        self.columns: tuple[Column, ...] = self.layout.columns
         self.sample_interval: float | None = None
         self.start = 0.0
         self.time_column: int | None = None
@@ -239,4 +239,4 @@ class TextSource:
     def _rename(self, j: int, name: str, unit: str) -> None:
         columns = list(self.columns)
         columns[j] = replace(columns[j], name=name, unit=unit_of_label(unit) or unit or None)
-        self.columns: tuple[Column, ...] = tuple(columns)
+        self.columns = tuple(columns)
