@@ -8,9 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.clearance.comparison import compare, write_clearances
+from vinesexp.identification.decay_table import decay_table
+from vinesexp.identification.estimate import read_estimates
 from vinesexp.records.campaign import Campaign, Record, load_campaign
 from vinesexp.records.checks import Check, write_checks
-from vinesexp.records.result_columns import BASE, DECAY_TIMES, IDENTIFIED, IMPACTS, RECORD_REGIMES
+from vinesexp.records.result_columns import (
+    BASE,
+    DECAY,
+    DECAY_TIMES,
+    IDENTIFIED,
+    IMPACTS,
+    RECORD_REGIMES,
+    REPLAY,
+    REPLAY_CYCLES,
+)
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record, write_refused
 from vinesexp.records.tables import read_rows, write_rows
@@ -105,6 +116,7 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
     )
     write_rows(results / "base.csv", BASE, [])
     write_rows(results / "identified.csv", IDENTIFIED, _identified(parameters))
+    _replay(campaign, results, {str(r["record"]): r for r in regimes})
     rows, told = compare(
         campaign,
         read_rows(results / "identified.csv", IDENTIFIED),
@@ -178,6 +190,28 @@ def _times(record: Record) -> list[dict[str, object]]:
     ]  # fmt: skip
 
 
+def _replay(campaign: Campaign, results: Path, regimes: dict[str, dict[str, object]]) -> None:
+    """Replays that are two percent off; no simulation."""
+    rows: list[dict[str, object]] = []
+    cycles: list[dict[str, object]] = []
+    for record in campaign.records:
+        mean = regimes[record.id].get("amplitude_mean_m")
+        if record.test not in ("periodic", "transient", "ringdown") or not mean:
+            continue
+        amplitude = {"record": record.id, "quantity": "amplitude", "unit": "m", "measured": mean,
+                     "replayed": 1.02 * mean, "low": mean, "high": 1.04 * mean,
+                     "deviation": -0.02, "outcome": "ok", "starts": ""}  # fmt: skip
+        rows.append(amplitude)
+        regime = {"quantity": "regime", "unit": "", "measured": "two symmetric", "replayed": "x",
+                  "low": None, "high": None, "deviation": None}  # fmt: skip
+        rows.append(amplitude | regime)
+        for i in range(40):
+            swing = dict.fromkeys(REPLAY_CYCLES.names[2:], mean)
+            cycles.append({"record": record.id, "time_s": i / F0} | swing)
+    write_rows(results / "replay.csv", REPLAY, rows)
+    write_rows(ResultPaths(results).replay_cycles, REPLAY_CYCLES, cycles)
+
+
 def _estimates(record: Record, results: Path) -> None:
     rows = []
     if record.test == "ringdown":
@@ -193,6 +227,9 @@ def _estimates(record: Record, results: Path) -> None:
     path = ResultPaths(results).estimates(record.id)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(rows), encoding="utf-8")
+    paths = ResultPaths(results)
+    decay = decay_table(read_estimates(path), paths.conditioned(record.id))
+    write_rows(paths.decay(record.id), DECAY, decay)
 
 
 def _identified(parameters: tuple[str, ...]):

@@ -27,7 +27,7 @@ rule compare:
 rule checks:
     input:
         records=each_record(PATHS.ingest_checks("{record}")),
-        summaries=[PATHS.identify_checks, PATHS.compare_checks],
+        summaries=[PATHS.identify_checks, PATHS.compare_checks, PATHS.replay_checks],
     output:
         table=PATHS.checks,
     log:

@@ -8,6 +8,7 @@ rule estimate:
         impacts=PATHS.impacts("{record}"),
     output:
         estimates=PATHS.estimates("{record}"),
+        decay=PATHS.decay("{record}"),
     log:
         RESULTS / "logs/estimate/{record}.log",
     params:
@@ -15,7 +16,9 @@ rule estimate:
         results=str(RESULTS),
         depends=record_text,
         known=repr(CAMPAIGN.known),
-        code=code_digest("vinesexp.identification.one_record"),
+        code=code_digest(
+            "vinesexp.identification.one_record", "vinesexp.identification.decay_table"
+        ),
     message:
         "estimate   {wildcards.record}"
     script:

@@ -13,7 +13,11 @@ rule figures:
                 PATHS.base,
                 PATHS.decay_times,
                 PATHS.clearances,
-            ],
+                PATHS.replay,
+                PATHS.replay_cycles,
+            ]
+            + each_record(PATHS.estimates("{record}"))
+            + each_record(PATHS.decay("{record}")),
         }[wildcards.family],
     output:
         manifest=PATHS.figures("{family}"),
@@ -34,7 +38,7 @@ rule report:
     input:
         tables=[
             RESULTS / f"{name}.csv"
-            for name in ("identified", "regimes", "base", "clearances", "checks")
+            for name in ("identified", "regimes", "base", "clearances", "replay", "checks")
         ],
         figures=expand(PATHS.figures("{family}"), family=["results", "records"]),
     output:

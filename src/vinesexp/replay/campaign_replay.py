@@ -16,7 +16,7 @@ from vinesexp.records.store import open_record
 from vinesexp.records.tables import Value
 from vinesexp.replay.measures import Measures, decay_time, measures_of
 from vinesexp.replay.motions import TESTS, replays, rig_of
-from vinesexp.replay.table import Compared, compared
+from vinesexp.replay.replay_table import Compared, compared
 from vinesexp.rig import Rig
 from vinesexp.signals.cycles import cycle_amplitudes
 
