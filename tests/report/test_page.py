@@ -179,7 +179,7 @@ def test_provenance_names_every_input_with_its_digest(full):
 
 def test_how_each_record_was_processed_is_told(full):
     text = text_of(full.html)
-    assert "drop_1 6 s 1 kHz 8 all all 6" in text
+    assert "drop_1 6 s 1 kHz – – all 6" in text
 
 
 def test_changed_settings_are_shown(full):

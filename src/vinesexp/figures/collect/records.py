@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.figures.draw.impact_shapes import Marks, impacts_on_acceleration
-from vinesexp.figures.draw.traces import COLUMNS, Trace, amplitudes, overview
+from vinesexp.figures.draw.traces import Trace, amplitudes, columns_of, overview
 from vinesexp.figures.entry import Drawn
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.store import RecordView, open_record
@@ -79,7 +79,8 @@ def extremes(view: RecordView, role: str, parts: int) -> tuple[Floats, Floats, F
 def whole(view: RecordView, role: str) -> Trace:
     """A channel over the whole record, in the unit that is shown, as smallest and largest."""
     name, factor = _SHOWN[role]
-    time, low, high = extremes(view, role, COLUMNS)
+    cycles = float(view.attributes.get("oscillation_hz") or 0.0) * view.n / view.sample_rate
+    time, low, high = extremes(view, role, columns_of(cycles))
     return Trace(name, time, factor * low, factor * high)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.figures.draw.ringdown_fit import Decay, added_mass_line, ringdown_and_fit
-from vinesexp.figures.draw.traces import Trace
+from vinesexp.figures.draw.traces import Trace, columns_of
 from vinesexp.figures.entry import Drawn
 from vinesexp.figures.numbers import with_error
 from vinesexp.identification.decay_table import of_ringdown
@@ -70,7 +70,8 @@ def _decay(record: Record, own: Found, paths: ResultPaths) -> Decay:
 def _trace(record: Record, paths: ResultPaths) -> Trace:
     with open_record(paths.conditioned(record.id)) as view:
         x = 1e3 * view.read("displacement", 0, _MOST)
-        return Trace("displacement", view.time(0, _MOST), x)
+        cycles = float(view.attributes["oscillation_hz"]) * x.size / view.sample_rate
+        return Trace("displacement", view.time(0, _MOST), x, columns=columns_of(cycles))
 
 
 def _combined(identified: Sequence[Row], parameter: str) -> str | None:
@@ -90,7 +91,7 @@ def _figure(
         for symbol, name in (("f₀", "f0"), ("ζ", "zeta"))
         if (text := _combined(identified, name))
     ]
-    title = f"{record.id}; from all records {', '.join(values)}" if values else record.id
+    title = record.id + (f"\nall records: {', '.join(values)}" if values else "")
     figure = ringdown_and_fit(trace, decay, [decay for _, decay in decays], title=title)
     caption = (
         f"Above: ring-down {record.id} (bandpassed) with the envelope of what was identified from "
