@@ -21,7 +21,7 @@ FLOORS = (
     {"theory", "solver", "records"},
     {"signals"},
     {"identification"},
-    {"clearance"},
+    {"clearance", "design"},
     {"replay"},
     {"pipeline", "results"},
     {"laboratory"},

@@ -17,15 +17,13 @@ from numpy.typing import NDArray
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Known
-from vinesexp.units import Quantity
-
-#: Half width of a 95 % interval in standard errors.
-COVERAGE_95 = 1.959963984540054
+from vinesexp.rig import RIG_VALUES
+from vinesexp.units import COVERAGE_95, Quantity
 
 Floats = NDArray[np.float64]
 
-#: What a prediction needs, in the order of theory.optimal_clearance.VALUES.
-NEEDED = ("M", "c1", "k1", "r", "m")
+#: What a prediction needs.
+NEEDED = RIG_VALUES
 
 
 class MissingValuesError(AnalysisError):

@@ -14,6 +14,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.store import open_record
 from vinesexp.records.tables import Value
+from vinesexp.records.uncertainties import EXACT
 from vinesexp.replay.measures import Measures, decay_time, measures_of
 from vinesexp.replay.motions import TESTS, replays, rig_of
 from vinesexp.replay.replay_table import Compared, compared
@@ -115,7 +116,7 @@ def _base(
     own = bases.get(record.id)
     frequencies = {record.frequency[0]} if record.frequency else set()
     return base_of_level(
-        record.base_amplitude, frequencies, [own] if own is not None else [], gain_error=0.0
+        record.base_amplitude, frequencies, [own] if own is not None else [], inputs=EXACT
     )
 
 

@@ -150,7 +150,7 @@ class Hdf5Source:
         offset = _single(item.attrs.get("offset", 0.0), name, self.path)
         label = _text(item.attrs.get("units", item.attrs.get("unit", "")))
         try:
-            interval = _interval_of(name, stated, self.path)
+            interval = interval_at(name, stated, self.path)
         except RecordError as error:
             interval = math.nan
             self._contradictions.append(error)
@@ -191,7 +191,7 @@ def _gather(attributes: Any, stated: dict[str, list[float]]) -> None:
                 stated.setdefault(key, []).append(float(np.real(value)))
 
 
-def _interval_of(name: str, stated: dict[str, dict[str, list[float]]], path: Path) -> float | None:
+def interval_at(name: str, stated: dict[str, dict[str, list[float]]], path: Path) -> float | None:
     """What is stated on the way from a dataset up to the file; contradictions are refused."""
     merged: dict[str, list[float]] = {}
     place = name
