@@ -161,12 +161,12 @@ def _verdict(
 ) -> dict[str, Any]:
     levels = periodic_levels(campaign, tables["regimes"], tables["base"])
     rig = identified_rig(tables["identified"], campaign.known)
-    periodic = periodic_verdicts(levels, tables["clearances"], rig)
+    periodic = periodic_verdicts(levels, tables["clearances"], rig, tables["replay"])
     releases = release_verdicts(tables["clearances"])
     return {
         "periodic": periodic,
         "releases": releases,
-        "headline": headline(periodic, releases, parameters),
+        "headline": headline(periodic, releases, parameters, tables["checks"]),
     }
 
 
