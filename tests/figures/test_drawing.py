@@ -104,7 +104,7 @@ _DEUTAN = np.array([[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234,
         ("measured", "exact"),
     ],
 )
-def test_colours_that_meet_in_a_figure_are_told_apart_by_all_readers(seen, one, other):
+def test_colours_that_meet_in_a_figure_are_distinct_to_all_readers(seen, one, other):
     from matplotlib.colors import to_rgb
 
     def linear(name: str) -> np.ndarray:

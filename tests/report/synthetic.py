@@ -117,14 +117,14 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
     write_rows(results / "base.csv", BASE, [])
     write_rows(results / "identified.csv", IDENTIFIED, _identified(parameters))
     _replay(campaign, results, {str(r["record"]): r for r in regimes})
-    rows, told = compare(
+    rows, found = compare(
         campaign,
         read_rows(results / "identified.csv", IDENTIFIED),
         read_rows(results / "regimes.csv", RECORD_REGIMES),
         read_rows(results / "decay_times.csv", DECAY_TIMES),
     )
     write_clearances(results / "clearances.csv", rows)
-    write_checks(results / "checks.csv", [*checks, *told])
+    write_checks(results / "checks.csv", [*checks, *found])
 
 
 def _signals(record: Record) -> tuple[dict[str, np.ndarray], list[dict[str, object]]]:
@@ -170,11 +170,11 @@ def _regime(record: Record) -> dict[str, object]:
     if not record.clearance:
         return row
     b = 1e3 * record.clearance[0]
-    kink = 136.0 * 1e3 * (record.base_amplitude or 1.0)
-    permanent = record.test == "periodic" and b <= kink
+    jump = 136.0 * 1e3 * (record.base_amplitude or 1.0)
+    permanent = record.test == "periodic" and b <= jump
     row["regime"] = "two symmetric" if permanent else "strongly modulated"
     row["impacts_per_cycle"] = 2.0 if permanent else 1.6
-    mean = 5e-3 + 3e-5 * (b - 0.97 * kink) ** 2 + (0.0 if permanent else 2e-3)
+    mean = 5e-3 + 3e-5 * (b - 0.97 * jump) ** 2 + (0.0 if permanent else 2e-3)
     row |= {"amplitude_mean_m": mean, "amplitude_max_m": 1.3 * mean}
     if record.test == "transient":
         row["captured"] = 0.5

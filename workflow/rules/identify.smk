@@ -1,4 +1,4 @@
-# What one record tells about M, c1, k1 and r; then all records together.
+# What one record says about M, c1, k1 and r; then all records together.
 
 
 rule estimate:
