@@ -16,8 +16,9 @@ _HOME = {
     "Sweep": "vinesexp.excitation",
     "Measured": "vinesexp.excitation",
     "Release": "vinesexp.excitation",
-    "simulate": "vinesexp.solver.motion",
+    "simulate": "vinesexp.solver.simulation",
     "Motion": "vinesexp.solver.motion",
+    "open_results": "vinesexp.results",
 }
 
 __all__ = sorted([*_HOME, "__version__"])

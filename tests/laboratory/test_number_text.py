@@ -23,7 +23,7 @@ def test_numbers_are_as_python_writes_them(scaled, decimals, mark):
 
 
 @pytest.mark.parametrize("bits", [2, 8, 14, 16])
-def test_every_code_is_told_from_its_neighbours(bits):
+def test_every_code_differs_from_its_neighbours(bits):
     step = 2.0 / 2**bits
     table = code_characters(bits, step=step)
     volts = np.array([float(bytes(row[row > 0])) for row in table])

@@ -65,7 +65,7 @@ def test_half_sine_is_what_is_sampled_finely():
     )
     t = np.arange(2000) * dt - (1e-3 - 0.5 * T)
     exact = np.where((t > 0) & (t < T), -0.02 * math.pi / (2 * T) * np.sin(math.pi * t / T), 0.0)
-    # a mean over dt differs from the middle by curvature and by the kink at either end
+    # a mean over dt differs from the middle by curvature and by the slope change at either end
     assert np.abs(a - exact).max() < 0.02 * (math.pi / T) ** 2 * dt
 
 

@@ -249,7 +249,7 @@ def test_a_mistake_is_one_line_with_its_place(tmp_path, old, new, message):
     assert "\n" not in text
 
 
-def test_a_missing_scene_and_an_unknown_group_are_told(tmp_path):
+def test_a_missing_scene_and_an_unknown_group_are_reported(tmp_path):
     with pytest.raises(CampaignError, match="is missing"):
         load_scene(Path(tmp_path) / "scene.yaml")
     with pytest.raises(CampaignError, match=r"no group 'fre'.*did you mean 'free'"):

@@ -97,7 +97,7 @@ def test_a_measured_base_moves_the_rig_as_the_motion_that_was_measured(tmp_path)
     np.testing.assert_allclose(motion.at(t)[0], exact.at(t)[0], rtol=0, atol=3e-10)
 
 
-def test_a_test_begins_where_in_the_record_it_is_told_to(tmp_path):
+def test_a_test_begins_where_in_the_record_it_is_asked_to(tmp_path):
     t, volts = shaker(tmp_path)
     later = RECORD.replace("0.5 V/mm", "0.5 V/mm, start: 1.5 s")
     (test,) = scene_of(tmp_path, later).tests

@@ -140,7 +140,7 @@ def test_statistics_are_those_of_extended_precision(b, sharpness):
         hits = simulate(rig, base, Release(y0=[0.99 * b]), 3020.0, general=general).impacts
         mean, error = statistics(hits["time"], hits["x"], begin=begin, end=3020.0)
         assert (np.abs(mean - expected[0]) < 4.0 * np.hypot(error, expected[1])).all()
-        assert (error < sharpness * mean).all()  # sharp enough to tell
+        assert (error < sharpness * mean).all()  # sharp enough to see a difference
 
 
 @pytest.mark.slow

@@ -42,7 +42,7 @@ def run(rig, drive, start, cycles=6.0, general=False):
 
 
 def early(one, two, count=6):
-    """Both impact lists up to where chaos could tell them apart."""
+    """Both impact lists up to where chaos could separate them."""
     n = min(count, len(one.impacts["time"]), len(two.impacts["time"]))
     return n
 

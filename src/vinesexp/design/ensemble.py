@@ -18,10 +18,10 @@ import numpy as np
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig
+from vinesexp.solver.arrays import ball_table, parameters
 from vinesexp.solver.chatter import REMAINDER
 from vinesexp.solver.drive import drive_table
 from vinesexp.solver.kernel import run
-from vinesexp.solver.motion import ball_table, parameters
 from vinesexp.solver.response import H_PHASE, prepare
 from vinesexp.solver.series import ORDER
 from vinesexp.solver.statistics import add_amplitudes

@@ -1,7 +1,7 @@
 """Drop test: a ball dropped on the wall of its cavity, the mass lying on the bench.
 
 The bounces are known in closed form: the wall is at rest, so the flights last 2 v_k/g with
-v_k = r^k sqrt(2 g h). The accelerometer shows the contacts only: in so short a time the mass takes
+v_k = r^k sqrt(2 g h). The accelerometer shows the impacts only: in so short a time the mass takes
 the ball's momentum m (1 + r) v_k before the bench gives it back slowly, unseen. Both lasers see
 nothing move.
 """
@@ -41,7 +41,7 @@ class Drop:
         return np.zeros_like(t), np.zeros_like(t)
 
     def acceleration(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """None between contacts."""
+        """None between impacts."""
         return np.zeros_like(t)
 
     def base(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

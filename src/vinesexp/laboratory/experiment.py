@@ -66,7 +66,7 @@ def motion_of(scene: Scene, test: Test) -> Moving:
         m, r = scene.balls[0]
         ball = NES(m=m, b=max(test.height, 1e-9), r=r)
         return drop(ball, M=scene.oscillator.M, height=test.height, duration=test.duration)
-    from vinesexp.solver.motion import simulate
+    from vinesexp.solver.simulation import simulate
 
     motion: Moving = simulate(
         scene.rig(test),

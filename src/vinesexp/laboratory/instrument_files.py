@@ -186,7 +186,7 @@ def _refuse_dropped_without_times(trace: Trace, name: str) -> None:
     """A file without times would show dropped samples as a shift of time that nobody can see."""
     if trace.ticks is not None:
         raise ParameterError(
-            f"format {name} states no times, so dropped samples cannot be told from it; choose "
+            f"format {name} states no times, so dropped samples would go unnoticed; choose "
             f"one of {', '.join(TEXT_STYLES)}"
         )
 

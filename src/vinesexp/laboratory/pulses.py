@@ -74,7 +74,7 @@ def contact_acceleration(
     dt: float,
     n: int,
 ) -> Array:
-    """Acceleration of the contacts, averaged over each sample interval.
+    """Acceleration of the impacts, averaged over each sample interval.
 
     Sample k is the mean over start + (k -+ 1/2) dt, so that the samples times dt add up to the
     velocity jumps exactly, however few samples a pulse spans and wherever it falls between them.

@@ -1,6 +1,6 @@
 """Keys looked up through layers of a YAML file: record before group before scene.
 
-A mistake is told at the line where the value in force was written.
+A mistake is reported at the line where the value in force was written.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from vinesexp.units import parse_quantity
 
 
 def refuse_unknown(section: Section, known: tuple[str, ...], problems: Problems) -> None:
-    """Every key that nobody reads is a mistake, told with the nearest known one."""
+    """Every key that nobody reads is a mistake, reported with the nearest known one."""
     for key in section.values:
         if key not in known:
             problems.add(f"unknown key '{key}'; {nearest(key, known)}", where=section.where(key))

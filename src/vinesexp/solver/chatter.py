@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.solver.compiled import compiled
-from vinesexp.solver.contact import (
+from vinesexp.solver.state import (
     CLEARANCE,
     FREE,
     HIT,
@@ -51,7 +51,7 @@ def remaining_time(ball: FloatArray, a: float, own_rate: float) -> float:
 
     No less than the time in which the wall gains the speed of the next impact, so that an impact
     worth noting is never taken for the end of a chatter (with r = 0 it would be the only one).
-    Bounces that last less than UNSEEN are rest for any r, 1 included: no clock tells them apart.
+    Bounces that last less than UNSEEN are rest for any r, 1 included: no clock resolves them.
     """
     if a <= 0.0:
         return math.inf

@@ -26,6 +26,7 @@ MODULES = (
     "response",
     "search",
     "series",
+    "state",
     "statistics",
     "walls",
 )

@@ -1,8 +1,4 @@
-"""What an impact does: one rule for one ball or several at once, and the table that balls live in.
-
-A ball is a row of a float table. Its motion is kept relative to the wall it met last: the gap
-`D` to that wall and the relative velocity `RHO` = x' - y'. In a chatter both shrink by orders of
-magnitude below x and x'; kept this way they lose no digits, because nothing large is subtracted.
+"""What an impact does: one rule for one ball or several at once.
 
 The rule for simultaneous impacts is equations (3), (4) of docs/theory.md for all balls of the set
 at once: every ball that closes on its wall leaves it with -r times its relative velocity, and
@@ -24,31 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.solver.compiled import compiled
+from vinesexp.solver.state import FREE, HIT, MASS, RESTING, RESTITUTION, RHO, SIDE, STATE, D, U
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int32]
-
-# Columns of the table of balls.
-MASS, CLEARANCE, RESTITUTION = 0, 1, 2
-D = 3  # gap to the wall `SIDE`, m
-SIDE = 4  # +1: the wall met at x - y = +b
-RHO = 5  # x' - y', m/s; SIDE*RHO > 0 closes the gap
-STATE = 6  # FREE, RESTING or RELEASED
-HIT = 7  # 1 while the ball is part of the impact being solved
-ROOT = 8  # time of the next contact after the start of the step, s
-WALL = 9  # the side of that contact
-U = 10  # y' of a ball in flight: exactly constant, m/s
-GAP, RATE = 11, 12  # gap to `SIDE` and its rate at the point a search has reached
-LAST, EXPECTED = 13, 14  # times of the last and of the next contact, the latter a guess
-MET = 15  # side of the last contact, 0 before the first
-COLUMNS = 16
-
-FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
 
 NEGLIGIBLE = 1e-17  # relative speed over speed: a tenth of what rounding leaves of the latter
-
-# Kinds of rows in the log of events.
-START, IMPACT, REST_START, REST_END = 0, 1, 2, 3
 
 
 @compiled
@@ -153,20 +129,3 @@ def resting_mass(balls: FloatArray) -> float:
         if balls[i, STATE] == RESTING:
             mass += balls[i, MASS]
     return mass
-
-
-@compiled
-def write_event(
-    numbers: FloatArray, labels: IntArray, row: int, nes: int, side: float, t: float,
-    x: float, v: float, v_after: float, vy: float, vy_after: float,
-) -> int:  # fmt: skip
-    """Put one row in the log, all but its kind; the number of rows."""
-    labels[row, 1] = nes
-    labels[row, 2] = int(side)
-    numbers[row, 0] = t
-    numbers[row, 1] = x
-    numbers[row, 2] = v
-    numbers[row, 3] = v_after
-    numbers[row, 4] = vy
-    numbers[row, 5] = vy_after
-    return row + 1

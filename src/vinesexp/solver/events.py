@@ -15,29 +15,7 @@ from numpy.typing import NDArray
 
 from vinesexp.solver.chatter import close_chatter, release, settle
 from vinesexp.solver.compiled import compiled, entry
-from vinesexp.solver.contact import (
-    CLEARANCE,
-    FREE,
-    HIT,
-    IMPACT,
-    MASS,
-    RELEASED,
-    REST_END,
-    REST_START,
-    RESTING,
-    RESTITUTION,
-    RHO,
-    ROOT,
-    SIDE,
-    STATE,
-    WALL,
-    D,
-    U,
-    closing_now,
-    impact,
-    resting_mass,
-    write_event,
-)
+from vinesexp.solver.contact import closing_now, impact, resting_mass
 from vinesexp.solver.flight import expect
 from vinesexp.solver.search import EPS, first_root
 from vinesexp.solver.series import (
@@ -52,21 +30,34 @@ from vinesexp.solver.series import (
     slope,
     value,
 )
+from vinesexp.solver.state import (
+    CLEARANCE,
+    FREE,
+    HIT,
+    IMPACT,
+    MASS,
+    RELEASED,
+    REST_END,
+    REST_START,
+    RESTING,
+    RESTITUTION,
+    RHO,
+    ROOT,
+    SIDE,
+    STATE,
+    T_HIGH,
+    T_LOW,
+    V_NOW,
+    WALL,
+    X_NOW,
+    D,
+    U,
+    advance_clock,
+    write_event,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
-
-# Clock and oscillator state in one array, so that a full log can be emptied and the run resumed.
-T_HIGH, T_LOW, X_NOW, V_NOW = 0, 1, 2, 3
-
-
-@compiled
-def advance_clock(state: FloatArray, s: float) -> None:
-    """Add s to the time, keeping what rounding would drop."""
-    s += state[T_LOW]
-    total = state[T_HIGH] + s
-    state[T_LOW] = s - (total - state[T_HIGH])
-    state[T_HIGH] = total
 
 
 @compiled
@@ -124,7 +115,7 @@ def next_release(
 
 @compiled
 def move(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) -> None:
-    """Carry clock, oscillator and balls s seconds on; contacts within rounding of s are at a
+    """Carry clock, oscillator and balls s seconds on; impacts within rounding of s are at a
     wall."""
     advance_clock(state, s)
     state[X_NOW], state[V_NOW] = value(X, s, 0), slope(X, s, 1)
@@ -229,7 +220,7 @@ def turn(
         return log_marked(balls, numbers, labels, row, REST_START, state)
     rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
     T, dx, dv = close_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], state[V_NOW], remainder)
-    if T >= 0.0:  # it may be too short to be told from none
+    if T >= 0.0:  # it may be too short for the clock to show
         advance_clock(state, T)
         state[X_NOW] += dx
         state[V_NOW] += dv

@@ -18,7 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.solver.compiled import compiled
-from vinesexp.solver.contact import (
+from vinesexp.solver.response import (
+    H_MISFIT,
+    H_P,
+    H_RATE,
+    H_TWOALPHA,
+    H_W,
+    H_W0SQ,
+    after,
+)
+from vinesexp.solver.search import EPS
+from vinesexp.solver.state import (
     CLEARANCE,
     EXPECTED,
     FREE,
@@ -30,26 +40,19 @@ from vinesexp.solver.contact import (
     RHO,
     SIDE,
     STATE,
+    T_HIGH,
+    T_LOW,
+    V_NOW,
+    X_NOW,
     D,
     U,
+    advance_clock,
     write_event,
 )
-from vinesexp.solver.response import (
-    H_MISFIT,
-    H_P,
-    H_RATE,
-    H_TWOALPHA,
-    H_W,
-    H_W0SQ,
-    after,
-)
-from vinesexp.solver.search import EPS
 from vinesexp.solver.walls import open_until
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
-
-T_HIGH, T_LOW, X_NOW, V_NOW = 0, 1, 2, 3
 
 CLOSE = 1e-3  # rad: from here the Taylor polynomial of degree 4 is exact (1e-3^5/120 = 1e-17)
 TRIES = 4
@@ -169,9 +172,7 @@ def arrive(
 ) -> None:
     """Set clock, oscillator and balls to T seconds on, ball k at the wall `to`."""
     bend, gain = x - state[X_NOW] - state[V_NOW] * T, v - state[V_NOW]
-    low = T + state[T_LOW]
-    total = state[T_HIGH] + low
-    state[T_LOW], state[T_HIGH] = low - (total - state[T_HIGH]), total
+    advance_clock(state, T)
     state[X_NOW], state[V_NOW] = x, v
     for i in range(balls.shape[0]):
         gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * T + bend)

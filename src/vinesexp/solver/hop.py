@@ -24,14 +24,23 @@ from numpy.typing import NDArray
 
 from vinesexp.solver.chatter import remaining_time
 from vinesexp.solver.compiled import compiled
-from vinesexp.solver.contact import CLEARANCE, FREE, RHO, SIDE, STATE, D, U
 from vinesexp.solver.response import H_P, H_RATE, H_TWOALPHA, H_W, H_W0SQ
 from vinesexp.solver.search import EPS
+from vinesexp.solver.state import (
+    CLEARANCE,
+    FREE,
+    RHO,
+    SIDE,
+    STATE,
+    V_NOW,
+    X_NOW,
+    D,
+    U,
+    advance_clock,
+)
 from vinesexp.solver.walls import open_until
 
 FloatArray = NDArray[np.float64]
-
-T_HIGH, T_LOW, X_NOW, V_NOW = 0, 1, 2, 3
 
 SHORT = 0.3  # rad: flights shorter than this are hops
 TOP = 12
@@ -112,7 +121,7 @@ def hop(
         return False
     if away * s >= balls[k, CLEARANCE] or not others_stay_clear(head, balls, c, X, xh, vh, k, s):
         return False
-    land(state, balls, c, X, top, w, k, s)
+    return_to_wall(state, balls, c, X, top, w, k, s)
     return True
 
 
@@ -132,7 +141,7 @@ def others_stay_clear(
     fh = -head[H_TWOALPHA] * jh - w0sq * ah
     gh = -head[H_TWOALPHA] * fh - w0sq * jh
     S = head[H_W] ** 4 * head[H_P] + math.sqrt(fh * fh + gh * gh / w0sq)
-    until = 1.001 * s  # contacts within the resolution of time are one event, for the general rule
+    until = 1.001 * s  # impacts within the resolution of time are one event, for the general rule
     for i in range(balls.shape[0]):
         z, g, wide = balls[i, SIDE], balls[i, D], 2.0 * balls[i, CLEARANCE] - balls[i, D]
         r = balls[i, RHO]
@@ -144,7 +153,7 @@ def others_stay_clear(
 
 
 @compiled
-def land(
+def return_to_wall(
     state: FloatArray, balls: FloatArray, c: FloatArray, X: FloatArray, top: int, w: float,
     k: int, s: float,
 ) -> None:  # fmt: skip
@@ -153,9 +162,7 @@ def land(
     for n in range(top - 1, 1, -1):
         bend, gain = bend * s + X[n], gain * s + n * X[n]
     bend, gain = bend * s * s, gain * s
-    low = s + state[T_LOW]
-    total = state[T_HIGH] + low
-    state[T_LOW], state[T_HIGH] = low - (total - state[T_HIGH]), total
+    advance_clock(state, s)
     state[X_NOW] += state[V_NOW] * s + bend
     state[V_NOW] += gain
     cosine, sine = math.cos(w * s), math.sin(w * s)

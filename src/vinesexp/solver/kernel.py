@@ -15,30 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.solver.compiled import compiled, entry
-from vinesexp.solver.contact import (
-    CLEARANCE,
-    FREE,
-    GAP,
-    HIT,
-    MASS,
-    RATE,
-    RHO,
-    ROOT,
-    SIDE,
-    STATE,
-    WALL,
-    D,
-    U,
-    closing_now,
-)
-from vinesexp.solver.events import (
-    T_HIGH,
-    T_LOW,
-    V_NOW,
-    X_NOW,
-    advance_clock,
-    turn,
-)
+from vinesexp.solver.contact import closing_now
+from vinesexp.solver.events import turn
 from vinesexp.solver.flight import bounce, cross, first_expected
 from vinesexp.solver.hop import SHORT, hop
 from vinesexp.solver.response import (
@@ -55,6 +33,26 @@ from vinesexp.solver.response import (
 )
 from vinesexp.solver.search import EPS
 from vinesexp.solver.series import piece_at
+from vinesexp.solver.state import (
+    CLEARANCE,
+    FREE,
+    GAP,
+    HIT,
+    MASS,
+    RATE,
+    RHO,
+    ROOT,
+    SIDE,
+    STATE,
+    T_HIGH,
+    T_LOW,
+    V_NOW,
+    WALL,
+    X_NOW,
+    D,
+    U,
+    advance_clock,
+)
 from vinesexp.solver.walls import certain_step, guess, landing, open_until
 
 FloatArray = NDArray[np.float64]
@@ -157,8 +155,8 @@ def choose_step(
 
 
 @compiled
-def arrive(state: FloatArray, balls: FloatArray, x: float, v: float, s: float) -> None:
-    """Set clock, oscillator and balls to `s` seconds on; ROOT tells who is at a wall."""
+def fly_to(state: FloatArray, balls: FloatArray, x: float, v: float, s: float) -> None:
+    """Set clock, oscillator and balls to `s` seconds on; ROOT says who is at a wall."""
     bend, gain = x - state[X_NOW] - state[V_NOW] * s, v - state[V_NOW]
     advance_clock(state, s)
     state[X_NOW], state[V_NOW] = x, v
@@ -216,7 +214,7 @@ def fly(
     turned = w * d
     c[0], c[1] = cr - turned * (ci + 0.5 * turned * cr), ci + turned * (cr - 0.5 * turned * ci)
     x, v = cr + xh, vh - w * ci
-    arrive(state, balls, x + d * (v + 0.5 * d * a), v + d * (a + 0.5 * d * j), s + d)
+    fly_to(state, balls, x + d * (v + 0.5 * d * a), v + d * (a + 0.5 * d * j), s + d)
     return count
 
 

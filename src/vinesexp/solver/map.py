@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig, checked
-from vinesexp.solver.motion import ball_table, closed_form, parameters
+from vinesexp.solver.arrays import ball_table, closed_form, parameters
 
 FloatArray = NDArray[np.float64]
 

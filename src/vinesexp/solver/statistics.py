@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.solver.compiled import entry
-from vinesexp.solver.contact import IMPACT, REST_END, REST_START
 from vinesexp.solver.response import H_W, H_W0SQ, after, phasor
+from vinesexp.solver.state import IMPACT, REST_END, REST_START
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]

@@ -1,0 +1,83 @@
+"""A rig, a base and a release as the arrays that the compiled loops work on."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.errors import ParameterError
+from vinesexp.excitation import Base, Harmonic, Release, WeakDamping
+from vinesexp.rig import Rig
+from vinesexp.solver.state import (
+    CLEARANCE,
+    COLUMNS,
+    FREE,
+    MASS,
+    RESTITUTION,
+    RHO,
+    SIDE,
+    STATE,
+    D,
+    U,
+)
+
+FloatArray = NDArray[np.float64]
+
+
+def parameters(rig: Rig, damping: WeakDamping) -> FloatArray:
+    """Mass, viscous, stiffness, quadratic and Coulomb damping, in the order of `series.py`."""
+    o = rig.oscillator
+    return np.array([o.M, o.c1, o.k1, damping.quadratic, damping.coulomb])
+
+
+def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
+    """Table of balls at the start (`state.py`) and their places y0, refused where outside."""
+    n = len(rig.nes)
+    for name, values in (("y0", release.y0), ("vy0", release.vy0)):
+        if values and len(values) != n:
+            raise ParameterError(
+                f"{name} has {len(values)} values, expected {n}: one per NES (or none at all)"
+            )
+    y0 = np.array(release.y0 or [release.x0] * n, dtype=np.float64)
+    vy0 = np.array(release.vy0 or [0.0] * n, dtype=np.float64)
+    table = np.zeros((n, COLUMNS))
+    for i, nes in enumerate(rig.nes):
+        w = release.x0 - y0[i]
+        side = 1.0 if w >= 0.0 else -1.0
+        gap = nes.b - abs(w)
+        rounding = 4.0 * np.finfo(np.float64).eps * (abs(release.x0) + abs(y0[i]) + nes.b)
+        if gap < -rounding:
+            raise ParameterError(
+                f"ball {i} starts at x - y = {w:.9g} m, outside its cavity: "
+                f"expected at most the clearance b = {nes.b:.9g} m to either side"
+            )
+        # Within rounding of the wall means on it: 0.034 - 0.0 and b need not agree in the last bit.
+        gap = 0.0 if gap <= rounding else gap
+        table[i, [MASS, CLEARANCE, RESTITUTION]] = nes.m, nes.b, nes.r
+        table[i, [D, SIDE, RHO, STATE, U]] = gap, side, release.v0 - vy0[i], FREE, vy0[i]
+    return table, y0
+
+
+def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray | None:
+    """Table of the closed form where there is a good one, else None: power series then.
+
+    Not for weakly nonlinear damping, a base that is not harmonic, an oscillator near or beyond
+    critical damping, or a resonance so sharp that the particular response would dwarf the motion.
+    """
+    from vinesexp.solver.response import prepare
+
+    if not isinstance(base, Harmonic | None) or damping != WeakDamping():
+        return None
+    o = rig.oscillator
+    amplitude, frequency, phase = 0.0, o.f0, 0.0
+    if isinstance(base, Harmonic) and base.amplitude > 0.0:
+        amplitude, frequency, phase = base.amplitude, base.frequency, base.phase
+    w = 2.0 * math.pi * frequency
+    gap = math.hypot((o.w0 - w) * (o.w0 + w), 2.0 * o.zeta * o.w0 * w)
+    sharp = amplitude > 0.0 and gap < 1e-3 * o.w0 * o.w0
+    if o.zeta > 0.9 or sharp or not 1e-2 < w / o.w0 < 1e2:
+        return None
+    table: FloatArray = prepare(o.M, o.c1, o.k1, amplitude, frequency, phase)
+    return table

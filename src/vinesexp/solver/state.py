@@ -1,0 +1,69 @@
+"""What the compiled loops carry: clock and oscillator, the table of balls, the log of events.
+
+A ball is a row of a float table. Its motion is kept relative to one wall: the gap `D` to that wall
+and the relative velocity `RHO` = x' - y'. In a chatter both shrink by orders of magnitude below x
+and x'; kept this way they lose no digits, because nothing large is subtracted. The cavity is known
+by its half width alone: where its walls stand (+b1 and -b2) matters only to whoever asks for y.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.solver.compiled import compiled
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+# Clock and oscillator in one array, so that a full log can be emptied and the run resumed. The time
+# is a sum of two floats: 1e7 flights add up without drift.
+T_HIGH, T_LOW, X_NOW, V_NOW = 0, 1, 2, 3
+
+# Columns of the table of balls.
+MASS = 0  # kg
+CLEARANCE = 1  # half of the way from wall to wall, m
+RESTITUTION = 2  # r at the wall met at x - y = +b
+D = 3  # gap to the wall `SIDE`, m
+SIDE = 4  # +1: the wall met at x - y = +b
+RHO = 5  # x' - y', m/s; SIDE*RHO > 0 closes the gap
+STATE = 6  # FREE, RESTING or RELEASED
+HIT = 7  # 1 while the ball is part of the impact being solved
+ROOT = 8  # time of the next contact after the start of the step, s
+WALL = 9  # the side of that contact
+U = 10  # y' of a ball in flight, m/s
+GAP, RATE = 11, 12  # gap to `SIDE` and its rate at the point a search has reached
+LAST, EXPECTED = 13, 14  # times of the last and of the next contact, the latter a guess
+MET = 15  # side of the last contact, 0 before the first
+COLUMNS = 16
+
+FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
+
+# Kinds of rows in the log of events.
+START, IMPACT, REST_START, REST_END = 0, 1, 2, 3
+
+
+@compiled
+def advance_clock(state: FloatArray, s: float) -> None:
+    """Add s to the time, keeping what rounding would drop."""
+    s += state[T_LOW]
+    total = state[T_HIGH] + s
+    state[T_LOW] = s - (total - state[T_HIGH])
+    state[T_HIGH] = total
+
+
+@compiled
+def write_event(
+    numbers: FloatArray, labels: IntArray, row: int, nes: int, side: float, t: float,
+    x: float, v: float, v_after: float, vy: float, vy_after: float,
+) -> int:  # fmt: skip
+    """Put one row in the log, all but its kind; the number of rows."""
+    labels[row, 1] = nes
+    labels[row, 2] = int(side)
+    numbers[row, 0] = t
+    numbers[row, 1] = x
+    numbers[row, 2] = v
+    numbers[row, 3] = v_after
+    numbers[row, 4] = vy
+    numbers[row, 5] = vy_after
+    return row + 1
