@@ -27,6 +27,7 @@ rule identify:
         estimates=each_record(PATHS.estimates("{record}")),
     output:
         identified=PATHS.identified,
+        budget=PATHS.budget,
         checks=PATHS.identify_checks,
     log:
         RESULTS / "logs/identify.log",
