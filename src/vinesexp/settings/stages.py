@@ -257,6 +257,16 @@ class RegimeSettings:
         low=0.0, high=0.9, of="largest amplitude",
     )  # fmt: skip
 
+    smallest_ball: float = number(
+        1e-3, "no regime is stated where a ball this light (times 1 + r) could hit unseen",
+        measured="tests/signals/test_visibility.py", low=1e-6, high=1.0,
+        of="mass of the oscillator",
+    )  # fmt: skip
+    seen_share: float = number(
+        0.2, "where this many impacts a cycle are found, they can be seen",
+        measured="tests/signals/test_visibility.py", low=0.0, high=10.0, of="impacts a cycle",
+    )  # fmt: skip
+
 
 @dataclass(frozen=True, repr=False)
 class Settings:
