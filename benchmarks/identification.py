@@ -38,8 +38,8 @@ from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.store import create_record
 from vinesexp.signals.condition import condition
-from vinesexp.signals.extension import block_means
 from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.signals.means import block_means
 from vinesexp.solver.motion import Motion
 
 FloatArray = NDArray[np.float64]

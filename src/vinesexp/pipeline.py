@@ -23,8 +23,8 @@ from vinesexp.records.schema import Campaign, Record
 if TYPE_CHECKING:
     from vinesexp.clearance.comparison import Comparison
     from vinesexp.identification.estimate import Estimate
-    from vinesexp.signals.condition import Bands
-    from vinesexp.signals.impacts.find import Impacts
+    from vinesexp.signals.bands import Bands
+    from vinesexp.signals.impacts.impact_table import Impacts
 
 Row = dict[str, str | float | None]
 
@@ -151,6 +151,7 @@ def condition_record(campaign: Campaign, record: Record, *, paths: ResultPaths) 
         paths.conditioned(record.id),
         bandpass=campaign.bandpass,
         f0_hint=centre_frequency(record),
+        settings=record.settings,
     )
 
 
@@ -169,6 +170,7 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
     """Acceleration spikes to impacts, and the regime that they and the amplitude show."""
     import json
 
+    from vinesexp.signals.base_motion import base_rows
     from vinesexp.signals.impacts.find import impacts_of_record
     from vinesexp.signals.regimes import decay_times, regime_of_record
 
@@ -180,11 +182,16 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
         clearance=record.clearance,
         nes_mass=[mass.value for mass in campaign.known.nes_mass],
         test=record.test,
+        settings=record.settings,
     )
     regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
     row = paths.regime(record.id)
     row.parent.mkdir(parents=True, exist_ok=True)
-    step = {"regime": regime, "times": decay_times(record, conditioned=conditioned)}
+    step = {
+        "regime": regime,
+        "base": base_rows(record, measured=measured, conditioned=conditioned),
+        "times": decay_times(record, conditioned=conditioned),
+    }
     row.write_text(json.dumps(step, indent=1) + "\n", encoding="utf-8")
     return impacts, regime
 
@@ -208,10 +215,10 @@ def estimate_from_record(
 
 
 def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
-    """The regimes of all records in regimes.csv, the decay times of releases in decay_times.csv."""
+    """One table of all records each: regimes.csv, base.csv, decay_times.csv."""
     import json
 
-    from vinesexp.records.result_columns import DECAY_TIMES, RECORD_REGIMES
+    from vinesexp.records.result_columns import BASE, DECAY_TIMES, RECORD_REGIMES
     from vinesexp.records.tables import write_rows
 
     steps = [
@@ -220,6 +227,7 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
     ]
     rows: list[Row] = [step["regime"] for step in steps]
     write_rows(paths.regimes, RECORD_REGIMES, rows)
+    write_rows(paths.base, BASE, [row for step in steps for row in step["base"]])
     write_rows(paths.decay_times, DECAY_TIMES, [row for step in steps for row in step["times"]])
     return rows
 
@@ -227,16 +235,22 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
     """M, c1, k1 and r from the estimates of all records: identified.csv, budget.csv, checks."""
     from vinesexp.identification.budget import write_budget
-    from vinesexp.identification.combine import weigh
     from vinesexp.identification.estimate import read_estimates, write_identified
+    from vinesexp.identification.whole_campaign import identify_campaign
     from vinesexp.records.checks import write_checks
+    from vinesexp.signals.impacts.impact_table import read_impacts
 
     found = [
         estimate
         for record in campaign.records
         for estimate in read_estimates(paths.estimates(record.id))
     ]
-    whole = weigh(found, campaign)
+    impacts = {
+        record.id: read_impacts(paths.impacts(record.id))
+        for record in campaign.records
+        if record.clearance
+    }
+    whole = identify_campaign(found, campaign, impacts)
     write_identified(paths.identified, whole.rows)
     write_budget(paths.budget, whole.sources)
     write_checks(paths.identify_checks, whole.checks)
@@ -247,7 +261,7 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
     """Measured optimal clearances beside the predicted ones, clearances.csv; and what is odd."""
     from vinesexp.clearance.comparison import compare, write_clearances
     from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.result_columns import BASE, DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
     from vinesexp.records.tables import read_rows
 
     rows, checks = compare(
@@ -255,6 +269,7 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
         read_rows(paths.identified, IDENTIFIED),
         read_rows(paths.regimes, RECORD_REGIMES),
         read_rows(paths.decay_times, DECAY_TIMES),
+        read_rows(paths.base, BASE),
     )
     write_clearances(paths.clearances, rows)
     write_checks(paths.compare_checks, checks)

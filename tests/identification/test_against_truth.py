@@ -9,7 +9,7 @@ import pytest
 from vinesexp.laboratory.rehearsal import rehearse
 from vinesexp.laboratory.score import score_impacts
 from vinesexp.records.store import open_record
-from vinesexp.signals.impacts.find import read_impacts
+from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.signals.regimes import decay_times
 
 TWIN = Path(__file__).resolve().parents[2] / "data" / "twin"

@@ -10,7 +10,7 @@ import numpy as np
 from vinesexp.clearance.comparison import compare, write_clearances
 from vinesexp.records.campaign import Campaign, Record, load_campaign
 from vinesexp.records.checks import Check, write_checks
-from vinesexp.records.result_columns import DECAY_TIMES, IDENTIFIED, IMPACTS, RECORD_REGIMES
+from vinesexp.records.result_columns import BASE, DECAY_TIMES, IDENTIFIED, IMPACTS, RECORD_REGIMES
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record, write_refused
 from vinesexp.records.tables import read_rows, write_rows
@@ -103,6 +103,7 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
     write_rows(
         results / "decay_times.csv", DECAY_TIMES, [row for r in releases for row in _times(r)]
     )
+    write_rows(results / "base.csv", BASE, [])
     write_rows(results / "identified.csv", IDENTIFIED, _identified(parameters))
     rows, told = compare(
         campaign,

@@ -6,6 +6,7 @@ rule compare:
     input:
         identified=PATHS.identified,
         regimes=PATHS.regimes,
+        base=PATHS.base,
         times=PATHS.decay_times,
     output:
         clearances=PATHS.clearances,

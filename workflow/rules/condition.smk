@@ -13,6 +13,7 @@ rule condition:
         results=str(RESULTS),
         bandpass=CAMPAIGN.bandpass,
         frequency=lambda wildcards: CAMPAIGN.record(wildcards.record).frequency,
+        settings=lambda wildcards: repr(CAMPAIGN.record(wildcards.record).settings),
         code=code_digest("vinesexp.signals.condition"),
     message:
         "condition  {wildcards.record}"

@@ -14,7 +14,11 @@ rule impacts:
         campaign=str(CAMPAIGN_FOLDER),
         results=str(RESULTS),
         depends=record_text,
-        code=code_digest("vinesexp.signals.impacts.find", "vinesexp.signals.regimes"),
+        code=code_digest(
+            "vinesexp.signals.impacts.find",
+            "vinesexp.signals.regimes",
+            "vinesexp.signals.base_motion",
+        ),
     message:
         "impacts    {wildcards.record}"
     script:
@@ -26,6 +30,7 @@ rule regimes:
         regimes=each_record(PATHS.regime("{record}")),
     output:
         table=PATHS.regimes,
+        base=PATHS.base,
         times=PATHS.decay_times,
     log:
         RESULTS / "logs/regimes.log",

@@ -10,6 +10,7 @@ rule figures:
             "results": [
                 PATHS.identified,
                 PATHS.regimes,
+                PATHS.base,
                 PATHS.decay_times,
                 PATHS.clearances,
             ],
@@ -32,7 +33,8 @@ rule figures:
 rule report:
     input:
         tables=[
-            RESULTS / f"{name}.csv" for name in ("identified", "regimes", "clearances", "checks")
+            RESULTS / f"{name}.csv"
+            for name in ("identified", "regimes", "base", "clearances", "checks")
         ],
         figures=expand(PATHS.figures("{family}"), family=["results", "records"]),
     output:

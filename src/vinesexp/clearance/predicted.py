@@ -14,10 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Known
 from vinesexp.rig import RIG_VALUES
 from vinesexp.units import Quantity
+
+#: Half width of a 95 % interval in standard errors.
+COVERAGE_95 = 1.959963984540054
 
 Floats = NDArray[np.float64]
 
@@ -114,8 +118,10 @@ class Predicted:
     high: float
 
 
-def predicted_b_c(rig: IdentifiedRig, *, G: float, frequency: float | None = None) -> Predicted:
-    """b_c at base amplitude G (m) and frequency (Hz; the oscillator's own where None).
+def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
+    """b_c for the base of a level; the errors of the base are part of the interval.
+
+    Without a frequency that the tests share, the oscillator's own is taken.
 
     Raises
     ------
@@ -125,10 +131,32 @@ def predicted_b_c(rig: IdentifiedRig, *, G: float, frequency: float | None = Non
         There is no stable orbit at any clearance.
     """
     from vinesexp.theory.intervals import predict_periodic
+    from vinesexp.theory.optimal_clearance import b_c_exact
 
     _require(rig, NEEDED)
-    found = predict_periodic(G=G, values=rig.values, covariance=rig.covariance, frequency=frequency)
-    return Predicted(found.published, found.exact, found.low, found.high)
+    f = base.frequency
+
+    def exact(G: float, frequency: float | None) -> float:
+        values = {name: rig.values[name].value for name in NEEDED}
+        return float(b_c_exact(G=G, frequency=frequency, **values))
+
+    found = predict_periodic(
+        G=base.G.value,
+        values=rig.values,
+        covariance=rig.covariance,
+        frequency=None if f is None else f.value,
+    )
+    at = None if f is None else f.value
+    moves = [exact(base.G.value + base.G.std_error, at) - found.exact] if base.G.std_error else []
+    if f is not None and f.std_error:
+        moves.append(exact(base.G.value, f.value + f.std_error) - found.exact)
+    more = COVERAGE_95 * math.hypot(*moves) if moves else 0.0
+    return Predicted(
+        found.published,
+        found.exact,
+        found.exact - math.hypot(found.exact - found.low, more),
+        found.exact + math.hypot(found.high - found.exact, more),
+    )
 
 
 def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
@@ -181,7 +209,8 @@ def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -
     None where it cannot be known, or where the swing still falls at b_c.
     """
     try:
-        end = predicted_b_c(rig, G=G, frequency=frequency).exact
+        at = None if frequency is None else Quantity(frequency)
+        end = predicted_b_c(rig, base=LevelBase(Quantity(G), at)).exact
     except AnalysisError:
         return None
     b, swing = amplitude_curve(rig, G=G, frequency=frequency, low=0.5 * end, high=end)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
@@ -15,8 +17,8 @@ from vinesexp.identification.oscillation import displacement_of, frequency_of_mo
 from vinesexp.identification.sweep_record import estimates_of_sweep
 from vinesexp.records.campaign import Known, Record
 from vinesexp.records.store import RecordView, open_record
-from vinesexp.signals.channel_agreement import Agreement, agreement_of
-from vinesexp.signals.impacts.find import Impacts, read_impacts
+from vinesexp.signals.channel_agreement import Agreement, agreement_in
+from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 
 __all__ = ["NOTHING", "estimate_record", "nothing"]
 
@@ -50,10 +52,9 @@ def estimate_record(
     with open_record(measured) as view, open_record(conditioned) as band:
         if view.refused is not None:
             return []
-        frequency = band.attributes.get("oscillation_hz")
         content = _content(record, view)
         try:
-            return [content, *_by_test(record, known, view, frequency, impacts)]
+            return [content, *_by_test(record, known, view, band.attributes, impacts)]
         except AnalysisError as error:
             return [content, nothing(record.id, str(error))]
 
@@ -69,29 +70,23 @@ def _content(record: Record, view: RecordView) -> Estimate:
 
 
 def _by_test(
-    record: Record, known: Known, view: RecordView, frequency: float | None, impacts: Path
+    record: Record, known: Known, view: RecordView, conditioned: Mapping[str, Any], impacts: Path
 ) -> list[Estimate]:
     if record.test == "drop":
         return _drop(record, read_impacts(impacts))
+    agreement = agreement_in(conditioned)
+    found = [] if agreement is None else _agreement(record, agreement)
+    frequency = conditioned.get("oscillation_hz")
     if record.test == "sweep" and not record.clearance:
-        return _beside(record, view, frequency)[0] + estimates_of_sweep(record, view, frequency)
+        return found + estimates_of_sweep(record, view, frequency)
     if frequency is None:
         frequency = frequency_of_motion(view)
-    found, agreement = _beside(record, view, frequency)
     if record.test == "ringdown":
         return found + estimates_of_decay(record, view, frequency)
     if record.clearance:
         found += _swing(record, view, frequency)
         return found + impact_estimates(record, known, read_impacts(impacts), frequency, agreement)
     return found
-
-
-def _beside(
-    record: Record, view: RecordView, frequency: float | None
-) -> tuple[list[Estimate], Agreement | None]:
-    """Acceleration beside displacement, where both were recorded."""
-    agreement = agreement_of(view, frequency=frequency) if frequency else None
-    return ([] if agreement is None else _agreement(record, agreement)), agreement
 
 
 def _swing(record: Record, view: RecordView, frequency: float) -> list[Estimate]:

@@ -13,27 +13,14 @@ from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
 from vinesexp.records.store import RecordView
-from vinesexp.signals.condition import fill_gaps
-from vinesexp.signals.extension import block_means
+from vinesexp.signals.means import channel_means
 
 FloatArray = NDArray[np.float64]
 
 #: Block means a period: a sine loses 0.3 % of its information there.
 POINTS = 24
-_BLOCK = 1 << 20  # samples read at once
 _SPECTRUM = 1 << 19  # points that the frequency is looked for in
 _PERIODS = 3.0  # fewer in a record are drift
-
-
-def coarse(view: RecordView, role: str, k: int) -> FloatArray:
-    """Means over groups of k samples of a whole channel, read by blocks."""
-    size = max(1, _BLOCK // k) * k
-    return np.concatenate(
-        [
-            block_means(fill_gaps(view.read(role, begin, begin + size)), k)
-            for begin in range(0, view.n, size)
-        ]
-    )
 
 
 def motion_role(view: RecordView) -> str:
@@ -67,7 +54,7 @@ def displacement_of(view: RecordView, frequency: float) -> tuple[FloatArray, flo
     """
     role = motion_role(view)
     k = max(1, int(view.sample_rate / (POINTS * frequency)))
-    x = coarse(view, role, k) / float(np.sinc(frequency * k / view.sample_rate))
+    x = channel_means(view, role, k) / float(np.sinc(frequency * k / view.sample_rate))
     if view.quantity(role) == "acceleration":
         x = -x / (2.0 * math.pi * frequency) ** 2
     return x, k / view.sample_rate
@@ -85,7 +72,7 @@ def frequency_of_motion(view: RecordView) -> float:
     """
     role = motion_role(view)
     k = max(1, view.n // _SPECTRUM)
-    x = coarse(view, role, k)
+    x = channel_means(view, role, k)
     if x.size < 16 or not np.ptp(x) > 0.0:
         raise AnalysisError(f"the {role} does not move: nothing oscillates in it")
     size = 1 << (x.size - 1).bit_length()

@@ -21,9 +21,8 @@ from vinesexp.identification.oscillation import POINTS
 from vinesexp.identification.phasors import Phasors, decay_window, demodulate
 from vinesexp.identification.ringdown_result import RingDown
 from vinesexp.signals.clipping import resolution_of
-from vinesexp.signals.condition import fill_gaps
 from vinesexp.signals.cycles import cycle_amplitudes
-from vinesexp.signals.extension import block_means
+from vinesexp.signals.means import block_means, fill_gaps
 
 __all__ = ["POINTS", "RingDown", "cycle_amplitudes", "fit_ringdown", "ring_down"]
 

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.halfpower import half_power
-from vinesexp.identification.oscillation import POINTS, coarse, motion_role
+from vinesexp.identification.oscillation import POINTS, motion_role
 from vinesexp.identification.sweep import transmissibility
 from vinesexp.records.schema import Record
 from vinesexp.records.store import RecordView
+from vinesexp.signals.means import channel_means
 
 FloatArray = NDArray[np.float64]
 
@@ -49,7 +50,7 @@ def estimates_of_sweep(record: Record, view: RecordView, frequency: float | None
     f0 = _resonance(view, role, swept, frequency)
     k = max(1, int(view.sample_rate / (POINTS * f0)))
     step = k / view.sample_rate
-    base, x = coarse(view, "base", k), coarse(view, role, k)
+    base, x = channel_means(view, "base", k), channel_means(view, role, k)
     if view.quantity(role) != view.quantity("base"):
         to_motion = -1.0 / (2.0 * math.pi * f0) ** 2
         x = x * to_motion if view.quantity(role) == "acceleration" else x
@@ -87,7 +88,7 @@ def _resonance(
         return frequency
     low, high = (min(swept), max(swept)) if swept else (0.0, view.sample_rate / POINTS)
     k = max(1, int(view.sample_rate / (POINTS * high)))
-    base, x = coarse(view, "base", k), coarse(view, role, k)
+    base, x = channel_means(view, "base", k), channel_means(view, role, k)
     taper = np.hanning(x.size)
     X, B = (np.fft.rfft((y - y.mean()) * taper) for y in (x, base))
     f = np.fft.rfftfreq(x.size, k / view.sample_rate)

@@ -12,8 +12,10 @@ from pathlib import Path
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.problems import Problems
 from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, Known, TimeColumn
+from vinesexp.records.settings_section import read_settings
 from vinesexp.records.uncertainties import Uncertainties, read_uncertainties
 from vinesexp.records.yamltree import Section, read_yaml
+from vinesexp.settings.stages import Settings
 from vinesexp.units import (
     UNITS,
     Quantity,
@@ -30,6 +32,7 @@ KEYS = (
     "time",
     "sample_rate",
     "bandpass",
+    "settings",
     "uncertainties",
     "allow_outside",
 )
@@ -56,6 +59,7 @@ class Description:
     time: TimeColumn | None = None
     sample_rate: float | None = None
     bandpass: tuple[float, float] | None = None
+    settings: Settings = field(default_factory=Settings)
     allow_outside: bool = False
 
 
@@ -81,6 +85,7 @@ def read_description(file: Path, problems: Problems) -> Description:
         time=_time(top, problems),
         sample_rate=_positive(top, "sample_rate", "frequency", problems),
         bandpass=_bandpass(top, problems),
+        settings=read_settings(top, problems),
         allow_outside=_yes(top, "allow_outside", problems),
     )
 

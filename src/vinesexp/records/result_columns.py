@@ -74,6 +74,19 @@ RECORD_REGIMES = Table("regimes", "regimes", (
     _number("transition_m", "m", "amplitude at which the ball is lost", needed=False),
 ))  # fmt: skip
 
+#: How the base moved in each periodic test, from its own channel.
+BASE = Table("base", "regimes", (
+    _RECORD,
+    _number("frequency_hz", "Hz", "measured", ".10g"),
+    _number("frequency_error_hz", "Hz", "standard error", ".3g"),
+    _number("amplitude_m", "m", "of the displacement at that frequency", ".7g"),
+    _number("amplitude_error_m", "m", "standard error, without that of the sensitivity", ".3g"),
+    _number("harmonic_2", "1", "displacement at twice the frequency over amplitude_m", ".3g"),
+    _number("harmonic_3", "1", "at three times the frequency", ".3g"),
+    _number("wander", "1", "standard deviation of the amplitude over its mean", ".3g"),
+    _number("dip", "1", "largest drop of the amplitude over its median", ".3g"),
+))  # fmt: skip
+
 #: How fast each release fell to each amplitude: one row a record and amplitude.
 DECAY_TIMES = Table("decay_times", "regimes", (
     _RECORD,
@@ -130,4 +143,4 @@ DECAY = Table("decay", "estimate", (
 ))  # fmt: skip
 
 #: The tables of one results folder, in the order in which they are made.
-TABLES = (IMPACTS, IDENTIFIED, BUDGET, RECORD_REGIMES, DECAY_TIMES, CLEARANCES, CHECKS, TRUTH)
+TABLES = (IMPACTS, IDENTIFIED, BUDGET, RECORD_REGIMES, BASE, DECAY_TIMES, CLEARANCES, CHECKS, TRUTH)

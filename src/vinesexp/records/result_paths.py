@@ -43,7 +43,7 @@ class ResultPaths:
         return self._step(id, "ingest.csv")
 
     def regime(self, id: str) -> Path:
-        """The record's row of regimes.csv and its rows of decay_times.csv."""
+        """The record's row of regimes.csv and those of base.csv and decay_times.csv."""
         return self._step(id, "regime.json")
 
     def estimates(self, id: str) -> Path:
@@ -75,6 +75,11 @@ class ResultPaths:
     @property
     def regimes(self) -> Path:
         return self.folder / "regimes.csv"
+
+    @property
+    def base(self) -> Path:
+        """How the base moved in each periodic test."""
+        return self.folder / "base.csv"
 
     @property
     def decay_times(self) -> Path:

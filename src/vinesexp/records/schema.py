@@ -12,6 +12,7 @@ from pathlib import Path
 
 from vinesexp.errors import CampaignError, nearest
 from vinesexp.records.uncertainties import EXACT, Uncertainties
+from vinesexp.settings.stages import Settings
 from vinesexp.units import Quantity
 
 #: What a record can be a record of.
@@ -19,7 +20,7 @@ TESTS = ("ringdown", "sweep", "periodic", "transient", "drop")
 
 #: Roles a channel can have, each with the quantities it can be measured as.
 ROLES: Mapping[str, tuple[str, ...]] = {
-    "base": ("displacement",),
+    "base": ("displacement", "velocity", "acceleration"),
     "displacement": ("displacement",),
     "acceleration": ("acceleration",),
 }
@@ -117,6 +118,8 @@ class Record:
         m; (start, end) in Hz, equal for a single frequency; kg; m. None where the row is empty.
     exclude : bool
         Leave it out, for the reason in `note`.
+    settings : Settings
+        Of the campaign, with what the row changes.
     row : int
         Line of records.csv.
     """
@@ -131,6 +134,7 @@ class Record:
     release: float | None = None
     exclude: bool = False
     note: str = ""
+    settings: Settings = field(default_factory=Settings)
     row: int = 0
 
 
@@ -148,6 +152,8 @@ class Campaign:
         At most one of them; neither where the files state their sampling themselves. Hz.
     bandpass : tuple of float, optional
         (low, high), Hz.
+    settings : Settings
+        Numbers that steer the stages; a record may change them once more.
     """
 
     folder: Path
@@ -159,6 +165,7 @@ class Campaign:
     sample_rate: float | None
     bandpass: tuple[float, float] | None
     records: tuple[Record, ...] = field(default=())
+    settings: Settings = field(default_factory=Settings)
 
     def record(self, id: str) -> Record:
         """The record called `id`; CampaignError with the nearest name where there is none."""

@@ -14,10 +14,10 @@ from vinesexp.figures.entry import Drawn
 from vinesexp.figures.gallery import listed
 from vinesexp.figures.numbers import significant, with_error
 from vinesexp.records.campaign import Campaign
-from vinesexp.records.result_columns import CHECKS, CLEARANCES, IDENTIFIED, RECORD_REGIMES
+from vinesexp.records.result_columns import BASE, CHECKS, CLEARANCES, IDENTIFIED, RECORD_REGIMES
 from vinesexp.records.tables import read_rows
 from vinesexp.report.errorbars import coverage_table
-from vinesexp.report.processing import processed_records
+from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
 from vinesexp.theory.regime_definitions import REGIMES
@@ -91,7 +91,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     """Everything the template shows, finished."""
     tables = {
         table.name: read_rows(results / f"{table.name}.csv", table)
-        for table in (IDENTIFIED, RECORD_REGIMES, CLEARANCES, CHECKS)
+        for table in (IDENTIFIED, RECORD_REGIMES, BASE, CLEARANCES, CHECKS)
     }
     records = [record.file for record in campaign.records]
     description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
@@ -129,6 +129,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "coverage": coverage_table(),
         "written": SYMBOLS,
         "processed": processed,
+        "changed_settings": changed_settings(campaign),
         "provenance": provenance(
             [*description, *records],
             folder=campaign.folder,
@@ -145,7 +146,7 @@ def _early(figure: Mapping[str, Any]) -> int:
 def _verdict(
     campaign: Campaign, tables: Mapping[str, list[dict[str, str]]], parameters: Mapping[str, str]
 ) -> dict[str, Any]:
-    levels = periodic_levels(campaign, tables["regimes"])
+    levels = periodic_levels(campaign, tables["regimes"], tables["base"])
     rig = identified_rig(tables["identified"], campaign.known)
     periodic = periodic_verdicts(levels, tables["clearances"], rig)
     releases = release_verdicts(tables["clearances"])

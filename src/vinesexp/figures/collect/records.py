@@ -14,7 +14,7 @@ from vinesexp.figures.draw.traces import COLUMNS, Trace, amplitudes, overview
 from vinesexp.figures.entry import Drawn
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.store import RecordView, open_record
-from vinesexp.signals.impacts.find import read_impacts
+from vinesexp.signals.impacts.impact_table import read_impacts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
