@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,8 @@ from vinesexp.figures.draw.ringdown_fit import Decay, added_mass_line, ringdown_
 from vinesexp.figures.draw.traces import Trace
 from vinesexp.figures.entry import Drawn
 from vinesexp.figures.numbers import with_error
+from vinesexp.identification.combine import counted
+from vinesexp.identification.estimate import read_estimates
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
@@ -58,17 +59,13 @@ def draw_ringdowns(
 
 
 def _identified(record: Record, results: Path) -> dict[str, tuple[float, float]]:
-    """f0, zeta and the law of damping of one ring-down with their errors, by its best method."""
-    path = ResultPaths(results).estimates(record.id)
-    estimates: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
-    best: dict[str, tuple[float, float]] = {}
-    for estimate in estimates:
-        name = str(estimate["parameter"]).removesuffix("_added")
-        if name in ("f0", "zeta", *_LAW):
-            value, error = float(estimate["value"]), float(estimate["std_error"])
-            if np.isfinite(value) and error <= best.get(name, (0.0, np.inf))[1]:
-                best[name] = (value, error)
-    return best if "f0" in best else {}
+    """f0, zeta and the law of damping of one ring-down, as they enter the combined values."""
+    found: dict[str, tuple[float, float]] = {}
+    for estimate in counted(read_estimates(ResultPaths(results).estimates(record.id))):
+        name = estimate.parameter.removesuffix("_added")
+        if name in ("f0", "zeta", *_LAW) and np.isfinite(estimate.value):
+            found[name] = (estimate.value, estimate.std_error)
+    return found if "f0" in found else {}
 
 
 def _decay(
