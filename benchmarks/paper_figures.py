@@ -204,7 +204,7 @@ def table_1() -> list[str]:
     for b, x1, x2, t15, t5 in TABLE_1:
         mine = 1e-3 * b
         A_1, A_2 = float(manifold.A_1(R)), float(manifold.A_2(R))
-        model = transient.time_to_level(case, b=mine, level=[0.015, 0.005])
+        model = transient.captured_time(case, b=mine, level=[0.015, 0.005])
         places = 0.03 + mine * rng.uniform(-0.999, 0.999, STARTS)
         runs = np.array([times_to(release(mine, float(y), 14.0), (0.015, 0.005)) for y in places])
         low, middle, high = np.percentile(runs, [10, 50, 90], axis=0)

@@ -2,10 +2,10 @@
 
     python -m benchmarks.predictions            # two to three minutes, one core
 
-Over a grid of mass ratio, restitution, damping and detuning each rung predicts b_c, b_t (as the
+Over a grid of mass ratio, restitution, damping and detuning each model predicts b_c, b_t (as the
 amplitude at T2), the steady amplitude and the decay time; the reference is direct simulation
 by exact events. Writes docs/benchmarks/predictions.md and predictions.svg beside it: the table of
-times and errors and the map of the cheapest rung that is good to 1 %.
+times and errors and the map of the cheapest model that is good to 1 %.
 """
 
 from __future__ import annotations
@@ -13,9 +13,11 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from benchmarks import sequences
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
 from vinesexp.errors import AnalysisError
@@ -28,13 +30,12 @@ from vinesexp.theory import (
     multiple,
     optimal_clearance,
     orbits,
-    sequences,
     slowflow,
 )
 from vinesexp.theory.floquet import steady_samples
 from vinesexp.theory.projection import project
 from vinesexp.theory.regime_definitions import Regime, regime_of
-from vinesexp.theory.transient import Decaying, time_to_level
+from vinesexp.theory.transient import Decaying, captured_time
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "benchmarks" / "predictions.md"
@@ -44,7 +45,9 @@ EPS = (1e-3, 3e-3, 0.00681, 0.02, 0.05, 0.1, 0.3)
 R = (0.3, 0.45, 0.6, 0.75, 0.95)
 ZETA = (0.0, 0.0065, 0.02, 0.05)
 DETUNING = (-0.01, 0.0, 0.01)  # Omega - 1
-RUNGS = ("closed form", "slow flow", "exact orbit")
+#: The decay is timed from this share of A_2 to this multiple of A_1, or of A_2 if that is more.
+DECAY_FROM, DECAY_TO, DECAY_AT_LEAST = 0.95, 1.4, 0.35
+MODELS = ("closed form", "slow flow", "exact orbit")
 
 
 def comes_back(p: orbits.Reduced, C: float, *, cycles: int) -> bool:
@@ -90,7 +93,7 @@ def published_b_c(eps: float, zeta: float, r: float, detuning: float) -> float:
 def slow_b_c(eps: float, zeta: float, r: float, detuning: float) -> float:
     lam, sigma = 2 * zeta / eps, detuning / eps
     try:
-        return 1.0 / (eps * slowflow.end_of_permanent_response(lam=lam, r=r, sigma=sigma).F)
+        return 1.0 / (eps * slowflow.slow_end(lam=lam, r=r, sigma=sigma).F)
     except AnalysisError:
         return float("nan")
 
@@ -110,8 +113,8 @@ def study_b_c(margin: float) -> tuple[np.ndarray, np.ndarray]:
             agreed[index] = np.isnan(slow_b_c(eps, zeta, r, detuning))
             continue
         exact = float(ends.b_high)
-        for k, rung in enumerate((published_b_c, slow_b_c)):
-            error[(k, *index)] = rung(eps, zeta, r, detuning) / exact - 1.0
+        for k, model in enumerate((published_b_c, slow_b_c)):
+            error[(k, *index)] = model(eps, zeta, r, detuning) / exact - 1.0
         agreed[index] = confirmed(p, ends, margin)
     return error, agreed
 
@@ -189,13 +192,13 @@ def released_on_manifold(A: float, *, eps: float, r: float, zeta: float) -> Moti
 
 
 def study_decay() -> np.ndarray:
-    """Error of the closed-form decay time from 0.9 A_2 to 1.5 A_1 (or half way); eps, r, error."""
+    """Error of the closed-form decay time from DECAY_FROM A_2 to DECAY_TO A_1; eps, r, error."""
     rows = []
     zeta = 0.0065
     for eps in EPS:
         for r in R:
             A_1, A_2 = float(manifold.A_1(r)), float(manifold.A_2(r))
-            start, end = 0.95 * A_2, max(1.4 * A_1, 0.35 * A_2)
+            start, end = DECAY_FROM * A_2, max(DECAY_TO * A_1, DECAY_AT_LEAST * A_2)
             motion = released_on_manifold(start * 1.03, eps=eps, r=r, zeta=zeta)
             measured = time_between(motion, start, end)
             predicted = float(decay.decay_time(start, end, lam=2 * zeta / eps, r=r)) / eps
@@ -221,7 +224,7 @@ def study_below() -> np.ndarray:
             ]
             model = Decaying(M=1.0, c1=2 * zeta, k1=1.0, m=eps, r=r, x_m=start)
             try:
-                predicted = float(time_to_level(model, b=1.0, level=end))
+                predicted = float(captured_time(model, b=1.0, level=end))
             except AnalysisError:
                 predicted = float("nan")
             mean = float(np.mean(runs))
@@ -251,8 +254,22 @@ TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 LEVELS = (0.15e-3, 0.2e-3, 0.25e-3, 0.3e-3, 0.4e-3, 0.5e-3)
 
 
-def study_multiple() -> list[str]:
-    """Designs for 0.15 to 0.4 mm under each level: simulated amplitudes and regimes."""
+@dataclass(frozen=True)
+class Several:
+    """Several balls under one level: amplitudes in mm, and whether every ball is captured."""
+
+    mean: float
+    largest: float
+    captured: bool
+    theory: float
+
+    def __str__(self) -> str:
+        swing = f" (to {self.largest:.1f})" if self.largest > 1.02 * self.mean else ""
+        return f"{self.mean:.2f}{swing}{' s' if self.captured else ''}; {self.theory:.2f}"
+
+
+def designs() -> dict[str, Rig]:
+    """Rigs tuned for 0.15 to 0.4 mm, with one ball and with two."""
 
     def plan(masses: list[float], low: float, high: float) -> Rig:
         found = multiple.design_clearances(
@@ -264,7 +281,7 @@ def study_multiple() -> list[str]:
         )
 
     low, high = LEVELS[0], 0.4e-3
-    designs = {
+    return {
         "32 g tuned to 0.15 mm": plan([0.032], low, low),
         "32 g tuned to 0.40 mm": plan([0.032], high, high),
         "64 g tuned to 0.40 mm": plan([0.064], high, high),
@@ -272,17 +289,53 @@ def study_multiple() -> list[str]:
         "16 + 16 g, one clearance (25 mm)": Rig(TABLE_2, [NES(m=0.016, b=0.025, r=0.6)] * 2),
         "32 g (25 mm)": Rig(TABLE_2, [NES(m=0.032, b=0.025, r=0.6)]),
     }
+
+
+def study_multiple() -> list[str]:
+    """Designs under each level: simulated amplitudes and regimes, then what they say."""
     heads = " | ".join(f"G = {1e3 * G:g}" for G in LEVELS)
     lines = [f"| design (b in mm) | {heads} |", "|---" * (len(LEVELS) + 1) + "|"]
-    for name, rig in designs.items():
-        cells = [_several(rig, G) for G in LEVELS]
+    found = {}
+    for name, rig in designs().items():
+        found[name] = [several(rig, G) for G in LEVELS]
         b = ", ".join(f"{1e3 * n.b:.1f}" for n in rig.nes)
-        lines.append(f"| {name}: {b} | " + " | ".join(cells) + " |")
-    return lines
+        lines.append(f"| {name}: {b} | " + " | ".join(map(str, found[name])) + " |")
+    return [*lines, "", *additivity(found), *separate_activity(found)]
 
 
-def _several(rig: Rig, G: float) -> str:
-    """Mean amplitude, its swing and the slow flow's value, mm; s: every ball two symmetric."""
+def additivity(found: dict[str, list[Several]]) -> list[str]:
+    """Two balls of 16 g against one of 32 g, where all are captured."""
+    halves, whole = found["16 + 16 g, one clearance (25 mm)"], found["32 g (25 mm)"]
+    both = [
+        abs(two.mean / one.mean - 1.0)
+        for two, one in zip(halves, whole, strict=True)
+        if two.captured and one.captured
+    ]
+    if not both:
+        return ["Additivity: at no level are the balls of both designs all captured."]
+    return [
+        f"Additivity: at the {len(both)} levels where all balls are captured, two balls of 16 g",
+        f"and one of 32 g differ by at most {100 * max(both):.2g} % in mean amplitude.",
+    ]
+
+
+def separate_activity(found: dict[str, list[Several]]) -> list[str]:
+    """Whether the larger ball of a pair leaves the smaller one alone below its fold."""
+    pair, alone = found["32 + 32 g over the range"], found["32 g tuned to 0.15 mm"]
+    steady = [k for k, one in enumerate(alone) if one.captured]
+    upset = [k for k in steady if not pair[k].captured]
+    levels = ", ".join(f"{1e3 * LEVELS[k]:g}" for k in upset)
+    if not upset:
+        return ["Separate activity: the pair is captured wherever its smaller ball alone is."]
+    return [
+        f"Separate activity: of the {len(steady)} levels at which the smaller ball of the pair",
+        f"alone is captured, the pair is not at {len(upset)} (G = {levels} mm): the larger ball,",
+        "below its fold, is not absent; its odd impacts knock the smaller one out of step.",
+    ]
+
+
+def several(rig: Rig, G: float) -> Several:
+    """Simulated amplitudes, whether every ball makes two symmetric impacts, the slow flow's."""
     period, end = 1.0 / TABLE_2.f0, 300.0
     y0 = [0.999 * n.b * (-1) ** k for k, n in enumerate(rig.nes)]
     motion = simulate(
@@ -300,10 +353,12 @@ def _several(rig: Rig, G: float) -> str:
         ).regime
         for k in range(len(y0))
     ]
-    theory = multiple.response_amplitude(G, rig)
-    mark = " s" if all(one is Regime.TWO_SYMMETRIC for one in seen) else ""
-    swing = f" (to {1e3 * peaks.max():.1f})" if peaks.max() > 1.02 * peaks.mean() else ""
-    return f"{1e3 * peaks.mean():.2f}{swing}{mark}; {1e3 * theory:.2f}"
+    return Several(
+        mean=1e3 * float(peaks.mean()),
+        largest=1e3 * float(peaks.max()),
+        captured=all(one is Regime.TWO_SYMMETRIC for one in seen),
+        theory=1e3 * multiple.response_amplitude(G, rig),
+    )
 
 
 def timed(task: Callable[[], object], repeat: int) -> float:
@@ -317,7 +372,7 @@ def timed(task: Callable[[], object], repeat: int) -> float:
 
 
 def speeds() -> list[tuple[str, str, float]]:
-    """What one answer of each rung costs, on this machine."""
+    """What one answer of each model costs, on this machine."""
     n = 1_000_000
     rng = np.random.default_rng(0)
     eps, lam, r = rng.uniform(1e-3, 0.3, n), rng.uniform(0, 5, n), rng.uniform(0, 1, n)
@@ -363,7 +418,7 @@ def speeds() -> list[tuple[str, str, float]]:
 
 
 def cheapest(error: np.ndarray, agreed: np.ndarray) -> np.ndarray:
-    """Index of the first rung within 1 %; the exact orbit where one exists, else -1."""
+    """Index of the first model within 1 %; the exact orbit where one exists, else -1."""
     best = np.where(np.isfinite(error[0]), 2, -1)
     best = np.where(np.abs(error[1]) <= 0.01, 1, best)
     return np.where(np.abs(error[0]) <= 0.01, 0, best)
@@ -411,18 +466,18 @@ def main() -> int:
     error, agreed = study_b_c(margin)
     none = np.isnan(error[0])
     n_agreed, n = int((agreed & ~none).sum()), int((~none).sum())
-    rung = cheapest(error, agreed)
+    best = cheapest(error, agreed)
     middle = DETUNING.index(0.0)
     figure = draw.rung_map(
         x=R,
         y=EPS,
         rung=np.concatenate(
             [
-                np.moveaxis(rung[:, :, :, middle], 2, 0),
-                rung[None, :, :, ZETA.index(0.0065), DETUNING.index(0.01)],
+                np.moveaxis(best[:, :, :, middle], 2, 0),
+                best[None, :, :, ZETA.index(0.0065), DETUNING.index(0.01)],
             ]
         ),
-        names=RUNGS,
+        names=MODELS,
         x_label="restitution r",
         y_label="mass ratio eps",
         titles=[
@@ -431,7 +486,7 @@ def main() -> int:
         ],
     )
     style.write(figure, FIGURE)
-    shares = [float((rung == k).mean()) for k in range(3)]
+    shares = [float((best == k).mean()) for k in range(3)]
     page = [
         "# Predictions: speed against error",
         "",
@@ -445,9 +500,9 @@ def main() -> int:
         "",
         "## What an answer costs",
         "",
-        "| rung | answer | time |",
+        "| model | answer | time |",
         "|---|---|---|",
-        *(f"| {rung_} | {what} | {1e3 * t:.3g} ms |" for rung_, what, t in speeds()),
+        *(f"| {name} | {what} | {1e3 * t:.3g} ms |" for name, what, t in speeds()),
         "",
         "## b_c",
         "",
@@ -458,14 +513,14 @@ def main() -> int:
         "past which no orbit is left to start from). In "
         f"{int(none.sum())} more no stable orbit exists at any",
         "clearance (no damping, 1 % below resonance); the slow flow says so too. Errors of the",
-        "cheaper rungs, over r, zeta and detuning:",
+        "cheaper models, over r, zeta and detuning:",
         "",
         *table_b_c(error),
         "",
         "![map](predictions.svg)",
         "",
-        f"Cheapest rung good to 1 %: closed form (36) in {100 * shares[0]:.0f} % of the grid, slow "
-        f"flow in a further {100 * shares[1]:.0f} %, exact orbit in "
+        f"Cheapest model good to 1 %: closed form (36) in {100 * shares[0]:.0f} % of the grid, "
+        f"slow flow in a further {100 * shares[1]:.0f} %, exact orbit in "
         f"{100 * shares[2]:.0f} %.",
         "",
         "## Amplitude of the steady response at 0.8 b_c (zeta = 0.0065, resonance)",
@@ -486,7 +541,8 @@ def main() -> int:
         "",
         "## Decay time on the stable branch",
         "",
-        "Closed form against direct simulation, from 0.95 A_2 down to 1.4 A_1 (0.35 A_2 where that",
+        f"Closed form against direct simulation, from {DECAY_FROM} A_2 down to {DECAY_TO} A_1 "
+        f"({DECAY_AT_LEAST} A_2 where that",
         "is more), released on the SIM, zeta = 0.0065; median (largest) over r:",
         "",
         *table_of(study_decay(), ("closed form",)),
@@ -495,12 +551,12 @@ def main() -> int:
         "",
         "## Time through the fold",
         "",
-        "From 1.5 A_1 to 0.6 A_1, the passage flown (`time_to_level`) against the mean of twelve",
+        "From 1.5 A_1 to 0.6 A_1, the passage flown (`captured_time`) against the mean of twelve",
         "simulated starts on the SIM, zeta = 0.0065, median (largest) over r = 0.3 to 0.75; then",
         "the standard deviation of those starts, which no prediction of a mean can go below.",
         "Without answer: half a cycle takes more than A_1, which is refused in one line.",
         "",
-        *table_of(study_below(), ("time_to_level", "spread of the starts")),
+        *table_of(study_below(), ("captured_time", "spread of the starts")),
         "",
         "## Several balls",
         "",
@@ -509,11 +565,6 @@ def main() -> int:
         "flow's amplitude. mm throughout; designs with 2 % margin.",
         "",
         *study_multiple(),
-        "",
-        "Additivity holds to better than 1 % where all active balls are captured: two balls of",
-        "16 g do what one of 32 g does. Separate activity fails below the fold of the larger ball:",
-        "it is not captured but not absent either: its odd impacts knock the smaller one out of",
-        "step, and the response of the pair swings where the smaller ball alone would be steady.",
         "",
     ]
     PAGE.write_text("\n".join(page), encoding="utf-8")

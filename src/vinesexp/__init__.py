@@ -18,6 +18,7 @@ _HOME = {
     "Release": "vinesexp.excitation",
     "simulate": "vinesexp.solver.simulation",
     "Motion": "vinesexp.solver.motion",
+    "open_results": "vinesexp.results",
 }
 
 __all__ = sorted([*_HOME, "__version__"])

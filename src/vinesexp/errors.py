@@ -53,6 +53,10 @@ class RecordError(VinesexpError):
     """One record cannot be used; the others of the campaign can."""
 
 
+class TableError(VinesexpError):
+    """A table of the results folder is missing, damaged, or another one."""
+
+
 class AnalysisError(VinesexpError):
     """The data do not hold what was asked of them (too short, no impact, no decay)."""
 

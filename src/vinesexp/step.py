@@ -1,8 +1,9 @@
 """One step of the workflow: a function, its log, and one line at the console when it fails.
 
-A script calls `run_step(main, log=..., **arguments)`. What the step prints and the traceback
-of anything unexpected go to the log; a user's mistake is one line at the console, with the log's
-path, and no traceback.
+A script of the workflow calls `run_job(main, snakemake)`, anything else
+`run_step(main, log=..., **arguments)`. What the step prints and the traceback of anything
+unexpected go to the log; a user's mistake is one line at the console, with the log's path, and no
+traceback.
 """
 
 from __future__ import annotations
@@ -16,6 +17,30 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.errors import VinesexpError
+
+
+def run_job(function: Callable[..., Any], job: Any, **arguments: Any) -> None:
+    """Run one job of the workflow: `function(campaign, [record,] paths=..., **arguments)`.
+
+    Parameters
+    ----------
+    function : callable
+        The step, as in `vinesexp.pipeline`. What it returns is the summary line of the log.
+    job : snakemake
+        What Snakemake gives to a script: the params ``campaign`` and ``results`` say where both
+        are, the wildcard ``record``, where there is one, which record it is about.
+    """
+    run_step(lambda: _of_campaign(function, job, arguments), log=job.log[0])
+
+
+def _of_campaign(function: Callable[..., Any], job: Any, arguments: dict[str, Any]) -> Any:
+    from vinesexp.records.campaign import load_campaign
+    from vinesexp.records.result_paths import ResultPaths
+
+    campaign = load_campaign(Path(job.params.campaign))
+    id = getattr(job.wildcards, "record", None)
+    about = [] if id is None else [campaign.record(id)]
+    return function(campaign, *about, paths=ResultPaths(Path(job.params.results)), **arguments)
 
 
 def run_step(function: Callable[..., Any], *, log: str | Path, **arguments: Any) -> None:

@@ -15,33 +15,81 @@ from dataclasses import dataclass
 from vinesexp.errors import ParameterError, nearest
 
 STANDARD_GRAVITY = 9.80665  # m/s^2, exact by definition
+#: Half width of a 95 % interval in standard errors.
+COVERAGE_95 = 1.959963984540054
 
 #: Units by what they measure, each with its size in SI.
 UNITS: dict[str, dict[str, float]] = {
-    "displacement": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "µm": 1e-6, "in": 0.0254},
-    "velocity": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2},
+    "displacement": {
+        "m": 1.0,
+        "mm": 1e-3,
+        "cm": 1e-2,
+        "um": 1e-6,
+        "µm": 1e-6,
+        "nm": 1e-9,
+        "in": 0.0254,
+        "ft": 0.3048,
+        "mil": 2.54e-5,
+    },
+    "velocity": {
+        "m/s": 1.0,
+        "mm/s": 1e-3,
+        "cm/s": 1e-2,
+        "um/s": 1e-6,
+        "in/s": 0.0254,
+        "ips": 0.0254,
+        "ft/s": 0.3048,
+    },
     "acceleration": {
         "m/s^2": 1.0,
         "m/s2": 1.0,
         "m/s²": 1.0,
         "mm/s^2": 1e-3,
+        "cm/s^2": 1e-2,
+        "in/s^2": 0.0254,
+        "ft/s^2": 0.3048,
         "g": STANDARD_GRAVITY,
         "mg": 1e-3 * STANDARD_GRAVITY,
     },
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": 4.4482216152605},
-    "mass": {"kg": 1.0, "g": 1e-3, "mg": 1e-6},
-    "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6},
-    "charge": {"C": 1.0, "pC": 1e-12},
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0},
+    "mass": {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237, "oz": 0.028349523125},
+    "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6, "kV": 1e3},
+    "charge": {"C": 1.0, "nC": 1e-9, "pC": 1e-12},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     "frequency": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "mHz": 1e-3, "rpm": 1.0 / 60.0},
-    "damping": {"N s/m": 1.0, "Ns/m": 1.0, "N*s/m": 1.0, "kg/s": 1.0},
+    "damping": {
+        "N s/m": 1.0,
+        "Ns/m": 1.0,
+        "N*s/m": 1.0,
+        "kg/s": 1.0,
+        "N s/mm": 1e3,
+        "lbf s/in": 4.4482216152605 / 0.0254,
+        "lbf s/ft": 4.4482216152605 / 0.3048,
+    },
     "quadratic damping": {"N s^2/m^2": 1.0, "N s2/m2": 1.0, "kg/m": 1.0},
-    "stiffness": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3},
+    "stiffness": {
+        "N/m": 1.0,
+        "kN/m": 1e3,
+        "N/mm": 1e3,
+        "lbf/in": 4.4482216152605 / 0.0254,
+        "lbf/ft": 4.4482216152605 / 0.3048,
+    },
     "angle": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0},
     "ratio": {"": 1.0, "1": 1.0, "%": 1e-2},
 }
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+#: Other ways to write the same letter or power.
+_SPELLINGS = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": "*", "⋅": "*", "×": "*", "−": "-"})
+_REWRITTEN = (
+    (r"/sec\b", "/s"),
+    (r"/s(?:\*\*2|2)$", "/s^2"),
+    (r"/\(?s\*s\)?$|/s/s$", "/s^2"),
+    (r"^grms$|^g_?n$|^gn$|^g0$", "g"),
+    (r"^lbs?\b(?=[ */])", "lbf"),
+)
+_ALL = {unit for table in UNITS.values() for unit in table}
+
+_NUMBER = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(
     rf"^\s*(?P<value>{_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*(?P<error>{_NUMBER}))?\s*(?P<unit>.*?)\s*$"
 )
@@ -53,6 +101,26 @@ class Quantity:
 
     value: float
     std_error: float = 0.0
+
+
+def plain_unit(unit: str) -> str:
+    """A unit in the spelling of `UNITS`: micro signs as u, raised and bare powers as ``^2``.
+
+    Examples
+    --------
+    >>> plain_unit("\u03bcm"), plain_unit("m/s**2"), plain_unit("m/sec²"), plain_unit("N·s/m")
+    ('um', 'm/s^2', 'm/s^2', 'N*s/m')
+    """
+    if unit.strip() in _ALL:
+        return unit.strip()
+    plain = unit.strip().translate(_SPELLINGS)
+    if plain in _ALL:
+        return plain
+    for written, meant in _REWRITTEN:
+        plain = re.sub(written, meant, plain)
+    if plain not in _ALL and plain.replace("*", " ") in _ALL:
+        plain = plain.replace("*", " ")
+    return plain
 
 
 def unit_size(unit: str, quantity: str) -> float:
@@ -79,6 +147,8 @@ def unit_size(unit: str, quantity: str) -> float:
     vinesexp.errors.ParameterError: 'V' is a unit of voltage, expected a unit of displacement ...
     """
     known = UNITS[quantity]
+    if unit not in known:
+        unit = plain_unit(unit)
     if unit in known:
         return known[unit]
     examples = ", ".join(name for name in known if name)
@@ -111,8 +181,8 @@ def parse_quantity(text: object, quantity: str) -> Quantity:
             f"such as '1 {next(iter(UNITS[quantity]))}'"
         )
     size = unit_size(match["unit"], quantity)
-    value = float(match["value"]) * size
-    error = abs(float(match["error"] or 0.0)) * size
+    value = _float(match["value"]) * size
+    error = abs(_float(match["error"] or "0")) * size
     if not (math.isfinite(value) and math.isfinite(error)):
         raise ParameterError(f"found '{text}', expected a finite number")
     return Quantity(value, error)
@@ -142,9 +212,33 @@ def parse_sensitivity(text: object, quantity: str) -> float:
             f"such as '100 mV/{next(iter(UNITS[quantity]))}'"
         )
     measured = measured.strip().strip("()")
-    kind = "charge" if output.strip() in UNITS["charge"] else "voltage"
+    kind = "charge" if plain_unit(output) in UNITS["charge"] else "voltage"
     size = unit_size(output.strip(), kind) / unit_size(measured, quantity)
-    value = float(match["value"]) * size
+    value = _float(match["value"]) * size
     if value == 0.0 or not math.isfinite(value):
         raise ParameterError(f"found '{text}', expected a sensitivity other than zero")
     return value
+
+
+def relative_error(text: object) -> float | None:
+    """Relative standard uncertainty that a value states; None where it states none.
+
+    Examples
+    --------
+    >>> relative_error("40 +- 2 mV/mm"), relative_error("40 mV/mm")
+    (0.05, None)
+    """
+    match = _QUANTITY.match(str(text))
+    if match is None or match["error"] is None or not float(match["value"]):
+        return None
+    return abs(float(match["error"]) / float(match["value"]))
+
+
+def _float(number: str) -> float:
+    """A number with decimal point or comma; ``1,000`` may be one or a thousand, and is refused."""
+    if re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", number):
+        raise ParameterError(
+            f"found '{number}', which may be {number.replace(',', '.')} or "
+            f"{number.replace(',', '')}; write it with a decimal point"
+        )
+    return float(number.replace(",", "."))

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vinesexp.clearance.comparison import compare, write_clearances
+from vinesexp.clearance.level_base import LevelBase
 from vinesexp.clearance.levels import periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
     NEEDED,
     IdentifiedRig,
+    MissingValuesError,
     amplitude_curve,
     decay_curves,
     identified_rig,
@@ -21,11 +22,13 @@ from vinesexp.clearance.predicted import (
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Campaign, Known, Record
+from vinesexp.records.result_columns import CLEARANCES
+from vinesexp.records.tables import read_rows
 from vinesexp.units import Quantity
 
 HEADER = (
     "test,level,measured_mm,measured_low_mm,measured_high_mm,published_mm,exact_mm,"
-    "predicted_low_mm,predicted_high_mm,error_percent"
+    "predicted_low_mm,predicted_high_mm,error_percent,base_amplitude_mm,kind,records,bound"
 )
 TABLE_2 = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "f0": 7.8623, "zeta": 0.0065035}
 TRIED = (25, 30, 32, 33, 34, 35, 45)
@@ -53,6 +56,10 @@ def periodic(b: float, **changed) -> Record:
 
 def regime_row(record: str, mean_mm: float, regime: str, **more: str) -> dict[str, str]:
     return {"record": record, "regime": regime, "amplitude_mean_m": str(1e-3 * mean_mm)} | more
+
+
+def time_row(record: str, target_m: str, time_s: str) -> dict[str, str]:
+    return {"record": record, "target_m": target_m, "time_s": time_s}
 
 
 def combined(values: dict[str, float], error: float = 1e-3) -> list[dict[str, str]]:
@@ -95,8 +102,10 @@ def test_table_has_the_columns_of_the_contract_and_empty_cells(tmp_path, tests_a
     write_clearances(tmp_path / "clearances.csv", rows)
     text = (tmp_path / "clearances.csv").read_text(encoding="utf-8")
     assert text.splitlines()[0] == HEADER
-    with (tmp_path / "clearances.csv").open(encoding="utf-8", newline="") as stream:
-        first = next(csv.DictReader(stream))
+    first, second = read_rows(tmp_path / "clearances.csv", CLEARANCES)
+    assert (first["base_amplitude_mm"], first["kind"]) == ("0.25", "lowest amplitude")
+    assert second["kind"] == "end of two impacts per cycle"
+    assert first["records"] == ";".join(f"b{b}" for b in TRIED)
     assert float(first["measured_mm"]) == pytest.approx(33.0, abs=0.2)
     assert first["exact_mm"] == first["published_mm"] == first["error_percent"] == ""
 
@@ -139,15 +148,17 @@ def test_only_single_nes_records_enter():
     records = [periodic(20), periodic(30, clearance=(0.03, 0.03)), periodic(40, exclude=True)]
     records.append(periodic(45, base_amplitude=None))
     regimes = [regime_row(record.id, 5.0, "two symmetric") for record in records]
-    (level,) = periodic_levels(campaign(records), [*regimes, regime_row("gone", 1.0, "chatter")])
+    (level,) = periodic_levels(
+        campaign(records), [*regimes, regime_row("gone", 1.0, "chatter")], []
+    )
     assert [test.record for test in level.tests] == ["b20"]
 
 
 def test_a_frequency_counts_only_where_all_share_it():
     records = [periodic(20), periodic(30, frequency=(7.7, 7.7))]
     regimes = [regime_row(record.id, 5.0, "two symmetric") for record in records]
-    assert periodic_levels(campaign(records[:1]), regimes)[0].frequency == 7.8623
-    assert periodic_levels(campaign(records), regimes)[0].frequency is None
+    assert periodic_levels(campaign(records[:1]), regimes, [])[0].frequency == 7.8623
+    assert periodic_levels(campaign(records), regimes, [])[0].frequency is None
 
 
 def release(b: float, x0: float = 0.02) -> Record:
@@ -156,17 +167,16 @@ def release(b: float, x0: float = 0.02) -> Record:
 
 def test_releases_are_told_by_release_and_level():
     records = [release(b) for b in (10, 27, 33, 48)] + [release(b, 0.03) for b in (20, 50)]
-    regimes = [
-        regime_row(r.id, 1.0, "strongly modulated")
-        | ({"time_to_10mm_s": f"{t}", "time_to_3mm_s": s} if r.release == 0.02 else {})
-        | ({"time_to_15mm_s": f"{t}"} if r.release == 0.03 else {})
-        for r, t, s in zip(
-            records, (1.8, 1.4, 1.2, 1.3, 1.7, 1.2), ("4.3", "2.8", "2.9", "", "", ""), strict=True
-        )
-    ]
-    names = [level.name for level in release_levels(campaign(records), regimes)]
+    regimes = [regime_row(r.id, 1.0, "strongly modulated") for r in records]
+    times = []
+    for r, t, s in zip(
+        records, (1.8, 1.4, 1.2, 1.3, 1.7, 1.2), ("4.3", "2.8", "2.9", "", "", ""), strict=True
+    ):
+        far, near = ("0.01", "0.003") if r.release == 0.02 else ("0.015", "0.0045")
+        times += [time_row(r.id, far, f"{t}"), time_row(r.id, near, s)]
+    names = [level.name for level in release_levels(campaign(records), regimes, times)]
     assert names == ["20 mm to 10 mm", "20 mm to 3 mm", "30 mm to 15 mm"]
-    rows, checks = compare(campaign(records), combined(TABLE_2), regimes)
+    rows, checks = compare(campaign(records), combined(TABLE_2), regimes, times)
     ten, three, fifteen = rows
     assert ten.measured_mm == pytest.approx(33.0)
     assert (three.measured_low_mm, three.measured_high_mm) == pytest.approx((10.0, 33.0))
@@ -180,25 +190,33 @@ def test_releases_are_told_by_release_and_level():
 
 def test_b_t_needs_r_only():
     records = [release(b) for b in (10, 27, 48)]
-    regimes = [regime_row(r.id, 1.0, "", time_to_5mm_s=f"{t}") for r, t in zip(
-        records, (3.0, 2.0, 2.5), strict=True)]  # fmt: skip
-    rows, checks = compare(campaign(records), combined({"r": 0.6}), regimes)
+    regimes = [regime_row(r.id, 1.0, "") for r in records]
+    times = [time_row(r.id, "0.005", t) for r, t in zip(records, ("3", "2", "2.5"), strict=True)]
+    rows, checks = compare(campaign(records), combined({"r": 0.6}), regimes, times)
     assert rows[0].exact_mm == pytest.approx(27.317, abs=1e-3)
     assert checks == []
 
 
-def test_an_optimum_at_the_end_of_what_was_tried_is_told():
+def test_an_optimum_at_the_end_of_what_was_tried_is_a_bound():
     records = [release(b) for b in (10, 27, 33, 48)]
-    for times, said in (
-        ((3.0, 2.5, 2.2, 2.0), "best at 48 mm at the end of what was tried (10 to 48 mm)"),
-        ((3.0, 2.5, 2.0, 2.01), "best at 33 mm, and no worse at the end of what was tried"),
+    regimes = [regime_row(r.id, 1.0, "") for r in records]
+    for fell, bound, said in (
+        (
+            ("3", "2.5", "2.2", "2"),
+            "at least",
+            "above 33 mm, maybe larger than any tried (10 to 48 mm)",
+        ),
+        (("3", "2.5", "2", "2.01"), "at least", "above 27 mm, maybe larger than any tried"),
+        (("2", "2.5", "2.6", "2.7"), "at most", "below 27 mm, maybe smaller than any tried"),
+        (("2", "2.5", "2.6", "2.01"), "open", "not bracketed"),
     ):
-        regimes = [
-            regime_row(r.id, 1.0, "", time_to_5mm_s=f"{t}")
-            for r, t in zip(records, times, strict=True)
-        ]
-        _, (told,) = compare(campaign(records), combined(TABLE_2), regimes)
-        assert said in told.detail
+        times = [time_row(r.id, "0.005", t) for r, t in zip(records, fell, strict=True)]
+        (row,), (found,) = compare(campaign(records), combined(TABLE_2), regimes, times)
+        assert said in found.detail
+        assert row.bound == bound
+        assert row.error_percent is None  # a bound is no measured value
+        assert (row.measured_low_mm is None) == (bound in ("at most", "open"))
+        assert (row.measured_high_mm is None) == (bound in ("at least", "open"))
 
 
 def rig(error: float = 1e-3) -> IdentifiedRig:
@@ -223,7 +241,7 @@ def test_errors_of_k1_and_c1_go_together_with_those_of_M():
     fixed = IdentifiedRig(
         rig(1e-2).values | {"r": Quantity(0.6)}, Quantity(7.8623, 0.0786), rig(1e-2).zeta
     )
-    found = predicted_b_c(fixed, G=0.25e-3)
+    found = predicted_b_c(fixed, base=LevelBase(Quantity(0.25e-3), None))
     assert found.high - found.low == pytest.approx(2.0 * 1.96 * np.std(b_c), rel=0.06)
 
 
@@ -233,8 +251,23 @@ def test_without_values_there_is_no_prediction_but_no_crash():
     assert empty.covariance is None
     assert predicted_lowest(empty, G=0.25e-3, frequency=None) is None
     assert amplitude_curve(empty, G=0.25e-3, frequency=None, low=0.02, high=0.04)[0].size == 0
-    with pytest.raises(AnalysisError, match="no prediction without M, c1, k1, r, m"):
-        predicted_b_c(empty, G=0.25e-3)
+    with pytest.raises(MissingValuesError, match="no prediction without M, c1, k1, r, m") as error:
+        predicted_b_c(empty, base=LevelBase(Quantity(0.25e-3), None))
+    assert error.value.names == NEEDED
+
+
+def test_a_prediction_that_fails_is_reported_whatever_its_words(tests_at_025, monkeypatch):
+    """Only a missing value is left to the summary of all levels."""
+    loaded, regimes = tests_at_025
+
+    def fails(*_, **__):
+        raise AnalysisError("no stable orbit without a ball that bounces")
+
+    monkeypatch.setattr("vinesexp.clearance.comparison.predicted_b_c", fails)
+    _, checks = compare(loaded, combined(TABLE_2), regimes)
+    assert [check.detail for check in checks] == [
+        "G = 0.25 mm: no stable orbit without a ball that bounces"
+    ]
 
 
 def test_lowest_amplitude_is_predicted_a_little_below_b_c():
@@ -268,3 +301,39 @@ def test_predicted_swing_is_that_of_a_simulated_motion():
     )
     x, _ = motion.at(np.arange(100.0, 120.0, 1e-4))
     assert swing[0] == pytest.approx(0.5 * np.ptp(x), rel=2e-3)
+
+
+def base_row(record: str, G: float = 0.225e-3, frequency: float = 7.8623) -> dict[str, str]:
+    return {
+        "record": record, "frequency_hz": str(frequency), "frequency_error_hz": "1e-6",
+        "amplitude_m": str(G), "amplitude_error_m": "1e-9", "harmonic_2": "0", "harmonic_3": "0",
+        "wander": "0", "dip": "0",
+    }  # fmt: skip
+
+
+def test_a_base_below_its_sheet_moves_the_prediction_and_is_reported(tests_at_025):
+    loaded, regimes = tests_at_025
+    as_sheet, _ = compare(loaded, combined(TABLE_2), regimes)
+    measured, checks = compare(
+        loaded, combined(TABLE_2), regimes, (), [base_row(f"b{b}") for b in TRIED]
+    )
+    assert measured[0].level == as_sheet[0].level == "G = 0.25 mm"  # the sheet names it
+    assert measured[0].base_amplitude_mm == pytest.approx(0.225)
+    assert measured[0].exact_mm / as_sheet[0].exact_mm == pytest.approx(0.9, abs=0.002)
+    assert [check.check for check in checks] == ["base amplitude"]
+
+
+def test_errors_of_the_base_widen_the_interval():
+    """b_c goes with G: one percent of G is one percent of b_c."""
+    known = rig(0.0)
+    G, f = 0.25e-3, 7.8623
+    exact = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f)))
+    assert exact.high - exact.low == pytest.approx(0.0, abs=1e-9)
+    blurred = predicted_b_c(known, base=LevelBase(Quantity(G, 0.01 * G), Quantity(f)))
+    assert blurred.exact == exact.exact
+    assert (blurred.high - blurred.low) / (2.0 * blurred.exact) == pytest.approx(0.0196, rel=0.02)
+    detuned = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f, 0.01)))
+    there = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f + 0.01)))
+    assert detuned.high - detuned.exact == pytest.approx(
+        1.96 * abs(there.exact - exact.exact), rel=1e-3
+    )

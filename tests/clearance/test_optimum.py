@@ -1,4 +1,4 @@
-"""Measured optima: the valley's floor, its kink, and the fastest release."""
+"""Measured optima: the valley's floor, its jump, and the fastest release."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vinesexp.errors import AnalysisError
 TWO, MODULATED = "two symmetric", "strongly modulated"
 
 
-def valley(clearances: list[float], floor: float, kink: float) -> list[Tested]:
-    """A parabola with its vertex at `floor`, and a jump up beyond `kink`."""
+def valley(clearances: list[float], floor: float, jump: float) -> list[Tested]:
+    """A parabola with its vertex at `floor`, and a jump up beyond `jump`."""
     return [
-        Tested(b, 5.0 + 300.0 * (b - floor) ** 2 + (2.0 if b > kink else 0.0),
-               MODULATED if b > kink else TWO)
+        Tested(b, 5.0 + 300.0 * (b - floor) ** 2 + (2.0 if b > jump else 0.0),
+               MODULATED if b > jump else TWO)
         for b in clearances
     ]  # fmt: skip
 
@@ -32,12 +32,12 @@ def valley(clearances: list[float], floor: float, kink: float) -> list[Tested]:
 )
 def test_the_floor_of_a_smooth_valley_is_found_and_bracketed(floor, beyond, step, shift):
     tried = [float(b) for b in np.arange(0.01 + shift * step, 0.05, step)]
-    kink = floor + beyond
-    best = lowest_amplitude(valley(tried, floor, kink))
+    jump = floor + beyond
+    best = lowest_amplitude(valley(tried, floor, jump))
     assert best.low <= floor <= best.high
     assert best.low <= best.clearance <= best.high
-    last_permanent = max(b for b in tried if b <= kink)
-    assert best.clearance <= last_permanent + 1e-15  # never across the kink
+    last_permanent = max(b for b in tried if b <= jump)
+    assert best.clearance <= last_permanent + 1e-15  # never across the jump
     assert best.clearance == pytest.approx(min(floor, last_permanent), abs=1e-9)
 
 
@@ -50,15 +50,18 @@ def test_whatever_was_measured_the_estimate_stays_in_its_bracket(scatter, seed):
         for i, a in enumerate(scatter)
     ]
     best = lowest_amplitude(tests)
-    assert best.low <= best.clearance <= best.high
+    assert (best.low or 0.0) <= best.clearance <= (best.high or 1.0)
     assert best.value == min(scatter)
 
 
-def test_an_optimum_at_the_end_is_told():
+def test_an_optimum_at_the_end_is_a_bound():
     falling = [Tested(b, 0.1 / b, TWO) for b in (0.01, 0.02, 0.03)]
     best = lowest_amplitude(falling)
-    assert best.at_edge
-    assert best.clearance == best.high == 0.03
+    assert best.bound == "at least"
+    assert (best.clearance, best.low, best.high) == (0.03, 0.02, None)
+    rising = lowest_amplitude([Tested(b, b, TWO) for b in (0.01, 0.02, 0.03)])
+    assert rising.bound == "at most"
+    assert (rising.clearance, rising.low, rising.high) == (0.01, None, 0.02)
 
 
 def test_repeated_clearances_are_averaged():
@@ -89,18 +92,30 @@ def test_coexisting_regimes_widen_the_end():
 
 
 @pytest.mark.parametrize(
-    ("regimes", "said"),
+    ("regimes", "bound", "low", "high"),
     [
-        ((TWO, TWO, TWO), "at every tried clearance .* try larger ones"),
-        ((MODULATED, MODULATED, MODULATED), "at no tried clearance .* try smaller ones"),
-        ((MODULATED, TWO, MODULATED), "not permanent at the smallest tried clearance .10 mm."),
-        ((TWO, MODULATED, TWO), "permanent at the largest tried clearance .30 mm."),
+        ((TWO, TWO, TWO), "at least", 0.03, None),
+        ((TWO, MODULATED, TWO), "at least", 0.01, None),
+        ((MODULATED, MODULATED, MODULATED), "at most", None, 0.01),
+        ((MODULATED, TWO, MODULATED), "at most", None, 0.03),
+        ((MODULATED, TWO, TWO), "open", None, None),
     ],
 )
-def test_an_end_that_is_not_between_two_tests_is_said_to_be_absent(regimes, said):
-    tests = [Tested(0.01 * (i + 1), 5.0, regime) for i, regime in enumerate(regimes)]
-    with pytest.raises(AnalysisError, match=said):
+def test_an_end_that_is_not_between_two_tests_is_a_bound(regimes, bound, low, high):
+    tests = [Tested(round(0.01 * (i + 1), 2), 5.0, regime) for i, regime in enumerate(regimes)]
+    end = end_of_permanent(tests)
+    assert (end.bound, end.low, end.high) == (bound, low, high)
+    assert end.clearance == (low or high or 0.01)
+
+
+@pytest.mark.parametrize("regime", ["", "no impact"])
+def test_impacts_that_were_not_seen_say_nothing_of_the_end(regime):
+    tests = [Tested(0.01 * (i + 1), 5.0, regime) for i in range(4)]
+    with pytest.raises(AnalysisError, match=r"impacts were not seen .* is unknown"):
         end_of_permanent(tests)
+    seen = valley([0.030, 0.033, 0.034, 0.0345], 0.033, 0.034)
+    end = end_of_permanent([Tested(0.0342, 5.0, regime), *seen])
+    assert (end.low, end.high) == (0.034, 0.0345)  # as if it had not been tried
 
 
 def test_ties_widen_the_bracket_of_the_fastest():
@@ -109,11 +124,11 @@ def test_ties_widen_the_bracket_of_the_fastest():
     sharp, blurred = fastest(tests, resolution=0.0), fastest(tests, resolution=0.06)
     assert (sharp.low, sharp.clearance, sharp.high) == (0.027, 0.030, 0.036)
     assert (blurred.low, blurred.clearance, blurred.high) == (0.020, 0.030, 0.042)
-    assert not blurred.at_edge
+    assert blurred.bound == ""
 
 
 def test_a_release_that_never_gets_there_is_no_optimum_but_bounds_it():
     tests = [Tested(0.02, 3.0), Tested(0.03, 2.5), Tested(0.04, 2.6), Tested(0.05, None)]
     best = fastest(tests, resolution=0.2)
     assert (best.low, best.clearance, best.high) == (0.02, 0.03, 0.05)
-    assert not best.at_edge
+    assert best.bound == ""

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from benchmarks import sequences
 
 from vinesexp.errors import AnalysisError, ParameterError
-from vinesexp.theory import boundaries, decay, manifold, orbits, sequences, slowflow
+from vinesexp.theory import boundaries, decay, floquet, manifold, orbits, rig_orbits, slowflow
 from vinesexp.theory import optimal_clearance as clearance
 from vinesexp.theory.orbits import Reduced
-from vinesexp.theory.transient import Decaying, best_clearance, time_to_level
+from vinesexp.theory.transient import Decaying, best_clearance, captured_time
 
 RIG = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6}
 
@@ -109,7 +110,7 @@ def test_detuning_without_orbit_is_told() -> None:
     limit = float(orbits.saddle_node(p)[1])
     assert 1.0 < limit < 2.0, "of the order of the base motion itself"
     with pytest.raises(AnalysisError, match="no symmetric orbit with two impacts per cycle"):
-        orbits.symmetric_orbits(G=0.25e-3, b=0.02, frequency=2.5 * 7.862, **RIG)
+        rig_orbits.symmetric_orbits(G=0.25e-3, b=0.02, frequency=2.5 * 7.862, **RIG)
     assert 0.0 < float(boundaries.end_of_permanent_response(p).b_high) <= limit
 
 
@@ -118,6 +119,50 @@ def test_conservative_motion_is_not_called_stable_by_rounding() -> None:
     ends = boundaries.stable_range(p)
     assert ends.exists.tolist() == [False, True, False]
     assert ends.kind.tolist()[0] == ""
+
+
+def test_an_orbit_that_leaves_its_cavity_is_no_orbit() -> None:
+    """Far below resonance the ball of an orbit that is stable on paper passes a wall on its way."""
+    p = Reduced.of(eps=0.05, zeta=0.01, r=0.3, Omega=0.2)
+    paper = orbits.family(orbits.amplitudes_at(1.57, p)[1], p)
+    assert floquet.routh_stable(floquet.jacobian(paper))
+    assert not floquet.stays_inside(paper)
+    with pytest.raises(AnalysisError, match="no stable orbit"):
+        clearance.b_c_exact(
+            G=1e-3, M=1.0, c1=0.02, k1=1.0, m=0.05, r=0.3, frequency=0.2 / (2.0 * math.pi)
+        )
+
+
+def test_every_stretch_found_stays_in_its_cavity() -> None:
+    rng = np.random.default_rng(20)
+    n = 300
+    p = Reduced.of(
+        eps=10.0 ** rng.uniform(-4.0, -0.5, n),
+        zeta=10.0 ** rng.uniform(-4.0, -1.0, n),
+        r=rng.uniform(0.0, 1.0, n),
+        Omega=rng.uniform(0.1, 1.5, n),
+    )
+    ends = boundaries.stable_range(p)
+    there = ends.exists
+    for share in (1e-6, 0.3, 0.6, 1.0 - 1e-6):
+        C = ends.C_low[there] + share * (ends.C_high[there] - ends.C_low[there])
+        assert floquet.stays_inside(orbits.family(C, p[there])).all()
+    assert {"symmetry breaking", "graze"} <= set(ends.kind_low[there].tolist())
+
+
+@pytest.mark.parametrize(
+    ("rig", "message"),
+    [
+        ({"eps": 0.004, "zeta": 0.006, "r": 0.9, "Omega": 1.3}, "end by a neimark-sacker"),
+        ({"eps": 0.00935, "zeta": 0.012, "r": 0.06, "Omega": 0.829}, "end by a graze"),
+        ({"eps": 0.132, "zeta": 0.000448, "r": 0.15, "Omega": 0.973}, "breaks subcritically"),
+    ],
+)
+def test_why_no_asymmetric_orbit_branches_off(rig: dict[str, float], message: str) -> None:
+    p = Reduced.of(**rig)
+    b = 0.99 * float(boundaries.stable_range(p).b_low)
+    with pytest.raises(AnalysisError, match=message):
+        sequences.asymmetric_orbit(b=b, p=p)
 
 
 def test_one_impact_a_cycle_is_refused() -> None:
@@ -169,19 +214,19 @@ def test_arrays_are_refused_by_their_wrong_element() -> None:
 
 def test_release_corners() -> None:
     undamped = Decaying(M=4.7, c1=0.0, k1=1.147e4, m=0.032, r=0.6, x_m=0.03)
-    assert np.isfinite(time_to_level(undamped, b=0.05, level=0.004))
+    assert np.isfinite(captured_time(undamped, b=0.05, level=0.004))
     assert np.isfinite(best_clearance(undamped, level=0.01).time)
     released_below_the_fold = Decaying(**{**vars(undamped), "c1": 3.02, "x_m": 0.003})
-    slow = time_to_level(released_below_the_fold, b=0.05, level=0.001)
+    slow = captured_time(released_below_the_fold, b=0.05, level=0.001)
     bare = np.log(3.0) * 2 * 4.7 / 3.02
     assert 0.5 * bare < slow < bare
     with pytest.raises(AnalysisError, match="keeps its energy"):
-        time_to_level(Decaying(**{**vars(undamped), "r": 1.0}), b=0.05, level=0.01)
+        captured_time(Decaying(**{**vars(undamped), "r": 1.0}), b=0.05, level=0.01)
     heavy = Decaying(M=1.0, c1=0.5, k1=100.0, m=0.3, r=0.6, x_m=0.03)
     with pytest.raises(AnalysisError, match="no slow decay; simulate"):
-        time_to_level(heavy, b=0.04, level=0.005)
+        captured_time(heavy, b=0.04, level=0.005)
     plastic = Decaying(**{**vars(undamped), "c1": 3.02, "r": 0.0})
-    assert 0.0 < time_to_level(plastic, b=0.05, level=0.004) < np.log(7.5) * 2 * 4.7 / 3.02
+    assert 0.0 < captured_time(plastic, b=0.05, level=0.004) < np.log(7.5) * 2 * 4.7 / 3.02
     nearly_elastic = Decaying(**{**vars(undamped), "r": 1.0 - 1e-9})
     with pytest.raises(AnalysisError, match="no slow decay"):
-        time_to_level(nearly_elastic, b=0.05, level=0.01)
+        captured_time(nearly_elastic, b=0.05, level=0.01)

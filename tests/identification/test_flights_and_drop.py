@@ -40,7 +40,7 @@ def test_a_wrong_clearance_shifts_M_by_as_much(measure, tmp_path: Path) -> None:
 
 
 def test_too_few_impacts_are_said() -> None:
-    from vinesexp.signals.impacts.find import no_impacts
+    from vinesexp.signals.impacts.impact_table import no_impacts
 
     empty = flights_of(no_impacts(), nes=1, b=0.03, period=0.1)
     with pytest.raises(AnalysisError, match="0 impacts with a free flight before and after"):

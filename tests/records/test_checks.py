@@ -2,7 +2,7 @@
 
 import pytest
 
-from vinesexp.errors import CampaignError
+from vinesexp.errors import TableError
 from vinesexp.records.checks import Check, read_checks, write_checks
 
 
@@ -25,5 +25,5 @@ def test_no_checks_are_a_table_too(tmp_path):
 @pytest.mark.parametrize("text", ["", "a,b\n", "record,check,outcome,detail\na,b,perhaps,c\n"])
 def test_another_table_is_told(text, tmp_path):
     (tmp_path / "checks.csv").write_text(text)
-    with pytest.raises(CampaignError, match=r"checks\.csv, line"):
+    with pytest.raises(TableError, match=r"checks\.csv.* again"):
         read_checks(tmp_path / "checks.csv")

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from vinesexp.figures.gallery import Drawn, draw_all
+from vinesexp.figures.entry import Drawn
+from vinesexp.figures.gallery import draw_all
 from vinesexp.records.campaign import Campaign
 from vinesexp.report.page import build_report
 

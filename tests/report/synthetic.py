@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from pathlib import Path
 
@@ -11,8 +10,10 @@ import numpy as np
 from vinesexp.clearance.comparison import compare, write_clearances
 from vinesexp.records.campaign import Campaign, Record, load_campaign
 from vinesexp.records.checks import Check, write_checks
+from vinesexp.records.result_columns import BASE, DECAY_TIMES, IDENTIFIED, IMPACTS, RECORD_REGIMES
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record, write_refused
-from vinesexp.signals.impacts.find import COLUMNS as COLUMNS_OF_IMPACTS
+from vinesexp.records.tables import read_rows, write_rows
 
 RATE, F0, ZETA = 1000.0, 8.0, 0.0065
 QUANTITIES = {
@@ -20,17 +21,6 @@ QUANTITIES = {
     "displacement": "displacement",
     "acceleration": "acceleration",
 }
-
-IDENTIFIED = (
-    "parameter",
-    "value",
-    "std_error",
-    "ci95_low",
-    "ci95_high",
-    "unit",
-    "method",
-    "records",
-)
 
 YAML = """\
 title: {title}
@@ -93,7 +83,7 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
             checks.append(Check(record.id, "time", outcome, record.note or "raw: <time> stands"))
             for kind in ("records", "conditioned"):
                 write_refused(results / f"{kind}/{record.id}.nc", outcome)
-            _write(results / f"impacts/{record.id}.csv", COLUMNS_OF_IMPACTS, [])
+            write_rows(results / f"impacts/{record.id}.csv", IMPACTS, [])
             regimes.append({"record": record.id, "regime": ""})
             continue
         signals, impacts = _signals(record)
@@ -105,13 +95,22 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
                 attributes={"oscillation_hz": F0},
             ) as writer:
                 writer.append(signals)
-        _write(results / f"impacts/{record.id}.csv", COLUMNS_OF_IMPACTS, impacts)
+        write_rows(results / f"impacts/{record.id}.csv", IMPACTS, impacts)
         regimes.append(_regime(record))
         _estimates(record, results)
-    _write(results / "regimes.csv", tuple(_columns(regimes)), regimes)
-    identified = list(_identified(parameters))
-    _write(results / "identified.csv", IDENTIFIED, identified)
-    rows, told = compare(campaign, identified, [{k: str(v) for k, v in r.items()} for r in regimes])
+    write_rows(results / "regimes.csv", RECORD_REGIMES, regimes)
+    releases = [r for r in campaign.records if r.test == "transient"]
+    write_rows(
+        results / "decay_times.csv", DECAY_TIMES, [row for r in releases for row in _times(r)]
+    )
+    write_rows(results / "base.csv", BASE, [])
+    write_rows(results / "identified.csv", IDENTIFIED, _identified(parameters))
+    rows, told = compare(
+        campaign,
+        read_rows(results / "identified.csv", IDENTIFIED),
+        read_rows(results / "regimes.csv", RECORD_REGIMES),
+        read_rows(results / "decay_times.csv", DECAY_TIMES),
+    )
     write_clearances(results / "clearances.csv", rows)
     write_checks(results / "checks.csv", [*checks, *told])
 
@@ -166,11 +165,17 @@ def _regime(record: Record) -> dict[str, object]:
     mean = 5e-3 + 3e-5 * (b - 0.97 * kink) ** 2 + (0.0 if permanent else 2e-3)
     row |= {"amplitude_mean_m": mean, "amplitude_max_m": 1.3 * mean}
     if record.test == "transient":
-        row |= {
-            "time_to_10mm_s": 1.8 - 0.015 * b,
-            "time_to_3mm_s": 2.8 + 0.002 * (b - 28.0) ** 2 if b < 40 else "",
-        }
+        row["captured"] = 0.5
     return row
+
+
+def _times(record: Record) -> list[dict[str, object]]:
+    b = 1e3 * record.clearance[0]
+    return [
+        {"record": record.id, "target_m": 0.01, "time_s": 1.8 - 0.015 * b},
+        {"record": record.id, "target_m": 0.003,
+         "time_s": 2.8 + 0.002 * (b - 28.0) ** 2 if b < 40 else None},
+    ]  # fmt: skip
 
 
 def _estimates(record: Record, results: Path) -> None:
@@ -185,7 +190,7 @@ def _estimates(record: Record, results: Path) -> None:
             for name, value, unit in (("f0", f0, "Hz"), ("zeta", ZETA, ""))
         ]  # fmt: skip
         rows.append({**rows[0], "parameter": "damping_linear", "value": float("nan")})
-    path = results / f"steps/{record.id}/estimates.json"
+    path = ResultPaths(results).estimates(record.id)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(rows), encoding="utf-8")
 
@@ -206,15 +211,3 @@ def _identified(parameters: tuple[str, ...]):
                 "method": method,
                 "records": "rd_1;rd_2",
             }
-
-
-def _columns(rows: list[dict[str, object]]) -> dict[str, None]:
-    return dict.fromkeys(name for row in rows for name in row)
-
-
-def _write(path: Path, columns: tuple[str, ...], rows: list[dict[str, object]]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, columns, restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)

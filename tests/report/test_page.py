@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
 
+from vinesexp.errors import TableError
 from vinesexp.report.errorbars import coverage_table
 from vinesexp.report.page import build_report, inline_svg
+from vinesexp.report.processing import changed_settings
 from vinesexp.report.provenance import digest, git_revision
+from vinesexp.settings.overrides import changed_by_text
 
 MOST_BYTES = 3_000_000
 VOID = {"meta", "br", "img", "hr", "input", "link"}
@@ -136,7 +140,7 @@ def test_markup_in_names_is_text(full):
 
 def test_what_ring_downs_cannot_tell_is_said(bare):
     text = text_of(bare.html)
-    assert "No best clearance can be told: there is no usable periodic test" in text
+    assert "No best clearance can be reported: there is no usable periodic test" in text
     assert "The records give f₀ = 8.00000 ± 0.00010 Hz, ζ = (6.500 ± 0.010)·10⁻³." in text
     assert "Not known from these records: M (mass of the oscillator), c1 (damping)" in text
     assert "mm, lowest amplitude" not in text
@@ -178,10 +182,26 @@ def test_how_each_record_was_processed_is_told(full):
     assert "drop_1 6 s 1 kHz 8 all all 6" in text
 
 
+def test_changed_settings_are_shown(full):
+    assert "Settings that were changed" not in full.html
+    campaign = full.campaign
+    common = changed_by_text(campaign.settings, "impacts.threshold = 8")
+    first = replace(campaign.records[0], settings=changed_by_text(common, "impacts.apart = 2 ms"))
+    others = [replace(record, settings=common) for record in campaign.records[1:]]
+    changed = replace(campaign, settings=common, records=(first, *others))
+    assert changed_settings(changed) == [
+        ("all records", "impacts.threshold = 8"),
+        (first.id, "impacts.apart = 2 ms"),
+    ]
+    page = build_report(changed, full.results, full.results / "changed.html")
+    text = text_of(page.read_text(encoding="utf-8"))
+    assert f"{first.id}: impacts.apart = 2 ms" in text
+
+
 def test_the_page_appears_only_when_complete(full, tmp_path):
     (tmp_path / "report.html").write_text("old", encoding="utf-8")
     broken = tmp_path / "results"
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(TableError, match="is missing; run the identify step first"):
         build_report(full.campaign, broken, tmp_path / "report.html")
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == "old"
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]

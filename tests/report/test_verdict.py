@@ -49,12 +49,38 @@ def test_without_a_prediction_or_a_measurement_there_is_nothing_to_compare():
     assert agreement(PREDICTED, PREDICTED) == ("nothing to compare", None)
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "says", "agrees"),
+    [
+        ("31", "", "two impacts per cycle end above 31 mm: b_c is not tested further", None),
+        ("", "36", "two impacts per cycle end below 36 mm: b_c is not tested further", None),
+        ("", "", "two impacts per cycle end not bracketed by what was tried: b_c is not", None),
+        ("38", "", "b_c is 10.8 % below 38 mm, but two impacts per cycle end above 38 mm", False),
+        ("", "30", "b_c is 13.0 % above 30 mm, but two impacts per cycle end below 30 mm", False),
+        ("34.4", "", "b_c is 1.5 % below 34.4 mm, but", False),
+        ("34.31", "", "b_c is 1.2 % below 34.31 mm, but", False),
+    ],
+)
+def test_a_bound_is_contradicted_or_leaves_the_prediction_untested(low, high, says, agrees):
+    end = {"measured_mm": "30", "measured_low_mm": low, "measured_high_mm": high, "bound": "x"}
+    text, found = agreement({}, end | PREDICTED)
+    assert text.startswith(says)
+    assert found is agrees
+
+
+def test_a_lowest_amplitude_at_the_edge_is_not_compared():
+    row = {"measured_mm": "27", "measured_low_mm": "", "measured_high_mm": "29", "bound": "at most"}
+    text, found = agreement(row | PREDICTED, {})
+    assert text == "nothing to compare: the lowest amplitude is at the edge of what was tried"
+    assert found is None
+
+
 def verdict(**changed: str) -> PeriodicVerdict:
     parts = {
         "level": "G = 0.2 mm",
         "lowest": "26.4",
-        "lowest_between": "26 and 27",
-        "end_between": "27 and 27.5",
+        "lowest_within": "between 26 and 27 mm",
+        "end_within": "between 27 and 27.5 mm",
         "exact": "27.13 ± 0.02",
         "published": "27.2",
         "exact_lowest": "26.4",
@@ -66,26 +92,46 @@ def test_headline_of_a_measured_optimum():
     text = headline([verdict(lowest=""), verdict()], [], {})
     assert text == (
         "At G = 0.2 mm the mass moved least with a clearance of 26.4 mm (between 26 and 27 mm). "
-        "Permanent two impacts per cycle end between 27 and 27.5 mm, where b_c is predicted at "
+        "Permanent two impacts per cycle end between 27 and 27.5 mm; b_c is predicted at "
         "27.13 ± 0.02 mm."
+    )
+
+
+def test_headline_of_a_bound_is_a_bound():
+    low = verdict(lowest="26.8", lowest_within="below 29.2 mm", lowest_bound="at most")
+    assert headline([low], [], {}).startswith(
+        "At G = 0.2 mm the mass moved least with the smallest clearance that was tried, 26.8 mm: "
+        "the best one lies below 29.2 mm and may be smaller than any tried. Permanent"
+    )
+    high = verdict(lowest="48.0", lowest_within="above 42 mm", lowest_bound="at least")
+    assert (
+        "the largest clearance that was tried, 48.0 mm: the best one lies above 42 mm and may "
+        "be larger than any tried." in headline([high], [], {})
+    )
+    assert "26.4 mm (between" in headline(
+        [verdict(), high], [], {}
+    )  # what is bracketed comes first
+    released = ReleaseVerdict("20 mm to 3 mm", "48.0", "above 42 mm", "33.3", "27.3", "at least")
+    assert "48.0 mm, the largest that was tried or as good as it (the best one: above 42 mm)" in (
+        headline([], [released], {})
     )
 
 
 def test_headline_leaves_out_what_is_not_known():
     assert headline([verdict(exact="")], [], {}).endswith("end between 27 and 27.5 mm.")
-    assert headline([verdict(end_between="")], [], {}).endswith(
+    assert headline([verdict(end_within="")], [], {}).endswith(
         "b_c is predicted at 27.13 ± 0.02 mm."
     )
     few = headline([verdict(lowest="")], [], {"f0": "8 Hz"})
     assert few == (
-        "No best clearance can be told: too few clearances were tried to tell the best one. "
+        "No best clearance can be reported: too few clearances were tried to find the best one. "
         "The records give f₀ = 8 Hz."
     )
 
 
 def test_headline_of_releases_says_that_there_is_no_single_best():
-    told = ReleaseVerdict("20 mm to 3 mm", "30.0", "24 and 33", "33.3", "27.3")
-    assert "other amplitudes have other fastest clearances" in headline([], [told], {})
+    found = ReleaseVerdict("20 mm to 3 mm", "30.0", "between 24 and 33 mm", "33.3", "27.3")
+    assert "other amplitudes have other fastest clearances" in headline([], [found], {})
 
 
 def test_release_verdicts_keep_what_is_absent_absent():

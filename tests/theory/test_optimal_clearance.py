@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vinesexp.errors import ParameterError
-from vinesexp.theory import damping, decay, sensitivity
+from vinesexp.theory import damping, sensitivity
 from vinesexp.theory import optimal_clearance as clearance
-from vinesexp.theory.optimal_clearance import predict_periodic, predict_transient
+from vinesexp.theory.intervals import predict_periodic, predict_transient
 from vinesexp.units import Quantity
 
 RIG = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "m": 0.032}
@@ -38,25 +36,6 @@ def test_transient_numbers() -> None:
     w0 = (1.147e4 / 4.7) ** 0.5
     x_m = clearance.release_amplitude(x0=0.003, v0=0.004 * w0, M=4.7, k1=1.147e4)
     assert x_m == pytest.approx(0.005)
-
-
-def test_closed_forms_take_a_million_rigs_in_a_fifth_of_a_second() -> None:
-    rng = np.random.default_rng(0)
-    n = 1_000_000
-    eps, lam, r = rng.uniform(1e-3, 0.3, n), rng.uniform(0, 5, n), rng.uniform(0, 1, n)
-    times = []
-    for _ in range(5):  # the best of five: other work shares the machine
-        start = time.perf_counter()
-        clearance.b_c_published(G=0.25e-3, eps=eps, lam=lam, r=r)
-        clearance.b_t_exact(x_m=0.03, r=r)
-        times.append(time.perf_counter() - start)
-    assert min(times) < 0.2
-    times = []
-    for _ in range(3):
-        start = time.perf_counter()
-        decay.decay_time(2.0, 1.5, lam=lam, r=r)
-        times.append(time.perf_counter() - start)
-    assert min(times) < 0.2
 
 
 @settings(deadline=None, max_examples=12)

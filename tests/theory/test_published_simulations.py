@@ -106,7 +106,7 @@ def test_model_follows_the_median_of_the_captured_over_clearance() -> None:
     case = transient.Decaying(M=4.7, c1=3.02, k1=1.147e4, m=BALL, r=R, x_m=0.02)
     for b in (0.020, 0.029, 0.0333):
         times, _ = times_from_20_mm(b, 3.0)
-        model = float(transient.time_to_level(case, b=b, level=0.003))
+        model = float(transient.captured_time(case, b=b, level=0.003))
         assert model == pytest.approx(float(np.median(times[times < 5.0])), rel=0.06), b
 
 

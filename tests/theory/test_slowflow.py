@@ -158,7 +158,7 @@ def test_end_of_permanent_response_is_the_limit_of_the_exact_one(
     from vinesexp.theory.boundaries import stable_range
     from vinesexp.theory.orbits import Reduced
 
-    end = slowflow.end_of_permanent_response(lam=lam, r=r, sigma=sigma)
+    end = slowflow.slow_end(lam=lam, r=r, sigma=sigma)
     assert end.kind == kind
     errors = []
     for eps in (1e-3, 1e-4):
@@ -173,5 +173,5 @@ def test_no_stable_fixed_point_below_resonance_without_damping() -> None:
     from vinesexp.theory.orbits import Reduced
 
     with pytest.raises(AnalysisError, match="no stable fixed point at any forcing"):
-        slowflow.end_of_permanent_response(lam=0.0, r=0.45, sigma=-0.5)
+        slowflow.slow_end(lam=0.0, r=0.45, sigma=-0.5)
     assert not stable_range(Reduced.of(eps=1e-3, zeta=0.0, r=0.45, Omega=1.0 - 0.5e-3)).exists

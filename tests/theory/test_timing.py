@@ -16,7 +16,7 @@ from vinesexp.theory.timing import (
     predict_best,
     predict_time,
 )
-from vinesexp.theory.transient import Decaying, best_clearance, time_to_level
+from vinesexp.theory.transient import Decaying, best_clearance, captured_time
 from vinesexp.units import Quantity
 
 TABLE_1 = Decaying(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6, x_m=0.030)
@@ -54,7 +54,7 @@ def test_below_t1_plain_central_differences_agree(b: float, level: float, name: 
     """Steps of 3 %: the mean over flown balls wavers by 1 to 2 % of the time per unit share."""
     time, slopes = gradient_time(TABLE_1, b=b, level=level)
     h = 0.03
-    ends = [float(time_to_level(moved(TABLE_1, name, d), b=b, level=level)) for d in (h, -h)]
+    ends = [float(captured_time(moved(TABLE_1, name, d), b=b, level=level)) for d in (h, -h)]
     plain = (ends[0] - ends[1]) / (2.0 * h)
     assert slopes[name] * getattr(TABLE_1, name) == pytest.approx(plain, abs=0.1 * time)
 

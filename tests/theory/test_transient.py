@@ -94,7 +94,7 @@ def test_fold_rate_is_the_slope_of_the_multiplier() -> None:
 
 def test_time_on_the_stable_branch_is_the_closed_form() -> None:
     tau1 = decay.decay_time(0.6, 0.3, lam=LAM, r=0.6)
-    time = transient.time_to_level(TABLE_1, b=0.05, level=0.015)
+    time = transient.captured_time(TABLE_1, b=0.05, level=0.015)
     assert time == pytest.approx(float(tau1) / (EPS * TABLE_1.w0), rel=2e-4)
     assert time == pytest.approx(1.264, abs=1e-3)
 
@@ -112,7 +112,7 @@ def test_time_on_the_stable_branch_is_the_closed_form() -> None:
     ],
 )
 def test_times_of_table_1(b: float, level: float, simulated: float, within: float) -> None:
-    time = transient.time_to_level(TABLE_1, b=b, level=level)
+    time = transient.captured_time(TABLE_1, b=b, level=level)
     assert time == pytest.approx(simulated, rel=within)
 
 
@@ -126,7 +126,7 @@ def test_table_1_transition_amplitudes() -> None:
 
 def test_best_clearance_is_a_minimum_and_lies_near_theory_md() -> None:
     best = transient.best_clearance(TABLE_1, level=0.005)
-    around = transient.time_to_level(TABLE_1, b=[0.9 * best.b, 1.1 * best.b], level=0.005)
+    around = transient.captured_time(TABLE_1, b=[0.9 * best.b, 1.1 * best.b], level=0.005)
     assert np.all(around > best.time)
     assert best.b == pytest.approx(0.045, abs=0.007)  # simulation: near 45 mm
     smaller = transient.best_clearance(
@@ -143,10 +143,10 @@ def test_bare_decay_and_capture() -> None:
     undamped = Decaying(M=4.7, c1=0.0, k1=1.147e4, m=0.032, r=0.6, x_m=0.03)
     assert transient.bare_time(undamped, level=0.01) == float("inf")
     with pytest.raises(AnalysisError, match="above the release amplitude"):
-        transient.time_to_level(TABLE_1, b=0.05, level=0.04)
+        transient.captured_time(TABLE_1, b=0.05, level=0.04)
 
 
 def test_elastic_ball_leaves_the_bare_decay() -> None:
     elastic = Decaying(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=1.0, x_m=0.03)
     bare = transient.bare_time(elastic, level=0.01)
-    assert transient.time_to_level(elastic, b=0.05, level=0.01) == pytest.approx(bare)
+    assert transient.captured_time(elastic, b=0.05, level=0.01) == pytest.approx(bare)

@@ -8,12 +8,14 @@ from pathlib import Path
 from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign import load_campaign
+from vinesexp.records.result_paths import ResultPaths
 
 # Steps are short processes: without compiled modules each would compile the package again.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 CAMPAIGN_FOLDER = Path(config.get("campaign", "data/twin"))
 RESULTS = Path(config.get("results", Path("results") / CAMPAIGN_FOLDER.resolve().name))
+PATHS = ResultPaths(RESULTS)
 SCENE_FILE = CAMPAIGN_FOLDER / "scene.yaml"
 
 try:
@@ -41,11 +43,6 @@ wildcard_constraints:
 def record_text(wildcards):
     """What a step on one record depends on, as text: its row, without its place in the table."""
     return repr(replace(CAMPAIGN.record(wildcards.record), row=0))
-
-
-def step(name):
-    """Path of a per-record result that only later steps read."""
-    return RESULTS / "steps/{record}" / name
 
 
 def each_record(pattern):

@@ -4,15 +4,18 @@
 
 rule compare:
     input:
-        identified=RESULTS / "identified.csv",
-        regimes=RESULTS / "regimes.csv",
+        identified=PATHS.identified,
+        regimes=PATHS.regimes,
+        base=PATHS.base,
+        times=PATHS.decay_times,
     output:
-        clearances=RESULTS / "clearances.csv",
-        checks=RESULTS / "steps/compare.csv",
+        clearances=PATHS.clearances,
+        checks=PATHS.compare_checks,
     log:
         RESULTS / "logs/compare.log",
     params:
         campaign=str(CAMPAIGN_FOLDER),
+        results=str(RESULTS),
         known=repr(CAMPAIGN.known),
         code=code_digest("vinesexp.clearance.comparison"),
     message:
@@ -23,13 +26,15 @@ rule compare:
 
 rule checks:
     input:
-        records=each_record(step("ingest.csv")),
-        summaries=[RESULTS / "steps/identify.csv", RESULTS / "steps/compare.csv"],
+        records=each_record(PATHS.ingest_checks("{record}")),
+        summaries=[PATHS.identify_checks, PATHS.compare_checks],
     output:
-        table=RESULTS / "checks.csv",
+        table=PATHS.checks,
     log:
         RESULTS / "logs/checks.log",
     params:
+        campaign=str(CAMPAIGN_FOLDER),
+        results=str(RESULTS),
         code=code_digest("vinesexp.records.checks"),
     message:
         "checks     of all steps"
@@ -41,10 +46,10 @@ if SCENE:
 
     rule score:
         input:
-            identified=RESULTS / "identified.csv",
-            impacts=each_record(RESULTS / "impacts/{record}.csv"),
+            identified=PATHS.identified,
+            impacts=each_record(PATHS.impacts("{record}")),
         output:
-            table=RESULTS / "truth.csv",
+            table=PATHS.truth,
         log:
             RESULTS / "logs/score.log",
         params:

@@ -3,14 +3,17 @@
 
 rule condition:
     input:
-        record=RESULTS / "records/{record}.nc",
+        record=PATHS.record("{record}"),
     output:
-        conditioned=RESULTS / "conditioned/{record}.nc",
+        conditioned=PATHS.conditioned("{record}"),
     log:
         RESULTS / "logs/condition/{record}.log",
     params:
+        campaign=str(CAMPAIGN_FOLDER),
+        results=str(RESULTS),
         bandpass=CAMPAIGN.bandpass,
         frequency=lambda wildcards: CAMPAIGN.record(wildcards.record).frequency,
+        settings=lambda wildcards: repr(CAMPAIGN.record(wildcards.record).settings),
         code=code_digest("vinesexp.signals.condition"),
     message:
         "condition  {wildcards.record}"

@@ -3,15 +3,16 @@
 
 rule estimate:
     input:
-        record=RESULTS / "records/{record}.nc",
-        conditioned=RESULTS / "conditioned/{record}.nc",
-        impacts=RESULTS / "impacts/{record}.csv",
+        record=PATHS.record("{record}"),
+        conditioned=PATHS.conditioned("{record}"),
+        impacts=PATHS.impacts("{record}"),
     output:
-        estimates=step("estimates.json"),
+        estimates=PATHS.estimates("{record}"),
     log:
         RESULTS / "logs/estimate/{record}.log",
     params:
         campaign=str(CAMPAIGN_FOLDER),
+        results=str(RESULTS),
         depends=record_text,
         known=repr(CAMPAIGN.known),
         code=code_digest("vinesexp.identification.one_record"),
@@ -23,16 +24,18 @@ rule estimate:
 
 rule identify:
     input:
-        estimates=each_record(step("estimates.json")),
+        estimates=each_record(PATHS.estimates("{record}")),
     output:
-        identified=RESULTS / "identified.csv",
-        checks=RESULTS / "steps/identify.csv",
+        identified=PATHS.identified,
+        budget=PATHS.budget,
+        checks=PATHS.identify_checks,
     log:
         RESULTS / "logs/identify.log",
     params:
         campaign=str(CAMPAIGN_FOLDER),
+        results=str(RESULTS),
         known=repr(CAMPAIGN.known),
-        code=code_digest("vinesexp.identification.combine"),
+        code=code_digest("vinesexp.identification.whole_campaign"),
     message:
         "identify   M, c1, k1, r from all records"
     script:

@@ -3,17 +3,22 @@
 
 rule impacts:
     input:
-        record=RESULTS / "records/{record}.nc",
-        conditioned=RESULTS / "conditioned/{record}.nc",
+        record=PATHS.record("{record}"),
+        conditioned=PATHS.conditioned("{record}"),
     output:
-        impacts=RESULTS / "impacts/{record}.csv",
-        regime=step("regime.json"),
+        impacts=PATHS.impacts("{record}"),
+        regime=PATHS.regime("{record}"),
     log:
         RESULTS / "logs/impacts/{record}.log",
     params:
         campaign=str(CAMPAIGN_FOLDER),
+        results=str(RESULTS),
         depends=record_text,
-        code=code_digest("vinesexp.signals.impacts.find", "vinesexp.signals.regimes"),
+        code=code_digest(
+            "vinesexp.signals.impacts.find",
+            "vinesexp.signals.regimes",
+            "vinesexp.signals.base_motion",
+        ),
     message:
         "impacts    {wildcards.record}"
     script:
@@ -22,11 +27,16 @@ rule impacts:
 
 rule regimes:
     input:
-        regimes=each_record(step("regime.json")),
+        regimes=each_record(PATHS.regime("{record}")),
     output:
-        table=RESULTS / "regimes.csv",
+        table=PATHS.regimes,
+        base=PATHS.base,
+        times=PATHS.decay_times,
     log:
         RESULTS / "logs/regimes.log",
+    params:
+        campaign=str(CAMPAIGN_FOLDER),
+        results=str(RESULTS),
     message:
         "regimes    of all records"
     script:

@@ -24,12 +24,13 @@ rule ingest:
     input:
         raw=raw_file,
     output:
-        record=RESULTS / "records/{record}.nc",
-        checks=step("ingest.csv"),
+        record=PATHS.record("{record}"),
+        checks=PATHS.ingest_checks("{record}"),
     log:
         RESULTS / "logs/ingest/{record}.log",
     params:
         campaign=str(CAMPAIGN_FOLDER),
+        results=str(RESULTS),
         depends=record_text,
         channels=repr((CAMPAIGN.channels, CAMPAIGN.time, CAMPAIGN.sample_rate)),
         code=code_digest("vinesexp.records.ingest"),

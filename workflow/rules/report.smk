@@ -4,17 +4,19 @@
 rule figures:
     input:
         lambda wildcards: {
-            "records": each_record(RESULTS / "records/{record}.nc")
-            + each_record(RESULTS / "conditioned/{record}.nc")
-            + each_record(RESULTS / "impacts/{record}.csv"),
+            "records": each_record(PATHS.record("{record}"))
+            + each_record(PATHS.conditioned("{record}"))
+            + each_record(PATHS.impacts("{record}")),
             "results": [
-                RESULTS / "identified.csv",
-                RESULTS / "regimes.csv",
-                RESULTS / "clearances.csv",
+                PATHS.identified,
+                PATHS.regimes,
+                PATHS.base,
+                PATHS.decay_times,
+                PATHS.clearances,
             ],
         }[wildcards.family],
     output:
-        manifest=RESULTS / "figures/{family}.json",
+        manifest=PATHS.figures("{family}"),
     log:
         RESULTS / "logs/figures/{family}.log",
     params:
@@ -31,11 +33,12 @@ rule figures:
 rule report:
     input:
         tables=[
-            RESULTS / f"{name}.csv" for name in ("identified", "regimes", "clearances", "checks")
+            RESULTS / f"{name}.csv"
+            for name in ("identified", "regimes", "base", "clearances", "checks")
         ],
-        figures=expand(RESULTS / "figures/{family}.json", family=["results", "records"]),
+        figures=expand(PATHS.figures("{family}"), family=["results", "records"]),
     output:
-        page=RESULTS / "report.html",
+        page=PATHS.report,
     log:
         RESULTS / "logs/report.log",
     params:

@@ -1,20 +1,13 @@
 """The checks of every step in one table, in the order of the campaign's records."""
 
-from pathlib import Path
-
-from vinesexp.records.checks import read_checks, write_checks
-from vinesexp.step import run_step
-
-
-def main(tables: list[str], out: str) -> str:
-    found = [check for table in tables for check in read_checks(Path(table))]
-    write_checks(Path(out), found)
-    return f"{len(found)} rows"
+from vinesexp.pipeline import collect_checks
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.schema import Campaign
+from vinesexp.step import run_job
 
 
-run_step(
-    main,
-    log=snakemake.log[0],
-    tables=[*snakemake.input.records, *snakemake.input.summaries],
-    out=snakemake.output.table,
-)
+def main(campaign: Campaign, paths: ResultPaths) -> str:
+    return f"{len(collect_checks(campaign, paths=paths))} rows"
+
+
+run_job(main, snakemake)

@@ -1,27 +1,14 @@
 """One record, bandpassed."""
 
-from pathlib import Path
+from vinesexp.pipeline import condition_record
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.schema import Campaign, Record
+from vinesexp.step import run_job
 
-from vinesexp.signals.condition import condition
-from vinesexp.step import run_step
 
-
-def main(
-    record: str,
-    out: str,
-    bandpass: tuple[float, float] | None,
-    frequency: tuple[float, float] | None,
-) -> str:
-    centre = 0.5 * (frequency[0] + frequency[1]) if frequency else None
-    bands = condition(Path(record), Path(out), bandpass=bandpass, f0_hint=centre)
+def main(campaign: Campaign, record: Record, paths: ResultPaths) -> str:
+    bands = condition_record(campaign, record, paths=paths)
     return f"{bands}" if bands else "passed on a record that cannot be used"
 
 
-run_step(
-    main,
-    log=snakemake.log[0],
-    record=snakemake.input.record,
-    out=snakemake.output.conditioned,
-    bandpass=snakemake.params.bandpass,
-    frequency=snakemake.params.frequency,
-)
+run_job(main, snakemake)

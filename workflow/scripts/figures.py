@@ -1,21 +1,13 @@
 """One family of figures of a campaign."""
 
-from pathlib import Path
-
 from vinesexp.figures.gallery import draw_family
-from vinesexp.records.campaign import load_campaign
-from vinesexp.step import run_step
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.schema import Campaign
+from vinesexp.step import run_job
 
 
-def main(family: str, campaign: str, results: str) -> str:
-    drawn = draw_family(family, load_campaign(Path(campaign)), Path(results))
-    return f"{len(drawn)} figures"
+def main(campaign: Campaign, paths: ResultPaths, family: str) -> str:
+    return f"{len(draw_family(family, campaign, paths.folder))} figures"
 
 
-run_step(
-    main,
-    log=snakemake.log[0],
-    family=snakemake.wildcards.family,
-    campaign=snakemake.params.campaign,
-    results=snakemake.params.results,
-)
+run_job(main, snakemake, family=snakemake.wildcards.family)

@@ -1,25 +1,13 @@
 """One instrument file to records/<record>.nc, with what was found wrong with it."""
 
-from pathlib import Path
-
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.checks import write_checks
-from vinesexp.records.ingest import ingest_or_refuse
-from vinesexp.step import run_step
+from vinesexp.pipeline import ingest_record
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.schema import Campaign, Record
+from vinesexp.step import run_job
 
 
-def main(campaign: str, record: str, out: str, checks: str) -> str:
-    loaded = load_campaign(Path(campaign))
-    found = ingest_or_refuse(loaded, loaded.record(record), Path(out))
-    write_checks(Path(checks), found)
-    return f"{len(found)} check rows"
+def main(campaign: Campaign, record: Record, paths: ResultPaths) -> str:
+    return f"{len(ingest_record(campaign, record, paths=paths))} check rows"
 
 
-run_step(
-    main,
-    log=snakemake.log[0],
-    campaign=snakemake.params.campaign,
-    record=snakemake.wildcards.record,
-    out=snakemake.output.record,
-    checks=snakemake.output.checks,
-)
+run_job(main, snakemake)

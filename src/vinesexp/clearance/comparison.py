@@ -7,16 +7,17 @@ them beside the same b_t: there is no single best clearance for a release (docs/
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from vinesexp.clearance.levels import Rows, Tested, periodic_levels, release_levels
+from vinesexp.clearance.level_base import base_checks
+from vinesexp.clearance.levels import Periodic, Rows, Tested, periodic_levels, release_levels
 from vinesexp.clearance.optimum import Optimum, end_of_permanent, fastest, lowest_amplitude
 from vinesexp.clearance.predicted import (
     IdentifiedRig,
+    MissingValuesError,
     Predicted,
     identified_rig,
     predicted_b_c,
@@ -25,9 +26,18 @@ from vinesexp.clearance.predicted import (
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
+from vinesexp.records.result_columns import CLEARANCES
+from vinesexp.records.tables import Value, write_rows
 
-#: What follows the name of a base amplitude in the row of the kink.
+#: What follows the name of a base amplitude in the row of the end of permanent impacts.
 END = ", end of two impacts per cycle"
+
+#: Kinds of rows.
+LOWEST, PERMANENT_END, FASTEST = (
+    "lowest amplitude",
+    "end of two impacts per cycle",
+    "fastest decay",
+)
 
 _HOW_TO_KNOW = {
     "M": "ring-downs with added masses, impacts, or `known: mass`",
@@ -42,7 +52,14 @@ _HOW_TO_KNOW = {
 class Comparison:
     """One row of clearances.csv, mm; None where it cannot be known.
 
-    `error_percent` is that of the exact prediction against the measured clearance.
+    Attributes
+    ----------
+    measured_mm, measured_low_mm, measured_high_mm : the clearance and the tried ones around it;
+        one of those is None where nothing was tried beyond, and `bound` says so.
+    published_mm, exact_mm, predicted_low_mm, predicted_high_mm : b_c or b_t.
+    error_percent : the exact prediction against the measured clearance; None for a bound.
+    kind, bound : see `result_columns.CLEARANCES`.
+    records : ids, separated by semicolons.
     """
 
     test: str
@@ -55,18 +72,22 @@ class Comparison:
     predicted_low_mm: float | None = None
     predicted_high_mm: float | None = None
     error_percent: float | None = None
+    base_amplitude_mm: float | None = None
+    kind: str = ""
+    records: str = ""
+    bound: str = ""
 
 
 def compare(
-    campaign: Campaign, identified: Rows, regimes: Rows
+    campaign: Campaign, identified: Rows, regimes: Rows, times: Rows = (), base: Rows = ()
 ) -> tuple[list[Comparison], list[Check]]:
     """Measured against predicted, level by level, and what cannot be compared and why.
 
     Parameters
     ----------
     campaign : Campaign
-    identified, regimes : sequences of mappings
-        Rows of identified.csv and regimes.csv.
+    identified, regimes, times, base : sequences of mappings
+        Rows of identified.csv, regimes.csv, decay_times.csv and base.csv.
 
     Returns
     -------
@@ -76,35 +97,49 @@ def compare(
     rig = identified_rig(identified, campaign.known)
     rows: list[Comparison] = []
     checks: list[Check] = []
-    for level in periodic_levels(campaign, regimes):
-        predicted = _told(
-            checks, level.name, partial(predicted_b_c, rig, G=level.G, frequency=level.frequency)
-        )
-        for name, find in (
-            (level.name, lowest_amplitude),
-            (level.name + END, end_of_permanent),
+    for level in periodic_levels(campaign, regimes, base):
+        checks += _base_checks(campaign, level, base)
+        predicted = _predicted(checks, level.name, partial(predicted_b_c, rig, base=level.base))
+        for name, kind, find in (
+            (level.name, LOWEST, lowest_amplitude),
+            (level.name + END, PERMANENT_END, end_of_permanent),
         ):
             optimum = _measured(checks, "periodic", name, level.tests, find)
-            rows.append(_row("periodic", name, optimum, predicted))
+            rows.append(_row("periodic", name, kind, optimum, predicted, G=level.G))
     # Without f0 the time between two samples of the amplitude is unknown: no ties.
     resolution = 0.5 / rig.f0.value if rig.f0 else 0.0
-    for release in release_levels(campaign, regimes):
-        predicted = _told(checks, release.name, partial(predicted_b_t, rig, x0=release.x0))
+    for release in release_levels(campaign, regimes, times):
+        predicted = _predicted(checks, release.name, partial(predicted_b_t, rig, x0=release.x0))
         optimum = _measured(
             *(checks, "transient", release.name, release.tests),
             partial(fastest, resolution=resolution),
         )
-        rows.append(_row("transient", release.name, optimum, predicted))
+        rows.append(_row("transient", release.name, FASTEST, optimum, predicted))
     return rows, [*_absent(campaign, rig, rows), *dict.fromkeys(checks)]
 
 
-def _told(checks: list[Check], level: str, predict: Callable[[], Predicted]) -> Predicted | None:
+def _base_checks(campaign: Campaign, level: Periodic, base: Rows) -> list[Check]:
+    ids = {test.record for test in level.tests}
+    records = [record for record in campaign.records if record.id in ids]
+    return base_checks(
+        level.name,
+        level.nominal,
+        {record.frequency[0] for record in records if record.frequency},
+        level.base,
+        [row for row in base if row["record"] in ids],
+    )
+
+
+def _predicted(
+    checks: list[Check], level: str, predict: Callable[[], Predicted]
+) -> Predicted | None:
     """The prediction; where a value is missing `_absent` says so once for all levels."""
     try:
         return predict()
+    except MissingValuesError:
+        return None
     except AnalysisError as error:
-        if "without" not in str(error):
-            checks.append(Check("", "prediction", "warning", f"{level}: {error}"))
+        checks.append(Check("", "prediction", "warning", f"{level}: {error}"))
         return None
 
 
@@ -120,31 +155,62 @@ def _measured(
     except AnalysisError as error:
         checks.append(Check("", "optimal clearance", "warning", f"{test}, {level}: {error}"))
         return None
-    if optimum.at_edge:
-        tried = [1e3 * item.clearance for item in tests]
-        at = f"best at {1e3 * optimum.clearance:.4g} mm"
-        if optimum.clearance not in (tests[0].clearance, tests[-1].clearance):
-            at += ", and no worse"
-        detail = (
-            f"{test}, {level}: {at} at the end of what was tried ({tried[0]:.4g} to "
-            f"{tried[-1]:.4g} mm); the optimum may lie beyond"
-        )
+    if optimum.bound:
+        detail = f"{test}, {level}: {bound_in_words(optimum, tests)}"
         checks.append(Check("", "optimal clearance", "warning", detail))
     return optimum
 
 
-def _row(test: str, level: str, optimum: Optimum | None, predicted: Predicted | None) -> Comparison:
-    measured = (optimum.clearance, optimum.low, optimum.high) if optimum else (None,) * 3
-    values = (
-        (predicted.published, predicted.exact, predicted.low, predicted.high)
-        if predicted
-        else (None,) * 4
-    )
-    error = None
-    if optimum and predicted:
+def bound_in_words(optimum: Optimum, tests: Sequence[Tested]) -> str:
+    """What an optimum at the edge of what was tried says, and what to try.
+
+    Examples
+    --------
+    >>> tests = [Tested(b, 1.0) for b in (0.02, 0.03, 0.04)]
+    >>> bound_in_words(Optimum(0.02, None, 0.03, bound="at most"), tests)
+    'below 30 mm, maybe smaller than any tried (20 to 40 mm); try smaller ones'
+    """
+    tried = [1e3 * test.clearance for test in tests]
+    span = f"({min(tried):.4g} to {max(tried):.4g} mm)"
+    if optimum.low is None and optimum.high is None:
+        return f"not bracketed by what was tried {span}; try smaller and larger ones"
+    if optimum.low is None:
+        below = 1e3 * (optimum.high or 0.0)
+        return f"below {below:.4g} mm, maybe smaller than any tried {span}; try smaller ones"
+    return f"above {1e3 * optimum.low:.4g} mm, maybe larger than any tried {span}; try larger ones"
+
+
+def _row(
+    test: str,
+    level: str,
+    kind: str,
+    optimum: Optimum | None,
+    predicted: Predicted | None,
+    *,
+    G: float | None = None,
+) -> Comparison:
+    row = Comparison(test, level, base_amplitude_mm=None if G is None else 1e3 * G, kind=kind)
+    if optimum:
+        row = replace(
+            row,
+            measured_mm=1e3 * optimum.clearance,
+            measured_low_mm=None if optimum.low is None else 1e3 * optimum.low,
+            measured_high_mm=None if optimum.high is None else 1e3 * optimum.high,
+            records=";".join(optimum.records),
+            bound=optimum.bound,
+        )
+    if predicted:
+        row = replace(
+            row,
+            published_mm=1e3 * predicted.published,
+            exact_mm=1e3 * predicted.exact,
+            predicted_low_mm=1e3 * predicted.low,
+            predicted_high_mm=1e3 * predicted.high,
+        )
+    if optimum and predicted and not optimum.bound:
         error = 100.0 * (predicted.exact / optimum.clearance - 1.0)
-    lengths = [None if length is None else 1e3 * length for length in (*measured, *values)]
-    return Comparison(test, level, *[*lengths, error])
+        row = replace(row, error_percent=error)
+    return row
 
 
 def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Sequence[Comparison]) -> list[Check]:
@@ -176,10 +242,5 @@ def _absent(campaign: Campaign, rig: IdentifiedRig, rows: Sequence[Comparison]) 
 
 def write_clearances(path: Path, rows: Sequence[Comparison]) -> None:
     """clearances.csv: empty cells where a value cannot be known."""
-    with Path(path).open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow([field.name for field in fields(Comparison)])
-        for row in rows:
-            writer.writerow(
-                "" if v is None else f"{v:.6g}" if isinstance(v, float) else v for v in astuple(row)
-            )
+    cells: list[dict[str, Value]] = [asdict(row) for row in rows]
+    write_rows(path, CLEARANCES, cells)

@@ -6,18 +6,16 @@ Within a level one number over clearance is to be made small.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+from vinesexp.clearance.level_base import LevelBase, base_of_level
 from vinesexp.records.campaign import Campaign, Record
+from vinesexp.records.tables import number
 
 Rows = Sequence[Mapping[str, str]]
 _T = TypeVar("_T")
-
-#: Column of regimes.csv that says when a release has decayed to an amplitude.
-TIME_TO = re.compile(r"time_to_([\d.eE+-]+)mm_s")
 
 #: Base amplitudes and releases in records.csv that agree to this share are one level.
 _SAME = 1e-6
@@ -40,19 +38,33 @@ class Tested:
 
 @dataclass(frozen=True)
 class Periodic:
-    """Periodic tests at one base amplitude G, m: mean amplitude (m) over clearance.
+    """Periodic tests at one base amplitude: mean amplitude (m) over clearance.
 
-    `frequency` is that of the base, Hz, where all of them share it.
+    Attributes
+    ----------
+    nominal : base amplitude of the sheet, m; it names the level.
+    base : amplitude and frequency that predictions use.
+    tests : by clearance.
     """
 
-    G: float
-    frequency: float | None
+    nominal: float
+    base: LevelBase
     tests: tuple[Tested, ...]
+
+    @property
+    def G(self) -> float:
+        """Base amplitude that predictions use, m."""
+        return self.base.G.value
+
+    @property
+    def frequency(self) -> float | None:
+        """Frequency of the base that predictions use, Hz; None where the tests do not share one."""
+        return None if self.base.frequency is None else self.base.frequency.value
 
     @property
     def name(self) -> str:
         """As in clearances.csv."""
-        return f"G = {1e3 * self.G:.6g} mm"
+        return f"G = {1e3 * self.nominal:.6g} mm"
 
 
 @dataclass(frozen=True)
@@ -69,8 +81,18 @@ class Release:
         return f"{1e3 * self.x0:.6g} mm to {1e3 * self.target:.6g} mm"
 
 
-def periodic_levels(campaign: Campaign, regimes: Rows) -> list[Periodic]:
-    """Levels of the periodic tests with one NES, small base amplitude first."""
+def periodic_levels(campaign: Campaign, regimes: Rows, base: Rows) -> list[Periodic]:
+    """Levels of the periodic tests with one NES, small base amplitude first.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    regimes, base : sequences of mappings
+        Rows of regimes.csv and base.csv.
+    """
+    measured = {row["record"]: row for row in base}
+    channel = campaign.channels.get("base")
+    gain_error = channel.gain_error if channel else None
     groups: dict[float, list[tuple[Record, Tested]]] = {}
     for record, row in single_nes(campaign, regimes, "periodic"):
         if record.base_amplitude and row.get("amplitude_mean_m"):
@@ -81,29 +103,43 @@ def periodic_levels(campaign: Campaign, regimes: Rows) -> list[Periodic]:
     levels = []
     for G in sorted(groups):
         records, tests = zip(*groups[G], strict=True)
-        frequencies = {record.frequency[0] for record in records if record.frequency}
-        frequency = frequencies.pop() if len(frequencies) == 1 else None
-        levels.append(Periodic(G, frequency, tuple(sorted(tests, key=lambda t: t.clearance))))
+        moved = base_of_level(
+            G,
+            {record.frequency[0] for record in records if record.frequency},
+            [measured[record.id] for record in records if record.id in measured],
+            gain_error=gain_error,
+        )
+        levels.append(Periodic(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
     return levels
 
 
-def release_levels(campaign: Campaign, regimes: Rows) -> list[Release]:
-    """Levels of the releases with one NES: by release, then from high to low amplitude."""
+def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[Release]:
+    """Levels of the releases with one NES: by release, then from high to low amplitude.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    regimes, times : sequences of mappings
+        Rows of regimes.csv and decay_times.csv.
+    """
+    reached: dict[str, dict[float, float | None]] = {}
+    for row in times:
+        reached.setdefault(row["record"], {})[float(row["target_m"])] = number(row["time_s"])
     groups: dict[float, list[tuple[Record, Mapping[str, str]]]] = {}
     for record, row in single_nes(campaign, regimes, "transient"):
         if record.release:
             _group(groups, abs(record.release)).append((record, row))
     levels = []
     for x0 in sorted(groups):
-        # A column that no record of this release has filled belongs to another release.
-        columns = dict.fromkeys(name for _, row in groups[x0] for name, text in row.items() if text)
-        targets = {float(m[1]) * 1e-3: name for name in columns if (m := TIME_TO.fullmatch(name))}
+        targets: dict[float, list[Tested]] = {}
+        for record, row in groups[x0]:
+            for target, time in reached.get(record.id, {}).items():
+                tested = Tested(record.clearance[0], time, row["regime"], record.id)
+                _group(targets, target).append(tested)
         for target in sorted(targets, reverse=True):
-            tests = [
-                Tested(record.clearance[0], _number(row[targets[target]]), row["regime"], record.id)
-                for record, row in groups[x0]
-            ]
-            levels.append(Release(x0, target, tuple(sorted(tests, key=lambda t: t.clearance))))
+            tests = sorted(targets[target], key=lambda t: t.clearance)
+            if any(test.value is not None for test in tests):
+                levels.append(Release(x0, target, tuple(tests)))
     return levels
 
 
@@ -124,7 +160,3 @@ def _group(groups: dict[float, list[_T]], key: float) -> list[_T]:
         if abs(known - key) <= _SAME * abs(key):
             return groups[known]
     return groups.setdefault(key, [])
-
-
-def _number(text: str | None) -> float | None:
-    return float(text) if text else None

@@ -1,9 +1,11 @@
 """The best clearance that was measured, bracketed by the clearances that were tried.
 
-Over clearance the mean amplitude of a periodic test is a kinked valley: it falls ever more slowly
-while two impacts per cycle are permanent, and jumps up where strong modulation sets in. So two
-things are measured: where the amplitude is lowest, on the smooth side and never beyond the kink;
-and between which tried clearances the kink lies, from the regimes. b_c predicts the kink.
+Over clearance the mean amplitude of a periodic test is a valley with a jump: it falls ever more
+slowly while two impacts per cycle are permanent, and jumps up where strong modulation sets in. So
+two things are measured: where the amplitude is lowest, on the smooth side and never beyond the
+jump; and between which tried clearances the jump lies, from the regimes. b_c predicts the jump.
+
+What lies at the edge of what was tried is a bound, not a value.
 
 A release has no single best clearance: each amplitude to be reached has its own.
 """
@@ -12,12 +14,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from vinesexp.clearance.levels import Tested
 from vinesexp.errors import AnalysisError
 
 #: Regimes in which impacts are permanent: the smooth side of the valley.
 PERMANENT = ("two symmetric", "two asymmetric")
+
+#: Regime of a record in which no impact was found: the ball may rest, or was not seen.
+UNSEEN = "no impact"
+
+#: What the edge of what was tried leaves open: the optimum lies at the clearance or below, at it or
+#: above, or anywhere.
+Bound = Literal["", "at most", "at least", "open"]
 
 #: Different clearances that it takes to have one between two others.
 FEWEST = 3
@@ -29,26 +39,32 @@ class Optimum:
 
     Attributes
     ----------
-    clearance : the estimate.
-    low, high : tried clearances on either side.
+    clearance : the estimate; where `bound` is set, the tried clearance that was best.
+    low, high : tried clearances on either side; None where nothing was tried beyond.
     value : the smallest value that was measured (m or s); None where none belongs to it.
-    at_edge : the smallest value is at the end of what was tried: the optimum may lie beyond.
+    bound : ``at most`` where the best is the smallest that was tried (the optimum may be smaller),
+        ``at least`` where it is the largest, ``open`` where both ends are equally good.
+    records : ids of the records it came from.
     """
 
     clearance: float
-    low: float
-    high: float
+    low: float | None
+    high: float | None
     value: float | None = None
-    at_edge: bool = False
+    bound: Bound = ""
+    records: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class _Point:
-    """All tests at one clearance: mean value, and whether impacts are permanent in all of them."""
+    """All tests at one clearance: mean value, and whether impacts are permanent in all of them.
+
+    `permanent` is None where no test of them shows a regime.
+    """
 
     clearance: float
     value: float
-    permanent: bool
+    permanent: bool | None
 
 
 def _points(tests: Sequence[Tested]) -> list[_Point]:
@@ -58,7 +74,8 @@ def _points(tests: Sequence[Tested]) -> list[_Point]:
         mine = [test for test in tests if test.clearance == clearance]
         values = [test.value for test in mine if test.value is not None]
         if values:
-            permanent = all(test.regime in PERMANENT for test in mine)
+            regimes = [test.regime for test in mine if test.regime]
+            permanent = all(regime in PERMANENT for regime in regimes) if regimes else None
             found.append(_Point(clearance, sum(values) / len(values), permanent))
     if len(found) < FEWEST:
         raise AnalysisError(
@@ -72,7 +89,7 @@ def lowest_amplitude(tests: Sequence[Tested]) -> Optimum:
 
     The vertex of the parabola through the lowest point and its neighbours on the smooth side of
     the valley, nowhere beyond the last tried clearance whose impacts are permanent: no curve is
-    drawn across the kink. Bracketed by the tried clearances next to the lowest point, which is
+    drawn across the jump. Bracketed by the tried clearances next to the lowest point, which is
     all that a valley of one minimum guarantees.
 
     Parameters
@@ -90,19 +107,25 @@ def lowest_amplitude(tests: Sequence[Tested]) -> Optimum:
     >>> valley = [Tested(0.030, 5.7, "two symmetric"), Tested(0.032, 5.2, "two symmetric"),
     ...           Tested(0.034, 5.3, "two symmetric"), Tested(0.036, 7.3, "strongly modulated")]
     >>> best = lowest_amplitude(valley)
-    >>> round(best.clearance, 4), best.low, best.high, best.at_edge
-    (0.0327, 0.03, 0.034, False)
+    >>> round(best.clearance, 4), best.low, best.high, best.bound
+    (0.0327, 0.03, 0.034, '')
     """
     points = _points(tests)
     best = min(range(len(points)), key=lambda i: points[i].value)
     low, high = max(best - 1, 0), min(best + 1, len(points) - 1)
+    bound: Bound = "at most" if best == 0 else "at least" if best == len(points) - 1 else ""
     return Optimum(
-        clearance=_vertex(points, best),
-        low=points[low].clearance,
-        high=points[high].clearance,
+        clearance=points[best].clearance if bound else _vertex(points, best),
+        low=None if best == 0 else points[low].clearance,
+        high=None if bound == "at least" else points[high].clearance,
         value=points[best].value,
-        at_edge=best in (0, len(points) - 1),
+        bound=bound,
+        records=_records(tests),
     )
+
+
+def _records(tests: Sequence[Tested]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(test.record for test in tests if test.record))
 
 
 def _vertex(points: Sequence[_Point], best: int) -> float:
@@ -123,15 +146,16 @@ def _vertex(points: Sequence[_Point], best: int) -> float:
 
 
 def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
-    """Where permanent two impacts per cycle end: between the tried clearances around the kink.
+    """Where permanent two impacts per cycle end: between the tried clearances around the jump.
 
     The lower bound is the largest clearance up to which every test is permanent, the upper one the
-    smallest from which none is; the estimate is their middle.
+    smallest from which none is; the estimate is their middle. Permanent at all of them, or at none,
+    is a bound. A test without a found impact says nothing: what was not seen is unknown.
 
     Raises
     ------
     AnalysisError
-        Fewer than three different clearances; impacts permanent at none of them, or at all.
+        Impacts were found at fewer than three different clearances.
 
     Examples
     --------
@@ -141,36 +165,25 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
     >>> round(end.clearance, 4), end.low, end.high
     (0.0335, 0.033, 0.034)
     """
-    points = _points(tests)
-    permanent = [point.permanent for point in points]
-    if not any(permanent):
+    telling = [test for test in tests if test.regime and test.regime != UNSEEN]
+    if not telling:
         raise AnalysisError(
-            f"two impacts per cycle are permanent at no tried clearance "
-            f"({_span(points)}); try smaller ones"
+            "no impact was found in any of these tests: the ball did not reach its walls, or the "
+            "impacts were not seen (slow sampling, a weak or missing accelerometer); where two "
+            "impacts per cycle end is unknown"
         )
-    if all(permanent):
-        raise AnalysisError(
-            f"two impacts per cycle are permanent at every tried clearance "
-            f"({_span(points)}); try larger ones"
-        )
-    last = max(i for i, stays in enumerate(permanent) if stays)
-    first = permanent.index(False)
-    if last + 1 == len(points):
-        raise AnalysisError(
-            f"two impacts per cycle are permanent at the largest tried clearance "
-            f"({1e3 * points[-1].clearance:.4g} mm); try larger ones"
-        )
-    if first == 0:
-        raise AnalysisError(
-            f"two impacts per cycle are not permanent at the smallest tried clearance "
-            f"({1e3 * points[0].clearance:.4g} mm); try smaller ones"
-        )
-    low, high = points[first - 1].clearance, points[last + 1].clearance
-    return Optimum(0.5 * (low + high), low, high)
-
-
-def _span(points: Sequence[_Point]) -> str:
-    return f"{1e3 * points[0].clearance:.4g} to {1e3 * points[-1].clearance:.4g} mm"
+    points, records = _points(telling), _records(telling)
+    tried = [point.clearance for point in points]
+    permanent = [bool(point.permanent) for point in points]
+    first = permanent.index(False) if False in permanent else len(tried)
+    last = max((i for i, stays in enumerate(permanent) if stays), default=-1)
+    low = tried[first - 1] if first else None
+    high = tried[last + 1] if last + 1 < len(tried) else None
+    if low is not None and high is not None:
+        return Optimum(0.5 * (low + high), low, high, records=records)
+    bound: Bound = "at least" if low is not None else "at most" if high is not None else "open"
+    at = low if low is not None else high if high is not None else tried[0]
+    return Optimum(at, low, high, bound=bound, records=records)
 
 
 def fastest(tests: Sequence[Tested], *, resolution: float) -> Optimum:
@@ -203,10 +216,18 @@ def fastest(tests: Sequence[Tested], *, resolution: float) -> Optimum:
     best = min(points, key=lambda point: point.value)
     ties = [point.clearance for point in points if point.value <= best.value + resolution]
     first, last = tried.index(min(ties)), tried.index(max(ties))
+    ends = first == 0, last == len(tried) - 1
+    bounds: dict[tuple[bool, bool], Bound] = {
+        (False, False): "",
+        (True, False): "at most",
+        (False, True): "at least",
+        (True, True): "open",
+    }
     return Optimum(
         clearance=best.clearance,
-        low=tried[max(first - 1, 0)],
-        high=tried[min(last + 1, len(tried) - 1)],
+        low=None if ends[0] else tried[first - 1],
+        high=None if ends[1] else tried[last + 1],
         value=best.value,
-        at_edge=first == 0 or last == len(tried) - 1,
+        bound=bounds[ends],
+        records=_records(tests),
     )

@@ -14,14 +14,33 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Known
+from vinesexp.rig import RIG_VALUES
 from vinesexp.units import Quantity
+
+#: Half width of a 95 % interval in standard errors.
+COVERAGE_95 = 1.959963984540054
 
 Floats = NDArray[np.float64]
 
-#: What a prediction needs, in the order of theory.clearance.VALUES.
-NEEDED = ("M", "c1", "k1", "r", "m")
+#: What a prediction needs.
+NEEDED = RIG_VALUES
+
+
+class MissingValuesError(AnalysisError):
+    """No prediction: values of the rig are not known.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Those of `NEEDED` that are missing.
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self.names = tuple(names)
+        super().__init__(f"no prediction without {', '.join(names)}")
 
 
 @dataclass(frozen=True)
@@ -99,24 +118,50 @@ class Predicted:
     high: float
 
 
-def predicted_b_c(rig: IdentifiedRig, *, G: float, frequency: float | None = None) -> Predicted:
-    """b_c at base amplitude G (m) and frequency (Hz; the oscillator's own where None).
+def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
+    """b_c for the base of a level; the errors of the base are part of the interval.
+
+    Without a frequency that the tests share, the oscillator's own is taken.
 
     Raises
     ------
+    MissingValuesError
+        A value is not known.
     AnalysisError
-        A value is missing, or there is no stable orbit at any clearance.
+        There is no stable orbit at any clearance.
     """
-    from vinesexp.theory.optimal_clearance import predict_periodic
+    from vinesexp.theory.intervals import predict_periodic
+    from vinesexp.theory.optimal_clearance import b_c_exact
 
     _require(rig, NEEDED)
-    found = predict_periodic(G=G, values=rig.values, covariance=rig.covariance, frequency=frequency)
-    return Predicted(found.published, found.exact, found.low, found.high)
+    f = base.frequency
+
+    def exact(G: float, frequency: float | None) -> float:
+        values = {name: rig.values[name].value for name in NEEDED}
+        return float(b_c_exact(G=G, frequency=frequency, **values))
+
+    found = predict_periodic(
+        G=base.G.value,
+        values=rig.values,
+        covariance=rig.covariance,
+        frequency=None if f is None else f.value,
+    )
+    at = None if f is None else f.value
+    moves = [exact(base.G.value + base.G.std_error, at) - found.exact] if base.G.std_error else []
+    if f is not None and f.std_error:
+        moves.append(exact(base.G.value, f.value + f.std_error) - found.exact)
+    more = COVERAGE_95 * math.hypot(*moves) if moves else 0.0
+    return Predicted(
+        found.published,
+        found.exact,
+        found.exact - math.hypot(found.exact - found.low, more),
+        found.exact + math.hypot(found.high - found.exact, more),
+    )
 
 
 def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
-    """b_t for a release from x0, m; AnalysisError where r is missing."""
-    from vinesexp.theory.optimal_clearance import predict_transient
+    """b_t for a release from x0, m; MissingValuesError where r is not known."""
+    from vinesexp.theory.intervals import predict_transient
 
     _require(rig, ("r",))
     found = predict_transient(x0=x0, values=rig.values, covariance=rig.covariance)
@@ -126,7 +171,7 @@ def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
 def _require(rig: IdentifiedRig, names: Sequence[str]) -> None:
     missing = [name for name in names if name not in rig.values]
     if missing:
-        raise AnalysisError(f"no prediction without {', '.join(missing)}")
+        raise MissingValuesError(missing)
 
 
 def amplitude_curve(
@@ -164,7 +209,8 @@ def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -
     None where it cannot be known, or where the swing still falls at b_c.
     """
     try:
-        end = predicted_b_c(rig, G=G, frequency=frequency).exact
+        at = None if frequency is None else Quantity(frequency)
+        end = predicted_b_c(rig, base=LevelBase(Quantity(G), at)).exact
     except AnalysisError:
         return None
     b, swing = amplitude_curve(rig, G=G, frequency=frequency, low=0.5 * end, high=end)
@@ -216,13 +262,13 @@ def decay_curves(
     ndarray, shape (len(targets), n), or None
         s; None where a value is missing or a target lies above the release.
     """
-    from vinesexp.theory.transient import Decaying, time_to_level
+    from vinesexp.theory.transient import Decaying, captured_time
 
     if rig.missing or not targets:
         return None
     values = {name: rig.values[name].value for name in NEEDED}
     try:
         release = Decaying(x_m=x0, **values)
-        return time_to_level(release, b=clearances, level=np.asarray(targets)[:, None])
+        return captured_time(release, b=clearances, level=np.asarray(targets)[:, None])
     except AnalysisError:
         return None

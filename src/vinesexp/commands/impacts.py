@@ -12,7 +12,9 @@ import tempfile
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.records.campaign import Campaign, Channel, Known, Record, TimeColumn
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, unit_size
 
 
@@ -64,13 +66,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Namespace) -> str:
-    from vinesexp.records.ingest import ingest
-    from vinesexp.signals.condition import condition
-    from vinesexp.signals.impacts.find import impacts_of_record
-
-    # A drop test is the kind of record of which nothing is assumed but contacts.
+    # A drop test is the kind of record of which nothing is assumed but collisions. The clearance
+    # only says that there is a ball; without it nothing is looked for.
     test = "periodic" if "displacement" in channels else "drop"
-    record = Record(id="record", file=path, test=test)
+    record = Record(id="record", file=path, test=test, clearance=(1.0,))
     rate = parse_quantity(args.sample_rate, "frequency").value if args.sample_rate else None
     states_itself = path.suffix.lower() in (".h5", ".hdf5", ".mat", ".wav")
     by_column = rate is None and not states_itself
@@ -88,14 +87,11 @@ def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Name
         records=(record,),
     )
     with tempfile.TemporaryDirectory(prefix="vinesexp-impacts-") as folder:
-        measured, conditioned, table = (
-            Path(folder) / name for name in ("measured.nc", "conditioned.nc", "impacts.csv")
-        )
-        ingest(campaign, record, measured)
-        condition(measured, conditioned)
-        # The clearance only says that there is a ball; without it nothing is looked for.
-        impacts_of_record(measured, conditioned, table, clearance=(1.0,), test=test)
-        return table.read_text(encoding="utf-8")
+        paths = ResultPaths(Path(folder))
+        ingest_record(campaign, record, paths=paths, strict=True)
+        condition_record(campaign, record, paths=paths)
+        find_impacts(campaign, record, paths=paths)
+        return paths.impacts(record.id).read_text(encoding="utf-8")
 
 
 def _channels(args: argparse.Namespace) -> dict[str, Channel]:

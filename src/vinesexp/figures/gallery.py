@@ -8,24 +8,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vinesexp.figures.draw.style import save
+from vinesexp.figures.entry import Drawn
 from vinesexp.records.campaign import Campaign
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """One figure in the folder: its name, the section it belongs to, and what to read off it."""
-
-    name: str
-    section: str
-    caption: str
 
 
 def _draw_results(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from collections.abc import Iterable
@@ -10,20 +9,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from vinesexp.errors import RecordError
+from vinesexp.records.campaign import Record
+from vinesexp.records.result_columns import IDENTIFIED
+from vinesexp.records.tables import Value, write_rows
+from vinesexp.units import COVERAGE_95
 
-#: Columns of identified.csv.
-IDENTIFIED = (
-    "parameter",
-    "value",
-    "std_error",
-    "ci95_low",
-    "ci95_high",
-    "unit",
-    "method",
-    "records",
-)
-#: Two-sided 95 % of the normal distribution.
-_Z95 = 1.959964
+#: Parameter name of a record that gave nothing; its `note` is the reason.
+NOTHING = "nothing"
 
 
 @dataclass(frozen=True)
@@ -44,11 +36,14 @@ class Estimate:
         Ids of the records it came from.
     note : str
         What a person should know of it; becomes a row of checks.csv.
+    amplitude : float or None
+        Amplitude of motion at which the value holds, m, where it may depend on it.
 
     Examples
     --------
-    >>> Estimate("f0", 7.862, 0.001, "Hz", "likelihood", ("rd_1",)).interval()
-    (7.860040036, 7.863959964)
+    >>> low, high = Estimate("f0", 7.862, 0.001, "Hz", "likelihood", ("rd_1",)).interval()
+    >>> round(low, 6), round(high, 6)
+    (7.86004, 7.86396)
     """
 
     parameter: str
@@ -58,11 +53,27 @@ class Estimate:
     method: str
     records: tuple[str, ...] = ()
     note: str = ""
+    amplitude: float | None = None
 
     def interval(self) -> tuple[float, float]:
         """95 % interval."""
-        half = _Z95 * self.std_error
+        half = COVERAGE_95 * self.std_error
         return self.value - half, self.value + half
+
+
+def nothing(record: str, reason: str) -> Estimate:
+    """The entry of a record that gives nothing."""
+    return Estimate(NOTHING, math.nan, math.nan, "", "", (record,), reason)
+
+
+def estimates_of(
+    record: Record, method: str, rows: Iterable[tuple[str, float, float, str]]
+) -> list[Estimate]:
+    """Estimates of one record by one method, from rows (parameter, value, error, unit)."""
+    return [
+        Estimate(name, float(value), float(error), unit, method, (record.id,))
+        for name, value, error, unit in rows
+    ]
 
 
 def write_estimates(path: Path, estimates: Iterable[Estimate]) -> None:
@@ -95,15 +106,15 @@ def write_identified(path: Path, estimates: Iterable[Estimate]) -> None:
 
     Records are separated by semicolons.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(IDENTIFIED)
-        for e in estimates:
-            digits = _digits(e)
-            numbers = [f"{v:.{digits}g}" for v in (e.value, e.std_error, *e.interval())]
-            writer.writerow([e.parameter, *numbers, e.unit, e.method, ";".join(e.records)])
+    rows = []
+    for e in estimates:
+        digits = _digits(e)
+        low, high = e.interval()
+        numbers = {"value": e.value, "std_error": e.std_error, "ci95_low": low, "ci95_high": high}
+        row: dict[str, Value] = {name: f"{v:.{digits}g}" for name, v in numbers.items()}
+        row |= {"parameter": e.parameter, "unit": e.unit, "method": e.method}
+        rows.append(row | {"records": ";".join(e.records)})
+    write_rows(path, IDENTIFIED, rows)
 
 
 def _digits(e: Estimate) -> int:

@@ -1,35 +1,28 @@
-"""What one record tells about the rig: the rungs that its test and its channels allow."""
+"""What one record tells about the rig: the methods that its test and its channels allow."""
 
 from __future__ import annotations
 
+import hashlib
 import math
+from collections.abc import Mapping
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
-from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.flights import Flights, flights_of, mass_ratio, restitution
-from vinesexp.identification.halfpower import half_power
-from vinesexp.identification.ringdown import POINTS, RingDown, ring_down
-from vinesexp.identification.sweep import transmissibility
+from vinesexp.identification.decay_record import estimates_of_decay
+from vinesexp.identification.estimate import NOTHING, Estimate, estimates_of, nothing
+from vinesexp.identification.impact_estimates import impact_estimates
+from vinesexp.identification.oscillation import displacement_of, frequency_of_motion
+from vinesexp.identification.sweep_record import estimates_of_sweep
 from vinesexp.records.campaign import Known, Record
 from vinesexp.records.store import RecordView, open_record
-from vinesexp.signals.channel_agreement import Agreement, agreement_of
-from vinesexp.signals.clipping import resolution_of
-from vinesexp.signals.condition import fill_gaps
-from vinesexp.signals.extension import block_means
-from vinesexp.signals.impacts.find import Impacts, read_impacts
+from vinesexp.signals.channel_agreement import Agreement, agreement_in
+from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 
-FloatArray = NDArray[np.float64]
+__all__ = ["NOTHING", "estimate_record", "nothing"]
 
-_BLOCK = 1 << 20
-#: Error of r that the model of the displacement around an impact leaves, however many there are.
-_SMOOTH = 1e-5
-#: Parameter name of a record that gave nothing; its `note` is the reason.
-NOTHING = "nothing"
+_SEEN = 1 << 16  # samples of a channel by which copies are known
 
 
 def estimate_record(
@@ -50,156 +43,66 @@ def estimate_record(
     -------
     list of Estimate
         Parameters `f0`, `zeta`, `M`, `r` (with a number for several NESs); `f0_added` and
-        `zeta_added` where a mass was added; `damping_linear`, `damping_quadratic`,
-        `damping_coulomb`, `stiffening`, `frequency_slope`, `zeta_amplitude` and `beat` of a decay;
-        `accelerometer_gain` and `channel_lag` of the channels. A record that gives nothing has one
-        entry `nothing` with the reason as its note.
+        `zeta_added` where a mass was added, the same with `_at` over amplitude;
+        `damping_linear`, `damping_quadratic`, `damping_coulomb`, `stiffening`, `frequency_slope`
+        and `beat` of a decay; `working_amplitude` of a periodic test; `accelerometer_gain` and
+        `channel_lag` of the channels; `content`, a digest of the samples as its note. A record that
+        gives nothing has an entry `nothing` with the reason as its note.
     """
     with open_record(measured) as view, open_record(conditioned) as band:
         if view.refused is not None:
             return []
-        frequency = band.attributes.get("oscillation_hz")
+        content = _content(record, view)
         try:
-            return _by_test(record, known, view, frequency, impacts)
+            return [content, *_by_test(record, known, view, band.attributes, impacts)]
         except AnalysisError as error:
-            return [nothing(record.id, str(error))]
+            return [content, nothing(record.id, str(error))]
 
 
-def nothing(record: str, reason: str) -> Estimate:
-    """The entry of a record that gives nothing."""
-    return Estimate(NOTHING, math.nan, math.nan, "", "", (record,), reason)
+def _content(record: Record, view: RecordView) -> Estimate:
+    """A digest of the first samples of all channels: copies of a record are counted once."""
+    digest = hashlib.sha256(f"{view.n} {view.sample_rate}".encode())
+    for role in sorted(view.roles):
+        digest.update(role.encode() + view.read(role, 0, _SEEN).tobytes())
+    return Estimate(
+        "content", float(view.n), 0.0, "1", "samples", (record.id,), digest.hexdigest()[:32]
+    )
 
 
 def _by_test(
-    record: Record, known: Known, view: RecordView, frequency: float | None, impacts: Path
+    record: Record, known: Known, view: RecordView, conditioned: Mapping[str, Any], impacts: Path
 ) -> list[Estimate]:
     if record.test == "drop":
         return _drop(record, read_impacts(impacts))
+    agreement = agreement_in(conditioned)
+    found = [] if agreement is None else _agreement(record, agreement)
+    frequency = conditioned.get("oscillation_hz")
+    if record.test == "sweep" and not record.clearance:
+        return found + estimates_of_sweep(record, view, frequency)
     if frequency is None:
-        raise AnalysisError("nothing oscillates in it")
-    found: list[Estimate] = []
-    agreement = agreement_of(view, frequency=frequency)
-    if agreement is not None:
-        found += _agreement(record, agreement)
+        frequency = frequency_of_motion(view)
     if record.test == "ringdown":
-        return found + _ringdown(record, view, frequency)
+        return found + estimates_of_decay(record, view, frequency)
     if record.clearance:
-        return found + _impacts(record, known, read_impacts(impacts), frequency, agreement)
-    if record.test == "sweep":
-        return found + _sweep(record, view, frequency)
+        found += _swing(record, view, frequency)
+        return found + impact_estimates(record, known, read_impacts(impacts), frequency, agreement)
     return found
 
 
-def _estimates(
-    record: Record, method: str, rows: list[tuple[str, float, float, str]]
-) -> list[Estimate]:
-    return [
-        Estimate(name, float(value), float(error), unit, method, (record.id,))
-        for name, value, error, unit in rows
-    ]
-
-
-def coarse(view: RecordView, role: str, k: int) -> FloatArray:
-    """Means over groups of k samples of a whole channel, read by blocks."""
-    size = max(1, _BLOCK // k) * k
-    return np.concatenate(
-        [
-            block_means(fill_gaps(view.read(role, begin, begin + size)), k)
-            for begin in range(0, view.n, size)
-        ]
-    )
-
-
-def _ringdown(record: Record, view: RecordView, frequency: float) -> list[Estimate]:
-    role = "displacement" if "displacement" in view.roles else "acceleration"
-    k = max(1, int(view.sample_rate / (POINTS * frequency)))
-    resolution = resolution_of(view.read(role, 0, 1 << 16))
-    blurred = float(np.sinc(frequency * k / view.sample_rate))  # what block means do to a sine
-    rungs = ring_down(
-        coarse(view, role, k) / blurred,
-        k / view.sample_rate,
-        frequency=frequency,
-        resolution=resolution,
-    )
-    suffix = "_added" if record.added_mass else ""
-    found = []
-    for rung in rungs:
-        found += _estimates(
-            record,
-            rung.method,
-            [
-                (f"f0{suffix}", rung.f0, rung.f0_error, "Hz"),
-                (f"zeta{suffix}", rung.zeta, rung.zeta_error, "1"),
-            ],
-        )
-    best = rungs[-1]
-    found += _estimates(record, best.method, _damping(best))
-    if best.beat is not None:
-        rows = [("beat", best.beat[0], 0.0, "Hz"), ("beat_share", best.beat[1], 0.0, "1")]
-        found += _estimates(record, best.method, rows)
-    return found
-
-
-def _damping(rung: RingDown) -> list[tuple[str, float, float, str]]:
-    """The terms of dA/dt = -(gamma + alpha A + beta A^2) that the decay shows."""
-    error = np.sqrt(np.diag(rung.covariance))
-    names = {
-        "alpha": ("damping_linear", "1/s"),
-        "beta": ("damping_quadratic", "1/(m s)"),
-        "gamma": ("damping_coulomb", "m/s"),
-        "mu": ("frequency_slope", "1/m"),
-        "kappa": ("stiffening", "1/m^2"),
-    }
-    rows = [
-        (names[name][0], getattr(rung.decay, name), error[i], names[name][1])
-        for i, name in enumerate(rung.free)
-        if name in names
-    ]
-    return [
-        *rows,
-        ("zeta_amplitude", rung.reference, 0.0, "m"),
-        ("misfit", rung.residual, 0.0, "1"),
-    ]
-
-
-def _sweep(record: Record, view: RecordView, frequency: float) -> list[Estimate]:
-    missing = {"base", "displacement"} - set(view.roles)
-    if missing:
-        raise AnalysisError(
-            f"a sweep without NES gives f0 and zeta only with a {missing.pop()} channel"
-        )
-    k = max(1, int(view.sample_rate / (POINTS * frequency)))
-    base, x = coarse(view, "base", k), coarse(view, "displacement", k)
-    found = transmissibility(
-        base, x, k / view.sample_rate, frequency=frequency, swept=record.frequency
-    )
-    rows = [
-        ("f0", found.f0, found.f0_error, "Hz"),
-        ("zeta", found.zeta, found.zeta_error, "1"),
-        ("base_gain", found.gain, found.gain_error, "1"),
-        ("base_lag", found.lag, found.lag_error, "s"),
-    ]
-    return _half_power(record, base, x, k / view.sample_rate) + _estimates(record, "sweep", rows)
-
-
-def _half_power(record: Record, base: FloatArray, x: FloatArray, step: float) -> list[Estimate]:
-    """The cheap rung of a sweep, where the record is long enough for it."""
-    if record.frequency is None:
+def _swing(record: Record, view: RecordView, frequency: float) -> list[Estimate]:
+    """Amplitude at which a periodic test works: the effective one, m."""
+    if record.test != "periodic" or "displacement" not in view.roles:
         return []
-    try:
-        found = half_power(base, x, step, swept=record.frequency)
-    except AnalysisError:  # the likelihood rung has said what it needs
-        return []
-    rows = [
-        ("f0", found.f0, found.f0_error, "Hz"), ("zeta", found.zeta, found.zeta_error, "1")
-    ]  # fmt: skip
-    return _estimates(record, "half power", rows)
+    x = displacement_of(view, frequency)[0]
+    return estimates_of(
+        record, "displacement", [("working_amplitude", math.sqrt(2.0) * float(x.std()), 0.0, "m")]
+    )
 
 
 def _drop(record: Record, impacts: Impacts) -> list[Estimate]:
     whole = (impacts.clipped == 0) | (impacts.time_error_s < 1e-4)
     found = restitution_of_bounces(impacts.time_s[whole], impacts.time_error_s[whole])
-    return _estimates(record, "drop", [("r", found.r, found.error, "1")])
+    return estimates_of(record, "drop", [("r", found.r, found.error, "1")])
 
 
 def _agreement(record: Record, agreement: Agreement) -> list[Estimate]:
@@ -207,52 +110,4 @@ def _agreement(record: Record, agreement: Agreement) -> list[Estimate]:
         ("accelerometer_gain", agreement.gain, agreement.gain_error, "1"),
         ("channel_lag", agreement.lag, agreement.lag_error, "s"),
     ]
-    return _estimates(record, "channels", rows)
-
-
-def _impacts(
-    record: Record, known: Known, impacts: Impacts, frequency: float, agreement: Agreement | None
-) -> list[Estimate]:
-    found: list[Estimate] = []
-    several = len(record.clearance) > 1
-    for number, b in enumerate(record.clearance, start=1):
-        flights = flights_of(impacts, nes=number, b=b, period=1.0 / frequency)
-        name = f"r_{number}" if several else "r"
-        mass = known.nes_mass[number - 1].value if len(known.nes_mass) >= number else None
-        if mass is None and len(known.nes_mass) == 1:
-            mass = known.nes_mass[0].value  # one value for all
-        try:
-            found += _of_flights(record, flights, impacts, name, mass, frequency, agreement)
-        except AnalysisError as error:
-            ball = f"ball {number}: " if several else ""
-            found.append(nothing(record.id, f"{ball}{error}"))
-    return found
-
-
-def _of_flights(
-    record: Record, flights: Flights, impacts: Impacts, name: str, mass: float | None,
-    frequency: float, agreement: Agreement | None,
-) -> list[Estimate]:  # fmt: skip
-    r = restitution(flights)
-    # What the lag of the displacement leaves unknown moves all velocities together.
-    late = 0.0 if agreement is None else agreement.lag_error
-    moved = (2.0 * np.pi * frequency) ** 2 * late * impacts.x_m[flights.index]
-    shifted = Flights(
-        flights.index, flights.u_before, flights.u_after, flights.v_before + moved,
-        flights.v_after + moved, flights.jump, flights.jump_error,
-    )  # fmt: skip
-    systematic = math.hypot(restitution(shifted).r - r.r, _SMOOTH)
-    rows = [
-        (name, r.r, math.hypot(r.error, systematic), "1"),
-        (f"{name}_scatter", r.scatter, r.scatter / math.sqrt(2.0 * r.count), "1"),
-        (f"{name}_slope", r.slope, r.slope_error, "s/m"),
-    ]
-    if mass is not None:
-        ratio = mass_ratio(flights)
-        M = mass / ratio.eps
-        # Jumps are as uncertain as the accelerometer's gain, seen beside the laser.
-        gain = 0.0
-        if agreement is not None and abs(abs(agreement.gain) - 1.0) > 3.0 * agreement.gain_error:
-            gain = abs(abs(agreement.gain) - 1.0)
-        rows.append(("M", M, M * math.hypot(ratio.error / ratio.eps, gain), "kg"))
-    return _estimates(record, "impacts", rows)
+    return estimates_of(record, "channels", rows)

@@ -11,17 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vinesexp.identification.combine import combine, combined
+from vinesexp.identification.combine import combined
 from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.one_record import estimate_record
+from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.laboratory.campaign_files import campaign_text, records_text
 from vinesexp.laboratory.scene import Scene, load_scene, simulate_group
-from vinesexp.records.campaign import Campaign, Record, load_campaign
+from vinesexp.pipeline import analyse_record
+from vinesexp.records.campaign import Campaign, load_campaign
 from vinesexp.records.checks import Check
-from vinesexp.records.ingest import ingest
-from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.find import impacts_of_record
-from vinesexp.signals.regimes import regime_of_record
+from vinesexp.records.result_paths import ResultPaths
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class Rehearsal:
 
     def impacts_file(self, record: str) -> Path:
         """Table of the found impacts of a record."""
-        return self.folder / "impacts" / f"{record}.csv"
+        return ResultPaths(self.folder).impacts(record)
 
 
 def rehearse(scene_file: Path, *, groups: Sequence[str] | None = None) -> Rehearsal:
@@ -89,36 +87,12 @@ def rehearse(scene_file: Path, *, groups: Sequence[str] | None = None) -> Rehear
     for group in scene.groups if groups is None else groups:
         simulate_group(scene, group, folder)
     campaign = load_campaign(folder)
-    regimes, estimates = {}, []
-    for record in campaign.records:
-        regime, found = _analysed(campaign, record, folder)
-        regimes[record.id] = regime
-        estimates += found
-    rows, checks = combine(estimates, campaign)
-    return Rehearsal(folder, scene, campaign, regimes, tuple(estimates), tuple(rows), tuple(checks))
-
-
-def _analysed(
-    campaign: Campaign, record: Record, folder: Path
-) -> tuple[dict[str, Any], list[Estimate]]:
-    """The steps of one record."""
-    measured, conditioned, impacts = (
-        folder / kind / f"{record.id}.{suffix}"
-        for kind, suffix in (("records", "nc"), ("conditioned", "nc"), ("impacts", "csv"))
+    paths = ResultPaths(folder)
+    found = [analyse_record(campaign, r, paths=paths, strict=True) for r in campaign.records]
+    estimates = [estimate for result in found for estimate in result.estimates]
+    impacts = {result.record.id: result.impacts for result in found if result.record.clearance}
+    whole = identify_campaign(estimates, campaign, impacts)
+    return Rehearsal(
+        *(folder, scene, campaign, {result.record.id: result.regime for result in found}),
+        *(tuple(estimates), tuple(whole.rows), tuple(whole.checks)),
     )
-    ingest(campaign, record, measured)
-    centre = sum(record.frequency) / len(record.frequency) if record.frequency else None
-    condition(measured, conditioned, bandpass=campaign.bandpass, f0_hint=centre)
-    found = impacts_of_record(
-        measured,
-        conditioned,
-        impacts,
-        clearance=record.clearance,
-        nes_mass=[mass.value for mass in campaign.known.nes_mass],
-        test=record.test,
-    )
-    regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=found)
-    estimates = estimate_record(
-        record, campaign.known, measured=measured, conditioned=conditioned, impacts=impacts
-    )
-    return regime, estimates

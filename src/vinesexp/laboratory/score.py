@@ -6,16 +6,17 @@ which no other step reads.
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.laboratory.bench import Scene
+from vinesexp.records.result_columns import IDENTIFIED, IMPACTS, TRUE_IMPACTS, TRUTH
+from vinesexp.records.tables import read_rows, write_rows
 
 Floats = NDArray[np.float64]
 
@@ -138,26 +139,18 @@ def score_campaign(
     out : Path
         truth.csv.
     """
-    scores = score_parameters(_rows(identified), scene.truth())
+    scores = score_parameters(read_rows(identified, IDENTIFIED), scene.truth())
     ends = {test.record: test.duration for test in scene.tests}
     for path in impacts:
         truth = folder / "truth" / f"{path.stem}.csv"
         if truth.is_file():
-            true = _rows(truth)
+            true = read_rows(truth, TRUE_IMPACTS)
             scores += score_impacts(
                 path.stem,
                 np.array([float(row["time_s"]) for row in true]),
                 np.array([float(row["velocity_jump_m_s"]) for row in true]),
-                np.array([float(row["time_s"]) for row in _rows(path)]),
+                np.array([float(row["time_s"]) for row in read_rows(path, IMPACTS)]),
                 until=ends[path.stem],
             )
-    with out.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow([field.name for field in fields(Score)])
-        writer.writerows(astuple(score) for score in scores)
+    write_rows(out, TRUTH, (asdict(score) for score in scores))
     return scores
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))

@@ -90,6 +90,7 @@ def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
             allow_outside=description.allow_outside,
             n_masses=len(description.known.nes_mass),
             problems=table_problems,
+            settings=description.settings,
         )
     name = folder.resolve().name
     campaign = Campaign(
@@ -102,5 +103,6 @@ def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
         sample_rate=description.sample_rate,
         bandpass=description.bandpass,
         records=records,
+        settings=description.settings,
     )
     return campaign, [*problems.found, *description_problems.found, *table_problems.found]

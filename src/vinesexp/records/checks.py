@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from vinesexp.errors import CampaignError
+from vinesexp.errors import TableError
+from vinesexp.records.result_columns import CHECKS
+from vinesexp.records.tables import read_rows, write_rows
 
 Outcome = Literal["ok", "warning", "refused", "excluded"]
 OUTCOMES: tuple[str, ...] = get_args(Outcome)
@@ -42,33 +43,20 @@ class Check:
     detail: str = ""
 
 
-_HEADER = [field.name for field in fields(Check)]
-
-
 def write_checks(path: Path, checks: Iterable[Check]) -> None:
     """Write checks as CSV with a header line, also when there are none."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(_HEADER)
-        writer.writerows(astuple(check) for check in checks)
+    write_rows(path, CHECKS, (asdict(check) for check in checks))
 
 
 def read_checks(path: Path) -> list[Check]:
-    """Read what `write_checks` wrote; CampaignError for any other file."""
-    with Path(path).open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.reader(stream))
-    if not rows or rows[0] != _HEADER:
-        raise CampaignError(f"expected the columns {','.join(_HEADER)}", file=path, where="line 1")
-    return [_check(row, path, line) for line, row in enumerate(rows[1:], start=2)]
-
-
-def _check(row: list[str], path: Path, line: int) -> Check:
-    if len(row) != len(_HEADER) or row[2] not in OUTCOMES:
-        raise CampaignError(
-            f"found {row}, expected record, check, outcome ({', '.join(OUTCOMES)}), detail",
-            file=path,
-            where=f"line {line}",
-        )
-    return Check(row[0], row[1], row[2], row[3])  # type: ignore[arg-type]
+    """Read what `write_checks` wrote; TableError for any other file."""
+    checks = []
+    for row in read_rows(path, CHECKS):
+        if row["outcome"] not in OUTCOMES:
+            raise TableError(
+                f"found outcome '{row['outcome']}', expected {', '.join(OUTCOMES)}; "
+                "run the steps before it again",
+                file=path,
+            )
+        checks.append(Check(**{name: row[name] for name in CHECKS.names}))  # type: ignore[arg-type]
+    return checks

@@ -38,6 +38,14 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
             file=source.path,
             where=where,
         )
+    unpaired = getattr(source, "unpaired", "")
+    if unpaired:
+        raise RecordError(
+            f"no column '{wanted}': names and columns cannot be paired ({unpaired}); correct the "
+            "names, or give the column by its number, from 0",
+            file=source.path,
+            where=where,
+        )
     close = nearest(wanted, [name for name in names if name])
     hint = f"; {close}" if close.startswith("did") else ""
     raise RecordError(

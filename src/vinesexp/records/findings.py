@@ -56,6 +56,8 @@ def look_over(
     found += _trimmed(record, samples)
     period = _period(view, record)
     for role in view.roles:
+        if told := samples.overload(role):
+            found.append(_judge(record, channels[role], "saturated", f"{role} {told}"))
         clipped = saturated(view, role)
         # Only the oscillator's own inertia forbids it to stop dead; a shaker can.
         stuck = frozen(view, role, period=period if role == "displacement" else None)

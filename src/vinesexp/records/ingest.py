@@ -21,6 +21,7 @@ from vinesexp.records.readers import Floats, open_source
 from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Campaign, Channel, Record, TimeColumn
 from vinesexp.records.store import create_record, open_record, write_refused
+from vinesexp.records.timebase import UnevenClockError
 
 
 def ingest_or_refuse(campaign: Campaign, record: Record, out: Path) -> list[Check]:
@@ -67,23 +68,32 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
         raise RecordError("none of the campaign's channels is in it", file=record.file)
     out = Path(out)
     unseen = out.with_name(f".{out.name}.{os.getpid()}.new")
+    attributes = {**_attributes(campaign, record), "source_sha256": _digest(record.file)}
     try:
-        with create_record(
-            unseen,
-            sample_rate=samples.sample_rate,
-            start=samples.start,
-            quantities=samples.quantities,
-            attributes={**_attributes(campaign, record), "source_sha256": _digest(record.file)},
-        ) as writer:
-            for block in samples.blocks():
-                writer.append(block)
-            writer.sample_rate, writer.start = samples.sample_rate, samples.start
+        try:
+            _write(unseen, samples, attributes)
+        except UnevenClockError as uneven:
+            samples.resample(uneven)
+            _write(unseen, samples, attributes)
         with open_record(unseen) as view:
             found = look_over(view, record, campaign.channels, samples)
         os.replace(unseen, out)
     finally:
         unseen.unlink(missing_ok=True)
     return found
+
+
+def _write(path: Path, samples: Samples, attributes: Mapping[str, Any]) -> None:
+    with create_record(
+        path,
+        sample_rate=samples.sample_rate,
+        start=samples.start,
+        quantities=samples.quantities,
+        attributes=attributes,
+    ) as writer:
+        for block in samples.blocks():
+            writer.append(block)
+        writer.sample_rate, writer.start = samples.sample_rate, samples.start
 
 
 def read_channels(
@@ -108,7 +118,11 @@ def read_channels(
         As for `ingest`.
     """
     samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
-    blocks = list(samples.blocks())
+    try:
+        blocks = list(samples.blocks())
+    except UnevenClockError as uneven:
+        samples.resample(uneven)
+        blocks = list(samples.blocks())
     values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
     return samples.sample_rate, samples.start, values
 

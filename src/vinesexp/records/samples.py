@@ -1,12 +1,8 @@
-"""Rows of a source on their way to SI: complete, finite, in order, a block at a time.
-
-Missing cells before the first or after the last complete row are trimmed, which is what loggers
-write when channels start or stop apart; a hole in the middle would shift everything behind it, so
-the record is refused.
-"""
+"""Rows of a source on their way to SI: calibrated, on a uniform time axis, a block at a time."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -16,9 +12,13 @@ from vinesexp.errors import RecordError
 from vinesexp.records.columns import file_size, find_column, has_column
 from vinesexp.records.readers import Floats, Source
 from vinesexp.records.readers.labels import SEQUENCE
-from vinesexp.records.schema import Channel, TimeColumn
-from vinesexp.records.timebase import Clock
+from vinesexp.records.resampling import Resampler
+from vinesexp.records.rows import Rows
+from vinesexp.records.schema import SI_UNITS, Channel, TimeColumn
+from vinesexp.records.timebase import Clock, UnevenClockError
 from vinesexp.units import UNITS
+
+_LARGEST = 1e9  # m, m/s or m/s^2: more is no measurement
 
 
 @dataclass(frozen=True)
@@ -58,36 +58,93 @@ class Samples:
     ) -> None:
         self.source = source
         self.warnings: list[tuple[str, str]] = []
-        self.trimmed = (0, 0)  # rows before the first and after the last complete one
         self.rows = 0
         self._conversions = list(self._found(channels))
+        self._interval, self._start = self._stated_sampling(sample_rate)
         self.quantities = {c.channel.role: c.channel.quantity for c in self._conversions}
         self._time = None if sample_rate is not None else self._time_index(time)
-        size = time.size if time is not None else 1.0
+        size = time.size if time is not None else self._own_size()
+        self._resampler: Resampler | None = None
+        self._stray = 0.0
         self._clock = Clock(source.path, source.locate, size) if self._time is not None else None
+        indexes = [conversion.index for conversion in self._conversions]
+        self._rows = Rows(
+            source,
+            indexes if self._time is None else [*indexes, self._time],
+            measured=len(indexes),
+        )
         self.sample_rate = self._stated_rate(sample_rate)
-        self.start = 0.0 if self._clock is not None else source.start
+        self.start = 0.0 if self._clock is not None else self._start
+
+    @property
+    def trimmed(self) -> tuple[int, int]:
+        """Rows left out before the first and after the last complete one."""
+        return self._rows.trimmed
 
     def blocks(self) -> Iterator[dict[str, Floats]]:
-        """Blocks of every channel, SI, float64."""
-        indexes = [conversion.index for conversion in self._conversions]
-        if self._time is not None:
-            indexes.append(self._time)
-        for row, block in self._complete(indexes):
+        """Blocks of every channel, SI, float64.
+
+        Raises
+        ------
+        UnevenClockError
+            After the last block: the times have no gap but are not uniform. `resample` and begin
+            again.
+        """
+        if self._resampler is not None:
+            yield from self._even_blocks(self._resampler)
+            return
+        for row, block in self._rows.blocks():
             if self._clock is not None:
                 self._clock.add(block[:, -1], row=row)
             self.rows += len(block)
-            yield {c.channel.role: _to_si(block[:, k], c) for k, c in enumerate(self._conversions)}
+            yield self._si(block, row)
+        self._compare_rows()
         if self.rows < 2:
             raise RecordError(
-                f"holds {'no' if not self.rows else 'one'} complete row; export the record again",
+                f"holds {'no' if not self.rows else 'one'} complete row"
+                f"{self._rows.emptiest()}; export the record again",
                 file=self.source.path,
             )
-        if self._clock is not None:
-            self.sample_rate, self.start = self._clock.finish()
-            self._compare_with_header()
-        else:
+        if self._clock is None:
             self.start += self.trimmed[0] / self.sample_rate
+            return
+        self.sample_rate, self.start = self._clock.finish()
+        if self._clock.stray > 0.01:
+            told = f"times stray by up to {self._clock.stray:.2g} samples from a uniform clock, "
+            self.warnings.append(("time", told + "which is passed over"))
+        self._compare_with_header()
+
+    def resample(self, uneven: UnevenClockError) -> None:
+        """Have `blocks`, from the beginning again, give samples on a uniform clock."""
+        clock = self._clock
+        assert clock is not None  # nothing else finds a clock uneven
+        interval = (clock.last - clock.first) / (clock.n - 1)
+        self._resampler = Resampler(clock.first, interval, clock.n)
+        self._stray = uneven.stray
+        self.sample_rate, self.start = 1.0 / (interval * clock.size), clock.first * clock.size
+        self._rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)
+
+    def _even_blocks(self, resampler: Resampler) -> Iterator[dict[str, Floats]]:
+        pairs = ((block[:, -1], block[:, :-1]) for _, block in self._rows.blocks())
+        for block in resampler.blocks(pairs):
+            yield self._si(block, 0)
+        errors = ", ".join(
+            f"{error:.1g} of {c.channel.role}"
+            for c, error in zip(self._conversions, resampler.errors, strict=True)
+        )
+        self.warnings.append(
+            (
+                "time",
+                f"times stray by up to {self._stray:.2g} samples from a uniform clock; resampled "
+                f"to {self.sample_rate:.9g} Hz, error of the interpolation {errors}",
+            )
+        )
+        self._compare_with_header()
+
+    def _si(self, block: Floats, row: int) -> dict[str, Floats]:
+        values = {c.channel.role: _to_si(block[:, k], c) for k, c in enumerate(self._conversions)}
+        self._refuse_impossible(values, row)
+        return values
 
     def _found(self, channels: Mapping[str, Channel]) -> Iterator[_Conversion]:
         for role, channel in channels.items():
@@ -105,13 +162,13 @@ class Samples:
         source = self.source
         if time is None:
             return source.time_column
-        if source.sample_interval is not None and not has_column(source, time.column):
+        if self._interval is not None and not has_column(source, time.column):
             return None
         index = find_column(source, time.column, where="time")
         label = source.columns[index].unit
-        if label == SEQUENCE and source.sample_interval is not None:
+        if label == SEQUENCE and self._interval is not None:
             return None  # counts rows; the header has the interval
-        if source.sample_interval is not None and self._is_empty(index):
+        if self._interval is not None and self._is_empty(index):
             return None
         sizes = UNITS["time"]
         if label is not None and sizes.get(label) != time.size:
@@ -127,7 +184,7 @@ class Samples:
         return bool(np.isnan(next(self.source.blocks([index], rows=1000), np.empty(0))).all())
 
     def _stated_rate(self, sample_rate: float | None) -> float:
-        interval = self.source.sample_interval
+        interval = self._interval
         if self._clock is not None:
             return float("nan")  # known when the last row has been read
         if sample_rate is not None:
@@ -151,7 +208,7 @@ class Samples:
         return float(round(rate)) if abs(rate - round(rate)) < 1e-12 * rate else rate
 
     def _compare_with_header(self) -> None:
-        interval = self.source.sample_interval
+        interval = self._interval
         if interval is not None and abs(interval * self.sample_rate - 1.0) > 1e-3:
             self.warnings.append(
                 (
@@ -161,59 +218,76 @@ class Samples:
                 )
             )
 
-    def _complete(self, indexes: list[int]) -> Iterator[tuple[int, Floats]]:
-        """Complete rows with the number of their first; what is missing at the ends is trimmed."""
-        begun, before, hole, done = False, 0, None, 0
-        for block in self.source.blocks(indexes):
-            row, done = done, done + len(block)
-            if not np.isfinite(block).all():
-                self._refuse_infinite(block, indexes, row)
-                missing = np.asarray(np.isnan(block).any(axis=1))
-                whole = np.flatnonzero(~missing)
-                if not len(whole):
-                    before, hole = (
-                        (before, hole if hole is not None else row) if begun else (done, None)
-                    )
-                    continue
-                if begun and (hole is not None or whole[0] > 0):
-                    self._refuse_hole(indexes, row if hole is None else hole)
-                first, last = int(whole[0]), int(whole[-1]) + 1
-                if missing[first:last].any():
-                    self._refuse_hole(indexes, row + first + int(np.argmax(missing[first:last])))
-                before = before if begun else row + first
-                hole = row + last if last < len(block) else None
-                begun, row, block = True, row + first, block[first:last]
-            elif hole is not None:
-                self._refuse_hole(indexes, hole)
-            begun = True
-            yield row, block
-        self.trimmed = (before, done - hole if hole is not None else 0)
-
-    def _refuse_infinite(self, block: Floats, indexes: list[int], row: int) -> None:
-        infinite = np.argwhere(np.isinf(block))
-        if len(infinite):
-            k, j = (int(number) for number in infinite[0])
+    def _stated_sampling(self, given: float | None) -> tuple[float | None, float]:
+        """Interval and start that the file states for the channels asked for."""
+        source = self.source
+        columns = [source.columns[c.index] for c in self._conversions]
+        intervals = {c.name: c.interval for c in columns if c.interval is not None}
+        if not intervals:
+            return source.sample_interval, source.start
+        if given is not None:
+            return next(iter(intervals.values())), 0.0
+        unclear = next((name for name, dt in intervals.items() if math.isnan(dt)), None)
+        if unclear is not None:
             raise RecordError(
-                "infinite sample; the instrument was out of range, cut or repeat the record",
-                file=self.source.path,
-                where=f"{self.source.locate(row + k)}, {self._name(indexes[j])}",
+                f"'{unclear}' states two different samplings; correct the file, or give "
+                "'sample_rate' in campaign.yaml",
+                file=source.path,
             )
+        least, most = min(intervals.values()), max(intervals.values())
+        if most > least * (1.0 + 1e-6):
+            told = ", ".join(f"'{name}' {1 / dt:g} Hz" for name, dt in intervals.items())
+            raise RecordError(
+                f"channels of different sample rates ({told}); resample them to one, or leave "
+                "one out",
+                file=source.path,
+            )
+        starts = [source.start if c.start is None else c.start for c in columns]
+        if max(starts) - min(starts) > 0.01 * least:
+            told = ", ".join(f"'{c.name}' {s:.9g} s" for c, s in zip(columns, starts, strict=True))
+            raise RecordError(
+                f"channels that begin at different times ({told}); export them together",
+                file=source.path,
+            )
+        return least, starts[0]
 
-    def _refuse_hole(self, indexes: list[int], row: int) -> None:
-        """Name the first missing cell of row `row`."""
-        seen = 0
-        for block in self.source.blocks(indexes):
-            if seen + len(block) > row:
-                column = indexes[int(np.argmax(np.isnan(block[row - seen])))]
+    def _own_size(self) -> float:
+        """Size of the unit of the column that the format itself defines as times, s."""
+        column = self.source.time_column
+        unit = None if column is None else self.source.columns[column].unit
+        return UNITS["time"].get(unit or "s", 1.0)
+
+    def _refuse_impossible(self, values: dict[str, Floats], row: int) -> None:
+        for conversion in self._conversions:
+            size = np.abs(values[conversion.channel.role])
+            if size.max() > _LARGEST:
+                at = int(np.argmax(size))
                 raise RecordError(
-                    "empty or NaN among the samples; fill the gap, or cut the record before it",
+                    f"{size[at]:.3g} {SI_UNITS[conversion.channel.quantity]}, which no instrument "
+                    "measures; correct the cell, or the sensitivity or unit of the channel",
                     file=self.source.path,
-                    where=f"{self.source.locate(row)}, {self._name(column)}",
+                    where=f"{self.source.locate(row + at)}, {self._rows.name(conversion.index)}",
                 )
-            seen += len(block)
 
-    def _name(self, index: int) -> str:
-        return f"column {self.source.columns[index].name or index}"
+    def overload(self, role: str) -> str | None:
+        """What is told of the samples of a channel that are out of the instrument's range."""
+        index = next(c.index for c in self._conversions if c.channel.role == role)
+        if index not in self._rows.overloads:
+            return None
+        count, row = self._rows.overloads[index]
+        more = f", and {count - 1} times more" if count > 1 else ""
+        return (
+            "is out of the instrument's range (an infinite sample or the instrument's mark of "
+            f"overload) at {self.source.locate(row)}, {self._rows.name(index)}{more}; measure "
+            "with a wider range"
+        )
+
+    def _compare_rows(self) -> None:
+        stated, found = self.source.stated_rows, self._rows.found
+        if stated is not None and stated > 1 and stated != found:
+            self.warnings.append(
+                ("rows", f"the header states {stated} rows, {found} are there and were read")
+            )
 
 
 def _to_si(raw: Floats, conversion: _Conversion) -> Floats:

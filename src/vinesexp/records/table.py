@@ -17,6 +17,8 @@ from typing import TypeVar
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.problems import Problems
 from vinesexp.records.schema import TESTS, Record
+from vinesexp.settings.overrides import changed_by_text
+from vinesexp.settings.stages import Settings
 
 COLUMNS = (
     "record",
@@ -28,6 +30,7 @@ COLUMNS = (
     "added_mass_g",
     "release_mm",
     "exclude",
+    "settings",
     "note",
 )
 REQUIRED = COLUMNS[:3]
@@ -40,8 +43,9 @@ T = TypeVar("T")
 
 
 def read_table(
-    file: Path, folder: Path, *, allow_outside: bool, n_masses: int, problems: Problems
-) -> tuple[Record, ...]:
+    file: Path, folder: Path, *, allow_outside: bool, n_masses: int, problems: Problems,
+    settings: Settings | None = None,
+) -> tuple[Record, ...]:  # fmt: skip
     """Read records.csv; what is wrong goes to `problems`, the rows that are right come back.
 
     Parameters
@@ -52,7 +56,10 @@ def read_table(
         Whether instrument files may lie outside the folder.
     n_masses : int
         How many NES masses campaign.yaml gives; more than one must suffice for every record.
+    settings : Settings, optional
+        Of the campaign; a row may change them.
     """
+    settings = Settings() if settings is None else settings
     rows = _rows(file, problems)
     if rows is None:
         return ()
@@ -70,7 +77,7 @@ def read_table(
             )
             continue
         row = {name: cell.strip() for name, cell in zip(header, cells, strict=False)}
-        record = _record(row, line, folder, comma, allow_outside, n_masses, problems)
+        record = _record(row, line, folder, comma, allow_outside, n_masses, settings, problems)
         # Names that differ only in case would share a file on many disks.
         key = row.get("record", "").lower()
         if key and key in lines:
@@ -141,6 +148,7 @@ def _record(
     comma: bool,
     allow_outside: bool,
     n_masses: int,
+    settings: Settings,
     problems: Problems,
 ) -> Record | None:
     before = len(problems.found)
@@ -171,6 +179,7 @@ def _record(
         added_mass=cell("added_mass_g", lambda text: _least(text, number) / 1e3, None),
         release=cell("release_mm", lambda text: number(text) / 1e3, None),
         exclude=cell("exclude", _exclude, False),
+        settings=cell("settings", lambda text: changed_by_text(settings, text), settings),
         note=row.get("note", ""),
         row=line,
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -11,11 +10,14 @@ from typing import Any
 
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig
-from vinesexp.figures.gallery import Drawn, listed
+from vinesexp.figures.entry import Drawn
+from vinesexp.figures.gallery import listed
 from vinesexp.figures.numbers import significant, with_error
 from vinesexp.records.campaign import Campaign
+from vinesexp.records.result_columns import BASE, CHECKS, CLEARANCES, IDENTIFIED, RECORD_REGIMES
+from vinesexp.records.tables import read_rows
 from vinesexp.report.errorbars import coverage_table
-from vinesexp.report.processing import processed_records
+from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
 from vinesexp.theory.regime_definitions import REGIMES
@@ -88,8 +90,8 @@ def build_report(campaign: Campaign, results: Path, out: Path) -> Path:
 def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     """Everything the template shows, finished."""
     tables = {
-        name: _rows(results / f"{name}.csv")
-        for name in ("identified", "regimes", "clearances", "checks")
+        table.name: read_rows(results / f"{table.name}.csv", table)
+        for table in (IDENTIFIED, RECORD_REGIMES, BASE, CLEARANCES, CHECKS)
     }
     records = [record.file for record in campaign.records]
     description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
@@ -127,6 +129,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "coverage": coverage_table(),
         "written": SYMBOLS,
         "processed": processed,
+        "changed_settings": changed_settings(campaign),
         "provenance": provenance(
             [*description, *records],
             folder=campaign.folder,
@@ -143,7 +146,7 @@ def _early(figure: Mapping[str, Any]) -> int:
 def _verdict(
     campaign: Campaign, tables: Mapping[str, list[dict[str, str]]], parameters: Mapping[str, str]
 ) -> dict[str, Any]:
-    levels = periodic_levels(campaign, tables["regimes"])
+    levels = periodic_levels(campaign, tables["regimes"], tables["base"])
     rig = identified_rig(tables["identified"], campaign.known)
     periodic = periodic_verdicts(levels, tables["clearances"], rig)
     releases = release_verdicts(tables["clearances"])
@@ -253,8 +256,3 @@ def symbols(text: str) -> Any:
     from markupsafe import Markup, escape
 
     return Markup(re.sub(r"\bb_([ct])\b", r"b<sub>\1</sub>", str(escape(text))))
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))

@@ -8,6 +8,7 @@ from typing import Any
 
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.store import open_record
+from vinesexp.settings.overrides import differences
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,15 @@ def processed_records(campaign: Campaign, results: Path) -> list[Processed]:
                     sha256=sha256,
                 )
             )
+    return found
+
+
+def changed_settings(campaign: Campaign) -> list[tuple[str, str]]:
+    """Settings that the campaign or a record changes: what they apply to, and their values."""
+    found = [("all records", text) for text in differences(campaign.settings)]
+    for record in campaign.records:
+        own = differences(record.settings, campaign.settings)
+        found += [(record.id, text) for text in own]
     return found
 
 

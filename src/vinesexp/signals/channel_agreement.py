@@ -9,20 +9,19 @@ each to a small fraction of what a single impact would.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.records.store import RecordView
-from vinesexp.signals.condition import fill_gaps
-from vinesexp.signals.extension import block_means
-
-FloatArray = NDArray[np.float64]
+from vinesexp.signals.means import channel_means
 
 _POINTS = 40  # a period
 _BAND = (0.8, 1.2)  # of the oscillation
-_BLOCK = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -41,6 +40,18 @@ class Agreement:
     gain_error: float
     lag: float
     lag_error: float
+
+    def as_attributes(self) -> dict[str, object]:
+        """For the attributes of a file; `agreement_in` reads them."""
+        return {f"agreement_{name}": value for name, value in asdict(self).items()}
+
+
+def agreement_in(attributes: Mapping[str, Any]) -> Agreement | None:
+    """The agreement that was written into a file's attributes; None where there is none."""
+    names = [field.name for field in fields(Agreement)]
+    if any(f"agreement_{name}" not in attributes for name in names):
+        return None
+    return Agreement(*(float(attributes[f"agreement_{name}"]) for name in names))
 
 
 def compare_channels(
@@ -88,7 +99,7 @@ def compare_channels(
 
 
 def _both(
-    a: FloatArray, x: FloatArray, step: float, w: FloatArray, near: NDArray[np.bool_]
+    a: FloatArray, x: FloatArray, step: float, w: FloatArray, near: BoolArray
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Tapered transforms of a and of x''. The latter without derivatives of x: by parts,
 
@@ -114,16 +125,7 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
     if not {"acceleration", "displacement"} <= set(record.roles):
         return None
     k = max(1, int(record.sample_rate / (_POINTS * frequency)))
-    size = _BLOCK // k * k
-    means = {
-        role: np.concatenate(
-            [
-                block_means(fill_gaps(record.read(role, begin, begin + size)), k)
-                for begin in range(0, record.n, size)
-            ]
-        )
-        for role in ("acceleration", "displacement")
-    }
-    return compare_channels(
-        means["acceleration"], means["displacement"], k / record.sample_rate, frequency=frequency
+    acceleration, displacement = (
+        channel_means(record, role, k) for role in ("acceleration", "displacement")
     )
+    return compare_channels(acceleration, displacement, k / record.sample_rate, frequency=frequency)

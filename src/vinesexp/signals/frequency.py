@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-
-FloatArray = NDArray[np.float64]
 
 
 def dominant_frequency(x: FloatArray, sample_rate: float) -> float:

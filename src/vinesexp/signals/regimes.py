@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.records.campaign import Record
 from vinesexp.records.store import RecordView, open_record
-from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
-from vinesexp.signals.impacts.find import Impacts
+from vinesexp.signals.cycles import cycles_from, time_to_level
+from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.transition import transition_of
 from vinesexp.theory.regime_definitions import activation_spells, regime_of
 
-Floats = NDArray[np.float64]
-
-#: Levels of a release that times are told for, as shares of the release.
+#: Amplitudes of a release that times are reported for, as shares of the release.
 LEVELS = (0.5, 0.25, 0.15, 0.1)
 
-_SETTLING = 0.2  # of a periodic record, left out: the start is not yet the response
-_FIRST_CYCLES = 12  # of a release: what it starts with
-_MOST = 60_000_000  # samples
 
 Row = Mapping[str, str | float | None]
 
@@ -46,9 +42,9 @@ def regime_of_record(
     dict
         ``record``, ``regime``, ``impacts_per_cycle``, ``amplitude_mean_m``, ``amplitude_max_m``,
         ``captured`` (share of cycles with one impact on either side), ``spells`` and
-        ``spell_mean_s`` (of such cycles in a row), and for a release ``time_to_<level>mm_s``,
-        ``captured_until_s``, ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and
-        ``transition_m`` (amplitude where the ball is lost). None or absent where it cannot be told.
+        ``spell_mean_s`` (of such cycles in a row), and for a release ``captured_until_s``,
+        ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and ``transition_m`` (amplitude where
+        the ball is lost). None or absent where it cannot be known.
     """
     row: dict[str, str | float | None] = {
         "record": record.id,
@@ -67,35 +63,60 @@ def regime_of_record(
         start = view.start
     if amplitude.size == 0:
         return row
-    begin = _SETTLING * length if record.test == "periodic" else 0.0
+    begin = record.settings.regimes.settling * length if record.test == "periodic" else 0.0
     steady = amplitude[time >= begin]
     row["amplitude_mean_m"] = float(steady.mean())
     row["amplitude_max_m"] = float(steady.max())
     if record.clearance:
         end = length
         if record.test == "transient":
-            end = min(_FIRST_CYCLES / float(frequency), length)
+            end = min(record.settings.regimes.first_cycles / float(frequency), length)
         row |= _regimes(
             record, impacts, period=1.0 / float(frequency), begin=start + begin, end=start + end
         )
         row |= _spells(record, impacts, 1.0 / float(frequency), start, (time, amplitude))
-    if record.test == "transient" and record.release:
-        for share in LEVELS:
-            level = share * record.release
-            reached = time_to_level(time, amplitude, level)
-            name = f"time_to_{1e3 * level:.4g}mm_s"
-            row[name] = reached if math.isfinite(reached) else None
     return row
 
 
-def _amplitudes(view: RecordView, frequency: float) -> tuple[Floats, Floats]:
-    return cycle_amplitudes(view.read("displacement", 0, _MOST), view.sample_rate, frequency)
+def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | float | None]]:
+    """Rows of decay_times.csv: when a release has fallen to each share of it in `LEVELS`.
+
+    Parameters
+    ----------
+    record : Record
+    conditioned : Path
+        conditioned/<id>.nc.
+
+    Returns
+    -------
+    list of dict
+        ``record``, ``target_m`` and ``time_s`` (None: not reached within the record); none for a
+        record that is no release.
+    """
+    if record.test != "transient" or not record.release:
+        return []
+    with open_record(conditioned) as view:
+        frequency = view.attributes.get("oscillation_hz")
+        if view.refused is not None or "displacement" not in view.roles or not frequency:
+            return []
+        time, amplitude = _amplitudes(view, float(frequency))
+    rows: list[dict[str, str | float | None]] = []
+    for share in LEVELS if amplitude.size else ():
+        target = share * abs(record.release)
+        reached = time_to_level(time, amplitude, target)
+        time_s = reached if math.isfinite(reached) else None
+        rows.append({"record": record.id, "target_m": target, "time_s": time_s})
+    return rows
+
+
+def _amplitudes(view: RecordView, frequency: float) -> tuple[FloatArray, FloatArray]:
+    return cycles_from(partial(view.read, "displacement"), view.n, view.sample_rate, frequency)
 
 
 def _regimes(
     record: Record, impacts: Impacts, *, period: float, begin: float, end: float
 ) -> dict[str, str | float | None]:
-    """Regime of each ball, and of all impacts together where the ball cannot be told."""
+    """Regime of each ball, and of all impacts together where the ball is not known."""
     if end - begin < period:
         return {}
     n = len(record.clearance)
@@ -113,7 +134,11 @@ def _regimes(
 
 
 def _spells(
-    record: Record, impacts: Impacts, period: float, view_start: float, decay: tuple[Floats, Floats]
+    record: Record,
+    impacts: Impacts,
+    period: float,
+    view_start: float,
+    decay: tuple[FloatArray, FloatArray],
 ) -> Row:
     """Activation spells of a single ball: number and length; of a release, what its end divides."""
     if len(record.clearance) != 1:
@@ -126,7 +151,7 @@ def _spells(
     if record.test == "transient":
         lost = float(spells[0, 1] - view_start)
         row["captured_until_s"] = lost
-        found = transition_of(*decay, lost=lost)
+        found = transition_of(*decay, lost=lost, settings=record.settings.regimes)
         if found is not None:
             row["decay_rate_captured_1_s"] = found.rate_before
             row["decay_rate_after_1_s"] = found.rate_after

@@ -7,14 +7,16 @@ permanent two impacts per cycle) and the symmetry breaking (the exact counterpar
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
-from vinesexp.theory.floquet import hurwitz, jacobian, routh_stable
-from vinesexp.theory.orbits import FloatArray, Reduced, family, saddle_node
+from vinesexp.theory.floquet import hurwitz, jacobian, routh_stable, stays_inside
+from vinesexp.theory.manifold import FloatArray
+from vinesexp.theory.orbits import Reduced, family, saddle_node
 
 #: Ball amplitudes looked at for a stable stretch; T1 and T2 of every r lie between (0.71, 1.68).
 _GRID = np.linspace(0.02, 4.0, 400)
@@ -28,8 +30,10 @@ class StableRange:
     Attributes
     ----------
     C_low, b_high : the end towards large clearances: the end of permanent response.
-    C_high, b_low : the end towards small ones: symmetry breaking.
+    C_high, b_low : the end towards small ones: mostly symmetry breaking, the exact T2; a graze
+        where the ball would meet a wall once more before that.
     kind : how it ends at b_high: "neimark-sacker" or "saddle-node"; "" where nothing is stable.
+    kind_low : how it ends at b_low: "symmetry breaking", "neimark-sacker" or "graze".
     """
 
     C_low: FloatArray
@@ -37,6 +41,7 @@ class StableRange:
     C_high: FloatArray
     b_low: FloatArray
     kind: NDArray[np.str_]
+    kind_low: NDArray[np.str_]
 
     @property
     def exists(self) -> NDArray[np.bool_]:
@@ -48,13 +53,22 @@ def _stable(C: FloatArray, p: Reduced) -> NDArray[np.bool_]:
     return routh_stable(jacobian(family(C, p)))
 
 
-def _refine(outside: FloatArray, inside: FloatArray, p: Reduced) -> FloatArray:
-    """Bisect the flag "stable" between a C that is not and a C that is."""
+def _stable_motion(C: FloatArray, p: Reduced) -> NDArray[np.bool_]:
+    """Stable, and the ball stays in its cavity between the impacts."""
+    point = family(C, p)
+    return routh_stable(jacobian(point)) & stays_inside(point)
+
+
+_Attracts = Callable[[FloatArray, Reduced], NDArray[np.bool_]]
+
+
+def _refine(outside: FloatArray, inside: FloatArray, p: Reduced, attracts: _Attracts) -> FloatArray:
+    """Bisect the flag "attracts" between a C that does not and a C that does."""
     for _ in range(_HALVINGS):
         middle = 0.5 * (outside + inside)
-        stable = _stable(middle, p)
-        inside = np.where(stable, middle, inside)
-        outside = np.where(stable, outside, middle)
+        good = attracts(middle, p)
+        inside = np.where(good, middle, inside)
+        outside = np.where(good, outside, middle)
         if np.all(np.abs(inside - outside) <= 2.0 * np.spacing(inside)):
             break
     return 0.5 * (outside + inside)
@@ -63,13 +77,15 @@ def _refine(outside: FloatArray, inside: FloatArray, p: Reduced) -> FloatArray:
 def stable_range(p: Reduced) -> StableRange:
     """Find the stable stretch with the largest clearance, for each rig of `p`.
 
-    The flag "stable" is taken on a grid in C, then both ends are bisected to the last digit.
+    The flag "stable" is taken on a grid in C, then both ends are bisected to the last digit. Far
+    below resonance the oscillator turns back between two impacts, and the ball of an orbit that
+    is stable on paper may have to pass a wall: such orbits are no motions, and do not count.
 
     Returns
     -------
     StableRange
         With NaN where no C of the grid is stable (r = 1 without damping; no damping below
-        resonance, where the saddle-node passes symmetry breaking).
+        resonance, where the saddle-node passes symmetry breaking; orbits that leave the cavity).
 
     Examples
     --------
@@ -81,7 +97,42 @@ def stable_range(p: Reduced) -> StableRange:
     shape = p.eps.shape
     flat = p[...] if shape else p[None]
     flat = Reduced(*(v.ravel() for v in (flat.eps, flat.zeta, flat.r, flat.Omega)))
-    stable = _stable(_GRID, flat[:, None])
+    found, low, high = _stretch(flat, _stable)
+    places = low + np.array([[1e-9], [0.5], [1.0 - 1e-9]]) * (high - low)
+    leaves = found & ~np.all([stays_inside(family(C, flat)) for C in places], axis=0)
+    if leaves.any():  # rare: looked at point by point only where an orbit was caught leaving
+        found[leaves], low[leaves], high[leaves] = _stretch(flat[leaves], _stable_motion)
+    merged = saddle_node(flat)
+    at_node = low <= merged[0] * (1.0 + 1e-9)
+    low = np.where(at_node, merged[0], low)
+    nan = np.full(low.shape, np.nan)
+    kind = np.where(at_node, "saddle-node", "neimark-sacker")
+    return StableRange(
+        C_low=np.where(found, low, nan).reshape(shape),
+        b_high=np.where(found, family(low, flat).b, nan).reshape(shape),
+        C_high=np.where(found, high, nan).reshape(shape),
+        b_low=np.where(found, family(high, flat).b, nan).reshape(shape),
+        kind=np.where(found, kind, "").reshape(shape),
+        kind_low=np.where(found, _kind_low(high, flat), "").reshape(shape),
+    )
+
+
+def _kind_low(C: FloatArray, p: Reduced) -> NDArray[np.str_]:
+    """What ends the stretch at its upper end C: a multiplier -1, a pair, or a graze."""
+    J = jacobian(family(C, p))
+    B, _ = hurwitz(J)
+    beyond = C + 1e-6
+    kind = np.where(
+        np.abs(B[4]) < 1e-6 * np.abs(B).max(axis=0), "symmetry breaking", "neimark-sacker"
+    )
+    return np.where(_stable(beyond, p) & ~stays_inside(family(beyond, p)), "graze", kind)
+
+
+def _stretch(
+    flat: Reduced, attracts: _Attracts
+) -> tuple[NDArray[np.bool_], FloatArray, FloatArray]:
+    """Whether anything attracts, and the C at both ends of the stretch with the largest b."""
+    stable = attracts(_GRID, flat[:, None])
     # conservative to rounding: the multipliers lie on the unit circle, whatever their last digit
     loss = 1.0 - flat.r**2 * np.exp(-2.0 * np.pi * flat.zeta / flat.Omega)
     stable &= (loss > 1e-10)[:, None]
@@ -94,24 +145,13 @@ def stable_range(p: Reduced) -> StableRange:
         (~stable & after).any(axis=1), (~stable & after).argmax(axis=1), _GRID.size
     )  # first unstable C above
     step = _GRID[1] - _GRID[0]
-    low = _refine(np.maximum(_GRID[first] - step, 1e-9), _GRID[first], flat)
-    high = _refine(_GRID[last - 1] + step, _GRID[last - 1], flat)
-    merged = saddle_node(flat)
-    at_node = low <= merged[0] * (1.0 + 1e-9)
-    low = np.where(at_node, merged[0], low)
-    nan = np.full(low.shape, np.nan)
-    kind = np.where(at_node, "saddle-node", "neimark-sacker")
-    return StableRange(
-        C_low=np.where(found, low, nan).reshape(shape),
-        b_high=np.where(found, family(low, flat).b, nan).reshape(shape),
-        C_high=np.where(found, high, nan).reshape(shape),
-        b_low=np.where(found, family(high, flat).b, nan).reshape(shape),
-        kind=np.where(found, kind, "").reshape(shape),
-    )
+    low = _refine(np.maximum(_GRID[first] - step, 1e-9), _GRID[first], flat, attracts)
+    high = _refine(_GRID[last - 1] + step, _GRID[last - 1], flat, attracts)
+    return found, low, high
 
 
 def end_of_permanent_response(p: Reduced) -> StableRange:
-    """As `stable_range`, but a rig without any stable orbit is an error, told in one line.
+    """As `stable_range`, but a rig without any stable orbit is an error in one line.
 
     Raises
     ------

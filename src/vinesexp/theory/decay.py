@@ -37,8 +37,8 @@ def decay_time(start: ArrayLike, end: ArrayLike, *, lam: ArrayLike, r: ArrayLike
     Raises
     ------
     AnalysisError
-        An amplitude below the fold, or a decay that would have to grow; r = 1 with lam = 0 never
-        decays and is told so.
+        An amplitude below the fold, or a decay that would have to grow; r = 1 with lam = 0,
+        which never decays.
 
     Examples
     --------

@@ -11,9 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.theory.manifold import FloatArray
 from vinesexp.theory.orbits import Family
-
-FloatArray = NDArray[np.float64]
 
 
 def transition(zeta: FloatArray, t: FloatArray) -> FloatArray:

@@ -122,7 +122,7 @@ def passage(
     until, let_go = np.full(lanes, np.inf), np.full(lanes, np.nan)
     active = np.ones(lanes, dtype=bool)
     for _ in range(_MOST):
-        flight = next_contact(state, zeta=zeta)
+        flight = next_collision(state, zeta=zeta)
         now = times[-1] + flight
         # ended: followed long enough, or the ball comes to rest on a wall
         active &= (times[-1] < until) & (heights[-1] > 0.05 * start) & (flight > _CHATTER)
@@ -174,11 +174,11 @@ def impact(state: FloatArray, *, eps: float, r: float) -> FloatArray:
     return np.array([x, v - eps * jump, np.where(hit, x - side, y), u + jump])
 
 
-# where a contact is looked for: 48 times a cycle over three cycles
+# where a collision is looked for: 48 times a cycle over three cycles
 _GRID: FloatArray = np.linspace(np.pi / 24.0, 6.0 * np.pi, 144)
 
 
-def next_contact(state: FloatArray, *, zeta: float) -> FloatArray:
+def next_collision(state: FloatArray, *, zeta: float) -> FloatArray:
     """Time to the next |x - y| = 1, at most three cycles; bisection in the first closed step."""
     x, _, y, _ = fly(state[:, :, None], _GRID, zeta=zeta)
     closed = np.abs(x - y) >= 1.0

@@ -1,6 +1,6 @@
 """Names of the response regimes, with definitions that measured and simulated records share.
 
-Everything is told by the impacts alone: how many fall into a cycle, on which side, how alike the
+Everything is judged by the impacts alone: how many fall into a cycle, on which side, how alike the
 cycles are, and how the amplitude swings. Theory, simulation and records use the same words.
 """
 

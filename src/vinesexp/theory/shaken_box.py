@@ -41,7 +41,7 @@ _PAST = np.array(
 def _impact_times(
     t: FloatArray, A: FloatArray, y: FloatArray, u: FloatArray, step: FloatArray, side: FloatArray
 ) -> FloatArray:
-    """First contact within `step` after t, bracketed by the caller; bisection to rounding."""
+    """First collision within `step` after t, bracketed by the caller; bisection to rounding."""
     low, high = np.zeros_like(step), step.copy()
     for _ in range(40):
         middle = 0.5 * (low + high)
@@ -71,7 +71,7 @@ def mean_power(
         Restitution, in [0, 1).
     starts, cycles, settle, steps, seed : int
         Random starts an amplitude; cycles run, of which the first `settle` are dropped; time steps
-        a cycle (contacts are looked for once a step, then located to rounding); seed.
+        a cycle (collisions are looked for once a step, then located to rounding); seed.
 
     Returns
     -------

@@ -191,7 +191,7 @@ class SlowEnd:
     kind: str
 
 
-def end_of_permanent_response(*, lam: float, r: float, sigma: float = 0.0) -> SlowEnd:
+def slow_end(*, lam: float, r: float, sigma: float = 0.0) -> SlowEnd:
     """Least forcing with a stable fixed point: slow-flow counterpart of the exact boundary.
 
     G/(eps F) is the slow-flow b_c. Near resonance the end is `fold_forcing`; far above it, or below
@@ -204,7 +204,7 @@ def end_of_permanent_response(*, lam: float, r: float, sigma: float = 0.0) -> Sl
 
     Examples
     --------
-    >>> end = end_of_permanent_response(lam=1.91, r=0.6)
+    >>> end = slow_end(lam=1.91, r=0.6)
     >>> round(end.F, 4), end.kind
     (1.088, 'fold')
     """

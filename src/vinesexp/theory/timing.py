@@ -17,17 +17,17 @@ from numpy.typing import ArrayLike
 
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
+from vinesexp.theory.intervals import VALUES, covariance_of, rig_values
 from vinesexp.theory.manifold import A_1, FloatArray
-from vinesexp.theory.optimal_clearance import COVERAGE_95, VALUES, covariance_of, rig_values
 from vinesexp.theory.passage import passage
 from vinesexp.theory.transient import (
     BestClearance,
     Decaying,
     best_clearance,
+    captured_time,
     decay_curve,
-    time_to_level,
 )
-from vinesexp.units import Quantity
+from vinesexp.units import COVERAGE_95, Quantity
 
 #: Names of the derivatives: the rig's values and the release amplitude.
 RELEASE_VALUES = (*VALUES, "x_m")
@@ -85,7 +85,7 @@ def gradient_time(release: Decaying, *, b: float, level: float) -> tuple[float, 
     Raises
     ------
     AnalysisError
-        As `time_to_level`; r = 1, from which there is no way up.
+        As `captured_time`; r = 1, from which there is no way up.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def gradient_time(release: Decaying, *, b: float, level: float) -> tuple[float, 
     >>> round(t, 3), round(0.01 * slopes["r"], 4), round(1e-3 * slopes["x_m"], 4)  # per 0.01, mm
     (1.264, 0.0132, 0.0716)
     """
-    time = float(time_to_level(release, b=b, level=level))
+    time = float(captured_time(release, b=b, level=level))
     if release.r == 1.0:
         raise AnalysisError("r = 1: the derivative by r is one-sided; give an r below 1")
     eps, lam, r = _reduced(release)
@@ -173,7 +173,7 @@ def _smooth_optimum(release: Decaying, b: float, level: float) -> dict[str, floa
     h = 0.03 * b
 
     def slope_and_bend(case: Decaying) -> tuple[float, float]:
-        low, middle, high = time_to_level(case, b=[b - h, b, b + h], level=level)
+        low, middle, high = captured_time(case, b=[b - h, b, b + h], level=level)
         return float(high - low) / (2.0 * h), float(low - 2.0 * middle + high) / h**2
 
     bend = slope_and_bend(release)[1]
@@ -251,7 +251,7 @@ def predict_time(
     b, level : float
         m.
     values, covariance
-        As for `vinesexp.theory.optimal_clearance.predict_periodic`.
+        As for `vinesexp.theory.intervals.predict_periodic`.
 
     Examples
     --------

@@ -138,7 +138,7 @@ def decay_curve(
     )
 
 
-def time_to_level(release: Decaying, *, b: ArrayLike, level: ArrayLike) -> FloatArray:
+def captured_time(release: Decaying, *, b: ArrayLike, level: ArrayLike) -> FloatArray:
     """Time (s) for a captured ball of clearance b to bring the amplitude down to `level` (29).
 
     Parameters
@@ -161,7 +161,7 @@ def time_to_level(release: Decaying, *, b: ArrayLike, level: ArrayLike) -> Float
     Examples
     --------
     >>> release = Decaying(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6, x_m=0.03)
-    >>> round(float(time_to_level(release, b=0.05, level=0.015)), 3)
+    >>> round(float(captured_time(release, b=0.05, level=0.015)), 3)
     1.264
     """
     _reachable(release, level)
@@ -227,9 +227,9 @@ def best_clearance(
     True
     """
     ends = (low or 0.25 * release.x_m, high or release.x_m / max(float(A_1(release.r)), 1.0 / 40.0))
-    for _ in range(4):  # the curve has kinks at both transitions: narrowing grids, no derivative
+    for _ in range(4):  # the slope changes at both transitions: narrowing grids, no derivative
         grid = np.geomspace(*ends, 41)
-        times = time_to_level(release, b=grid, level=level)
+        times = captured_time(release, b=grid, level=level)
         i = int(times.argmin())
         ends = (float(grid[max(i - 2, 0)]), float(grid[min(i + 2, 40)]))
     b = float(grid[i])

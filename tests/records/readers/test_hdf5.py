@@ -6,6 +6,8 @@ import pytest
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import open_source
+from vinesexp.records.samples import Samples
+from vinesexp.records.schema import Channel
 
 RNG = np.random.default_rng(3)
 A, B = RNG.standard_normal(100), RNG.standard_normal(100)
@@ -73,7 +75,7 @@ def test_the_sampling_is_an_attribute(attribute, value, where, tmp_path):
         file["CH1"] = A
         file[where].attrs[attribute] = value
 
-    assert make(tmp_path / "a.h5", fill).sample_interval == pytest.approx(1e-3)
+    assert make(tmp_path / "a.h5", fill).columns[0].interval == pytest.approx(1e-3)
 
 
 def test_contradicting_attributes_are_told(tmp_path):
@@ -113,3 +115,47 @@ def test_a_broken_file_is_told(tmp_path):
     path.write_bytes(path.read_bytes()[:900])
     with pytest.raises(RecordError, match="cannot be read as HDF5"):
         open_source(path)
+
+
+def test_the_rate_of_another_dataset_is_not_that_of_the_channels(tmp_path):
+    def fill(file):
+        file["scope/CH1"], file["camera/frames"] = A, B
+        file["camera/frames"].attrs["fs"] = 30.0
+        file["camera"].attrs["dt"] = 1 / 30.0
+
+    source = make(tmp_path / "a.h5", fill)
+    assert source.sample_interval is None
+    assert {c.name: c.interval for c in source.columns} == {
+        "scope/CH1": None,
+        "camera/frames": pytest.approx(1 / 30.0),
+    }
+
+
+def test_channels_of_two_rates_are_told_and_one_alone_is_read(tmp_path):
+    def fill(file):
+        for name, values, rate in (("x", A, 1000.0), ("a", B, 500.0)):
+            file[name] = values
+            file[name].attrs["sample_rate_hz"] = rate
+
+    source = make(tmp_path / "a.h5", fill)
+    roles = {"displacement": "x", "acceleration": "a"}
+    channels = {r: Channel(r, n, r, 1.0, unit="V") for r, n in roles.items()}
+    with pytest.raises(RecordError, match="'x' 1000 Hz, 'a' 500 Hz"):
+        Samples(source, channels, time=None, sample_rate=None)
+    one = Samples(source, {"acceleration": channels["acceleration"]}, time=None, sample_rate=None)
+    assert one.sample_rate == 500.0
+
+
+def test_attributes_of_any_form_are_no_traceback(tmp_path):
+    def several(file):
+        file["x"] = A
+        file["x"].attrs["scale"] = [1.0, 2.0]
+
+    def tiny(file):
+        file["x"] = A
+        file.attrs["dt"] = 1e-320
+
+    with pytest.raises(RecordError, match="scale or offset that is not one number"):
+        make(tmp_path / "a.h5", several)
+    with pytest.raises(RecordError, match=r"states its sampling as dt = 9\.99"):
+        make(tmp_path / "b.h5", tiny)

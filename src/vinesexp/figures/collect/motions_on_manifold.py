@@ -14,10 +14,10 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.figures.draw.style import COLOURS, FAINT, label, new_figure
 from vinesexp.figures.draw.theory_curves import COLOURS as THEORY
 from vinesexp.figures.draw.theory_curves import draw_sim
-from vinesexp.figures.gallery import Drawn
+from vinesexp.figures.entry import Drawn
 from vinesexp.identification.flights import flights_of
 from vinesexp.records.campaign import Campaign, Record
-from vinesexp.signals.impacts.find import read_impacts
+from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.theory.manifold import C_1, amplitude
 from vinesexp.theory.projection import project
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,9 +11,10 @@ from numpy.typing import NDArray
 
 from vinesexp.figures.draw.impact_shapes import Marks, impacts_on_acceleration
 from vinesexp.figures.draw.traces import COLUMNS, Trace, amplitudes, overview
-from vinesexp.figures.gallery import Drawn
+from vinesexp.figures.entry import Drawn
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.store import RecordView, open_record
+from vinesexp.signals.impacts.impact_table import read_impacts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -110,13 +110,8 @@ def _overview(record: Record, results: Path) -> tuple[Figure, Drawn]:
 
 def marks_of(record: Record, results: Path) -> Marks:
     """The impacts of a record as they are drawn."""
-    with (results / f"impacts/{record.id}.csv").open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    return Marks(
-        time=np.array([float(row["time_s"]) for row in rows]),
-        side=np.array([int(float(row["side"] or 0)) for row in rows], dtype=np.int64),
-        jump=np.array([float(row["velocity_jump_m_s"] or "nan") for row in rows]),
-    )
+    impacts = read_impacts(results / f"impacts/{record.id}.csv")
+    return Marks(time=impacts.time_s, side=impacts.side, jump=impacts.velocity_jump_m_s)
 
 
 def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vinesexp.figures.collect.records import marks_of
 from vinesexp.figures.draw.regime_strips import Strip, regime_strips
-from vinesexp.figures.gallery import Drawn
+from vinesexp.figures.entry import Drawn
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.store import open_record
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import csv
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,9 +30,17 @@ from vinesexp.figures.draw.amplitude_over_clearance import (
     time_over_clearance,
 )
 from vinesexp.figures.draw.methods import estimates_by_method
-from vinesexp.figures.gallery import Drawn
+from vinesexp.figures.entry import Drawn
 from vinesexp.figures.numbers import with_error
 from vinesexp.records.campaign import Campaign
+from vinesexp.records.result_columns import (
+    BASE,
+    CLEARANCES,
+    DECAY_TIMES,
+    IDENTIFIED,
+    RECORD_REGIMES,
+)
+from vinesexp.records.tables import number, read_rows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,12 +52,15 @@ _NO_CURVE: tuple[Floats, Floats] = (np.empty(0), np.empty(0))
 
 def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     """Every figure of the family, with its entry for the list."""
-    identified = _rows(results / "identified.csv")
-    regimes = _rows(results / "regimes.csv")
-    compared = {(row["test"], row["level"]): row for row in _rows(results / "clearances.csv")}
+    identified = read_rows(results / "identified.csv", IDENTIFIED)
+    regimes = read_rows(results / "regimes.csv", RECORD_REGIMES)
+    times = read_rows(results / "decay_times.csv", DECAY_TIMES)
+    base = read_rows(results / "base.csv", BASE)
+    rows = read_rows(results / "clearances.csv", CLEARANCES)
+    compared = {(row["test"], row["level"]): row for row in rows}
     rig = identified_rig(identified, campaign.known)
-    yield from _periodic(periodic_levels(campaign, regimes), regimes, compared, rig)
-    yield from _releases(release_levels(campaign, regimes), compared, rig)
+    yield from _periodic(periodic_levels(campaign, regimes, base), regimes, compared, rig)
+    yield from _releases(release_levels(campaign, regimes, times), compared, rig)
     yield from draw_regimes(campaign, results, regimes)
     yield from draw_manifold(campaign, results, regimes, rig)
     yield from draw_ringdowns(campaign, results, identified)
@@ -118,7 +129,7 @@ def _valley(
     row = compared.get(("periodic", level.name), {})
     return Valley(
         name=level.name,
-        G=1e3 * level.G,
+        G=1e3 * level.nominal,
         clearance=1e3 * clearance,
         mean=1e3 * np.array([test.value for test in level.tests], dtype=float),
         largest=1e3
@@ -127,7 +138,7 @@ def _valley(
         curve=(1e3 * b, 1e3 * amplitude),
         lowest=_interval(row, "measured"),
         end=_interval(compared.get(("periodic", level.name + END), {}), "measured"),
-        published=_number(row.get("published_mm")),
+        published=number(row.get("published_mm")),
         exact=_interval(row, "predicted", "exact_mm"),
     )
 
@@ -154,8 +165,8 @@ def _releases(
         figure = time_over_clearance(
             reached,
             title=f"release from {1e3 * x0:g} mm",
-            published=_number(row.get("published_mm")),
-            exact=_number(row.get("exact_mm")),
+            published=number(row.get("published_mm")),
+            exact=number(row.get("exact_mm")),
         )
         yield figure, Drawn(f"clearance_release_{1e3 * x0:g}mm", "clearance", caption)
 
@@ -173,18 +184,8 @@ def _reached(
 
 
 def _interval(row: Row, prefix: str, value: str | None = None) -> Interval | None:
-    found = [_number(row.get(key)) for key in (value or f"{prefix}_mm",)]
-    found += [_number(row.get(f"{prefix}_{end}_mm")) for end in ("low", "high")]
-    if any(number is None for number in found):
+    centre = number(row.get(value or f"{prefix}_mm"))
+    if centre is None:
         return None
-    centre, low, high = found
-    return float(centre or 0.0), float(low or 0.0), float(high or 0.0)
-
-
-def _number(text: str | None) -> float | None:
-    return float(text) if text else None
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
+    low, high = (number(row.get(f"{prefix}_{end}_mm")) for end in ("low", "high"))
+    return centre, -math.inf if low is None else low, math.inf if high is None else high

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from vinesexp.figures.draw.ringdown_fit import Decay, added_mass_line, ringdown_and_fit
 from vinesexp.figures.draw.traces import Trace
-from vinesexp.figures.gallery import Drawn
+from vinesexp.figures.entry import Drawn
 from vinesexp.figures.numbers import with_error
 from vinesexp.records.campaign import Campaign, Record
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
 from vinesexp.signals.cycles import cycle_amplitudes
 
@@ -58,7 +59,7 @@ def draw_ringdowns(
 
 def _identified(record: Record, results: Path) -> dict[str, tuple[float, float]]:
     """f0, zeta and the law of damping of one ring-down with their errors, by its best method."""
-    path = results / f"steps/{record.id}/estimates.json"
+    path = ResultPaths(results).estimates(record.id)
     estimates: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
     best: dict[str, tuple[float, float]] = {}
     for estimate in estimates:

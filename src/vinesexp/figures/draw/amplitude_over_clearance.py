@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
-#: Value, low, high; mm.
+#: Value, low, high; mm. A measured one that is a bound has an end at infinity.
 Interval = tuple[float, float, float]
 
 _PANELS = 3  # in a row
@@ -115,6 +116,7 @@ def _predicted(axis: Axes, valley: Valley, top: float) -> None:
 
 def _measured(axis: Axes, valley: Valley, top: float) -> None:
     """Brackets of the two measured clearances, near the axis."""
+    axis.set_xlim(axis.get_xlim())  # brackets do not widen it
     if valley.lowest:
         _bracket(axis, valley.lowest, 0.10 * top, "lowest", COLOURS["measured"])
     if valley.end:
@@ -123,7 +125,17 @@ def _measured(axis: Axes, valley: Valley, top: float) -> None:
 
 def _bracket(axis: Axes, interval: Interval, height: float, name: str, colour: str) -> None:
     value, low, high = interval
-    axis.plot([low, high], [height] * 2, "|-", color=colour, markersize=7, linewidth=1.4)
+    left, right = axis.get_xlim()
+    ends = max(low, left), min(high, right)
+    axis.plot(ends, [height] * 2, "-", color=colour, linewidth=1.4)
+    for end, edge, mark in ((low, left, "<"), (high, right, ">")):
+        # An arrow: it may lie beyond what was tried.
+        axis.plot(edge if math.isinf(end) else end, height, mark if math.isinf(end) else "|",
+                  color=colour, markersize=5 if math.isinf(end) else 7, clip_on=False)  # fmt: skip
+    if math.isinf(high - low):
+        text = f"{name} below {high:g}" if math.isinf(low) else f"{name} above {low:g}"
+        label(axis, text, (0.5 * sum(ends), height), colour=colour, shift=(0, 7), ha="center")
+        return
     axis.plot(value, height, "o", color=colour, markersize=3.5)
     label(axis, f"{name} {value:.1f}", (low, height), colour=colour, shift=(-5, 0), ha="right")
 
@@ -193,8 +205,8 @@ def _deviation(axis: Axes, valley: Valley, exact: float, *, named: bool) -> None
         (valley.lowest, "lowest amplitude", "o", "measured"),
         (valley.end, "end of two impacts per cycle", "s", "strongly modulated"),
     ):
-        if kind is None:
-            continue
+        if kind is None or math.isinf(kind[2] - kind[1]):
+            continue  # a bound is no point
         value, low, high = (100.0 * (b / exact - 1.0) for b in kind)
         axis.errorbar(
             *(valley.G, value, [[value - low], [high - value]]),
@@ -232,7 +244,9 @@ def time_over_clearance(
         name = f"to {level.target:g} mm"
         label(axis, name, (level.clearance[last], level.time[last]), colour="#000000", shift=(8, 0))
         if level.best:
-            best, low, high = level.best
+            best = level.best[0]
+            reach = float(level.clearance[0]), float(level.clearance[-1])
+            low, high = max(level.best[1], reach[0]), min(level.best[2], reach[1])
             time = float(level.time[np.argmin(np.abs(level.clearance - best))])
             axis.plot([low, high], [time, time], "|-", color=COLOURS["impact"], linewidth=1.4)
             axis.plot(best, time, "o", color=COLOURS["impact"], markersize=6, zorder=4)

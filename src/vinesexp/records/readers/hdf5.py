@@ -3,12 +3,14 @@
 A 1-D dataset is a column called by its path (``scope/CH1``); a 2-D one is several, along its
 longer axis, named by its attribute ``columns`` or by number (``data/0``). Integer codes with
 attributes ``scale`` and ``offset`` become code * scale + offset. The sampling is read from
-``sample_rate_hz`` or ``sample_interval_s``, as attribute of the file, a group or a dataset.
+``sample_rate_hz`` or ``sample_interval_s``, as attribute of the dataset, of a group that it stands
+in, or of the file: what another dataset states says nothing of this one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,12 +19,19 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
+from vinesexp.records.readers.source import (
+    BLOCK_ROWS,
+    Column,
+    Floats,
+    require_equal_lengths,
+)
 
 NAME = "HDF5"
 
 _MAGIC = b"\x89HDF\r\n\x1a\n"
 _RATES = ("sample_rate_hz", "sample_rate", "fs")
+_SHORTEST, _LONGEST = 1e-15, 1e9  # s between samples: what lies outside is no sampling
+_WIDEST = 2000  # columns of a matrix
 _INTERVALS = ("sample_interval_s", "sample_interval", "dt")
 
 
@@ -67,22 +76,29 @@ class Hdf5Source:
         self.start = 0.0
         self.time_column: int | None = None
         self._series: list[_Series] = []
-        columns: list[Column] = []
-        stated: dict[str, float] = {}
+        self._contradictions: list[RecordError] = []
+        found: list[tuple[str, Any]] = []
+        stated: dict[str, dict[str, list[float]]] = {"": {}}
         try:
             with h5py.File(path, "r") as file:
-                _gather(file.attrs, stated)
-                file.visititems(
-                    lambda name, item: self._visit(name, item, columns, stated, scalars)
-                )
-        except OSError as error:
+                _gather(file.attrs, stated[""])
+                file.visititems(lambda name, item: self._visit(name, item, found, stated, scalars))
+                columns = [
+                    column
+                    for name, item in found
+                    for column in self._columns_of(name, item, stated, scalars)
+                ]
+        except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
             raise RecordError(
                 f"cannot be read as HDF5 ({error}); export the record again", file=path
             ) from None
         if not columns:
             raise RecordError("holds no columns of numbers", file=path)
+        if self._contradictions and all(math.isnan(c.interval or 0.0) for c in columns):
+            raise self._contradictions[0]
         self.columns = tuple(columns)
-        self.sample_interval = interval_from(stated, path)
+        self.sample_interval = interval_from(stated[""], path)
+        self.stated_rows: int | None = None
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """Blocks of the given columns; see `Source.blocks`."""
@@ -103,38 +119,52 @@ class Hdf5Source:
         return f"sample {row}"
 
     def _visit(
-        self, name: str, item: Any, columns: list[Column], stated: dict[str, float], scalars: bool
+        self,
+        name: str,
+        item: Any,
+        found: list[tuple[str, Any]],
+        stated: dict[str, dict[str, list[float]]],
+        scalars: bool,
     ) -> None:
-        _gather(item.attrs, stated)
+        own: dict[str, list[float]] = {}
+        _gather(item.attrs, own)
         dtype, shape = getattr(item, "dtype", None), getattr(item, "shape", None)
+        if own:
+            stated[name] = own
         if dtype is None or not shape or dtype.kind not in "iuf" or len(shape) > 2:
             return
-        if name.startswith("#"):  # MATLAB's own bookkeeping
+        if name.startswith("#") or not min(shape):  # MATLAB's own bookkeeping, and nothing
             return
-        if max(shape) == 1:
-            if scalars:
-                stated[name.lower()] = float(item[(0,) * len(shape)])
-            return
-        scale = float(item.attrs.get("scale", 1.0))
-        offset = float(item.attrs.get("offset", 0.0))
+        if max(shape) > 1:
+            found.append((name, item))
+        elif scalars:
+            group, _, key = name.rpartition("/")
+            value = float(item[(0,) * len(shape)])
+            stated.setdefault(group, {}).setdefault(key.lower(), []).append(value)
+
+    def _columns_of(
+        self, name: str, item: Any, stated: dict[str, dict[str, list[float]]], scalars: bool
+    ) -> Iterator[Column]:
+        shape = item.shape
+        scale = _single(item.attrs.get("scale", 1.0), name, self.path)
+        offset = _single(item.attrs.get("offset", 0.0), name, self.path)
         label = _text(item.attrs.get("units", item.attrs.get("unit", "")))
+        try:
+            interval = interval_at(name, stated, self.path)
+        except RecordError as error:
+            interval = math.nan
+            self._contradictions.append(error)
         along_first = len(shape) == 1 or shape[0] >= shape[1]
         across = min(shape) if len(shape) == 2 else 1
+        if across > _WIDEST:
+            raise RecordError(f"dataset '{name}' is {shape[0]} by {shape[1]}", file=self.path)
         flat = len(shape) == 1 or (scalars and across == 1)
         names = [_text(word) for word in np.atleast_1d(item.attrs.get("columns", []))]
         for k in range(across):
             own = name if flat else f"{name}/{names[k] if len(names) == across else k}"
-            columns.append(Column(own, unit_of_label(label) or label or unit_in_name(own)))
-            self._series.append(
-                _Series(
-                    name,
-                    None if len(shape) == 1 else k,
-                    along_first,
-                    scale,
-                    offset,
-                    max(shape),
-                )
-            )
+            inner = None if len(shape) == 1 else k
+            self._series.append(_Series(name, inner, along_first, scale, offset, max(shape)))
+            yield Column(own, unit_of_label(label) or label or unit_in_name(own), interval)
 
 
 def _read(file: Any, series: _Series, begin: int, end: int) -> Floats:
@@ -153,17 +183,37 @@ def _read(file: Any, series: _Series, begin: int, end: int) -> Floats:
     return values
 
 
-def _gather(attributes: Any, stated: dict[str, float]) -> None:
+def _gather(attributes: Any, stated: dict[str, list[float]]) -> None:
     for key in (*_RATES, *_INTERVALS):
         if key in attributes and np.size(attributes[key]) == 1:
-            stated.setdefault(key, float(np.asarray(attributes[key]).reshape(-1)[0]))
+            value = np.asarray(attributes[key]).reshape(-1)[0]
+            if isinstance(value, (np.number, float, int)):
+                stated.setdefault(key, []).append(float(np.real(value)))
+
+
+def interval_at(name: str, stated: dict[str, dict[str, list[float]]], path: Path) -> float | None:
+    """What is stated on the way from a dataset up to the file; contradictions are refused."""
+    merged: dict[str, list[float]] = {}
+    place = name
+    while True:
+        for key, values in stated.get(place, {}).items():
+            merged.setdefault(key, []).extend(values)
+        if not place:
+            return interval_from(merged, path)
+        place = place.rpartition("/")[0]
+
+
+def _single(value: Any, name: str, path: Path) -> float:
+    if np.size(value) != 1 or not np.issubdtype(np.asarray(value).dtype, np.number):
+        raise RecordError(f"dataset '{name}' has scale or offset that is not one number", file=path)
+    return float(np.asarray(value).reshape(-1)[0])
 
 
 def _text(value: Any) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def interval_from(stated: dict[str, float], path: Path) -> float | None:
+def interval_from(stated: Mapping[str, Sequence[float]], path: Path) -> float | None:
     """Sample interval in s from numbers called ``fs``, ``sample_rate_hz``, ``dt`` and so on.
 
     Raises
@@ -173,24 +223,18 @@ def interval_from(stated: dict[str, float], path: Path) -> float | None:
 
     Examples
     --------
-    >>> interval_from({"fs": 1000.0, "mass": 4.7}, Path("a.mat"))
+    >>> interval_from({"fs": [1000.0], "mass": [4.7]}, Path("a.mat"))
     0.001
     """
-    rates = {key: 1.0 / stated[key] for key in _RATES if stated.get(key, 0.0) > 0.0}
-    found = rates | {key: stated[key] for key in _INTERVALS if key in stated}
+    found: list[tuple[str, float, float]] = []
+    for key in (*_RATES, *_INTERVALS):
+        for value in stated.get(key, []):
+            ok = math.isfinite(value) and value > 0.0
+            found.append((key, value, (1.0 / value if key in _RATES else value) if ok else 0.0))
     if not found:
         return None
-    low, high = min(found.values()), max(found.values())
-    if not 0.0 < low <= high < np.inf or high > low * (1.0 + 1e-6):
-        told = ", ".join(f"{key} = {stated[key]:g}" for key in found)
+    low, high = min(dt for *_, dt in found), max(dt for *_, dt in found)
+    if not _SHORTEST < low <= high < _LONGEST or high > low * (1.0 + 1e-6):
+        told = ", ".join(f"{key} = {value:g}" for key, value, _ in found)
         raise RecordError(f"states its sampling as {told}; correct the file", file=path)
     return low
-
-
-def require_equal_lengths(lengths: dict[str, int], path: Path) -> None:
-    """Refuse columns of different lengths: which sample belongs to which is then unknown."""
-    if len(set(lengths.values())) > 1:
-        told = ", ".join(f"'{name}' {n}" for name, n in lengths.items())
-        raise RecordError(
-            f"columns of different lengths ({told} samples); export them together", file=path
-        )

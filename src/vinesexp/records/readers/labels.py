@@ -1,10 +1,15 @@
-"""Units as instruments write them in headers: `CH1 (V)`, `Volt`, `[m/s²]`, `Pounds`."""
+"""Words as instruments write them: units (`CH1 (V)`, `Volt`, `[m/s²]`), and marks of overload."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
-from vinesexp.units import UNITS
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.records.readers.source import Column
+from vinesexp.units import UNITS, plain_unit
 
 _WORDS = {
     "volt": "V",
@@ -14,28 +19,54 @@ _WORDS = {
     "second": "s",
     "seconds": "s",
     "sec": "s",
+    "secs": "s",
+    "msec": "ms",
+    "millisecond": "ms",
     "milliseconds": "ms",
+    "usec": "us",
+    "microseconds": "us",
+    "minutes": "min",
     "meter": "m",
     "meters": "m",
     "metre": "m",
+    "metres": "m",
     "millimeter": "mm",
     "millimeters": "mm",
+    "millimetre": "mm",
+    "millimetres": "mm",
+    "micrometer": "um",
+    "micrometers": "um",
+    "micron": "um",
+    "microns": "um",
+    "inch": "in",
+    "inches": "in",
+    "foot": "ft",
+    "feet": "ft",
     "newton": "N",
     "newtons": "N",
     "pound": "lbf",
     "pounds": "lbf",
-    "m/s**2": "m/s^2",
-    "m/sec^2": "m/s^2",
-    "μm": "um",
-    "μs": "us",
-    "μv": "uV",
+    "gs": "g",
     "sequence": "Sequence",
 }
 _KNOWN = {unit for table in UNITS.values() for unit in table if unit and unit != "1"}
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]*)[)\]]")
+_TAIL = re.compile(r"(?:\s/\s?|(?:^|\s)in\s+|^CH\d+(?=V$))(\S+)$")  # `s / mm`, `C1 in V`, `CH1V`
 
 #: The unit of a column that only counts its rows.
 SEQUENCE = "Sequence"
+
+_OVERLOAD = re.compile(
+    r"[+-]?\s*(?:over(?:flow|load|range|[\s_-]range|[\s_-]load)?|ovf|ovrflw|ovld?|ol|o\.l\.?|∞"
+    r"|clip(?:ped)?|under(?:flow|[\s_-]?range)|unf|infinity|\d\.?#inf0*)",
+    re.IGNORECASE,
+)
+_NEGATIVE = re.compile(r"-|under|unf", re.IGNORECASE)
+
+#: What instruments write for a sample out of range: 9.9E+37 (SCPI), the largest floats.
+_MARKS: tuple[float, ...] = (9.9e37, 9.99e37, 9.999e37, 9.9999e37, 9.99999e37, 9.999999e37, 1e38)
+_MARKS += (float(np.finfo(np.float32).max), float(np.finfo(np.float64).max), float("inf"))
+_NO_NUMBER = 9.91e37  # SCPI's NaN
 
 
 def unit_of_label(label: str) -> str | None:
@@ -50,18 +81,66 @@ def unit_of_label(label: str) -> str | None:
     inside = _BRACKETS.fullmatch(plain)
     if inside:
         plain = inside[1].strip()
+    plain = plain_unit(plain)
     if plain in _KNOWN:
         return plain
     return _WORDS.get(plain.lower())
 
 
 def unit_in_name(name: str) -> str | None:
-    """The unit in the brackets of a column's name, if there is one.
+    """The unit in a column's name, if there is one: in brackets, after a stroke or `in`.
 
     Examples
     --------
     >>> unit_in_name("Position (m) Run #1"), unit_in_name("Response (Trigger)")
     ('m', None)
+    >>> unit_in_name("s_A1 / mm"), unit_in_name("CH1 in V"), unit_in_name("signal in out")
+    ('mm', 'V', None)
     """
     found = (unit_of_label(inside) for inside in _BRACKETS.findall(name))
-    return next((unit for unit in found if unit is not None), None)
+    unit = next((unit for unit in found if unit is not None), None)
+    if unit is None and (tail := _TAIL.search(name)):
+        unit = unit_of_label(tail[1])
+    return unit
+
+
+def only_time(columns: Sequence[Column]) -> int | None:
+    """The column whose unit is one of time, if there is just one."""
+    times = [j for j, column in enumerate(columns) if column.unit in UNITS["time"]]
+    return times[0] if len(times) == 1 else None
+
+
+def is_overload(cell: str) -> bool:
+    """Whether a cell is the word that an instrument writes for a sample out of its range.
+
+    Examples
+    --------
+    >>> is_overload("OVERFLOW"), is_overload("-OL"), is_overload("fine")
+    (True, True, False)
+    """
+    return bool(cell) and not cell[0].isdigit() and _OVERLOAD.fullmatch(cell) is not None
+
+
+def overload_value(cell: str) -> float:
+    """Infinity with the sign of an overload word."""
+    return float("-inf") if _NEGATIVE.match(cell) else float("inf")
+
+
+def marks_to_infinity(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Numbers that stand for "out of range" as infinities, SCPI's mark of "no number" as NaN.
+
+    Examples
+    --------
+    >>> marks_to_infinity(np.array([1.0, 9.9e37, -9.9e37, 9.91e37]))
+    array([  1.,  inf, -inf,  nan])
+    """
+    size = np.abs(values)
+    large = size > 9e37
+    if not large.any():
+        return values
+    out = values.copy()
+    for mark in _MARKS:
+        out[np.isclose(size, mark, rtol=1e-6)] = np.inf
+    out = np.copysign(out, values)
+    out[np.isclose(size, _NO_NUMBER, rtol=1e-6)] = np.nan
+    return out

@@ -1,7 +1,7 @@
 """How a text file is laid out, found from the file itself: never from the country or the name.
 
-Encoding, delimiter, decimal sign, where the data begin, names, units. The data are found first,
-as the lines that are numbers; the header is what stands above them.
+Encoding, delimiter, decimal sign, where the data begin. The data are found first, as the lines
+that are numbers; what stands above them is read by `header`.
 """
 
 from __future__ import annotations
@@ -13,14 +13,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.labels import unit_in_name, unit_of_label
+from vinesexp.records.readers.labels import is_overload
 from vinesexp.records.readers.source import Column
+from vinesexp.records.readers.stamps import is_stamp
 
 HEAD = 1 << 17  # bytes looked at: far more than any preamble
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)", re.IGNORECASE)
 _NEWLINE = re.compile(r"\r\n|\n|\r")
 _CANDIDATES = tuple((d, s) for s in ".," for d in ("\t", ";", ",", None) if d != s)
+_WIDEST = 2000  # columns; a file with more is no record of an instrument
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,14 @@ class Layout:
         Those that hold data.
     preamble : tuple of tuple of str
         The cells of every line above the data.
+    stamps : tuple of int
+        Columns of dates or times of day.
+    width : int
+        Cells that a row of data may have at most.
+    unpaired : str
+        Why the names cannot be paired with the columns; empty where they are.
+    quoted : bool
+        Whether cells of data stand in quotes.
     """
 
     encoding: str
@@ -49,6 +59,10 @@ class Layout:
     first: int = 0
     columns: tuple[Column, ...] = ()
     preamble: tuple[tuple[str, ...], ...] = ()
+    stamps: tuple[int, ...] = ()
+    width: int = 0
+    unpaired: str = ""
+    quoted: bool = False
 
     def cells(self, line: str) -> list[str]:
         """The cells of one line, without the blanks around them."""
@@ -65,14 +79,48 @@ class Layout:
             cell = cell.replace(".", "!").replace(",", ".")
         return _NUMBER.fullmatch(cell) is not None
 
+    def is_value(self, cell: str) -> bool:
+        """Whether a cell is a number, or the word an instrument writes for one out of range."""
+        return self.is_number(cell) or is_overload(cell)
 
-def find_layout(path: Path) -> Layout:
-    """Find the layout of a text file.
+
+@dataclass(frozen=True)
+class Body:
+    """Where the data of a text file are.
+
+    Parameters
+    ----------
+    lines : list of str
+        The head of the file.
+    rows : list of list of str
+        Its cells.
+    first : int
+        Line of the first row of data.
+    numeric : set of int
+        Columns of numbers.
+    stamps : set of int
+        Columns of dates or times of day.
+    """
+
+    lines: list[str]
+    rows: list[list[str]]
+    first: int
+    numeric: set[int]
+    stamps: set[int]
+
+    @property
+    def width(self) -> int:
+        """Columns, from the first to the last that holds data."""
+        return max(self.numeric | self.stamps) + 1
+
+
+def find_body(path: Path) -> tuple[Layout, Body]:
+    """Find encoding, delimiter, decimal sign and the data of a text file.
 
     Raises
     ------
     RecordError
-        No line of numbers, or rows wider than their header.
+        No line of numbers.
     """
     with path.open("rb") as stream:
         raw = stream.read(HEAD)
@@ -84,7 +132,9 @@ def find_layout(path: Path) -> Layout:
     filled = [line for line in lines if line.strip()]
     tail = filled[-min(50, max(3, len(filled) // 2)) :]
     layout = _delimiter_and_decimal(path, tail, filled, encoding)
-    return _header(path, layout, lines, tail)
+    if any('"' in line for line in tail):
+        layout = replace(layout, quoted=True)
+    return layout, _body(path, layout, lines, tail)
 
 
 def _decode(raw: bytes) -> tuple[str, str]:
@@ -106,8 +156,9 @@ def _delimiter_and_decimal(path: Path, tail: list[str], filled: list[str], encod
         score = 0
         for line in tail:
             cells = [cell for cell in layout.cells(line) if cell]
-            numbers = sum(layout.is_number(cell) for cell in cells)
-            score += max(0, 2 * numbers - len(cells))
+            numbers = sum(layout.is_value(cell) for cell in cells)
+            others = sum(not is_stamp(cell) for cell in cells) - numbers
+            score += max(0, numbers - others)
         if score > most:
             best, most = layout, score
     if best.delimiter == "," and _may_be_decimal(tail):
@@ -129,24 +180,31 @@ def _one_or_two(path: Path, layout: Layout, tail: list[str], filled: list[str]) 
     if any(re.search(r",0\d", line) for line in filled):
         return one
     raise RecordError(
-        f"'{tail[-1].strip()}' is one number with a decimal comma or two whole ones; write the "
-        "names of the columns into the first line",
+        f"'{tail[-1].strip()[:60]}' is one number with a decimal comma or two whole ones; write "
+        "the names of the columns into the first line",
         file=path,
     )
 
 
-def _header(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> Layout:
+def _body(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> Body:
     rows = [layout.cells(line) if line.strip() else [] for line in lines]
-    numeric = _numeric_columns(layout, tail)
-    if not numeric:
+    numeric, stamps = _columns_of_data(layout, tail)
+    if not numeric or max(numeric) >= _WIDEST:
         raise RecordError(
             "no line of numbers found; export the record as columns of numbers", file=path
         )
+    # An oscilloscope may write its settings into the first columns, beside the data.
+    beside = min(numeric | stamps) >= 2
 
     def is_data(cells: list[str]) -> bool:
-        kinds = [layout.is_number(cell) for cell in cells]
-        inside = [(j, c) for j, c in enumerate(cells) if c and (j in numeric or j < min(numeric))]
-        return bool(inside) and all(kinds[j] and j in numeric for j, _ in inside)
+        inside = [
+            (j, c)
+            for j, c in enumerate(cells)
+            if c and (j in numeric or (j < min(numeric) and not beside))
+        ]
+        return bool(inside) and all(
+            layout.is_value(c) if j in numeric else (j in stamps and is_stamp(c)) for j, c in inside
+        )
 
     filled = [i for i, cells in enumerate(rows) if any(cells)]
     pairs = zip(filled, [*filled[1:], None], strict=True)
@@ -158,64 +216,25 @@ def _header(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> La
         raise RecordError(
             "no line of numbers found; export the record as columns of numbers", file=path
         )
-    above = [i for i in filled if i < first]
-    names, units = [], []
-    while above and _is_text(rows[above[-1]], numeric, layout) is False:
-        # A row with numbers under the names is data with a bad cell: read, and then told.
-        if not any(_is_text(rows[i], numeric, layout) for i in above):
-            break
-        first = above.pop()
-    if above and _is_text(rows[above[-1]], numeric, layout):
-        names = rows[above[-1]]
-        if len(above) > 1 and _is_text(rows[above[-2]], numeric, layout) and _are_units(names):
-            units, names = names, rows[above[-2]]
-    names = [re.sub(r"^(#|%|//)\s*", "", name) for name in names]
-    width = max(numeric) + 1
-    last_name = max((j for j, name in enumerate(names) if name), default=-1)
-    if names and width > last_name + 1:
-        raise RecordError(
-            f"{width} cells under {last_name + 1} names; if the numbers have decimal commas, "
-            "export with another delimiter",
-            file=path,
-            where=f"line {first + 1}",
-        )
-    return replace(
-        layout,
-        first=first,
-        columns=tuple(_column(j, names, units) for j in range(width)),
-        preamble=tuple(tuple(cells) for cells in rows[:first]),
-    )
+    return Body(lines, rows, first, numeric, stamps)
 
 
-def _numeric_columns(layout: Layout, tail: list[str]) -> set[int]:
-    """Columns that are numbers in most of the last lines, up to the first line of few numbers."""
+def _columns_of_data(layout: Layout, tail: list[str]) -> tuple[set[int], set[int]]:
+    """Columns that are numbers, or stamps, in most of the last lines.
+
+    Lines are looked at from the last one up to the first of few numbers.
+    """
     numbers: Counter[int] = Counter()
+    stamps: Counter[int] = Counter()
     others: Counter[int] = Counter()
     for line in reversed(tail):
         filled = [(j, cell) for j, cell in enumerate(layout.cells(line)) if cell]
-        right = [j for j, cell in filled if layout.is_number(cell)]
-        if 2 * len(right) < len(filled) and numbers:
+        right = {j for j, cell in filled if layout.is_value(cell)}
+        dated = {j for j, cell in filled if j not in right and is_stamp(cell)}
+        if 2 * len(right | dated) < len(filled) and numbers:
             break
         numbers.update(right)
-        others.update({j for j, _ in filled} - set(right))
-    return {j for j, count in numbers.items() if count > others[j]}
-
-
-def _is_text(cells: list[str], numeric: set[int], layout: Layout) -> bool | None:
-    """True for a row of names, False for a row with numbers among them, None for another line."""
-    inside = [cells[j] for j in numeric if j < len(cells) and cells[j]]
-    if 2 * len(inside) < len(numeric) or len(inside) < min(2, len(numeric)):
-        return None
-    return not any(layout.is_number(cell) for cell in inside)
-
-
-def _are_units(cells: list[str]) -> bool:
-    words = [cell for cell in cells if cell and not _NUMBER.fullmatch(cell)]
-    bracketed = [re.fullmatch(r"[(\[].*[)\]]", word) is not None for word in words]
-    return all(b or unit_of_label(w) for b, w in zip(bracketed, words, strict=True))
-
-
-def _column(j: int, names: list[str], units: list[str]) -> Column:
-    name = names[j] if j < len(names) else ""
-    unit = units[j] if j < len(units) else ""
-    return Column(name, unit_of_label(unit) or unit.strip("()[] ") or unit_in_name(name))
+        stamps.update(dated)
+        others.update({j for j, _ in filled} - right - dated)
+    numeric = {j for j, count in numbers.items() if count > others[j] + stamps[j]}
+    return numeric, {j for j, count in stamps.items() if count > others[j] + numbers[j]}

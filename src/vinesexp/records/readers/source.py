@@ -10,6 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.errors import RecordError
+
 Floats = NDArray[np.float64]
 
 #: Rows read at once: 2 MB a column, so that an hour at 10 kHz never stands in memory.
@@ -18,10 +20,23 @@ BLOCK_ROWS = 1 << 18
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a file: its name (may be empty) and the unit its header states, if any."""
+    """One column of a file.
+
+    Parameters
+    ----------
+    name : str
+        May be empty.
+    unit : str or None
+        As the header states it.
+    interval, start : float or None
+        Sample interval and time of the first sample, s, where the file states them for this
+        column alone.
+    """
 
     name: str
     unit: str | None = None
+    interval: float | None = None
+    start: float | None = None
 
 
 class Source(Protocol):
@@ -36,11 +51,13 @@ class Source(Protocol):
     columns : tuple of Column
         In the order of their numbers.
     sample_interval : float or None
-        s, only where the file itself states it.
+        s, only where the file itself states it for all columns.
     start : float
         Time of the first row where the file states it, s; else 0.
     time_column : int or None
         The column that the format itself defines as times in seconds.
+    stated_rows : int or None
+        How many rows the file itself says it has.
     """
 
     path: Path
@@ -49,6 +66,7 @@ class Source(Protocol):
     sample_interval: float | None
     start: float
     time_column: int | None
+    stated_rows: int | None
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """The given columns, in the given order, as (n, k) blocks; NaN where a cell is missing.
@@ -63,3 +81,72 @@ class Source(Protocol):
     def locate(self, row: int) -> str:
         """Where row `row` (from 0) stands, in the words of the format: ``"line 124"``."""
         ...
+
+
+class TableSource:
+    """Columns that a library has read whole: the `Source` of formats that come that way.
+
+    Parameters
+    ----------
+    path, format
+        As in `Source`.
+    columns : sequence of Column
+        In the order of `series`.
+    series : sequence of array
+        One a column, of any real type.
+    sample_interval, start, time_column
+        As in `Source`.
+    first : int
+        What the format calls its first sample: 0, or the line of a sheet.
+    place : str
+        What the format calls a sample: ``"sample"``, ``"row"``.
+    """
+
+    stated_rows: int | None = None
+
+    def __init__(
+        self,
+        path: Path,
+        format: str,
+        columns: Sequence[Column],
+        series: Sequence[NDArray[np.generic]],
+        *,
+        sample_interval: float | None = None,
+        start: float = 0.0,
+        time_column: int | None = None,
+        first: int = 0,
+        place: str = "sample",
+    ) -> None:
+        if not columns:
+            raise RecordError(f"holds no columns of numbers ({format})", file=path)
+        self.path = path
+        self.format = format
+        self.columns = tuple(columns)
+        self.sample_interval = sample_interval
+        self.start = start
+        self.time_column = time_column
+        self._series = list(series)
+        self._first = first
+        self._place = place
+
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+        """Blocks of the given columns; see `Source.blocks`."""
+        series = [self._series[column] for column in columns]
+        lengths = {self.columns[c].name: len(s) for c, s in zip(columns, series, strict=True)}
+        require_equal_lengths(lengths, self.path)
+        for begin in range(0, len(series[0]), rows):
+            block = [one[begin : begin + rows].astype(np.float64) for one in series]
+            yield np.stack(block, axis=1)
+
+    def locate(self, row: int) -> str:
+        """``"sample 12"`` or ``"row 12"``."""
+        return f"{self._place} {row + self._first}"
+
+
+def require_equal_lengths(lengths: dict[str, int], path: Path) -> None:
+    """Refuse columns of different lengths: which sample belongs to which is then unknown."""
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"'{name}' {n}" for name, n in lengths.items())
+        raise RecordError(
+            f"columns of different lengths ({told} samples); export them together", file=path
+        )

@@ -1,18 +1,29 @@
-"""Text files of oscilloscopes and data loggers: CSV of any kind, LabVIEW .lvm, plain columns."""
+"""Text files of oscilloscopes, analysers and data loggers: CSV of any kind, plain columns."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from vinesexp.errors import RecordError
-from vinesexp.records.readers.labels import unit_of_label
-from vinesexp.records.readers.layout import Layout, find_layout
+from vinesexp.errors import ParameterError, RecordError
+from vinesexp.records.readers import labview
+from vinesexp.records.readers.header import find_layout
+from vinesexp.records.readers.labels import (
+    is_overload,
+    only_time,
+    overload_value,
+    unit_of_label,
+)
+from vinesexp.records.readers.layout import Layout
+from vinesexp.records.readers.preamble import Stated, read_preamble, words_over_values
+from vinesexp.records.readers.rowcount import require_whole_rows
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
+from vinesexp.records.readers.stamps import seconds_since
+from vinesexp.units import UNITS
 
 NAME = "text (CSV, TXT, LabVIEW LVM)"
 
@@ -22,7 +33,7 @@ _MISSING = ["", "NaN", "nan", "NAN", "-NaN", "-nan"]
 
 def recognises(head: bytes, suffix: str) -> bool:
     """Text has no zero bytes, unless it is UTF-16, which begins with its mark."""
-    return head[:2] in (b"\xff\xfe", b"\xfe\xff") or b"\0" not in head
+    return head[:2] in (b"\xff\xfe", b"\xfe\xff") or b"\0" not in head.rstrip(b"\0")
 
 
 def open_file(path: Path) -> TextSource:
@@ -36,29 +47,68 @@ class TextSource:
     format = "text"
 
     def __init__(self, path: Path) -> None:
-        self.path = path
+        self.path = path  # for messages
+        self._read_from = path
         self.layout: Layout = find_layout(path)
-        self.columns = self.layout.columns
+        self.columns: tuple[Column, ...] = self.layout.columns
         self.sample_interval: float | None = None
         self.start = 0.0
         self.time_column: int | None = None
-        preamble = {cells[0]: cells for cells in self.layout.preamble if cells}
-        if "LabVIEW Measurement" in preamble:
-            self._labview(preamble)
+        self.stated_rows: int | None = None
+        self._rows_found: int | None = None
+        self._first_stamps: dict[int, str] = {}
+        lines = [list(cells) for cells in self.layout.preamble]
+        if labview.recognises(lines):
+            self.columns, self.time_column, self.sample_interval = labview.columns_and_sampling(
+                self.layout, lines
+            )
         else:
-            self._increment()
+            self._complete(lines)
+
+    @property
+    def unpaired(self) -> str:
+        """Why the names of the file cannot be paired with its columns; empty where they are."""
+        return self.layout.unpaired
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """Blocks of the given columns; see `Source.blocks`."""
-        import pandas as pd
-
-        layout = self.layout
+        if self._rows_found is None:
+            self._rows_found = require_whole_rows(self._read_from, self.layout)
         wanted = sorted(set(columns))
         order = [wanted.index(column) for column in columns]
         done = 0
+        for block in self._fast(wanted, rows):
+            if block is None:
+                break
+            done += len(block)
+            yield block[:, order]
+        else:
+            if done != self._rows_found:
+                raise RecordError(
+                    f"{self._rows_found} rows, of which {done} could be read; export the record "
+                    "again without quotes",
+                    file=self.path,
+                )
+            return
+        for block in self._patient(wanted, done, rows):
+            yield block[:, order]
+
+    def locate(self, row: int) -> str:
+        """``"line 12"``, counted as an editor counts; blank lines between rows are no rows."""
+        found = next(islice(self._rows(), row, None), None)
+        return f"line {found[0]}" if found else f"row {row}"
+
+    def _fast(self, wanted: list[int], rows: int) -> Iterator[Floats | None]:
+        """Blocks as the compiled reader gives them; None where it finds a word among numbers."""
+        import pandas as pd
+
+        layout = self.layout
+        if set(wanted) & set(layout.stamps):
+            yield None
+            return
         try:
             with pd.read_csv(
-                self.path,
+                self._read_from,
                 sep=r"\s+" if layout.delimiter is None else layout.delimiter,
                 decimal=layout.decimal,
                 encoding=layout.encoding,
@@ -76,73 +126,117 @@ class TextSource:
                 chunksize=rows,
             ) as reader:
                 for chunk in reader:
-                    yield chunk.to_numpy()[:, order]
-                    done += len(chunk)
-        except (ValueError, pd.errors.ParserError) as error:
-            raise self._bad_cell(wanted, done, error) from None
+                    yield chunk.to_numpy()
+        except (ValueError, pd.errors.ParserError):
+            yield None
 
-    def locate(self, row: int) -> str:
-        """``"line 12"``, counted as an editor counts; blank lines between rows are no rows."""
-        found = next(islice(self._rows(), row, None), None)
-        return f"line {found[0]}" if found else f"row {row}"
+    def _patient(self, wanted: list[int], done: int, rows: int) -> Iterator[Floats]:
+        """Blocks from row `done` on, cell by cell: words of overload, dates and times of day."""
+        lines: list[tuple[int, list[str]]] = []
+        for number, line in islice(self._rows(), done, None):
+            lines.append((number, self.layout.cells(line)))
+            if len(lines) == rows:
+                yield self._values(wanted, lines)
+                lines = []
+        if lines:
+            yield self._values(wanted, lines)
+
+    def _values(self, wanted: list[int], lines: list[tuple[int, list[str]]]) -> Floats:
+        block = np.empty((len(lines), len(wanted)))
+        for k, column in enumerate(wanted):
+            cells = [row[column] if column < len(row) else "" for _, row in lines]
+            if column in self.layout.stamps:
+                first = self._first_stamps.setdefault(
+                    column, next((cell for cell in cells if cell), "")
+                )
+                try:
+                    block[:, k] = seconds_since(cells, first)
+                except ParameterError as error:
+                    where = f"{self.locate(0)} or below, column {self._name(column)}"
+                    raise RecordError(error.problem, file=self.path, where=where) from None
+                continue
+            for i, cell in enumerate(cells):
+                block[i, k] = self._value(cell, lines[i][0], column)
+        return block
+
+    def _value(self, cell: str, line: int, column: int) -> float:
+        if cell in _MISSING:
+            return float("nan")
+        if self.layout.is_number(cell):
+            return float(cell.replace(",", ".") if self.layout.decimal == "," else cell)
+        if is_overload(cell):
+            return overload_value(cell)
+        sign = "comma" if self.layout.decimal == "," else "point"
+        raise RecordError(
+            f"found '{cell[:40]}', expected a number with decimal {sign}; correct the cell or cut "
+            "the record",
+            file=self.path,
+            where=f"line {line}, column {self._name(column)}",
+        )
+
+    def _name(self, column: int) -> str:
+        return self.columns[column].name or str(column)
 
     def _rows(self) -> Iterator[tuple[int, str]]:
         """Line number (from 1) and text of every row of data."""
         blank = " " if self.layout.delimiter == "\t" else " \t"
-        with self.path.open(encoding=self.layout.encoding, errors="replace") as stream:
+        with self._read_from.open(encoding=self.layout.encoding, errors="replace") as stream:
             for number, line in enumerate(stream, start=1):
                 line = line.rstrip("\n")
                 if number > self.layout.first and line.strip(blank):
                     yield number, line
 
-    def _bad_cell(self, wanted: list[int], done: int, error: Exception) -> RecordError:
-        """The first cell, from row `done` on, that made the fast reader give up."""
-        sign = "comma" if self.layout.decimal == "," else "point"
-        for number, line in islice(self._rows(), done, None):
-            cells = self.layout.cells(line)
-            for column in wanted:
-                cell = cells[column] if column < len(cells) else ""
-                if cell not in _MISSING and not self.layout.is_number(cell):
-                    name = self.columns[column].name or str(column)
-                    return RecordError(
-                        f"found '{cell[:40]}', expected a number with decimal {sign}; correct the "
-                        "cell or cut the record",
-                        file=self.path,
-                        where=f"line {number}, column {name}",
-                    )
-        return RecordError(f"cannot be read as columns of numbers ({error})", file=self.path)
+    def _complete(self, lines: list[list[str]]) -> None:
+        """Interval, start, names and units from what stands above the data or beside it."""
+        stated = self._beside() or read_preamble(self.layout, lines)
+        counted = words_over_values(self.layout, lines)
+        if counted is not None:
+            self.sample_interval, self.start = counted
+        elif not stated.contradictory:
+            self.sample_interval, self.start = stated.interval, stated.start or 0.0
+        self.stated_rows = stated.rows
+        for j in self.layout.stamps:
+            self._rename(j, self.columns[j].name, "s")
+        self.time_column = only_time(self.columns)
+        self._name_from(stated)
 
-    def _increment(self) -> None:
-        """Oscilloscopes that count rows instead of timing them: `X,CH1,Start,Increment`."""
-        for names, values in zip(self.layout.preamble, self.layout.preamble[1:], strict=False):
-            stated = dict(zip((name.lower() for name in names), values, strict=False))
-            interval = self._number(stated.get("increment", ""))
-            if interval is not None and interval > 0.0:
-                self.sample_interval = interval
-                self.start = self._number(stated.get("start", "")) or 0.0
-
-    def _labview(self, preamble: dict[str, tuple[str, ...]]) -> None:
-        """LabVIEW measurement files: units, and the interval where there is no time column."""
-        units = preamble.get("Y_Unit_Label", ())
-        columns = list(self.columns)
-        for j, column in enumerate(columns):
-            label = units[j] if 0 < j < len(units) else ""
-            if column.name == "X_Value":
-                label = "s"
-            columns[j] = Column(column.name, unit_of_label(label) or label or column.unit)
-        self.columns = tuple(columns)
-        has_times = preamble.get("X_Columns", ("", "No"))[1] != "No"
-        times = [j for j, column in enumerate(columns) if column.name == "X_Value"]
-        if has_times and times:
-            self.time_column = times[0]
-        intervals = {self._number(cell) for cell in preamble.get("Delta_X", ())[1:] if cell}
-        if len(intervals) == 1:
-            self.sample_interval = intervals.pop()
-
-    def _number(self, cell: str) -> float | None:
-        """A cell of the header as a number, or None."""
-        try:
-            value = float(cell.replace(",", ".") if self.layout.decimal == "," else cell)
-        except ValueError:
+    def _beside(self) -> Stated | None:
+        """Settings in the columns before the data, as Tektronix writes them: `Source,CH1,,t,v`."""
+        filled = [j for j, column in enumerate(self.columns) if column.name]
+        if filled or self.layout.delimiter is None:
             return None
-        return value if math.isfinite(value) else None
+        rows = islice(self._rows(), 40)
+        cells = [self.layout.cells(line)[:3] for _, line in rows]
+        words = [row for row in cells if row and row[0] and not self.layout.is_number(row[0])]
+        if not words:
+            return None
+        stated = read_preamble(self.layout, words)
+        data = self._data_columns()
+        if len(data) == 2:
+            self._rename(data[0], "Time", stated.time_unit or "s")
+            self._rename(data[1], (stated.names or ["CH1"])[0], (stated.units or [""])[0])
+        return stated
+
+    def _data_columns(self) -> list[int]:
+        row = next(self._rows(), (0, ""))[1]
+        return [j for j, cell in enumerate(self.layout.cells(row)) if self._is_data(j, cell)]
+
+    def _is_data(self, j: int, cell: str) -> bool:
+        return j >= 2 and self.layout.is_value(cell)
+
+    def _name_from(self, stated: Stated) -> None:
+        """Names that are only units, `Second,Volt`, give way to those that the preamble states."""
+        words = [unit_of_label(column.name) for column in self.columns]
+        if not words or None in words or self.time_column is not None:
+            return
+        names = ["Time", *stated.names] if words[0] in UNITS["time"] else stated.names
+        for j, unit in enumerate(words):
+            name = names[j] if len(names) == len(words) else self.columns[j].name
+            self._rename(j, name, unit or "")
+        if words[0] in UNITS["time"] and words.count(words[0]) == 1:
+            self.time_column = 0
+
+    def _rename(self, j: int, name: str, unit: str) -> None:
+        columns = list(self.columns)
+        columns[j] = replace(columns[j], name=name, unit=unit_of_label(unit) or unit or None)
+        self.columns = tuple(columns)

@@ -41,6 +41,7 @@ class WavSource:
         self.path = path
         self.start = 0.0
         self.time_column: int | None = None
+        self.stated_rows: int | None = None
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", wavfile.WavFileWarning)  # chunks of other programs

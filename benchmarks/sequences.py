@@ -5,7 +5,7 @@ closes it; the Floquet multipliers are those of the product of the analytic impa
 Jacobians (docs/theory.md, 55, 56). One impact a cycle has no orbit but the graze: a free ball that
 comes back to the same wall a period later does not move at all.
 
-Units: w0 = 1 and G = 1, as in `orbits`.
+Units: w0 = 1 and G = 1, as in `vinesexp.theory.orbits`.
 """
 
 from __future__ import annotations
@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.errors import AnalysisError, ParameterError
+from vinesexp.theory.boundaries import end_of_permanent_response
 from vinesexp.theory.floquet import jacobian, transition
-from vinesexp.theory.orbits import FloatArray, Reduced, amplitudes_at, family
+from vinesexp.theory.manifold import FloatArray
+from vinesexp.theory.orbits import Reduced, amplitudes_at, family
 
 _TOLERANCE = 1e-11  # residual relative to the clearance: rounding times the condition of Newton
 
@@ -206,18 +208,17 @@ def asymmetric_orbit(*, b: float, p: Reduced) -> SequenceOrbit:
     Raises
     ------
     AnalysisError
-        Symmetry is not broken at this clearance, or the branch ends above it (by an added impact).
-
-    Examples
-    --------
-    >>> rig = Reduced.of_rig(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6)
-    >>> orbit = asymmetric_orbit(b=16.0 / 0.25, p=rig)  # 16 mm at G = 0.25 mm; breaking at 16.27
-    >>> orbit.stable, round(orbit.asymmetry, 4)
-    (True, 0.1366)
+        No such branch: symmetry is not broken at this clearance; the symmetric orbit ends
+        otherwise (a graze, a Neimark-Sacker bifurcation); the branch leaves towards larger
+        clearances and is unstable (a subcritical breaking); or it ends above `b`.
     """
-    from vinesexp.theory.boundaries import end_of_permanent_response
-
-    breaking = float(end_of_permanent_response(p).b_low)
+    ends = end_of_permanent_response(p)
+    breaking = float(ends.b_low)
+    if str(ends.kind_low) != "symmetry breaking":
+        raise AnalysisError(
+            f"two symmetric impacts end by a {ends.kind_low} at b = {breaking:.6g} base "
+            "amplitudes, not by symmetry breaking: no asymmetric orbit branches off"
+        )
     if not 0.0 < b < breaking:
         raise AnalysisError(
             f"two symmetric impacts have not lost their symmetry at b = {b:.6g} base amplitudes; "
@@ -225,6 +226,13 @@ def asymmetric_orbit(*, b: float, p: Reduced) -> SequenceOrbit:
         )
     at = max(b, breaking * (1.0 - 2e-3))
     orbit = _first_asymmetric(at, p)
+    if orbit is None:
+        if _first_asymmetric(breaking * (1.0 + 2e-3), p) is not None:
+            raise AnalysisError(
+                f"symmetry breaks subcritically at b = {breaking:.6g} base amplitudes: the "
+                "asymmetric orbits lie above it and are unstable"
+            )
+        raise AnalysisError(f"no asymmetric orbit found at b = {at:.6g} base amplitudes")
     step = 0.02 * breaking
     while at > b:
         following = max(at - step, b)
@@ -247,7 +255,7 @@ def asymmetric_orbit(*, b: float, p: Reduced) -> SequenceOrbit:
     return orbit
 
 
-def _first_asymmetric(b: float, p: Reduced) -> SequenceOrbit:
+def _first_asymmetric(b: float, p: Reduced) -> SequenceOrbit | None:
     """Asymmetric orbit near symmetry breaking, from the symmetric one pushed out of symmetry."""
     point = family(amplitudes_at(b, p)[1], p)
     values, vectors = np.linalg.eig(jacobian(point))
@@ -255,7 +263,7 @@ def _first_asymmetric(b: float, p: Reduced) -> SequenceOrbit:
     direction = direction / direction[0]
     half, Omega = float(np.pi / p.Omega), float(p.Omega)
     base = [float(np.angle(point.phase)), float(point.x), float(point.v_after), float(point.u)]
-    for push in (0.02, 0.05, 0.1, 0.2, 0.3):
+    for push in (0.005, 0.02, 0.05, 0.1, 0.2, 0.3):
         # this impact later by `push` and the next one earlier: two unequal flights
         guess = np.array(base) + push * direction * np.array([Omega, 1.0, 1.0, 1.0])
         flights = np.array([half - 2.0 * push, half + 2.0 * push])
@@ -265,4 +273,4 @@ def _first_asymmetric(b: float, p: Reduced) -> SequenceOrbit:
             continue
         if orbit.asymmetry > 1e-5:
             return orbit
-    raise AnalysisError(f"no asymmetric orbit found at b = {b:.6g} base amplitudes")
+    return None

@@ -1,0 +1,176 @@
+"""Campaign folders of the simulated rig: what a lab would write down and what it measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+from benchmarks.robustness.end_of_orbit import PULLED
+from benchmarks.robustness.measuring import measured
+from benchmarks.robustness.motion import STEP, FloatArray, move
+from benchmarks.robustness.motion import Path as Motion
+from benchmarks.robustness.rig import WORKING_SPEED, Body, Drive, Sensors, Sheet
+
+G, FREQUENCY = 0.25e-3, 7.862
+GRAVITY = 9.80665
+#: Clearances of the periodic tests, mm; 33.9 is where two impacts per cycle end on the plain rig.
+AROUND = (28.0, 31.0, 33.0, 33.5, 34.5, 38.0)
+BELOW = (20.0, 24.0, 28.0, 30.0, 32.0)
+ABOVE = (36.0, 38.0, 40.0, 44.0, 48.0)
+_SETTLE, _DRIVEN, _DECAY, _FREE = 25.0, 10.0, 10.0, 8.0  # s
+_BEFORE = 4.0  # s at rest before a decay, for a slow corner of the accelerometer
+_QUANTITIES = {
+    "base": "displacement",
+    "displacement": "displacement",
+    "acceleration": "acceleration",
+}
+_UNITS = {"base": "m", "displacement": "m", "acceleration": "m/s^2"}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is tested: clearances and loads in mm and g as they are written on the sheet."""
+
+    periodic: Sequence[float] = AROUND
+    releases: Sequence[float] = (24.0, 30.0)
+    loads: Sequence[float] = (300.0, 600.0)
+    bare: Sequence[float] = (20.0, 15.0)
+    drops: int = 0
+
+
+@dataclass(frozen=True)
+class Departure:
+    """A rig that is not the model, by name, and what it is said to be when it is told.
+
+    Attributes
+    ----------
+    says : words of which one in a warning means that the true cause was named.
+    """
+
+    name: str
+    body: Body = field(default_factory=Body)
+    drive: Drive = field(default_factory=lambda: Drive(G, FREQUENCY))
+    sensors: Sensors = field(default_factory=Sensors)
+    sheet: Sheet = field(default_factory=Sheet)
+    plan: Plan = field(default_factory=Plan)
+    says: tuple[str, ...] = ()
+
+    def driven(self) -> Drive:
+        """Base motion as it truly is."""
+        return replace(
+            self.drive,
+            amplitude=self.drive.amplitude * self.sheet.base,
+            frequency=self.drive.frequency * self.sheet.frequency,
+        )
+
+
+def write_campaign(departure: Departure, folder: Path, *, seed: int = 1) -> None:
+    """campaign.yaml, records.csv and raw/ of one campaign."""
+    (folder / "raw").mkdir(parents=True, exist_ok=True)
+    rng = np.random.default_rng([seed, 2027])
+    plan, sheet = departure.plan, departure.sheet
+    rows = []
+    for number, release in enumerate(plan.bare, start=1):
+        rows.append(_decay(departure, folder, f"ringdown_{number}", rng, release=release))
+    for number, load in enumerate(plan.loads):
+        true = 1e-3 * load + sheet.added + (sheet.one_added if number == 0 else 0.0)
+        rows.append(
+            _decay(departure, folder, f"added_{load:g}g", rng, release=20.0, load=load, added=true)
+        )
+    for number, b in enumerate(plan.periodic):
+        off = sheet.clearance + (sheet.one_clearance if number == 1 else 0.0)
+        rows.append(_driven(departure, folder, b, off, rng))
+    for b in plan.releases:
+        rows.append(
+            _decay(
+                departure, folder, f"release_b{b:g}", rng, release=20.0, b=b,
+                off=sheet.clearance, duration=_FREE,
+            )
+        )  # fmt: skip
+    for number in range(plan.drops):
+        rows.append(_drop(departure, folder, number, rng))
+    header = "record,file,test,clearance_mm,base_amplitude_mm,frequency_hz,added_mass_g,release_mm"
+    (folder / "records.csv").write_text("\n".join([header, *rows, ""]), encoding="utf-8")
+    roles = [
+        role
+        for role in _UNITS
+        if (departure.sensors.laser or role != "displacement")
+        and (departure.sensors.accelerometer or role != "acceleration")
+    ]
+    lines = [f'title: "{departure.name}"', "known: {nes_mass: 32 g}", "channels:"]
+    lines += [
+        f"  {role}: {{column: {role}, quantity: {_QUANTITIES[role]}, unit: {_UNITS[role]}}}"
+        for role in roles
+    ]
+    (folder / "campaign.yaml").write_text("\n".join([*lines, ""]), encoding="utf-8")
+
+
+def _write(path: Path, channels: dict[str, FloatArray], rate: float) -> None:
+    with h5py.File(path, "w") as file:
+        file.attrs["sample_rate_hz"] = rate
+        for role, values in channels.items():
+            file.create_dataset(role, data=values.astype(np.float32))
+
+
+def _driven(
+    departure: Departure, folder: Path, b: float, off: float, rng: np.random.Generator
+) -> str:
+    path = move(
+        departure.body, departure.driven(), b=1e-3 * b + off, seconds=_SETTLE + _DRIVEN, x0=PULLED
+    )
+    channels = measured(path, departure.sensors, start=_SETTLE, rng=rng)
+    name = f"periodic_b{b:g}"
+    _write(folder / "raw" / f"{name}.h5", channels, departure.sensors.rate)
+    return f"{name},raw/{name}.h5,periodic,{b:g},{1e3 * G:g},{FREQUENCY:g},,"
+
+
+def _decay(
+    departure: Departure, folder: Path, name: str, rng: np.random.Generator, *, release: float,
+    load: float = 0.0, added: float = 0.0, b: float | None = None, off: float = 0.0,
+    duration: float = _DECAY,
+) -> str:  # fmt: skip
+    """A decay, its first sample at the release; the sensors were at rest before."""
+    clearance = None if b is None else 1e-3 * b + off
+    path = move(
+        departure.body, Drive(), b=clearance, seconds=duration, x0=1e-3 * release, added=added
+    )
+    wait = round(_BEFORE / STEP)
+    held = Motion(
+        np.concatenate([np.full(wait, path.x[0]), path.x]),
+        np.concatenate([np.zeros(wait), path.v]),
+        np.concatenate([np.zeros(wait), path.base]),
+        path.time + _BEFORE, path.side, path.jump, path.speed,
+    )  # fmt: skip
+    channels = measured(held, departure.sensors, start=_BEFORE, rng=rng)
+    _write(folder / "raw" / f"{name}.h5", channels, departure.sensors.rate)
+    test = "ringdown" if b is None else "transient"
+    cells = [name, f"raw/{name}.h5", test, f"{b:g}" if b else "", "", ""]
+    return ",".join([*cells, f"{load:g}" if load else "", f"{release:g}"])
+
+
+def _drop(departure: Departure, folder: Path, number: int, rng: np.random.Generator) -> str:
+    """A ball dropped on the wall +1, the mass on the bench."""
+    body = departure.body
+    speed = float(np.sqrt(2.0 * GRAVITY * (0.05 + 0.03 * number)))
+    time, times, jumps = 0.1, [], []
+    while speed > 1e-3 and time < 1.5:
+        r = body.r + body.r_slope * (speed - WORKING_SPEED)
+        times.append(time)
+        jumps.append((1.0 + r) * speed * body.m / body.M)
+        speed *= r
+        time += 2.0 * speed / GRAVITY + body.contact
+    n = round(1.5 / STEP) + 1
+    rest = np.zeros(n)
+    struck = np.array(jumps)
+    # The bench gives the momentum back unseen: the mass stays where it is.
+    moved = np.concatenate([[0.0], np.cumsum(struck)])
+    v = moved[np.searchsorted(times, STEP * np.arange(n), side="right")]
+    path = Motion(rest, v, rest, np.array(times), np.ones(len(times)), struck, struck)
+    sensors = replace(departure.sensors, mode=None, cross_axis=0.0)
+    channels = measured(path, sensors, start=0.0, rng=rng)
+    name = f"drop_{number + 1}"
+    _write(folder / "raw" / f"{name}.h5", channels, departure.sensors.rate)
+    return f"{name},raw/{name}.h5,drop,,,,,"

@@ -1,0 +1,189 @@
+"""One campaign through the whole pipeline, and its score against the truth."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.robustness.campaigns import Departure, write_campaign
+from benchmarks.robustness.end_of_orbit import true_end
+
+from vinesexp.clearance.comparison import END, Comparison
+from vinesexp.clearance.levels import periodic_levels
+from vinesexp.clearance.predicted import identified_rig
+from vinesexp.identification.combine import COMBINED
+from vinesexp.identification.estimate import Estimate
+from vinesexp.pipeline import CampaignResult, analyse_campaign
+from vinesexp.records.campaign import Campaign, load_campaign
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
+
+PARAMETERS = ("M", "c1", "k1", "r")
+Z95 = 1.959964
+
+
+@dataclass(frozen=True)
+class Value:
+    """One combined value beside its truth; NaN where it was not given."""
+
+    name: str
+    value: float
+    error: float
+    truth: float
+
+    @property
+    def given(self) -> bool:
+        return math.isfinite(self.value)
+
+    @property
+    def z(self) -> float:
+        return (self.value - self.truth) / self.error if self.error > 0.0 else math.nan
+
+    @property
+    def relative(self) -> float:
+        return self.value / self.truth - 1.0
+
+    @property
+    def holds(self) -> bool:
+        return abs(self.z) < Z95
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the pipeline made of one campaign.
+
+    Attributes
+    ----------
+    values : combined M, c1, k1, r.
+    end : m, where two impacts per cycle truly end; None where they have no end.
+    b_c : (exact, low, high), m; None where nothing was predicted.
+    warnings : texts of the warnings.
+    headline : first sentences of the verdict.
+    measured : (low, high), m, between which the records show the end; None where they do not.
+    named : whether a warning names the true cause.
+    """
+
+    departure: Departure
+    seed: int
+    values: tuple[Value, ...]
+    end: float | None
+    b_c: tuple[float, float, float] | None
+    warnings: tuple[str, ...]
+    headline: str
+    measured: tuple[float, float] | None
+    named: bool
+    effects: tuple[Estimate, ...]
+
+    @property
+    def b_c_holds(self) -> bool | None:
+        """Whether the interval of b_c holds the true end; None without both."""
+        if self.end is None or self.b_c is None:
+            return None
+        return self.b_c[1] <= self.end <= self.b_c[2]
+
+    @property
+    def right(self) -> bool:
+        """No value more than four standard errors off, unless the cause is named."""
+        return self.named or all(abs(v.z) <= 4.0 for v in self.values if v.given)
+
+    @property
+    def false_headline(self) -> str:
+        """What the headline says that is not so; empty where nothing is found false."""
+        if self.end is None:
+            return ""
+        found = []
+        if "wo impacts per cycle end between" in self.headline and self.measured is not None:
+            off = self.departure.sheet.clearance
+            low, high = (one + off for one in self.measured)
+            # Near its end the orbit takes longer to be lost than a record lasts.
+            if not 0.99 * low <= self.end <= 1.01 * high:
+                found.append("end of two impacts per cycle")
+        tried = sorted(self.departure.plan.periodic)
+        beyond = 1e3 * self.end > tried[-1] or 1e3 * self.end < tried[0]
+        bound = any(
+            word in self.headline
+            for word in (
+                "or more",
+                "or less",
+                "edge",
+                "beyond",
+                "at least",
+                "at most",
+                "below",
+                "above",
+            )
+        )
+        if beyond and "moved least" in self.headline and not bound:
+            found.append("an optimum at the edge is told as one")
+        return "; ".join(found)
+
+
+def studied(departure: Departure, folder: Path, *, seed: int) -> Outcome:
+    """Simulate a campaign into `folder`, analyse it and score it."""
+    write_campaign(departure, folder, seed=seed)
+    campaign = load_campaign(folder)
+    paths = ResultPaths(folder / "results")
+    found = analyse_campaign(campaign, paths=paths)
+    combined = {e.parameter: e for e in found.identified if e.method == COMBINED}
+    truth = departure.body.truth()
+    values = tuple(
+        Value(name, combined[name].value, combined[name].std_error, truth[name])
+        if name in combined
+        else Value(name, math.nan, math.nan, truth[name])
+        for name in PARAMETERS
+    )
+    warnings = tuple(c.detail for c in found.checks if c.outcome in ("warning", "refused"))
+    row = _end_row(found.clearances)
+    return Outcome(
+        departure=departure,
+        seed=seed,
+        values=values,
+        end=true_end(departure.body, departure.driven()),
+        b_c=_b_c(row),
+        warnings=warnings,
+        headline=_headline(campaign, paths, found),
+        measured=_measured(row),
+        named=any(word in text for text in warnings for word in departure.says),
+        effects=tuple(
+            e
+            for e in found.identified
+            if e.parameter not in {*PARAMETERS, "f0", "zeta"} and e.method == COMBINED
+        ),
+    )
+
+
+def _end_row(rows: Sequence[Comparison]) -> Comparison | None:
+    return next((row for row in rows if row.test == "periodic" and row.level.endswith(END)), None)
+
+
+def _b_c(row: Comparison | None) -> tuple[float, float, float] | None:
+    if row is None or row.exact_mm is None:
+        return None
+    low = row.exact_mm if row.predicted_low_mm is None else row.predicted_low_mm
+    high = row.exact_mm if row.predicted_high_mm is None else row.predicted_high_mm
+    return 1e-3 * row.exact_mm, 1e-3 * low, 1e-3 * high
+
+
+def _measured(row: Comparison | None) -> tuple[float, float] | None:
+    if row is None or row.measured_low_mm is None or row.measured_high_mm is None:
+        return None
+    return 1e-3 * row.measured_low_mm, 1e-3 * row.measured_high_mm
+
+
+def _headline(campaign: Campaign, paths: ResultPaths, found: CampaignResult) -> str:
+    """As the report's first sentences."""
+    identified, regimes, clearances = (
+        _rows(path) for path in (paths.identified, paths.regimes, paths.clearances)
+    )
+    rig = identified_rig(identified, campaign.known)
+    periodic = periodic_verdicts(periodic_levels(campaign, regimes), clearances, rig)
+    values = {e.parameter: f"{e.value:.5g}" for e in found.identified if e.method == COMBINED}
+    return headline(periodic, release_verdicts(clearances), values)
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))

@@ -1,0 +1,290 @@
+"""What happens to a record and to a campaign, step by step: said here and nowhere else.
+
+A step takes the campaign, the record it is about, and where results lie; it reads the results of
+earlier steps, writes its own, and returns what it found. The workflow runs each step as a job of
+its own; `analyse_record` and `analyse_campaign` run them one after the other in this process. Both
+give the same files.
+
+What a step needs is imported inside it: a job starts in a fraction of the time, and the digest of
+a step's code (`vinesexp.codedigest`) covers what this step uses and nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vinesexp.records.checks import Check
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.schema import Campaign, Record
+
+if TYPE_CHECKING:
+    from vinesexp.clearance.comparison import Comparison
+    from vinesexp.identification.estimate import Estimate
+    from vinesexp.signals.bands import Bands
+    from vinesexp.signals.impacts.impact_table import Impacts
+
+Row = dict[str, str | float | None]
+
+
+@dataclass(frozen=True)
+class RecordResult:
+    """What the steps found in one record.
+
+    Attributes
+    ----------
+    record : Record
+    checks : list of Check
+        Of the instrument file; the outcome ``refused`` says why the record cannot be used.
+    bands : Bands or None
+        What conditioning kept; None for a record that cannot be used.
+    impacts : Impacts
+    regime : dict
+        The record's row of regimes.csv.
+    estimates : list of Estimate
+        What the record alone says about M, c1, k1 and r.
+    """
+
+    record: Record
+    checks: list[Check]
+    bands: Bands | None
+    impacts: Impacts
+    regime: Row
+    estimates: list[Estimate]
+
+
+@dataclass(frozen=True)
+class CampaignResult:
+    """What the steps found in a campaign; the tables are in the results folder too.
+
+    Attributes
+    ----------
+    records : tuple of RecordResult
+        In the order of records.csv.
+    identified : list of Estimate
+        Rows of identified.csv.
+    clearances : list of Comparison
+        Rows of clearances.csv.
+    checks : list of Check
+        Rows of checks.csv.
+    """
+
+    records: tuple[RecordResult, ...]
+    identified: list[Estimate]
+    clearances: list[Comparison]
+    checks: list[Check]
+
+
+def analyse_record(
+    campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
+) -> RecordResult:
+    """Take one record from its instrument file to what it says about the rig.
+
+    Parameters
+    ----------
+    campaign, record : Campaign, Record
+        The description of the rig and its sensors; the row of records.csv.
+    paths : ResultPaths
+        Where the files go; folders are made.
+    strict : bool
+        Raise for a record that cannot be used, instead of leaving a placeholder and a check.
+
+    Raises
+    ------
+    RecordError
+        With `strict`: the record cannot be used, and why.
+    """
+    checks = ingest_record(campaign, record, paths=paths, strict=strict)
+    bands = condition_record(campaign, record, paths=paths)
+    impacts, regime = find_impacts(campaign, record, paths=paths)
+    return RecordResult(
+        record=record,
+        checks=checks,
+        bands=bands,
+        impacts=impacts,
+        regime=regime,
+        estimates=estimate_from_record(campaign, record, paths=paths),
+    )
+
+
+def analyse_campaign(campaign: Campaign, *, paths: ResultPaths) -> CampaignResult:
+    """Take a campaign from its instrument files to the tables of the results folder.
+
+    Figures and report are drawn from these (`vinesexp.figures.gallery.draw_all`,
+    `vinesexp.report.page.build_report`).
+
+    Examples
+    --------
+    ::
+
+        campaign = load_campaign(Path("mytests"))
+        found = analyse_campaign(campaign, paths=ResultPaths(Path("results/mytests")))
+    """
+    records = tuple(analyse_record(campaign, record, paths=paths) for record in campaign.records)
+    collect_regimes(campaign, paths=paths)
+    identified = identify(campaign, paths=paths)
+    clearances = compare_clearances(campaign, paths=paths)
+    return CampaignResult(records, identified, clearances, collect_checks(campaign, paths=paths))
+
+
+def ingest_record(
+    campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
+) -> list[Check]:
+    """Instrument file to calibrated channels, SI, on a uniform time axis; nothing is filtered."""
+    from vinesexp.records.checks import write_checks
+    from vinesexp.records.ingest import ingest, ingest_or_refuse
+
+    step = ingest if strict else ingest_or_refuse
+    checks = step(campaign, record, paths.record(record.id))
+    write_checks(paths.ingest_checks(record.id), checks)
+    return checks
+
+
+def condition_record(campaign: Campaign, record: Record, *, paths: ResultPaths) -> Bands | None:
+    """Bandpass the channels: the oscillator's motion in its band, the impacts in theirs."""
+    from vinesexp.signals.condition import condition
+
+    return condition(
+        paths.record(record.id),
+        paths.conditioned(record.id),
+        bandpass=campaign.bandpass,
+        f0_hint=centre_frequency(record),
+        settings=record.settings,
+    )
+
+
+def centre_frequency(record: Record) -> float | None:
+    """Frequency of a test, Hz: the middle of a sweep; None where the row gives none.
+
+    Examples
+    --------
+    >>> centre_frequency(Record("a", Path("a.csv"), "sweep", frequency=(7.0, 8.0)))
+    7.5
+    """
+    return sum(record.frequency) / len(record.frequency) if record.frequency else None
+
+
+def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> tuple[Impacts, Row]:
+    """Acceleration spikes to impacts, and the regime that they and the amplitude show."""
+    import json
+
+    from vinesexp.signals.base_motion import base_rows
+    from vinesexp.signals.impacts.find import impacts_of_record
+    from vinesexp.signals.regimes import decay_times, regime_of_record
+
+    measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
+    impacts = impacts_of_record(
+        measured,
+        conditioned,
+        paths.impacts(record.id),
+        clearance=record.clearance,
+        nes_mass=[mass.value for mass in campaign.known.nes_mass],
+        test=record.test,
+        settings=record.settings,
+    )
+    regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
+    row = paths.regime(record.id)
+    row.parent.mkdir(parents=True, exist_ok=True)
+    step = {
+        "regime": regime,
+        "base": base_rows(record, measured=measured, conditioned=conditioned),
+        "times": decay_times(record, conditioned=conditioned),
+    }
+    row.write_text(json.dumps(step, indent=1) + "\n", encoding="utf-8")
+    return impacts, regime
+
+
+def estimate_from_record(
+    campaign: Campaign, record: Record, *, paths: ResultPaths
+) -> list[Estimate]:
+    """What one record says about M, c1, k1 and r, each value with its standard error."""
+    from vinesexp.identification.estimate import write_estimates
+    from vinesexp.identification.one_record import estimate_record
+
+    found = estimate_record(
+        record,
+        campaign.known,
+        measured=paths.record(record.id),
+        conditioned=paths.conditioned(record.id),
+        impacts=paths.impacts(record.id),
+    )
+    write_estimates(paths.estimates(record.id), found)
+    return found
+
+
+def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
+    """One table of all records each: regimes.csv, base.csv, decay_times.csv."""
+    import json
+
+    from vinesexp.records.result_columns import BASE, DECAY_TIMES, RECORD_REGIMES
+    from vinesexp.records.tables import write_rows
+
+    steps = [
+        json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
+        for record in campaign.records
+    ]
+    rows: list[Row] = [step["regime"] for step in steps]
+    write_rows(paths.regimes, RECORD_REGIMES, rows)
+    write_rows(paths.base, BASE, [row for step in steps for row in step["base"]])
+    write_rows(paths.decay_times, DECAY_TIMES, [row for step in steps for row in step["times"]])
+    return rows
+
+
+def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
+    """M, c1, k1 and r from the estimates of all records: identified.csv, budget.csv, checks."""
+    from vinesexp.identification.budget import write_budget
+    from vinesexp.identification.estimate import read_estimates, write_identified
+    from vinesexp.identification.whole_campaign import identify_campaign
+    from vinesexp.records.checks import write_checks
+    from vinesexp.signals.impacts.impact_table import read_impacts
+
+    found = [
+        estimate
+        for record in campaign.records
+        for estimate in read_estimates(paths.estimates(record.id))
+    ]
+    impacts = {
+        record.id: read_impacts(paths.impacts(record.id))
+        for record in campaign.records
+        if record.clearance
+    }
+    whole = identify_campaign(found, campaign, impacts)
+    write_identified(paths.identified, whole.rows)
+    write_budget(paths.budget, whole.sources)
+    write_checks(paths.identify_checks, whole.checks)
+    return whole.rows
+
+
+def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:
+    """Measured optimal clearances beside the predicted ones, clearances.csv; and what is odd."""
+    from vinesexp.clearance.comparison import compare, write_clearances
+    from vinesexp.records.checks import write_checks
+    from vinesexp.records.result_columns import BASE, DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.tables import read_rows
+
+    rows, checks = compare(
+        campaign,
+        read_rows(paths.identified, IDENTIFIED),
+        read_rows(paths.regimes, RECORD_REGIMES),
+        read_rows(paths.decay_times, DECAY_TIMES),
+        read_rows(paths.base, BASE),
+    )
+    write_clearances(paths.clearances, rows)
+    write_checks(paths.compare_checks, checks)
+    return rows
+
+
+def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
+    """The checks of every step in one table, checks.csv, in the order of the records."""
+    from vinesexp.records.checks import read_checks, write_checks
+
+    tables: Sequence[Path] = [
+        *(paths.ingest_checks(record.id) for record in campaign.records),
+        paths.identify_checks,
+        paths.compare_checks,
+    ]
+    found = [check for table in tables for check in read_checks(table)]
+    write_checks(paths.checks, found)
+    return found

@@ -1,0 +1,146 @@
+"""The columns of every table of a results folder: name, meaning, unit, type.
+
+Names are a contract with users: they are added to, never changed.
+"""
+
+from __future__ import annotations
+
+from vinesexp.records.tables import Column, Table
+
+
+def _number(name: str, unit: str, meaning: str, form: str = "", *, needed: bool = True) -> Column:
+    return Column(name, meaning, unit, "number", form, needed)
+
+
+def _whole(name: str, meaning: str) -> Column:
+    return Column(name, meaning, "", "whole")
+
+
+_RECORD = Column("record", "id of the record")
+
+#: impacts/<record>.csv.
+IMPACTS = Table("impacts", "impacts", (
+    _number("time_s", "s", "time of the impact on the record's axis", ".9g"),
+    _whole("nes", "ball, from 1, in the order of clearance_mm; 0 where it is not known"),
+    _whole("side", "+1 where x - y = +b, -1 at the other wall"),
+    _number("velocity_jump_m_s", "m/s", "of the oscillator, from both channels", ".9g"),
+    _number("peak_acceleration_m_s2", "m/s^2", "largest bandpassed sample", ".9g"),
+    _number("confidence", "1", "probability that it is found again with fresh noise", ".9g"),
+    _number("time_error_s", "s", "standard error", ".9g"),
+    _number("velocity_jump_error_m_s", "m/s", "standard error", ".9g"),
+    _number("jump_acceleration_m_s", "m/s", "jump by the area of the acceleration pulse", ".9g"),
+    _number("jump_acceleration_error_m_s", "m/s", "standard error", ".9g"),
+    _number("jump_displacement_m_s", "m/s", "jump by the slope change of displacement", ".9g"),
+    _number("jump_displacement_error_m_s", "m/s", "standard error", ".9g"),
+    _number("x_m", "m", "displacement at the impact", ".9g"),
+    _number("v_before_m_s", "m/s", "velocity of the oscillator just before", ".9g"),
+    _number("v_error_m_s", "m/s", "standard error", ".9g"),
+    _number("nes_confidence", "1", "probability of nes", ".9g"),
+    _whole("crowded", "1 where it overlaps another or is badly explained"),
+    _whole("clipped", "1 where the acceleration saturated"),
+))  # fmt: skip
+
+IDENTIFIED = Table("identified", "identify", (
+    Column("parameter", "f0, zeta, M, c1, k1, r; r_1, r_2 for several balls"),
+    _number("value", "", "in unit"),
+    _number("std_error", "", "standard error, in unit"),
+    _number("ci95_low", "", "lower end of the 95 % interval"),
+    _number("ci95_high", "", "upper end of the 95 % interval"),
+    Column("unit", "SI; 1 for a ratio"),
+    Column("method", "how it was found; combined: what predictions use"),
+    Column("records", "ids of the records it came from, separated by semicolons"),
+))  # fmt: skip
+
+BUDGET = Table("budget", "identify", (
+    Column("parameter", "the value whose error is divided up"),
+    Column("source", "what contributes"),
+    _number("contribution", "", "standard error from this source alone, in the parameter's unit"),
+    _number("share", "1", "share of the variance"),
+    Column("note", "what was assumed, and what would shrink it"),
+))  # fmt: skip
+
+RECORD_REGIMES = Table("regimes", "regimes", (
+    _RECORD,
+    Column("regime", "by docs/theory.md; one a ball, separated by ' | '"),
+    _number("impacts_per_cycle", "1", "of all balls"),
+    _number("amplitude_mean_m", "m", "mean over cycles of half the swing"),
+    _number("amplitude_max_m", "m", "largest of a cycle"),
+    _number("captured", "1", "share of cycles with one impact on either side", needed=False),
+    _number("spells", "", "number of spells of such cycles", needed=False),
+    _number("spell_mean_s", "s", "mean length of a spell", needed=False),
+    _number("captured_until_s", "s", "of a release: end of the first spell", needed=False),
+    _number("decay_rate_captured_1_s", "1/s", "of a release, before it", needed=False),
+    _number("decay_rate_after_1_s", "1/s", "of a release, after it", needed=False),
+    _number("transition_m", "m", "amplitude at which the ball is lost", needed=False),
+))  # fmt: skip
+
+#: How the base moved in each periodic test, from its own channel.
+BASE = Table("base", "regimes", (
+    _RECORD,
+    _number("frequency_hz", "Hz", "measured", ".10g"),
+    _number("frequency_error_hz", "Hz", "standard error", ".3g"),
+    _number("amplitude_m", "m", "of the displacement at that frequency", ".7g"),
+    _number("amplitude_error_m", "m", "standard error, without that of the sensitivity", ".3g"),
+    _number("harmonic_2", "1", "displacement at twice the frequency over amplitude_m", ".3g"),
+    _number("harmonic_3", "1", "at three times the frequency", ".3g"),
+    _number("wander", "1", "standard deviation of the amplitude over its mean", ".3g"),
+    _number("dip", "1", "largest drop of the amplitude over its median", ".3g"),
+))  # fmt: skip
+
+#: How fast each release fell to each amplitude: one row a record and amplitude.
+DECAY_TIMES = Table("decay_times", "regimes", (
+    _RECORD,
+    _number("target_m", "m", "amplitude to be reached"),
+    _number("time_s", "s", "from the start until the amplitude stays below; empty: not reached"),
+))  # fmt: skip
+
+CLEARANCES = Table("clearances", "compare", (
+    Column("test", "periodic or transient"),
+    Column("level", "name of the row"),
+    _number("measured_mm", "mm", "measured clearance", ".6g"),
+    _number("measured_low_mm", "mm", "tried clearance below it", ".6g"),
+    _number("measured_high_mm", "mm", "tried clearance above it", ".6g"),
+    _number("published_mm", "mm", "b_c or b_t by the published formula", ".6g"),
+    _number("exact_mm", "mm", "b_c or b_t without its approximations", ".6g"),
+    _number("predicted_low_mm", "mm", "lower end of the 95 % interval of exact_mm", ".6g"),
+    _number("predicted_high_mm", "mm", "upper end", ".6g"),
+    _number("error_percent", "%", "exact_mm over measured_mm; empty for a bound", ".6g"),
+    _number("base_amplitude_mm", "mm", "of a periodic row", ".6g", needed=False),
+    Column("kind", "lowest amplitude, end of two impacts per cycle, fastest decay", needed=False),
+    Column("records", "ids of the records it came from, separated by semicolons", needed=False),
+    Column("bound", "empty; 'at most', 'at least' or 'open' where the best clearance is at the "
+           "edge of what was tried", needed=False),
+))  # fmt: skip
+
+CHECKS = Table("checks", "checks", (
+    Column("record", "id of the record; empty: the whole campaign"),
+    Column("check", "what was looked at"),
+    Column("outcome", "ok, warning, refused or excluded"),
+    Column("detail", "what was found, where, and what to do"),
+))  # fmt: skip
+
+TRUTH = Table("truth", "score", (
+    Column("what", "parameter or quantity of the impacts"),
+    Column("record", "id of the record; empty: the whole campaign"),
+    _number("truth", "", "from the scene"),
+    _number("found", "", "by the analysis"),
+    _number("error", "", "in unit"),
+    Column("unit", "of error"),
+))  # fmt: skip
+
+#: truth/<record>.csv in a simulated campaign's folder.
+TRUE_IMPACTS = Table("true impacts", "simulate", (
+    _number("time_s", "s", "true time on the record's axis"),
+    _number("velocity_jump_m_s", "m/s", "of the oscillator"),
+))  # fmt: skip
+
+#: steps/<record>/decay.csv: amplitude of a ring-down beside what was identified from it.
+DECAY = Table("decay", "estimate", (
+    _number("time_s", "s", "middle of a cycle, on the record's axis", ".9g"),
+    _number("amplitude_m", "m", "half the swing of the cycle", ".9g"),
+    _number("law_m", "m", "amplitude by the identified law of damping", ".9g"),
+    _number("viscous_m", "m", "amplitude by the identified viscous damping alone", ".9g"),
+))  # fmt: skip
+
+#: The tables of one results folder, in the order in which they are made.
+TABLES = (IMPACTS, IDENTIFIED, BUDGET, RECORD_REGIMES, BASE, DECAY_TIMES, CLEARANCES, CHECKS, TRUTH)

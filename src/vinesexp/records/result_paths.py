@@ -1,0 +1,108 @@
+"""Where each result of a campaign lies in its results folder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class ResultPaths:
+    """The results folder of one campaign; every path in it comes from here.
+
+    What people read lies at the top, what only later steps read lies in `steps`. Ids of records
+    have a folder of their own there, so that no id can be mistaken for a table.
+
+    Parameters
+    ----------
+    folder : Path
+        results/<campaign>.
+
+    Examples
+    --------
+    >>> ResultPaths(Path("results/twin")).impacts("b34").as_posix()
+    'results/twin/impacts/b34.csv'
+    """
+
+    folder: Path
+
+    def record(self, id: str) -> Path:
+        """Calibrated channels, SI, on a uniform time axis."""
+        return self.folder / "records" / f"{id}.nc"
+
+    def conditioned(self, id: str) -> Path:
+        """Bandpassed channels."""
+        return self.folder / "conditioned" / f"{id}.nc"
+
+    def impacts(self, id: str) -> Path:
+        """The impacts of a record, one row each."""
+        return self.folder / "impacts" / f"{id}.csv"
+
+    def ingest_checks(self, id: str) -> Path:
+        """What was found in the instrument file."""
+        return self._step(id, "ingest.csv")
+
+    def regime(self, id: str) -> Path:
+        """The record's row of regimes.csv and those of base.csv and decay_times.csv."""
+        return self._step(id, "regime.json")
+
+    def estimates(self, id: str) -> Path:
+        """What the record says about M, c1, k1 and r."""
+        return self._step(id, "estimates.json")
+
+    def _step(self, id: str, name: str) -> Path:
+        return self.folder / "steps" / "records" / id / name
+
+    @property
+    def identify_checks(self) -> Path:
+        """What was odd when all records were combined."""
+        return self.folder / "steps" / "identify.csv"
+
+    @property
+    def compare_checks(self) -> Path:
+        """What was odd when clearances were compared."""
+        return self.folder / "steps" / "compare.csv"
+
+    @property
+    def identified(self) -> Path:
+        return self.folder / "identified.csv"
+
+    @property
+    def budget(self) -> Path:
+        """What the errors of identified.csv are made of."""
+        return self.folder / "budget.csv"
+
+    @property
+    def regimes(self) -> Path:
+        return self.folder / "regimes.csv"
+
+    @property
+    def base(self) -> Path:
+        """How the base moved in each periodic test."""
+        return self.folder / "base.csv"
+
+    @property
+    def decay_times(self) -> Path:
+        """How fast each release fell to each amplitude."""
+        return self.folder / "decay_times.csv"
+
+    @property
+    def clearances(self) -> Path:
+        return self.folder / "clearances.csv"
+
+    @property
+    def checks(self) -> Path:
+        return self.folder / "checks.csv"
+
+    @property
+    def truth(self) -> Path:
+        """What was found against the truth of a simulated campaign."""
+        return self.folder / "truth.csv"
+
+    @property
+    def report(self) -> Path:
+        return self.folder / "report.html"
+
+    def figures(self, family: str) -> Path:
+        """The list of one family of figures, which lie beside it."""
+        return self.folder / "figures" / f"{family}.json"

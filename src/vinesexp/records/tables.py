@@ -1,0 +1,196 @@
+"""Reading and writing the tables of a results folder: CSV with a header line, one form for all.
+
+A table knows its columns (`vinesexp.records.result_columns` lists them). What is written is
+checked against them, and what is read too: a table that was damaged or cut off never passes for a
+whole one.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from vinesexp.errors import TableError
+
+#: A cell before it is written: None and NaN become empty cells.
+Value = str | float | int | None
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
+
+    Attributes
+    ----------
+    name : as in the header line.
+    meaning : what stands in it, for docs and error messages.
+    unit : SI or as the name says; empty for text, ``1`` for a ratio.
+    kind : ``text``, ``number`` (may be empty: not known) or ``whole`` (an integer).
+    form : format of a number; empty: the shortest text that reads back the same.
+    needed : whether a table without this column is refused.
+    """
+
+    name: str
+    meaning: str
+    unit: str = ""
+    kind: Literal["text", "number", "whole"] = "text"
+    form: str = ""
+    needed: bool = True
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of the results folder: its name, the step that writes it, its columns."""
+
+    name: str
+    step: str
+    columns: tuple[Column, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(column.name for column in self.columns)
+
+
+def write_rows(path: Path, table: Table, rows: Iterable[Mapping[str, Value]]) -> None:
+    """Write rows; a key that a row lacks is an empty cell.
+
+    Parameters
+    ----------
+    path : Path
+        Its folder is made where it is missing.
+    table : Table
+    rows : iterable of mappings
+        Column to value. Text is written as it is, also in a column of numbers.
+
+    Raises
+    ------
+    KeyError
+        A row has a key that is no column: a mistake of the caller, not of a user.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> table = Table("t", "make", (Column("a", "what"), Column("x", "", "m", "number", ".3g")))
+    >>> path = Path(tempfile.mkdtemp()) / "t.csv"
+    >>> write_rows(path, table, [{"a": "one, two", "x": 0.12345}, {"a": "none", "x": None}])
+    >>> path.read_text().splitlines()
+    ['a,x', '"one, two",0.123', 'none,']
+    >>> read_rows(path, table)[0]
+    {'a': 'one, two', 'x': '0.123'}
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    known = set(table.names)
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(table.names)
+        for row in rows:
+            if unknown := set(row) - known:
+                raise KeyError(f"{table.name} has no column {sorted(unknown)}")
+            writer.writerow([_text(row.get(column.name), column.form) for column in table.columns])
+
+
+def write_columns(path: Path, table: Table, columns: Mapping[str, Sequence[Value]]) -> None:
+    """Write a table whose values stand column by column, all of one length."""
+    lists = [columns[name] for name in table.names]
+    write_rows(
+        path, table, (dict(zip(table.names, row, strict=True)) for row in zip(*lists, strict=True))
+    )
+
+
+def _text(value: Value, form: str) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    return format(value, form) if isinstance(value, float) and form else str(value)
+
+
+def read_rows(path: Path, table: Table) -> list[dict[str, str]]:
+    """Rows of a table as text; columns beside those of the table are kept.
+
+    Raises
+    ------
+    TableError
+        The file is missing, is another table, or is damaged: a cell too few or too many, a cell
+        that is no number where one belongs, a last line that was cut off.
+    """
+    header, body = _cells(path, table)
+    missing = [c.name for c in table.columns if c.needed and c.name not in header]
+    if missing:
+        raise _damaged(path, table, f"has no column '{missing[0]}'", line=1)
+    rows = []
+    for line, cells in body:
+        if len(cells) != len(header):
+            raise _damaged(
+                path, table, f"has {len(cells)} cells under {len(header)} columns", line=line
+            )
+        rows.append(dict(zip(header, cells, strict=True)))
+    for column in table.columns:
+        if column.kind != "text" and column.name in header:
+            _check_numbers(path, table, column, rows, [line for line, _ in body])
+    return rows
+
+
+def _cells(path: Path, table: Table) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Header and rows with their line numbers."""
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise TableError(f"is missing; run the {table.step} step first", file=path) from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is no text"
+        raise _damaged(path, table, f"cannot be read ({reason})") from None
+    if not text:
+        raise _damaged(path, table, f"is empty, expected the columns {','.join(table.names)}")
+    lines = text.splitlines(keepends=True)
+    if not lines[-1].endswith("\n"):
+        raise _damaged(path, table, "is cut off: the last line does not end", line=len(lines))
+    reader = csv.reader(lines)
+    body = []
+    line = 1
+    try:
+        for cells in reader:
+            if cells:
+                body.append((line, cells))
+            line = reader.line_num + 1
+    except csv.Error as error:
+        raise _damaged(path, table, f"is no CSV ({error})", line=line) from None
+    if not body:
+        raise _damaged(path, table, f"is empty, expected the columns {','.join(table.names)}")
+    return body[0][1], body[1:]
+
+
+def _check_numbers(
+    path: Path, table: Table, column: Column, rows: Sequence[Mapping[str, str]], lines: list[int]
+) -> None:
+    read = int if column.kind == "whole" else float
+    for line, row in zip(lines, rows, strict=True):
+        text = row[column.name]
+        try:
+            if text or column.kind == "whole":
+                read(text)
+        except ValueError:
+            expected = "a whole number" if column.kind == "whole" else "a number or nothing"
+            raise _damaged(
+                path, table, f"found '{text}' in column {column.name}, expected {expected}",
+                line=line,
+            ) from None  # fmt: skip
+
+
+def _damaged(path: Path, table: Table, what: str, *, line: int | None = None) -> TableError:
+    where = None if line is None else f"line {line}"
+    return TableError(f"{what}; run the {table.step} step again", file=path, where=where)
+
+
+def number(text: str | None) -> float | None:
+    """A cell as a number; None where it is empty or absent.
+
+    Examples
+    --------
+    >>> number("0.25"), number(""), number(None)
+    (0.25, None, None)
+    """
+    return float(text) if text else None

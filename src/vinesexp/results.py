@@ -1,0 +1,188 @@
+"""Results of a campaign opened as data: tables in pandas, records in xarray.
+
+results = vinesexp.open_results("results/twin")
+results.identified            # a table, indexed by number
+record = results.record("periodic_025_b34")
+record["displacement"]        # an array with its time axis, read when it is used
+record.impacts                # one row an impact
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vinesexp.errors import RecordError, nearest
+from vinesexp.records.store import open_dataset
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+
+@dataclass(frozen=True)
+class RecordResults:
+    """What a campaign's analysis holds of one record.
+
+    Attributes
+    ----------
+    id : str
+        Its name in records.csv.
+    measured, conditioned : xarray.Dataset
+        Channels by role, SI, over `time` (s): as measured, and bandpassed. Samples are read from
+        disk when they are used.
+    impacts : pandas.DataFrame
+        One row an impact (docs/signals.md), SI.
+    regime : pandas.Series
+        Its row of regimes.csv.
+    checks : pandas.DataFrame
+        Every problem found in it.
+    """
+
+    id: str
+    measured: xarray.Dataset
+    conditioned: xarray.Dataset
+    impacts: pandas.DataFrame
+    regime: pandas.Series
+    checks: pandas.DataFrame
+
+    def __getitem__(self, role: str) -> xarray.DataArray:
+        """A measured channel: ``base``, ``displacement`` or ``acceleration``."""
+        if role not in self.measured:
+            present = ", ".join(str(name) for name in self.measured.data_vars) or "none"
+            raise RecordError(f"record {self.id} has no channel '{role}'; it has: {present}")
+        return self.measured[role]
+
+
+@dataclass(frozen=True)
+class Results:
+    """The results folder of a campaign; see `open_results`."""
+
+    folder: Path
+
+    @cached_property
+    def identified(self) -> pandas.DataFrame:
+        """identified.csv: parameter, value, standard error, 95 % interval, unit, method."""
+        return self.table("identified")
+
+    @cached_property
+    def regimes(self) -> pandas.DataFrame:
+        """regimes.csv: regime and amplitudes of every record."""
+        return self.table("regimes")
+
+    @cached_property
+    def clearances(self) -> pandas.DataFrame:
+        """clearances.csv: measured optimal clearances beside the predicted ones."""
+        return self.table("clearances")
+
+    @cached_property
+    def checks(self) -> pandas.DataFrame:
+        """checks.csv: every problem found in the data."""
+        return self.table("checks")
+
+    def table(self, name: str) -> pandas.DataFrame:
+        """Any table of the folder by its name without ending.
+
+        Raises
+        ------
+        RecordError
+            There is no such table.
+        """
+        import pandas
+
+        path = self.folder / f"{name}.csv"
+        if not path.is_file():
+            known = [found.stem for found in sorted(self.folder.glob("*.csv"))]
+            raise RecordError(f"has no table '{name}'; {nearest(name, known)}", file=self.folder)
+        return pandas.read_csv(path)
+
+    @property
+    def record_names(self) -> list[str]:
+        """Ids of all records, in the order of records.csv."""
+        return [str(name) for name in self.regimes["record"]]
+
+    def combined(self, parameter: str) -> pandas.Series:
+        """The row of `identified` that the predictions use.
+
+        Raises
+        ------
+        RecordError
+            The campaign's records do not give this parameter.
+        """
+        table = self.identified
+        rows = table[(table["parameter"] == parameter) & (table["method"] == "combined")]
+        if rows.empty:
+            known = table.loc[table["method"] == "combined", "parameter"]
+            raise RecordError(
+                f"holds no combined value of '{parameter}'; {nearest(parameter, known)}",
+                file=self.folder / "identified.csv",
+            )
+        return rows.iloc[0]
+
+    def record(self, name: str) -> RecordResults:
+        """One record: channels, impacts, regime and checks.
+
+        Raises
+        ------
+        RecordError
+            There is no such record, or it could not be used; the message has the reason.
+        """
+        if name not in self.record_names:
+            raise RecordError(
+                f"has no record '{name}'; {nearest(name, self.record_names)}", file=self.folder
+            )
+        checks = self.checks[self.checks["record"] == name]
+        refused = checks[checks["outcome"] == "refused"]
+        if len(refused):
+            raise RecordError(
+                f"record {name} could not be used: {refused['detail'].iloc[0]}", file=self.folder
+            )
+        regimes = self.regimes
+        return RecordResults(
+            id=name,
+            measured=open_dataset(self.folder / "records" / f"{name}.nc"),
+            conditioned=open_dataset(self.folder / "conditioned" / f"{name}.nc"),
+            impacts=self.table(f"impacts/{name}"),
+            regime=regimes[regimes["record"] == name].iloc[0],
+            checks=checks,
+        )
+
+
+def open_results(folder: str | Path) -> Results:
+    """Open the results of a campaign, to read on from where the report ends.
+
+    Parameters
+    ----------
+    folder : path
+        ``results/<campaign>``.
+
+    Returns
+    -------
+    Results
+        Tables are read when they are first used.
+
+    Raises
+    ------
+    RecordError
+        The folder holds no results.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> _ = (folder / "identified.csv").write_text(
+    ...     "parameter,value,std_error,ci95_low,ci95_high,unit,method,records\\n"
+    ...     "M,4.7,0.01,4.68,4.72,kg,combined,a;b\\n")
+    >>> float(open_results(folder).combined("M")["value"])
+    4.7
+    """
+    folder = Path(folder)
+    if not (folder / "identified.csv").is_file():
+        raise RecordError(
+            "holds no results (no identified.csv); run snakemake, or name the folder of one "
+            "campaign, such as results/twin",
+            file=folder,
+        )
+    return Results(folder)

@@ -1,0 +1,150 @@
+"""Names and columns of a text file are paired as its writer meant them, or not at all."""
+
+import numpy as np
+import pytest
+
+from vinesexp.errors import RecordError
+from vinesexp.records.columns import find_column
+from vinesexp.records.readers import open_source
+
+T, BASE, X = np.arange(60) * 1e-3, np.sin(np.arange(60.0)), np.cos(np.arange(60.0)) + 5.0
+TABLE = np.stack([T, BASE, X], axis=1)
+
+
+def column(path, name):
+    source = open_source(path)
+    index = find_column(source, name, where="here")
+    return np.concatenate(list(source.blocks([index])))[:, 0]
+
+
+@pytest.mark.parametrize("mark", ["# ", "#", "% ", "// "])
+@pytest.mark.parametrize("delimiter", [" ", "\t", ",", ";"])
+def test_a_mark_of_comment_is_no_name(mark, delimiter, tmp_path):
+    path = tmp_path / "a.txt"
+    header = delimiter.join(["time", "base", "x"])
+    np.savetxt(path, TABLE, fmt="%.6f", header=header, delimiter=delimiter, comments=mark)
+    np.testing.assert_allclose(column(path, "base"), BASE, atol=1e-6)
+    np.testing.assert_allclose(column(path, "x"), X, atol=1e-6)
+
+
+@pytest.mark.parametrize("delimiter", ["\t", ",", ";"])
+def test_a_mark_of_comment_in_a_cell_of_its_own_is_no_name(delimiter, tmp_path):
+    path = tmp_path / "a.txt"
+    header = delimiter.join(["", "time", "base", "x"])
+    np.savetxt(path, TABLE, fmt="%.6f", header=header, delimiter=delimiter, comments="#")
+    np.testing.assert_allclose(column(path, "x"), X, atol=1e-6)
+
+
+def test_a_column_of_row_numbers_may_be_called_by_the_mark(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"{i},{t:.3f},{x:.6f}" for i, (t, _, x) in enumerate(TABLE)]
+    path.write_text("\n".join(["#,time,x", *rows]))
+    np.testing.assert_array_equal(column(path, "#"), np.arange(60.0))
+    np.testing.assert_allclose(column(path, "x"), X, atol=1e-6)
+
+
+@pytest.mark.parametrize("header", ["# time base", "time base of the shaker x"])
+def test_names_that_do_not_count_as_the_columns_are_not_used(header, tmp_path):
+    path = tmp_path / "a.txt"
+    np.savetxt(path, TABLE, fmt="%.6f", header=header, comments="")
+    with pytest.raises(RecordError, match=r"cannot be paired \(line 1 '.*' has \d words, line 2 "):
+        column(path, "base")
+    np.testing.assert_allclose(column(path, 2), X, atol=1e-6)
+
+
+def test_fewer_names_than_columns_between_commas_are_shown_with_the_row(tmp_path):
+    path = tmp_path / "a.csv"
+    np.savetxt(path, TABLE, fmt="%.6f", header="time,base", comments="", delimiter=",")
+    with pytest.raises(RecordError, match=r"3 cells under 2 names \('0.0.*' under 'time,base'\)"):
+        open_source(path)
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["Time [s]   Base [mm]   Laser x [mm]", "Time [s] Base [mm] Laser [mm]"],
+)
+def test_names_of_several_words_stand_apart_by_more(header, tmp_path):
+    path = tmp_path / "a.txt"
+    np.savetxt(path, TABLE, fmt="%.6f", header=header, comments="")
+    source = open_source(path)
+    assert [c.unit for c in source.columns] == ["s", "mm", "mm"]
+    assert source.time_column == 0
+    np.testing.assert_allclose(column(path, "Base*"), BASE, atol=1e-6)
+
+
+def test_names_that_are_numbers_over_a_row_of_units(tmp_path):
+    # Keysight InfiniiVision: x-axis,1,2 over second,Volt,Volt.
+    path = tmp_path / "a.csv"
+    np.savetxt(
+        path, TABLE, fmt="%+.6E", header="x-axis,1,2\nsecond,Volt,Volt", comments="", delimiter=","
+    )
+    source = open_source(path)
+    assert [(c.name, c.unit) for c in source.columns] == [("x-axis", "s"), ("1", "V"), ("2", "V")]
+    assert source.time_column == 0
+    np.testing.assert_allclose(column(path, "2"), X, rtol=1e-6)
+
+
+def test_settings_beside_the_first_rows_cost_no_rows(tmp_path):
+    # Tektronix TDS: five columns, the first three hold settings in the first rows.
+    path = tmp_path / "a.csv"
+    beside = ["Record Length,60,Points", "Sample Interval,1e-03,s", "Trigger Point,30,Samples"]
+    beside += ["Source,CH2,", "Vertical Units,V,", "Horizontal Units,s,", ",,"]
+    rows = [
+        f"{beside[i] if i < len(beside) else ',,'},{t:.6f},{x:.6f}"
+        for i, (t, _, x) in enumerate(TABLE)
+    ]
+    path.write_text("\n".join(rows) + "\n")
+    source = open_source(path)
+    assert len(np.concatenate(list(source.blocks([3])))) == 60
+    assert (source.sample_interval, source.stated_rows, source.time_column) == (1e-3, 60, 3)
+    assert [(c.name, c.unit) for c in source.columns[3:]] == [("Time", "s"), ("CH2", "V")]
+    np.testing.assert_allclose(column(path, "CH2"), X, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("line", "interval"),
+    [
+        ("Sample Interval,1e-03,s", 1e-3),
+        ("Sampling rate: 2 kHz", 5e-4),
+        ("Sample Rate (Hz),500", 2e-3),
+        ("Sampling interval [ms],4", 4e-3),
+        ("Delta t = 0.25 ms", 2.5e-4),
+    ],
+)
+def test_a_preamble_states_the_sampling(line, interval, tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"{b:.6f},{x:.6f}" for _, b, x in TABLE]
+    path.write_text("\n".join([f"Model,ABC\n{line}\nbase,x", *rows]))
+    assert open_source(path).sample_interval == pytest.approx(interval)
+
+
+def test_two_samplings_in_a_preamble_are_none(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"{b:.6f},{x:.6f}" for _, b, x in TABLE]
+    stated = "Sample Rate,1000\nSample Interval,0.002"
+    path.write_text("\n".join([stated, "base,x", *rows]))
+    assert open_source(path).sample_interval is None
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    ["2024-03-05 23:59:{s:09.6f}", "05.03.2024 10:11:{s:09.6f}", "3/5/2024 10:11:{s:09.6f} PM"],
+)
+def test_dates_and_times_of_day_are_seconds(stamp, tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"{stamp.format(s=t + 59.97)},{x:.6f}" for t, _, x in TABLE[:30]]
+    path.write_text("\n".join(["Date/Time,x", *rows]))
+    source = open_source(path)
+    assert source.time_column == 0
+    values = np.concatenate(list(source.blocks([0, 1])))
+    np.testing.assert_allclose(values[:, 0], T[:30], atol=1e-6)
+    np.testing.assert_allclose(values[:, 1], X[:30], atol=1e-6)
+
+
+def test_words_of_overload_are_infinite_with_their_sign(tmp_path):
+    path = tmp_path / "a.csv"
+    cells = ["OVERFLOW", "-OL", "∞", "-∞", "1.5", "", "OVER", "UNDERFLOW", *["1"] * 20]
+    path.write_text("\n".join(["t,x", *(f"{i},{c}" for i, c in enumerate(cells))]))
+    values = np.concatenate(list(open_source(path).blocks([1])))[:8, 0]
+    inf = np.inf
+    np.testing.assert_array_equal(values, [inf, -inf, inf, -inf, 1.5, np.nan, inf, -inf])

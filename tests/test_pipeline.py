@@ -1,0 +1,70 @@
+"""The steps of a record and of a campaign, run in one process."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp.errors import RecordError
+from vinesexp.pipeline import analyse_campaign, analyse_record
+from vinesexp.records.campaign import load_campaign
+from vinesexp.records.result_paths import ResultPaths
+
+DESCRIPTION = """\
+channels:
+  displacement: {column: Laser, quantity: displacement, unit: mm}
+time: {column: Time, unit: s}
+"""
+
+
+def write_ringdown(path: Path, f0: float) -> None:
+    t = np.arange(3500) / 500.0
+    x = 20.0 * np.exp(-0.01 * 2 * np.pi * f0 * t) * np.cos(2 * np.pi * f0 * t)
+    x += np.random.default_rng(0).normal(0.0, 0.006, t.size)
+    rows = "\n".join(f"{a:.3f},{b:.4f}" for a, b in zip(t, x, strict=True))
+    path.write_text(f"Time,Laser\ns,mm\n{rows}\n", encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("campaign")
+    write_ringdown(folder / "bare.csv", 7.862)
+    write_ringdown(folder / "added.csv", 7.862 * (4.7 / 5.2) ** 0.5)
+    (folder / "broken.csv").write_text("Time,Laser\ns,mm\n0,1\n", encoding="utf-8")
+    (folder / "campaign.yaml").write_text(DESCRIPTION, encoding="utf-8")
+    (folder / "records.csv").write_text(
+        "record,file,test,added_mass_g\nbare,bare.csv,ringdown,\nadded,added.csv,ringdown,500\n"
+        "broken,broken.csv,ringdown,\n",
+        encoding="utf-8",
+    )
+    return load_campaign(folder)
+
+
+def test_a_campaign_from_instrument_files_to_tables(campaign, tmp_path):
+    paths = ResultPaths(tmp_path)
+    found = analyse_campaign(campaign, paths=paths)
+    values = {e.parameter: e.value for e in found.identified if e.method == "combined"}
+    assert values["f0"] == pytest.approx(7.862, rel=1e-3)
+    assert values["M"] == pytest.approx(4.7, rel=1e-2)
+    assert [result.record.id for result in found.records] == ["bare", "added", "broken"]
+    assert [check.record for check in found.checks if check.outcome == "refused"] == ["broken"]
+    for table, rows in (
+        (paths.identified, found.identified),
+        (paths.clearances, found.clearances),
+        (paths.checks, found.checks),
+        (paths.regimes, found.records),
+    ):
+        with table.open(encoding="utf-8", newline="") as stream:
+            assert len(list(csv.DictReader(stream))) == len(rows)
+
+
+def test_a_record_that_cannot_be_used_leaves_a_placeholder_or_raises(campaign, tmp_path):
+    paths, broken = ResultPaths(tmp_path), campaign.record("broken")
+    found = analyse_record(campaign, broken, paths=paths)
+    assert found.bands is None
+    assert found.impacts.n == 0
+    assert found.estimates == []
+    assert paths.record("broken").is_file()
+    with pytest.raises(RecordError, match=r"broken\.csv"):
+        analyse_record(campaign, broken, paths=paths, strict=True)

@@ -1,0 +1,78 @@
+"""A results folder opened as data."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vinesexp
+from vinesexp.errors import RecordError
+from vinesexp.records.checks import Check, write_checks
+from vinesexp.records.store import create_record
+
+IDENTIFIED = """parameter,value,std_error,ci95_low,ci95_high,unit,method,records
+M,4.71,0.02,4.67,4.75,kg,added mass,decay
+M,4.70,0.01,4.68,4.72,kg,combined,decay;b34
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "identified.csv").write_text(IDENTIFIED)
+    (tmp_path / "regimes.csv").write_text(
+        "record,regime,amplitude_mean_m\ndecay,,0.003\nb34,two symmetric,0.005\nlost,,\n"
+    )
+    write_checks(
+        tmp_path / "checks.csv",
+        [
+            Check("b34", "ingest", "ok", "100 samples"),
+            Check("lost", "ingest", "refused", "raw/lost.csv: no such file"),
+        ],
+    )
+    (tmp_path / "impacts").mkdir()
+    (tmp_path / "impacts/b34.csv").write_text("time_s,nes,side\n0.5,1,1\n0.6,1,-1\n")
+    x = np.linspace(0.0, 1e-3, 100)
+    for kind in ("records", "conditioned"):
+        with create_record(
+            tmp_path / kind / "b34.nc",
+            sample_rate=100.0,
+            start=0.25,
+            quantities={"displacement": "displacement"},
+        ) as writer:
+            writer.append({"displacement": x})
+    return tmp_path
+
+
+def test_a_record_is_its_channels_its_impacts_and_its_regime(folder: Path):
+    record = vinesexp.open_results(folder).record("b34")
+    channel = record["displacement"]
+    assert channel.attrs["units"] == "m"
+    assert float(channel.sel(time=0.25)) == 0.0
+    assert float(channel[-1]) == pytest.approx(1e-3)
+    assert list(record.impacts["time_s"]) == [0.5, 0.6]
+    assert record.regime["regime"] == "two symmetric"
+    assert list(record.checks["detail"]) == ["100 samples"]
+
+
+def test_the_combined_value_is_the_one_of_that_method(folder: Path):
+    assert float(vinesexp.open_results(folder).combined("M")["value"]) == 4.70
+
+
+@pytest.mark.parametrize(
+    ("ask", "answer"),
+    [
+        (lambda results: results.record("b33"), "did you mean 'b34'"),
+        (lambda results: results.record("lost"), "raw/lost.csv: no such file"),
+        (lambda results: results.combined("r"), "no combined value of 'r'"),
+        (lambda results: results.table("regime"), "did you mean 'regimes'"),
+        (lambda results: results.record("b34")["base"], "it has: displacement"),
+    ],
+)
+def test_what_is_not_there_is_said_with_what_is(folder: Path, ask, answer: str):
+    with pytest.raises(RecordError, match=answer):
+        ask(vinesexp.open_results(folder))
+
+
+def test_a_folder_without_results_says_what_to_do(tmp_path: Path):
+    with pytest.raises(RecordError, match="run snakemake"):
+        vinesexp.open_results(tmp_path)
