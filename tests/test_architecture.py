@@ -21,7 +21,7 @@ FLOORS = (
     {"theory", "solver", "records"},
     {"signals"},
     {"identification"},
-    {"clearance"},
+    {"clearance", "design"},
     {"pipeline", "results"},
     {"laboratory"},
     {"figures"},

@@ -233,20 +233,28 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
 
 
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
-    """M, c1, k1 and r from the estimates of all records, identified.csv; and what is odd."""
-    from vinesexp.identification.combine import combine
+    """M, c1, k1 and r from the estimates of all records: identified.csv, budget.csv, checks."""
+    from vinesexp.identification.budget import write_budget
     from vinesexp.identification.estimate import read_estimates, write_identified
+    from vinesexp.identification.whole_campaign import identify_campaign
     from vinesexp.records.checks import write_checks
+    from vinesexp.signals.impacts.impact_table import read_impacts
 
     found = [
         estimate
         for record in campaign.records
         for estimate in read_estimates(paths.estimates(record.id))
     ]
-    rows, checks = combine(found, campaign)
-    write_identified(paths.identified, rows)
-    write_checks(paths.identify_checks, checks)
-    return rows
+    impacts = {
+        record.id: read_impacts(paths.impacts(record.id))
+        for record in campaign.records
+        if record.clearance
+    }
+    whole = identify_campaign(found, campaign, impacts)
+    write_identified(paths.identified, whole.rows)
+    write_budget(paths.budget, whole.sources)
+    write_checks(paths.identify_checks, whole.checks)
+    return whole.rows
 
 
 def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:

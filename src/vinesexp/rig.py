@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.errors import ParameterError
 
+#: Values of a rig with one ball that a prediction needs, in the order of gradients and covariances.
+RIG_VALUES = ("M", "c1", "k1", "r", "m")
+
 
 def require(condition: bool, name: str, value: float, expected: str) -> None:
     """Refuse a physical value without meaning, in one line."""

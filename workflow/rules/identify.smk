@@ -27,6 +27,7 @@ rule identify:
         estimates=each_record(PATHS.estimates("{record}")),
     output:
         identified=PATHS.identified,
+        budget=PATHS.budget,
         checks=PATHS.identify_checks,
     log:
         RESULTS / "logs/identify.log",
@@ -34,7 +35,7 @@ rule identify:
         campaign=str(CAMPAIGN_FOLDER),
         results=str(RESULTS),
         known=repr(CAMPAIGN.known),
-        code=code_digest("vinesexp.identification.combine"),
+        code=code_digest("vinesexp.identification.whole_campaign"),
     message:
         "identify   M, c1, k1, r from all records"
     script:

@@ -92,7 +92,7 @@ def periodic_levels(campaign: Campaign, regimes: Rows, base: Rows) -> list[Perio
     """
     measured = {row["record"]: row for row in base}
     channel = campaign.channels.get("base")
-    gain_error = channel.scale_error if channel else None
+    gain_error = channel.gain_error if channel else None
     groups: dict[float, list[tuple[Record, Tested]]] = {}
     for record, row in single_nes(campaign, regimes, "periodic"):
         if record.base_amplitude and row.get("amplitude_mean_m"):

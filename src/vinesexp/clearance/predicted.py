@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Known
+from vinesexp.rig import RIG_VALUES
 from vinesexp.units import Quantity
 
 #: Half width of a 95 % interval in standard errors.
@@ -24,8 +25,8 @@ COVERAGE_95 = 1.959963984540054
 
 Floats = NDArray[np.float64]
 
-#: What a prediction needs, in the order of theory.optimal_clearance.VALUES.
-NEEDED = ("M", "c1", "k1", "r", "m")
+#: What a prediction needs.
+NEEDED = RIG_VALUES
 
 
 class MissingValuesError(AnalysisError):

@@ -1,4 +1,4 @@
-"""What single records say besides the parameters: channels at odds, laws of damping, beats."""
+"""What single records say besides the parameters: channels at odds, misfits, beats."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LAG_MATTERS = 2e-5  # s
 
 def remarks(found: Sequence[Estimate]) -> list[Check]:
     """Rows of checks.csv on the estimates of single records."""
-    return [*_channels(found), *_damping(found), *_beats(found)]
+    return [*_channels(found), *_misfits(found), *_beats(found)]
 
 
 def _channels(found: Sequence[Estimate]) -> list[Check]:
@@ -63,22 +63,13 @@ def _lags(lags: Sequence[Estimate]) -> list[Check]:
     return checks
 
 
-def _damping(found: Sequence[Estimate]) -> list[Check]:
-    """Free decays whose damping depends on amplitude."""
-    checks = []
-    words = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
-    for record in dict.fromkeys(e.records[0] for e in found if e.parameter in words):
-        own = {e.parameter: e for e in found if e.records[0] == record}
-        terms = " and ".join(word for name, word in words.items() if name in own)
-        zeta = own.get("zeta") or own.get("zeta_added")
-        where = own.get("zeta_amplitude")
-        if zeta is not None and where is not None:
-            detail = (
-                f"damping depends on amplitude ({terms} part); zeta = {zeta.value:.4g} holds at "
-                f"{1e3 * where.value:.3g} mm"
-            )
-            checks.append(Check(record, "damping", "ok", detail))
-    return checks
+def _misfits(found: Sequence[Estimate]) -> list[Check]:
+    """Free decays on which the methods disagree, or that no decay fits."""
+    return [
+        Check(e.records[0], "ring-down", "warning", e.note)
+        for e in found
+        if e.parameter in ("f0", "f0_added") and e.note
+    ]
 
 
 def _beats(found: Sequence[Estimate]) -> list[Check]:

@@ -13,6 +13,7 @@ from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.problems import Problems
 from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, Known, TimeColumn
 from vinesexp.records.settings_section import read_settings
+from vinesexp.records.uncertainties import Uncertainties, read_uncertainties
 from vinesexp.records.yamltree import Section, read_yaml
 from vinesexp.settings.stages import Settings
 from vinesexp.units import (
@@ -20,7 +21,7 @@ from vinesexp.units import (
     Quantity,
     parse_quantity,
     parse_sensitivity,
-    sensitivity_error,
+    relative_error,
     unit_size,
 )
 
@@ -32,6 +33,7 @@ KEYS = (
     "sample_rate",
     "bandpass",
     "settings",
+    "uncertainties",
     "allow_outside",
 )
 CHANNEL_KEYS = (
@@ -74,10 +76,12 @@ def read_description(file: Path, problems: Problems) -> Description:
             where=top.where("sample_rate"),
         )
     title = top.values.get("title")
+    channels = _channels(top, problems)
+    gains = {role: channel.gain_error for role, channel in channels.items()}
     return Description(
         title=None if title is None else str(title),
-        known=_known(top, problems),
-        channels=_channels(top, problems),
+        known=_known(top, read_uncertainties(top, gains, problems), problems),
+        channels=channels,
         time=_time(top, problems),
         sample_rate=_positive(top, "sample_rate", "frequency", problems),
         bandpass=_bandpass(top, problems),
@@ -126,10 +130,10 @@ def _above_zero(text: object, quantity: str) -> Quantity:
     return found
 
 
-def _known(top: Section, problems: Problems) -> Known:
+def _known(top: Section, uncertainties: Uncertainties, problems: Problems) -> Known:
     section = _section(top, "known", problems)
     if section is None:
-        return Known()
+        return Known(uncertainties=uncertainties)
     _refuse_unknown(section, ("mass", "nes_mass"), problems)
     mass = None
     if section.values.get("mass") is not None:
@@ -139,8 +143,10 @@ def _known(top: Section, problems: Problems) -> Known:
     balls: list[Quantity] = []
     for text in given if isinstance(given, list) else [] if given is None else [given]:
         with problems.at(section.where("nes_mass")):
-            balls.append(_above_zero(text, "mass"))
-    return Known(mass, tuple(balls))
+            ball = _above_zero(text, "mass")
+            error = ball.std_error or uncertainties.nes_mass.of(ball.value)
+            balls.append(Quantity(ball.value, error))
+    return Known(mass, tuple(balls), uncertainties)
 
 
 def _channels(top: Section, problems: Problems) -> dict[str, Channel]:
@@ -185,11 +191,13 @@ def _channel(role: str, entry: Section, where: str, problems: Problems) -> Chann
         return None
     if column is None or quantity is None:
         return None
+    gain_error = None
     with problems.at(entry.where("unit" if sensitivity is None else "sensitivity")):
         if sensitivity is None:
             output, scale = str(unit), unit_size(str(unit), quantity)
         else:
             scale = 1.0 / parse_sensitivity(sensitivity, quantity)
+            gain_error = relative_error(sensitivity)
             measured = str(sensitivity).partition("/")[0].split()[-1:]
             output = "C" if measured and measured[0] in UNITS["charge"] else "V"
         return Channel(
@@ -203,7 +211,7 @@ def _channel(role: str, entry: Section, where: str, problems: Problems) -> Chann
             file_size=_output(entry, "file_unit", output, quantity, problems),
             optional=_yes(entry, "optional", problems),
             accept=_accept(entry, problems),
-            scale_error=sensitivity_error(sensitivity),
+            gain_error=gain_error,
         )
     return None
 

@@ -68,6 +68,11 @@ class ResultPaths:
         return self.folder / "identified.csv"
 
     @property
+    def budget(self) -> Path:
+        """What the errors of identified.csv are made of."""
+        return self.folder / "budget.csv"
+
+    @property
     def regimes(self) -> Path:
         return self.folder / "regimes.csv"
 

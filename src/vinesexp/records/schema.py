@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, nearest
+from vinesexp.records.uncertainties import EXACT, Uncertainties
 from vinesexp.settings.stages import Settings
 from vinesexp.units import Quantity
 
@@ -33,10 +34,14 @@ ACCEPTABLE = ("saturated", "frozen")
 
 @dataclass(frozen=True)
 class Known:
-    """What was weighed: the oscillator's mass and the balls', kg; absent where nobody did."""
+    """What was weighed, kg; absent where nobody did. And how sure all known inputs are.
+
+    A ball whose uncertainty campaign.yaml does not state has that of `uncertainties`.
+    """
 
     mass: Quantity | None = None
     nes_mass: tuple[Quantity, ...] = ()
+    uncertainties: Uncertainties = EXACT
 
 
 @dataclass(frozen=True)
@@ -68,9 +73,9 @@ class Channel:
     optional : bool
         A file without this channel is no mistake.
     accept : tuple of str
-        Defects of the data that are warnings instead of refusals (`ACCEPTABLE`).
-    scale_error : float or None
-        Relative standard uncertainty of `scale`, where the sensitivity states one.
+        Defects of the data that are reported as warnings instead of refusals (`ACCEPTABLE`).
+    gain_error : float or None
+        Relative standard uncertainty of the sensitivity, where it is stated (``40 +- 2 mV/mm``).
     """
 
     role: str
@@ -83,7 +88,7 @@ class Channel:
     file_size: float | None = None
     optional: bool = False
     accept: tuple[str, ...] = ()
-    scale_error: float | None = None
+    gain_error: float | None = None
 
 
 @dataclass(frozen=True)
