@@ -114,6 +114,14 @@ class Samples:
             self.warnings.append(("time", told + "which is passed over"))
         self._compare_with_header()
 
+    def whole(self) -> list[dict[str, Floats]]:
+        """All blocks at once, resampled where the clock is uneven."""
+        try:
+            return list(self.blocks())
+        except UnevenClockError as uneven:
+            self.resample(uneven)
+            return list(self.blocks())
+
     def resample(self, uneven: UnevenClockError) -> None:
         """Have `blocks`, from the beginning again, give samples on a uniform clock."""
         clock = self._clock

@@ -31,7 +31,21 @@ COLUMNS = (
     "release_mm",
     "exclude",
     "settings",
+    "setup",
     "note",
+)
+#: Columns for people: text, carried into the records and never used in them.
+PEOPLE = (
+    "operator",
+    "date",
+    "time",
+    "instrument",
+    "place",
+    "temperature",
+    "temperature_c",
+    "humidity",
+    "comment",
+    "notes",
 )
 REQUIRED = COLUMNS[:3]
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
@@ -44,7 +58,7 @@ T = TypeVar("T")
 
 def read_table(
     file: Path, folder: Path, *, allow_outside: bool, n_masses: int, problems: Problems,
-    settings: Settings | None = None,
+    settings: Settings | None = None, setups: tuple[str, ...] = (),
 ) -> tuple[Record, ...]:  # fmt: skip
     """Read records.csv; what is wrong goes to `problems`, the rows that are right come back.
 
@@ -58,6 +72,8 @@ def read_table(
         How many NES masses campaign.yaml gives; more than one must suffice for every record.
     settings : Settings, optional
         Of the campaign; a row may change them.
+    setups : tuple of str
+        Names under `setups` in campaign.yaml.
     """
     settings = Settings() if settings is None else settings
     rows = _rows(file, problems)
@@ -77,7 +93,9 @@ def read_table(
             )
             continue
         row = {name: cell.strip() for name, cell in zip(header, cells, strict=False)}
-        record = _record(row, line, folder, comma, allow_outside, n_masses, settings, problems)
+        record = _record(
+            row, line, folder, comma, allow_outside, n_masses, settings, setups, problems
+        )
         # Names that differ only in case would share a file on many disks.
         key = row.get("record", "").lower()
         if key and key in lines:
@@ -131,7 +149,7 @@ def _rows(
 def _header_is_right(header: list[str], problems: Problems) -> bool:
     before = len(problems.found)
     for name in header:
-        if name not in COLUMNS:
+        if name not in COLUMNS and name not in PEOPLE and not name.startswith("x_"):
             problems.add(f"unknown column '{name}'; {nearest(name, COLUMNS)}", where="line 1")
     for name in sorted({name for name in header if header.count(name) > 1}):
         problems.add(f"column '{name}' is there twice; remove one", where="line 1")
@@ -149,6 +167,7 @@ def _record(
     allow_outside: bool,
     n_masses: int,
     settings: Settings,
+    setups: tuple[str, ...],
     problems: Problems,
 ) -> Record | None:
     before = len(problems.found)
@@ -169,9 +188,13 @@ def _record(
     def number(text: str) -> float:
         return _number(text, comma)
 
+    def path(text: str) -> tuple[Path, ...]:
+        return tuple(_file(one.strip(), folder, allow_outside) for one in text.split(";"))
+
+    files = required("file", path)
     record = Record(
         id=required("record", _id) or "",
-        file=required("file", lambda text: _file(text, folder, allow_outside)) or folder,
+        file=files[0] if files else folder,
         test=required("test", _test) or "",
         clearance=cell("clearance_mm", lambda text: _clearance(text, number, n_masses), ()),
         base_amplitude=cell("base_amplitude_mm", lambda text: _least(text, number) / 1e3, None),
@@ -182,6 +205,9 @@ def _record(
         settings=cell("settings", lambda text: changed_by_text(settings, text), settings),
         note=row.get("note", ""),
         row=line,
+        more_files=files[1:] if files else (),
+        setup=cell("setup", lambda text: _setup(text, setups), ""),
+        people={name: text for name, text in row.items() if name not in COLUMNS and text},
     )
     return record if len(problems.found) == before else None
 
@@ -253,6 +279,13 @@ def _exclude(text: str) -> bool:
     if answer is None:
         raise ParameterError(f"found '{text}', expected yes or no (the reason goes to note)")
     return answer
+
+
+def _setup(text: str, setups: tuple[str, ...]) -> str:
+    if text not in setups:
+        hint = nearest(text, setups) if setups else "campaign.yaml has no 'setups'"
+        raise ParameterError(f"unknown setup '{text}'; {hint}")
+    return text
 
 
 def _file(text: str, folder: Path, allow_outside: bool) -> Path:
