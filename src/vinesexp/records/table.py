@@ -8,15 +8,24 @@ from __future__ import annotations
 
 import csv
 import io
-import math
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from vinesexp.errors import ParameterError, nearest
+from vinesexp.errors import nearest
 from vinesexp.records.problems import Problems
-from vinesexp.records.schema import TESTS, Record
+from vinesexp.records.schema import Record
+from vinesexp.records.table_cells import (
+    read_clearance,
+    read_exclude,
+    read_file,
+    read_frequency,
+    read_id,
+    read_least,
+    read_number,
+    read_setup,
+    read_test,
+)
 from vinesexp.settings.overrides import changed_by_text
 from vinesexp.settings.stages import Settings
 
@@ -48,11 +57,6 @@ PEOPLE = (
     "notes",
 )
 REQUIRED = COLUMNS[:3]
-_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
-_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)  # Windows devices
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_YES = {"": False, "no": False, "n": False, "false": False, "0": False}
-_YES |= {"yes": True, "y": True, "true": True, "1": True}
 T = TypeVar("T")
 
 
@@ -136,10 +140,20 @@ def _rows(
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=False)
     body: list[tuple[int, list[str]]] = []
     line = 1
-    for cells in reader:
-        if any(cell.strip() for cell in cells):
-            body.append((line, cells))
-        line = reader.line_num + 1
+    try:
+        for cells in reader:
+            if any(cell.strip() for cell in cells):
+                body.append((line, cells))
+            line = reader.line_num + 1
+    except csv.Error as error:
+        problems.add(
+            f"cannot be read as a table ({error}); look for a quote that is not closed",
+            where=f"line {line}",
+        )
+        return None
+    if not body:
+        problems.add(f"holds no words; its first line names the columns: {','.join(COLUMNS)}")
+        return None
     header = [cell.strip() for cell in body[0][1]]
     while header and not header[-1]:
         header.pop()
@@ -186,114 +200,27 @@ def _record(
         return cell(column, read, None)
 
     def number(text: str) -> float:
-        return _number(text, comma)
+        return read_number(text, comma)
 
     def path(text: str) -> tuple[Path, ...]:
-        return tuple(_file(one.strip(), folder, allow_outside) for one in text.split(";"))
+        return tuple(read_file(one.strip(), folder, allow_outside) for one in text.split(";"))
 
     files = required("file", path)
     record = Record(
-        id=required("record", _id) or "",
+        id=required("record", read_id) or "",
         file=files[0] if files else folder,
-        test=required("test", _test) or "",
-        clearance=cell("clearance_mm", lambda text: _clearance(text, number, n_masses), ()),
-        base_amplitude=cell("base_amplitude_mm", lambda text: _least(text, number) / 1e3, None),
-        frequency=cell("frequency_hz", lambda text: _frequency(text, number), None),
-        added_mass=cell("added_mass_g", lambda text: _least(text, number) / 1e3, None),
+        test=required("test", read_test) or "",
+        clearance=cell("clearance_mm", lambda text: read_clearance(text, number, n_masses), ()),
+        base_amplitude=cell("base_amplitude_mm", lambda text: read_least(text, number) / 1e3, None),
+        frequency=cell("frequency_hz", lambda text: read_frequency(text, number), None),
+        added_mass=cell("added_mass_g", lambda text: read_least(text, number) / 1e3, None),
         release=cell("release_mm", lambda text: number(text) / 1e3, None),
-        exclude=cell("exclude", _exclude, False),
+        exclude=cell("exclude", read_exclude, False),
         settings=cell("settings", lambda text: changed_by_text(settings, text), settings),
         note=row.get("note", ""),
         row=line,
         more_files=files[1:] if files else (),
-        setup=cell("setup", lambda text: _setup(text, setups), ""),
+        setup=cell("setup", lambda text: read_setup(text, setups), ""),
         people={name: text for name, text in row.items() if name not in COLUMNS and text},
     )
     return record if len(problems.found) == before else None
-
-
-def _number(text: str, comma: bool) -> float:
-    plain = text.strip()
-    if "," in plain:
-        if not comma:
-            raise ParameterError(
-                f"found '{text}', expected a number with a decimal point (a comma parts the "
-                "columns of this table)"
-            )
-        plain = plain.replace(",", ".")
-    if not _NUMBER.fullmatch(plain) or not math.isfinite(float(plain)):
-        raise ParameterError(f"found '{text}', expected a number without a unit")
-    return float(plain)
-
-
-def _least(text: str, number: Callable[[str], float]) -> float:
-    value = number(text)
-    if value < 0.0:
-        raise ParameterError(f"found '{text}', expected zero or above")
-    return value
-
-
-def _clearance(text: str, number: Callable[[str], float], n_masses: int) -> tuple[float, ...]:
-    values = tuple(number(part) for part in text.split(";"))
-    if any(value <= 0.0 for value in values):
-        raise ParameterError(
-            f"found '{text}', expected clearances above zero (empty: NES removed or blocked)"
-        )
-    if 1 < n_masses < len(values):
-        raise ParameterError(
-            f"{len(values)} clearances, but campaign.yaml gives {n_masses} masses under "
-            "known.nes_mass; give one mass for all or one for each"
-        )
-    return tuple(value / 1e3 for value in values)
-
-
-def _frequency(text: str, number: Callable[[str], float]) -> tuple[float, float]:
-    parts = [number(part) for part in text.split(":")]
-    if len(parts) > 2 or any(part <= 0.0 for part in parts):
-        raise ParameterError(
-            f"found '{text}', expected a frequency above zero or a range such as 7.2:8.4"
-        )
-    return parts[0], parts[-1]
-
-
-def _id(text: str) -> str:
-    if not _ID.fullmatch(text) or text.endswith(".") or _RESERVED.fullmatch(text):
-        raise ParameterError(
-            f"found '{text}', expected a name of letters, digits and _ . + - that can be a "
-            "file's name"
-        )
-    if len(text) > 100:
-        raise ParameterError(f"the name has {len(text)} characters, expected at most 100")
-    return text
-
-
-def _test(text: str) -> str:
-    if text not in TESTS:
-        close = nearest(text, TESTS)
-        raise ParameterError(f"unknown test '{text}'; {close}")
-    return text
-
-
-def _exclude(text: str) -> bool:
-    answer = _YES.get(text.lower())
-    if answer is None:
-        raise ParameterError(f"found '{text}', expected yes or no (the reason goes to note)")
-    return answer
-
-
-def _setup(text: str, setups: tuple[str, ...]) -> str:
-    if text not in setups:
-        hint = nearest(text, setups) if setups else "campaign.yaml has no 'setups'"
-        raise ParameterError(f"unknown setup '{text}'; {hint}")
-    return text
-
-
-def _file(text: str, folder: Path, allow_outside: bool) -> Path:
-    path = folder / text
-    # Links are followed: what counts is where the file is, not how it is written.
-    if not allow_outside and not path.resolve().is_relative_to(folder.resolve()):
-        raise ParameterError(
-            f"'{text}' leaves the campaign folder; move the file into it, or write "
-            "'allow_outside: yes' in campaign.yaml"
-        )
-    return path
