@@ -26,7 +26,7 @@ FLOORS = (
     {"laboratory"},
     {"figures"},
     {"report"},
-    {"commands", "cli", "step", "codedigest", "resultslock"},
+    {"commands", "cli", "step", "codedigest", "resultslock", "workflow"},
 )
 
 
