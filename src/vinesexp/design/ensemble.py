@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig
@@ -25,7 +26,6 @@ from vinesexp.solver.kernel import run
 from vinesexp.solver.response import H_PHASE, prepare
 from vinesexp.solver.series import ORDER
 from vinesexp.solver.statistics import add_amplitudes
-from vinesexp.theory.manifold import FloatArray
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.design.ensemble import Run
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Harmonic, Release
 from vinesexp.rig import NES, Oscillator, Rig
-from vinesexp.theory.manifold import FloatArray
 
 #: Levels and frequencies looked at where a range is given.
 LEVELS, FREQUENCIES = 3, 7
