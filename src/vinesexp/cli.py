@@ -12,7 +12,7 @@ from vinesexp.errors import VinesexpError
 #: Commands, each a module of vinesexp.commands with add_arguments(parser) and run(args).
 COMMANDS = {
     "check": "look a campaign over without running it",
-    "design": "b_c and b_t from given rig values, with their sensitivities",
+    "design": "what clearance to build and what it gives; b_c and b_t with sensitivities",
     "simulate": "records of a scene",
     "impacts": "impacts in one file",
 }

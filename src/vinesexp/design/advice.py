@@ -78,12 +78,14 @@ class Advice:
     Attributes
     ----------
     bare : amplitude of the oscillator alone, the largest over the ranges designed for.
+    bare_mean : its mean over the ranges, with which mean amplitudes are compared.
     published, exact : b_c at the greatest level and the middle frequency; None: no stable orbit.
     orbit : amplitude of the exact orbit at 0.98 b_c, and what a start from rest gives there.
     """
 
     task: Task
     bare: float
+    bare_mean: float
     published: float
     exact: float | None
     orbit: tuple[float, float] | None
@@ -126,6 +128,7 @@ def advise(task: Task, *, seed: int = 1) -> Advice:
     return Advice(
         task=task,
         bare=bare,
+        bare_mean=task.mean_bare(),
         published=published,
         exact=exact,
         orbit=None
@@ -275,7 +278,7 @@ def warnings_of(advice: Advice) -> list[str]:
                 if not best.centre_touched
                 else f"with the {name} clearance a ball at rest mid-cavity is never touched"
             )
-    if advice.least_mean.rest_mean > 0.95 * advice.bare:
+    if advice.least_mean.rest_mean > 0.95 * advice.bare_mean:
         said.append("no clearance takes more than 5 % off the bare amplitude: the ball hardly acts")
     return said
 
@@ -294,7 +297,7 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         others = ("captured", "captured_rest", "centre_touched")
         found: dict[str, object] = {f"{n}_mm": mm(getattr(one, n)) for n in lengths}
         found |= {n: getattr(one, n) for n in others}
-        found["reduction"] = 1.0 - one.rest_mean / advice.bare
+        found["reduction"] = 1.0 - one.rest_mean / advice.bare_mean
         found["over_b_c_published"] = one.b / advice.published
         found["over_b_c_exact"] = None if advice.exact is None else one.b / advice.exact
         return found
@@ -317,6 +320,7 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         "amplitude_max_mm": mm(robust.random_max),
         "bare_amplitude_mm": mm(advice.bare),
         "tmd_amplitude_mm": mm(advice.den_hartog.amplitude),
+        "bare_mean_mm": mm(advice.bare_mean),
         "clearance_ratios": list(task.ratios),
         "least_mean": judged(advice.least_mean),
         "least_max": judged(advice.least_max),

@@ -76,6 +76,10 @@ class Task:
         inside = min(max(self.oscillator.f0, low), high)
         return max(self.bare(self.levels[1], f) for f in (low, inside, high))
 
+    def mean_bare(self) -> float:
+        """The mean of `bare` over the grid of levels and frequencies (m)."""
+        return float(np.mean([self.bare(G, f) for G, f in self.grid()]))
+
 
 def _between(ends: tuple[float, float], n: int, space: object) -> list[float]:
     if ends[0] == ends[1]:

@@ -93,6 +93,7 @@ def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float) -> None:
             shift=(-3, 0) if near else (3, 0),
             ha="right" if near else "left",
             va="top",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
         )
         level -= 0.055
 
