@@ -94,6 +94,9 @@ def test_the_advice_beats_what_was_tried_by_hand(off_resonance: dict[str, object
     best = advice.least_mean  # type: ignore[attr-defined]
     assert 1e3 * best.rest_mean < 2.87 * 1.02
     assert best.b == pytest.approx(13.25e-3, rel=0.1)
+    working = advice.working  # type: ignore[attr-defined]
+    assert working.low <= G <= working.high
+    assert working.activation <= G
     robust = advice.robust  # type: ignore[attr-defined]
     assert robust.random_p90 <= best.random_p90 * 1.001
     fresh = responses(random_starts(task_at(8.1), robust.b, starts=200, seed=999))

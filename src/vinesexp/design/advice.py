@@ -64,7 +64,9 @@ class Changed:
 
 @dataclass(frozen=True)
 class Range:
-    """Levels (m) between which a clearance works from rest, and at which it is first captured."""
+    """Levels (m) around the given one at which a clearance works from rest, and the least level
+    at which half of the starts from rest are captured; None where there is none.
+    """
 
     activation: float | None
     low: float | None
@@ -239,11 +241,17 @@ def working_range(task: Task, found: Found) -> Range:
     gain = found.rest.scan.mean.mean(axis=1)[::-1] / task.bare(G, task.frequencies[0])
     captured = found.rest.scan.captured.mean(axis=1)[::-1]
     active = np.flatnonzero(captured >= 0.5)
-    works = np.flatnonzero(gain <= WORKS)
+    works = gain <= WORKS
+    low = high = int(np.abs(levels - G).argmin())
+    while low > 0 and works[low - 1]:
+        low -= 1
+    while high < works.size - 1 and works[high + 1]:
+        high += 1
+    here = bool(works[np.abs(levels - G).argmin()])
     return Range(
         activation=float(levels[active[0]]) if active.size else None,
-        low=float(levels[works[0]]) if works.size else None,
-        high=float(levels[works[-1]]) if works.size else None,
+        low=float(levels[low]) if here else None,
+        high=float(levels[high]) if here else None,
     )
 
 
