@@ -22,11 +22,12 @@ FLOORS = (
     {"signals"},
     {"identification"},
     {"clearance", "design"},
+    {"replay"},
     {"pipeline", "results"},
     {"laboratory"},
     {"figures"},
     {"report"},
-    {"commands", "cli", "step", "codedigest", "resultslock"},
+    {"commands", "cli", "step", "codedigest", "resultslock", "workflow"},
 )
 
 

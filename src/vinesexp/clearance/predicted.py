@@ -19,10 +19,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Known
 from vinesexp.records.uncertainties import EXACT, Uncertainties
 from vinesexp.rig import RIG_VALUES
-from vinesexp.units import Quantity
-
-#: Half width of a 95 % interval in standard errors.
-COVERAGE_95 = 1.959963984540054
+from vinesexp.units import COVERAGE_95, Quantity
 
 Floats = NDArray[np.float64]
 

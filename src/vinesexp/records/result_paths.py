@@ -50,8 +50,25 @@ class ResultPaths:
         """What the record says about M, c1, k1 and r."""
         return self._step(id, "estimates.json")
 
+    def decay(self, id: str) -> Path:
+        """Amplitude of a ring-down beside what was identified from it; no row for other tests."""
+        return self._step(id, "decay.csv")
+
     def _step(self, id: str, name: str) -> Path:
         return self.folder / "steps" / "records" / id / name
+
+    def made(self, step: str, id: str | None = None) -> Path:
+        """What a step used, read and wrote (`vinesexp.records.freshness`)."""
+        name = f"{step}.made.json"
+        return self.folder / "steps" / name if id is None else self._step(id, name)
+
+    def log(self, step: str, id: str | None = None) -> Path:
+        """What a step printed."""
+        return self.folder / "logs" / (f"{step}.log" if id is None else f"{step}/{id}.log")
+
+    def simulated(self, group: str) -> Path:
+        """Says that the instrument files of a group of a scene are there."""
+        return self.folder / "steps" / "simulate" / f"{group}.txt"
 
     @property
     def identify_checks(self) -> Path:
@@ -89,6 +106,21 @@ class ResultPaths:
     @property
     def clearances(self) -> Path:
         return self.folder / "clearances.csv"
+
+    @property
+    def replay(self) -> Path:
+        """Every record beside what the identified rig does."""
+        return self.folder / "replay.csv"
+
+    @property
+    def replay_cycles(self) -> Path:
+        """The same cycle by cycle, for figures."""
+        return self.folder / "steps" / "replay_cycles.csv"
+
+    @property
+    def replay_checks(self) -> Path:
+        """Which records the identified rig does not replay."""
+        return self.folder / "steps" / "replay.csv"
 
     @property
     def checks(self) -> Path:
