@@ -10,7 +10,8 @@ import pytest
 from vinesexp import Harmonic, Oscillator, Release, simulate
 from vinesexp.design import best_clearance
 from vinesexp.design.absorber import den_hartog, equal_mass_den_hartog, equal_mass_optimal
-from vinesexp.design.advice import advise, as_json, orbit_and_rest, theory_of, warnings_of
+from vinesexp.design.advice import advise, orbit_and_rest, theory_of
+from vinesexp.design.answer_json import as_json, warnings_of
 from vinesexp.design.ensemble import Run, responses
 from vinesexp.design.task import Task, bare_gain, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError, ParameterError

@@ -120,7 +120,7 @@ def design(given: Given, *, simulate: bool = True, seed: int = 1) -> tuple[Theor
 
 def answer_of(given: Given, theory: Theory, advice: Advice | None) -> dict[str, object]:
     """One object for programs: the contract's keys first, then everything else."""
-    from vinesexp.design.advice import as_json
+    from vinesexp.design.answer_json import as_json
 
     found = theory.as_json() | dict.fromkeys(SIMULATED)
     if advice is not None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from vinesexp.design.advice import Advice, Judged, warnings_of
+from vinesexp.design.advice import Advice, Judged
+from vinesexp.design.answer_json import warnings_of
 from vinesexp.design.inputs import RIG, Given
 from vinesexp.design.predictions import Theory, single_values, start_amplitude
 from vinesexp.rig import Oscillator
