@@ -22,7 +22,7 @@ stability."""
 _COLUMNS = """\
 Error in percent and, in brackets, over the stated standard error; the worst seed. *right*: every
 abs(z) is below 4, or a warning names the cause. b_c: error of the first seed, and how often the
-95 % interval holds the true end."""
+95 % interval, and 0.1 % for the error of the true end itself, holds it."""
 
 
 def page(outcomes: Sequence[Outcome], *, command: str, minutes: float) -> str:

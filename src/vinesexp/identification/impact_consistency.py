@@ -83,7 +83,7 @@ def consistent_impacts(
         mass_error=fault.mass_error if fault else 0.0,
     )
     evidence = weigh(collisions, prior=prior)
-    effects = _effect_rows(evidence, ids)
+    effects = [*_effect_rows(evidence, ids), *_effective_rows(evidence, found, campaign, ids)]
     if ratio is not None:
         effects.append(Estimate("jump_ratio", ratio.ratio, ratio.error, "1", METHOD, ids))
     checks = [*effect_checks(evidence), *ratio_check(ratio, fault), *sensor_check(fault)]
@@ -159,6 +159,24 @@ def _effect_rows(evidence: Evidence, ids: tuple[str, ...]) -> list[Estimate]:
                 )
         else:
             rows.append(Estimate(name, value, error, EFFECTS[name], METHOD, ids))
+    return rows
+
+
+def _effective_rows(
+    evidence: Evidence, found: Sequence[Estimate], campaign: Campaign, ids: tuple[str, ...]
+) -> list[Estimate]:
+    """r and mass of the ball with which the model moves as the rig does: what b_c takes."""
+    if evidence.effective is None:
+        return []
+    (r, r_error), (ln_ratio, ln_error) = evidence.effective
+    rows = [Estimate("r_effective", r, r_error, "1", METHOD, ids)]
+    prior = _prior(found, campaign)
+    if prior is not None and "contact_time" in evidence.best.effects:
+        ball = campaign.known.nes_mass[0].value
+        share = math.exp(prior[0] - ln_ratio)
+        # Whether it is the contact or the sheet, the motion is that of this mass.
+        error = ball * math.hypot(share * ln_error, 0.15 * (share - 1.0))
+        rows.append(Estimate("nes_mass_effective", ball * share, error, "kg", METHOD, ids))
     return rows
 
 
