@@ -30,7 +30,7 @@ from vinesexp.signals.impacts.find import Impacts
 METHOD = "impacts"
 _FEWEST = 10
 #: Collisions of a record; more add nothing to what a whole record may be off by.
-_ENOUGH = 300
+_ENOUGH = 150
 #: Relative error of M by added masses below which no scale in a lab goes.
 _SCALES = 3e-3
 #: The nominal period, s, where nothing tells f0: only flights too long to be one are left out.
