@@ -25,6 +25,7 @@ import numpy as np
 
 from vinesexp.identification.combine import BEST, COMBINED
 from vinesexp.laboratory.rehearsal import rehearse
+from vinesexp.units import COVERAGE_95
 
 ROOT = Path(__file__).resolve().parent.parent
 TABLE = ROOT / "src" / "vinesexp" / "report" / "error_bars.csv"
@@ -33,7 +34,6 @@ PAGE = ROOT / "docs" / "benchmarks" / "error_bars.md"
 PARAMETERS = ("f0", "zeta", "M", "c1", "k1", "r")
 #: Noise of lasers and accelerometer, in units of the nominal 6 um (base 2 um) and 0.3 m/s^2.
 LEVELS = {"a third of nominal": 1 / 3, "nominal": 1.0, "three times nominal": 3.0}
-Z95 = 1.959964
 COLUMNS = (
     "noise", "parameter", "campaigns", "covered", "bias", "scatter", "std_error_relative"
 )  # fmt: skip
@@ -112,7 +112,7 @@ def summarised(pulls: dict[tuple[str, str], list[tuple[float, float]]]) -> list[
         z, relative = np.array(values).T
         scatter = float(z.std(ddof=1))
         cells = (
-            level, name, str(z.size), f"{np.mean(np.abs(z) < Z95):.4f}",
+            level, name, str(z.size), f"{np.mean(np.abs(z) < COVERAGE_95):.4f}",
             f"{z.mean() / scatter:.3f}", f"{scatter:.3f}", f"{np.median(relative):.3g}",
         )  # fmt: skip
         rows.append(dict(zip(COLUMNS, cells, strict=True)))
@@ -132,7 +132,7 @@ def page(rows: list[dict[str, str]], campaigns: int, seconds: float) -> str:
             f"| {row['noise']} | {row['parameter']} | {100 * share:.1f} % | {row['bias']} | "
             f"{row['scatter']} | {row['std_error_relative']} |"
         )
-    chance = 100 * Z95 * math.sqrt(0.95 * 0.05 / campaigns)
+    chance = 100 * COVERAGE_95 * math.sqrt(0.95 * 0.05 / campaigns)
     body = "\n".join(lines)
     return f"""# Are the error bars honest?
 

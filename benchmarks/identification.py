@@ -1,10 +1,10 @@
-"""Speed against error of every rung of the identification, in units of the Cramer-Rao bound.
+"""Speed against error of every method of the identification, in units of the Cramer-Rao bound.
 
     python -m benchmarks.identification            # about three minutes, one core
 
 Records of the published rig (Table 2) by the virtual bench with nominal sensors (laser 6 um rms and
 14 bits over 50 mm, slow drift of 0.05 mm, accelerometer 0.3 m/s^2 rms, 10 kHz), at three noise
-levels and three lengths each. A rung's error is the root mean square of estimate minus truth over
+levels and three lengths each. A method's error is the root mean square of estimate minus truth over
 fresh seeds; the bound is the least that any unbiased method can have with that noise, a constant
 offset unknown and nothing else wrong. Writes docs/benchmarks/identification.md and the figure.
 """
@@ -25,19 +25,21 @@ from numpy.typing import NDArray
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
 from vinesexp.figures.draw.style import COLOURS, label, new_figure, save
 from vinesexp.identification.bounces import restitution_of_bounces
-from vinesexp.identification.envelope import envelope, log_decrement
+from vinesexp.identification.decrement import log_decrement
+from vinesexp.identification.envelope import envelope
 from vinesexp.identification.flights import flights_of, mass_ratio
 from vinesexp.identification.halfpower import half_power
 from vinesexp.identification.likelihood import likelihood
+from vinesexp.identification.oscillation import POINTS
 from vinesexp.identification.phasors import demodulate
-from vinesexp.identification.ringdown import POINTS, kept, ring_down
+from vinesexp.identification.ringdown import kept, ring_down
 from vinesexp.identification.sweep import transmissibility
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.store import create_record
 from vinesexp.signals.condition import condition
-from vinesexp.signals.extension import block_means
 from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.signals.means import block_means
 from vinesexp.solver.motion import Motion
 
 FloatArray = NDArray[np.float64]
@@ -54,10 +56,10 @@ SCOPE = Oscilloscope(RATE, bits=14, full_scale=1.0)
 
 @dataclass(frozen=True)
 class Row:
-    """One rung at one noise level and length: errors over the bound, bias, time."""
+    """One method at one noise level and length: errors over the bound, bias, time."""
 
     stage: str
-    rung: str
+    method: str
     noise: str
     seconds: float
     parameter: str
@@ -135,7 +137,7 @@ def bound(
 
 
 def summary(
-    stage: str, rung: str, noise: str, seconds: float, found: FloatArray,
+    stage: str, method: str, noise: str, seconds: float, found: FloatArray,
     bounds: tuple[float, float], milliseconds: float,
 ) -> list[Row]:  # fmt: skip
     """Rows for f0 and zeta; `found` (seeds, 4) holds f0, its error, zeta, its error."""
@@ -147,7 +149,7 @@ def summary(
         off = found[:, column] - truth
         rows.append(
             Row(
-                *(stage, rung, noise, seconds, name),
+                *(stage, method, noise, seconds, name),
                 float(np.sqrt(np.mean(off**2)) / least),
                 float(off.mean() / off.std(ddof=1)),
                 float(np.sqrt(np.mean(found[:, column + 1] ** 2)) / off.std(ddof=1)),
@@ -171,21 +173,21 @@ def ringdowns(seeds: range) -> list[Row]:
                 fits.append(ring_down(last, step, frequency=7.8, resolution=STEP_OF_CONVERTER))
             phasors = kept(demodulate(last, step, TABLE_2.f0, rate=0.32), STEP_OF_CONVERTER)
             law = envelope(phasors, log_decrement(phasors).decay)
-            # Everything starts with two demodulations; each rung stands on the one before.
+            # Everything starts with two demodulations; each method stands on the cheaper ones.
             base = 2 * timed(lambda x=last: demodulate(x, step, TABLE_2.f0, rate=0.32))
             costs = np.cumsum(
                 [
                     base + timed(lambda p=phasors: log_decrement(p)),
-                    timed(lambda p=phasors: envelope(p, log_decrement(p).decay)),
-                    timed(lambda x=last, p=phasors, e=law: likelihood(x, step, p, e)),
+                    timed(lambda p=phasors: envelope(p, log_decrement(p).decay))
+                    + timed(lambda x=last, p=phasors, e=law: likelihood(x, step, p, e)),
                 ]
             )
             bounds = ringdown_bound(seconds, A, noise)
-            for i, rung in enumerate(("log decrement", "envelope", "likelihood")):
+            for i, method in enumerate(("log decrement", "likelihood")):
                 found = np.array(
                     [[f[i].f0, f[i].f0_error, f[i].zeta, f[i].zeta_error] for f in fits]
                 )
-                rows += summary("ring-down", rung, name, seconds, found, bounds, float(costs[i]))
+                rows += summary("ring-down", method, name, seconds, found, bounds, float(costs[i]))
     return rows
 
 
@@ -243,10 +245,10 @@ def sweeps(seeds: range) -> list[Row]:
                 ),
             )
             bounds = sweep_bound(motion, seconds, noise)
-            for rung, found, cost in zip(
+            for method, found, cost in zip(
                 ("half power", "likelihood"), (cheap, best), costs, strict=True
             ):
-                rows += summary("sweep", rung, name, seconds, np.array(found), bounds, cost)
+                rows += summary("sweep", method, name, seconds, np.array(found), bounds, cost)
     return rows
 
 
@@ -365,21 +367,20 @@ def time_bound(jump: FloatArray, sigma: float) -> FloatArray:
 
 def table(rows: list[Row]) -> str:
     lines = [
-        "| test | rung | noise | record (s) | value | rms error / bound | bias / sd | "
+        "| test | method | noise | record (s) | value | rms error / bound | bias / sd | "
         "stated error / sd | ms |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for row in rows:
         lines.append(
-            f"| {row.stage} | {row.rung} | {row.noise} | {row.seconds:.3g} | {row.parameter} | "
+            f"| {row.stage} | {row.method} | {row.noise} | {row.seconds:.3g} | {row.parameter} | "
             f"{row.error:.2f} | {row.bias:+.2f} | {row.stated:.2f} | {row.milliseconds:.2f} |"
         )
     return "\n".join(lines)
 
 
-RUNGS = {
+METHODS = {
     ("ring-down", "log decrement"): COLOURS["published"],
-    ("ring-down", "envelope"): COLOURS["impact -1"],
     ("ring-down", "likelihood"): COLOURS["exact"],
     ("sweep", "half power"): COLOURS["published"],
     ("sweep", "likelihood"): COLOURS["exact"],
@@ -388,7 +389,7 @@ MARKS = {"a third": "v", "nominal": "o", "three times": "^"}
 
 
 def draw(rows: list[Row]) -> None:
-    """Time against error, a panel a test and value; a point a rung, noise level and length."""
+    """Time against error, a panel a test and value; a point a method, noise level and length."""
     figure, axes = new_figure(2, 2, height=5.6, sharey="row")
     for axis, (stage, parameter) in zip(
         axes,
@@ -396,17 +397,19 @@ def draw(rows: list[Row]) -> None:
         strict=True,
     ):
         axis.axhline(1.0, color="black", lw=0.8)
-        for (own, rung), colour in RUNGS.items():
-            points = [r for r in rows if (r.stage, r.rung, r.parameter) == (own, rung, parameter)]
+        for (own, method), colour in METHODS.items():
+            points = [
+                r for r in rows if (r.stage, r.method, r.parameter) == (own, method, parameter)
+            ]
             if own != stage or not points:
                 continue
             for point in points:
                 axis.plot(point.milliseconds, point.error, MARKS[point.noise], color=colour, ms=4.5)
-            best = rung == "likelihood"
+            best = method == "likelihood"
             at = (min if best else max)(points, key=lambda p: p.error)
             middle = float(np.median([point.milliseconds for point in points]))
             shift = (0, -10) if best else (0, 9)
-            label(axis, rung, (middle, at.error), colour=colour, shift=shift, ha="center")
+            label(axis, method, (middle, at.error), colour=colour, shift=shift, ha="center")
         axis.set(
             xscale="log", yscale="log", title=f"{stage}: {parameter}",
             xlabel="time per record (ms)",
@@ -427,14 +430,14 @@ def draw(rows: list[Row]) -> None:
 
 
 def page(rows: list[Row], seeds: int) -> str:
-    best = [r for r in rows if r.rung == "likelihood" and r.noise == "nominal"]
+    best = [r for r in rows if r.method == "likelihood" and r.noise == "nominal"]
     worst = max(best, key=lambda r: r.error)
     return f"""# Identification: time against error
 
 `python -m benchmarks.identification`: {seeds} seeds a row, sensors as in its first lines. Error and
 bound are of the same value; 1 is the least that any unbiased method can have. Times are those of
-one record once its block means are made ({POINTS} a period); each rung of a ring-down includes
-the rungs below it. The row of impacts is the whole way from samples to M, simulation and files
+one record once its block means are made ({POINTS} a period); each method of a ring-down includes
+the cheaper ones. The row of impacts is the whole way from samples to M, simulation and files
 included; its bound is that of the pulses' areas in the accelerometer's noise, their form known.
 The base is measured with 2 um rms and 14 bits over 5 mm; for a sweep its noise is in the bound.
 

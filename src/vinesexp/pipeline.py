@@ -12,19 +12,21 @@ a step's code (`vinesexp.codedigest`) covers what this step uses and nothing els
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vinesexp.records.checks import Check
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign, Record
+from vinesexp.records.step_inputs import campaign_seen_by, record_seen_by
 
 if TYPE_CHECKING:
     from vinesexp.clearance.comparison import Comparison
     from vinesexp.identification.estimate import Estimate
-    from vinesexp.signals.condition import Bands
-    from vinesexp.signals.impacts.find import Impacts
+    from vinesexp.replay.replay_table import Compared
+    from vinesexp.signals.bands import Bands
+    from vinesexp.signals.impacts.impact_table import Impacts
 
 Row = dict[str, str | float | None]
 
@@ -126,6 +128,7 @@ def analyse_campaign(campaign: Campaign, *, paths: ResultPaths) -> CampaignResul
     collect_regimes(campaign, paths=paths)
     identified = identify(campaign, paths=paths)
     clearances = compare_clearances(campaign, paths=paths)
+    replay_records(campaign, paths=paths)
     return CampaignResult(records, identified, clearances, collect_checks(campaign, paths=paths))
 
 
@@ -136,6 +139,7 @@ def ingest_record(
     from vinesexp.records.checks import write_checks
     from vinesexp.records.ingest import ingest, ingest_or_refuse
 
+    campaign, record = _seen(campaign, record, step="ingest")
     step = ingest if strict else ingest_or_refuse
     checks = step(campaign, record, paths.record(record.id))
     write_checks(paths.ingest_checks(record.id), checks)
@@ -146,11 +150,13 @@ def condition_record(campaign: Campaign, record: Record, *, paths: ResultPaths) 
     """Bandpass the channels: the oscillator's motion in its band, the impacts in theirs."""
     from vinesexp.signals.condition import condition
 
+    campaign, record = _seen(campaign, record, step="condition")
     return condition(
         paths.record(record.id),
         paths.conditioned(record.id),
         bandpass=campaign.bandpass,
         f0_hint=centre_frequency(record),
+        settings=record.settings,
     )
 
 
@@ -169,9 +175,11 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
     """Acceleration spikes to impacts, and the regime that they and the amplitude show."""
     import json
 
+    from vinesexp.signals.base_motion import base_rows
     from vinesexp.signals.impacts.find import impacts_of_record
     from vinesexp.signals.regimes import decay_times, regime_of_record
 
+    campaign, record = _seen(campaign, record, step="impacts")
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
     impacts = impacts_of_record(
         measured,
@@ -180,11 +188,16 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
         clearance=record.clearance,
         nes_mass=[mass.value for mass in campaign.known.nes_mass],
         test=record.test,
+        settings=record.settings,
     )
     regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
     row = paths.regime(record.id)
     row.parent.mkdir(parents=True, exist_ok=True)
-    step = {"regime": regime, "times": decay_times(record, conditioned=conditioned)}
+    step = {
+        "regime": regime,
+        "base": base_rows(record, measured=measured, conditioned=conditioned),
+        "times": decay_times(record, conditioned=conditioned),
+    }
     row.write_text(json.dumps(step, indent=1) + "\n", encoding="utf-8")
     return impacts, regime
 
@@ -193,9 +206,13 @@ def estimate_from_record(
     campaign: Campaign, record: Record, *, paths: ResultPaths
 ) -> list[Estimate]:
     """What one record says about M, c1, k1 and r, each value with its standard error."""
+    from vinesexp.identification.decay_table import decay_table
     from vinesexp.identification.estimate import write_estimates
     from vinesexp.identification.one_record import estimate_record
+    from vinesexp.records.result_columns import DECAY
+    from vinesexp.records.tables import write_rows
 
+    campaign, record = _seen(campaign, record, step="estimate")
     found = estimate_record(
         record,
         campaign.known,
@@ -204,33 +221,39 @@ def estimate_from_record(
         impacts=paths.impacts(record.id),
     )
     write_estimates(paths.estimates(record.id), found)
+    decay = decay_table(found, paths.conditioned(record.id)) if record.test == "ringdown" else []
+    write_rows(paths.decay(record.id), DECAY, decay)
     return found
 
 
 def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
-    """The regimes of all records in regimes.csv, the decay times of releases in decay_times.csv."""
+    """One table of all records each: regimes.csv, base.csv, decay_times.csv."""
     import json
 
-    from vinesexp.records.result_columns import DECAY_TIMES, RECORD_REGIMES
+    from vinesexp.records.result_columns import BASE, DECAY_TIMES, RECORD_REGIMES
     from vinesexp.records.tables import write_rows
 
+    campaign = campaign_seen_by("regimes", campaign)
     steps = [
         json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
         for record in campaign.records
     ]
     rows: list[Row] = [step["regime"] for step in steps]
     write_rows(paths.regimes, RECORD_REGIMES, rows)
+    write_rows(paths.base, BASE, [row for step in steps for row in step["base"]])
     write_rows(paths.decay_times, DECAY_TIMES, [row for step in steps for row in step["times"]])
     return rows
 
 
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
-    """M, c1, k1 and r from the estimates of all records, identified.csv; and what is odd."""
+    """M, c1, k1 and r from the estimates of all records: identified.csv, budget.csv, checks."""
+    from vinesexp.identification.budget import write_budget
     from vinesexp.identification.estimate import read_estimates, write_identified
     from vinesexp.identification.whole_campaign import identify_campaign
     from vinesexp.records.checks import write_checks
-    from vinesexp.signals.impacts.find import read_impacts
+    from vinesexp.signals.impacts.impact_table import read_impacts
 
+    campaign = campaign_seen_by("identify", campaign)
     found = [
         estimate
         for record in campaign.records
@@ -241,27 +264,57 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
         for record in campaign.records
         if record.clearance
     }
-    rows, checks = identify_campaign(found, campaign, impacts)
-    write_identified(paths.identified, rows)
-    write_checks(paths.identify_checks, checks)
-    return rows
+    whole = identify_campaign(found, campaign, impacts)
+    write_identified(paths.identified, whole.rows)
+    write_budget(paths.budget, whole.sources)
+    write_checks(paths.identify_checks, whole.checks)
+    return whole.rows
 
 
 def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:
     """Measured optimal clearances beside the predicted ones, clearances.csv; and what is odd."""
     from vinesexp.clearance.comparison import compare, write_clearances
     from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.result_columns import BASE, DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
     from vinesexp.records.tables import read_rows
 
+    campaign = campaign_seen_by("compare", campaign)
     rows, checks = compare(
         campaign,
         read_rows(paths.identified, IDENTIFIED),
         read_rows(paths.regimes, RECORD_REGIMES),
         read_rows(paths.decay_times, DECAY_TIMES),
+        read_rows(paths.base, BASE),
     )
     write_clearances(paths.clearances, rows)
     write_checks(paths.compare_checks, checks)
+    return rows
+
+
+def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
+    """Every record simulated again with the identified rig and the base as measured, replay.csv."""
+    from vinesexp.records.checks import write_checks
+    from vinesexp.records.result_columns import (
+        BASE,
+        IDENTIFIED,
+        RECORD_REGIMES,
+        REPLAY,
+        REPLAY_CYCLES,
+    )
+    from vinesexp.records.tables import read_rows, write_rows
+    from vinesexp.replay.campaign_replay import replay_campaign
+    from vinesexp.replay.replay_table import replay_checks
+
+    rows, cycles = replay_campaign(
+        campaign,
+        identified=read_rows(paths.identified, IDENTIFIED),
+        regimes=read_rows(paths.regimes, RECORD_REGIMES),
+        base=read_rows(paths.base, BASE),
+        conditioned={record.id: paths.conditioned(record.id) for record in campaign.records},
+    )
+    write_rows(paths.replay, REPLAY, [row.as_row() for row in rows])
+    write_rows(paths.replay_cycles, REPLAY_CYCLES, cycles)
+    write_checks(paths.replay_checks, replay_checks(rows))
     return rows
 
 
@@ -269,11 +322,18 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     """The checks of every step in one table, checks.csv, in the order of the records."""
     from vinesexp.records.checks import read_checks, write_checks
 
+    campaign = campaign_seen_by("checks", campaign)
     tables: Sequence[Path] = [
         *(paths.ingest_checks(record.id) for record in campaign.records),
         paths.identify_checks,
         paths.compare_checks,
+        paths.replay_checks,
     ]
     found = [check for table in tables for check in read_checks(table)]
     write_checks(paths.checks, found)
     return found
+
+
+def _seen(campaign: Campaign, record: Record, *, step: str) -> tuple[Campaign, Record]:
+    """Campaign and row with only what the step uses."""
+    return campaign_seen_by(step, replace(campaign, records=())), record_seen_by(step, record)

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from vinesexp.errors import ParameterError, nearest
 
 STANDARD_GRAVITY = 9.80665  # m/s^2, exact by definition
+#: Half width of a 95 % interval in standard errors.
+COVERAGE_95 = 1.959963984540054
 
 #: Units by what they measure, each with its size in SI.
 UNITS: dict[str, dict[str, float]] = {
@@ -216,6 +218,20 @@ def parse_sensitivity(text: object, quantity: str) -> float:
     if value == 0.0 or not math.isfinite(value):
         raise ParameterError(f"found '{text}', expected a sensitivity other than zero")
     return value
+
+
+def relative_error(text: object) -> float | None:
+    """Relative standard uncertainty that a value states; None where it states none.
+
+    Examples
+    --------
+    >>> relative_error("40 +- 2 mV/mm"), relative_error("40 mV/mm")
+    (0.05, None)
+    """
+    match = _QUANTITY.match(str(text))
+    if match is None or match["error"] is None or not float(match["value"]):
+        return None
+    return abs(float(match["error"]) / float(match["value"]))
 
 
 def _float(number: str) -> float:

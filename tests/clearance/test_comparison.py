@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vinesexp.clearance.comparison import compare, write_clearances
+from vinesexp.clearance.level_base import LevelBase
 from vinesexp.clearance.levels import periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
     NEEDED,
@@ -109,14 +110,14 @@ def test_table_has_the_columns_of_the_contract_and_empty_cells(tmp_path, tests_a
     assert first["exact_mm"] == first["published_mm"] == first["error_percent"] == ""
 
 
-def test_without_M_or_r_the_prediction_is_empty_and_the_reason_told(tests_at_025):
+def test_without_M_or_r_the_prediction_is_empty_and_the_reason_given(tests_at_025):
     loaded, regimes = tests_at_025
     known = {name: v for name, v in TABLE_2.items() if name not in ("M", "k1", "c1", "r")}
     rows, checks = compare(loaded, combined(known), regimes)
     assert all(row.exact_mm is None and row.measured_mm for row in rows)
-    (told,) = checks
-    assert told.outcome == "warning"
-    assert told.detail.startswith("no b_c without M, c1, k1, r: M needs ring-downs with added")
+    (found,) = checks
+    assert found.outcome == "warning"
+    assert found.detail.startswith("no b_c without M, c1, k1, r: M needs ring-downs with added")
 
 
 def test_without_a_weighed_ball_the_prediction_asks_for_it(tests_at_025):
@@ -138,31 +139,33 @@ def test_ring_downs_alone_have_no_row_and_one_reason():
     regimes = [{"record": "a", "regime": "", "amplitude_mean_m": "0.01"}]
     rows, checks = compare(loaded, combined(TABLE_2), regimes)
     assert rows == []
-    (told,) = checks
-    assert "no usable periodic test" in told.detail
-    assert "several NESs" not in told.detail
+    (found,) = checks
+    assert "no usable periodic test" in found.detail
+    assert "several NESs" not in found.detail
 
 
 def test_only_single_nes_records_enter():
     records = [periodic(20), periodic(30, clearance=(0.03, 0.03)), periodic(40, exclude=True)]
     records.append(periodic(45, base_amplitude=None))
     regimes = [regime_row(record.id, 5.0, "two symmetric") for record in records]
-    (level,) = periodic_levels(campaign(records), [*regimes, regime_row("gone", 1.0, "chatter")])
+    (level,) = periodic_levels(
+        campaign(records), [*regimes, regime_row("gone", 1.0, "chatter")], []
+    )
     assert [test.record for test in level.tests] == ["b20"]
 
 
 def test_a_frequency_counts_only_where_all_share_it():
     records = [periodic(20), periodic(30, frequency=(7.7, 7.7))]
     regimes = [regime_row(record.id, 5.0, "two symmetric") for record in records]
-    assert periodic_levels(campaign(records[:1]), regimes)[0].frequency == 7.8623
-    assert periodic_levels(campaign(records), regimes)[0].frequency is None
+    assert periodic_levels(campaign(records[:1]), regimes, [])[0].frequency == 7.8623
+    assert periodic_levels(campaign(records), regimes, [])[0].frequency is None
 
 
 def release(b: float, x0: float = 0.02) -> Record:
     return Record(f"r{b}_{x0}", Path("x"), "transient", clearance=(1e-3 * b,), release=x0)
 
 
-def test_releases_are_told_by_release_and_level():
+def test_releases_are_grouped_by_release_and_amplitude():
     records = [release(b) for b in (10, 27, 33, 48)] + [release(b, 0.03) for b in (20, 50)]
     regimes = [regime_row(r.id, 1.0, "strongly modulated") for r in records]
     times = []
@@ -238,7 +241,7 @@ def test_errors_of_k1_and_c1_go_together_with_those_of_M():
     fixed = IdentifiedRig(
         rig(1e-2).values | {"r": Quantity(0.6)}, Quantity(7.8623, 0.0786), rig(1e-2).zeta
     )
-    found = predicted_b_c(fixed, G=0.25e-3)
+    found = predicted_b_c(fixed, base=LevelBase(Quantity(0.25e-3), None))
     assert found.high - found.low == pytest.approx(2.0 * 1.96 * np.std(b_c), rel=0.06)
 
 
@@ -249,7 +252,7 @@ def test_without_values_there_is_no_prediction_but_no_crash():
     assert predicted_lowest(empty, G=0.25e-3, frequency=None) is None
     assert amplitude_curve(empty, G=0.25e-3, frequency=None, low=0.02, high=0.04)[0].size == 0
     with pytest.raises(MissingValuesError, match="no prediction without M, c1, k1, r, m") as error:
-        predicted_b_c(empty, G=0.25e-3)
+        predicted_b_c(empty, base=LevelBase(Quantity(0.25e-3), None))
     assert error.value.names == NEEDED
 
 
@@ -298,3 +301,39 @@ def test_predicted_swing_is_that_of_a_simulated_motion():
     )
     x, _ = motion.at(np.arange(100.0, 120.0, 1e-4))
     assert swing[0] == pytest.approx(0.5 * np.ptp(x), rel=2e-3)
+
+
+def base_row(record: str, G: float = 0.225e-3, frequency: float = 7.8623) -> dict[str, str]:
+    return {
+        "record": record, "frequency_hz": str(frequency), "frequency_error_hz": "1e-6",
+        "amplitude_m": str(G), "amplitude_error_m": "1e-9", "harmonic_2": "0", "harmonic_3": "0",
+        "wander": "0", "dip": "0",
+    }  # fmt: skip
+
+
+def test_a_base_below_its_sheet_moves_the_prediction_and_is_reported(tests_at_025):
+    loaded, regimes = tests_at_025
+    as_sheet, _ = compare(loaded, combined(TABLE_2), regimes)
+    measured, checks = compare(
+        loaded, combined(TABLE_2), regimes, (), [base_row(f"b{b}") for b in TRIED]
+    )
+    assert measured[0].level == as_sheet[0].level == "G = 0.25 mm"  # the sheet names it
+    assert measured[0].base_amplitude_mm == pytest.approx(0.225)
+    assert measured[0].exact_mm / as_sheet[0].exact_mm == pytest.approx(0.9, abs=0.002)
+    assert [check.check for check in checks] == ["base amplitude"]
+
+
+def test_errors_of_the_base_widen_the_interval():
+    """b_c goes with G: one percent of G is one percent of b_c."""
+    known = rig(0.0)
+    G, f = 0.25e-3, 7.8623
+    exact = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f)))
+    assert exact.high - exact.low == pytest.approx(0.0, abs=1e-9)
+    blurred = predicted_b_c(known, base=LevelBase(Quantity(G, 0.01 * G), Quantity(f)))
+    assert blurred.exact == exact.exact
+    assert (blurred.high - blurred.low) / (2.0 * blurred.exact) == pytest.approx(0.0196, rel=0.02)
+    detuned = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f, 0.01)))
+    there = predicted_b_c(known, base=LevelBase(Quantity(G), Quantity(f + 0.01)))
+    assert detuned.high - detuned.exact == pytest.approx(
+        1.96 * abs(there.exact - exact.exact), rel=1e-3
+    )

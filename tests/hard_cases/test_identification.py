@@ -105,6 +105,26 @@ def test_damping_almost_none_and_strong(zeta):
     assert abs(found.zeta - zeta) < 5 * found.zeta_error + 1e-3 * zeta
 
 
+@pytest.mark.parametrize("drift", [0.0, 2e-3])
+def test_a_steady_drive_is_no_ring_down(drift):
+    t = np.arange(round(18 * RATE)) / RATE
+    x = 5e-3 * (1.0 - drift * t / 18.0) * np.cos(2 * np.pi * F0 * t + 0.3)
+    x += 6e-6 * np.random.default_rng(3).standard_normal(t.size)
+    with pytest.raises(AnalysisError, match=r"steady drive|does not decay"):
+        fitted(x)
+
+
+def test_a_likelihood_that_contradicts_the_amplitudes_does_not_win():
+    """Half of a record lies under a burst of something else: every method errs, and says so."""
+    t = np.arange(round(6 * RATE)) / RATE
+    x = decay(seconds=6.0)
+    burst = (t > 1.5) & (t < 4.0)
+    x[burst] += 6e-3 * np.cos(2 * np.pi * (F0 + 0.35) * t[burst] + 1.0)
+    found = fitted(x)
+    assert abs(found.zeta - ZETA) < 3 * found.zeta_error
+    assert abs(found.f0 - F0) < 3 * found.f0_error
+
+
 SCENE = """\
 title: Channels
 seed: 3

@@ -13,7 +13,8 @@ from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.store import create_record
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.find import Impacts, impacts_of_record
+from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.signals.impacts.impact_table import Impacts
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 BASE = Harmonic(0.25e-3, 7.862)

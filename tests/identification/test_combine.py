@@ -1,6 +1,7 @@
 """Estimates of single records to one table: weights, disagreement, what cannot be known."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vinesexp.identification.addedmass import added_mass
 from vinesexp.identification.average import weighted_mean
 from vinesexp.identification.combine import combine
 from vinesexp.identification.estimate import Estimate
@@ -102,6 +104,48 @@ def test_an_added_mass_off_the_line_is_told_with_its_record():
     )
     text = told(combine([*estimates, more], campaign(loads={**LOADS, "added_3": 0.9}))[1])
     assert "added_1: added mass: f0 = " in text
+
+
+@pytest.mark.parametrize(("off", "alone"), [(0.0, True), (2e-5, False), (-2e-5, False)])
+def test_scatter_off_the_line_of_added_masses_widens_the_error(off, alone):
+    """Four ring-downs and two unknowns: two degrees of freedom judge the scatter."""
+    estimates = everything()
+    moved = [
+        replace(e, value=e.value * (1 + off)) if e.records == ("bare_2",) else e for e in estimates
+    ]
+    straight, bent = (added_mass(rows, LOADS)[0].total for rows in (estimates, moved))
+    assert (bent.std_error == pytest.approx(straight.std_error, rel=1e-3)) == alone
+    if not alone:
+        f = {e.records[0]: e.value for e in moved if e.parameter.startswith("f0")}
+        load = np.array([LOADS[name] for name in f])
+        period = (2 * np.pi * np.array(list(f.values()))) ** -2
+        _, rest = np.polyfit(load, period, 1, full=True)[:2]
+        sigma = 2 * period.mean() * 1e-6 / 7.6
+        assert bent.std_error / straight.std_error == pytest.approx(
+            4.303 / 1.96 * float(np.sqrt(rest[0] / 2)) / sigma, rel=0.15
+        )
+
+
+def test_three_ring_downs_cannot_name_a_wrong_added_mass():
+    """Left out in turn, each of them leaves two points and no line to lie off."""
+    wrong = math.sqrt(K1 / (M + 0.9)) / (2 * math.pi)
+    loads = {"bare_1": 0.0, "added_1": 0.3, "added_2": 0.6}
+    estimates = [*ringdown("bare_1"), *ringdown("added_1", f0=wrong), *ringdown("added_2")]
+    value, checks = added_mass(estimates, loads)
+    assert value is not None
+    assert checks == []
+
+
+def test_two_loads_among_many_ring_downs_cannot_name_one_either():
+    """All others then have one load: no line through them, however many there are."""
+    loads = {"bare_1": 0.0, "bare_2": 0.0, "bare_3": 0.0, "added_1": 0.3}
+    f0 = math.sqrt(K1 / M) / (2 * math.pi)
+    third = Estimate("f0", f0, 1e-6, "Hz", "likelihood", ("bare_3",))
+    wrong = math.sqrt(K1 / (M + 0.9)) / (2 * math.pi)
+    estimates = [
+        *ringdown("bare_1"), *ringdown("bare_2"), third, *ringdown("added_1", f0=wrong)
+    ]  # fmt: skip
+    assert added_mass(estimates, loads)[1] == []
 
 
 def test_the_ringdown_that_disagrees_is_named_and_the_error_grows():

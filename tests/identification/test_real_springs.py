@@ -68,7 +68,7 @@ def test_f0_and_the_law_of_damping(decays, name, record, f0):
     assert fit.f0 == pytest.approx(f0, rel=5e-3)
     assert "quadratic" in fit.decay.form
     share = fit.decay.beta * fit.reference / fit.decay.rate(fit.reference)
-    assert share > 0.4  # a good part of the damping where the record speaks loudest
+    assert share > 0.4  # a good part of the damping at the amplitude that f0 holds at
 
 
 @pytest.mark.parametrize(("name", "record", "f0"), SPRINGS)

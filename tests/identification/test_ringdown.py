@@ -32,14 +32,14 @@ def motion(t, decay, noise=5e-6):
     f0=st.floats(5.0, 10.0), zeta=st.floats(1e-3, 0.03), phase=st.floats(0.0, 6.28),
     offset=st.floats(-0.01, 0.01),
 )  # fmt: skip
-def test_every_rung_finds_a_clean_decay(
+def test_every_method_finds_a_clean_decay(
     f0: float, zeta: float, phase: float, offset: float
 ) -> None:
     x = decay(f0=f0, zeta=zeta, phase=phase) + offset
-    for rung in ring_down(x, 1 / RATE, frequency=1.03 * f0):
-        assert rung.f0 == pytest.approx(f0, rel=2e-5), rung.method
-        assert rung.zeta == pytest.approx(zeta, rel=2e-3), rung.method
-    assert rung.decay.form == "viscous"
+    for found in ring_down(x, 1 / RATE, frequency=1.03 * f0):
+        assert found.f0 == pytest.approx(f0, rel=2e-5), found.method
+        assert found.zeta == pytest.approx(zeta, rel=2e-3), found.method
+    assert found.decay.form == "viscous"
 
 
 def test_likelihood_errors_are_those_of_the_information_limit() -> None:

@@ -6,11 +6,13 @@ from pathlib import Path
 import pytest
 
 from vinesexp.records.campaign import TESTS, load_campaign
+from vinesexp.records.channel_section import CHANNEL_KEYS
 from vinesexp.records.checks import OUTCOMES
-from vinesexp.records.description import CHANNEL_KEYS, KEYS
-from vinesexp.records.readers import READERS
-from vinesexp.records.schema import ACCEPTABLE, ROLES
-from vinesexp.records.table import COLUMNS
+from vinesexp.records.description import KEYS, PEOPLE_KEYS
+from vinesexp.records.ingest import read_channels
+from vinesexp.records.readers import READERS, open_source
+from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, TimeColumn
+from vinesexp.records.table import COLUMNS, PEOPLE
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -20,7 +22,7 @@ def test_every_key_column_and_test_has_its_row(word):
     assert re.search(rf"^\| `{word}` \|", (DOCS / "campaign.md").read_text(), re.MULTILINE)
 
 
-@pytest.mark.parametrize("word", [*ROLES, *ACCEPTABLE])
+@pytest.mark.parametrize("word", [*ROLES, *ACCEPTABLE, *PEOPLE, *PEOPLE_KEYS])
 def test_every_role_and_defect_is_told(word):
     assert f"`{word}`" in (DOCS / "campaign.md").read_text()
 
@@ -29,6 +31,28 @@ def test_every_role_and_defect_is_told(word):
 def test_every_format_has_its_section(reader):
     heading = reader.NAME.split(" (")[0]
     assert re.search(rf"^### {re.escape(heading)}$", (DOCS / "formats.md").read_text(), re.I | re.M)
+
+
+BLOCKS = re.findall(
+    r"```text reads (.*?) at (.*?)\n(.*?)```", (DOCS / "formats.md").read_text(), re.S
+)
+
+
+@pytest.mark.parametrize(("columns", "rate", "text"), BLOCKS, ids=[b[0] for b in BLOCKS])
+def test_the_text_of_every_maker_is_read_as_said(columns, rate, text, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(text, encoding="utf-8")
+    source = open_source(path)
+    named = [j for j, column in enumerate(source.columns) if column.name]
+    found = [f"{source.columns[j].name} {source.columns[j].unit or '-'}" for j in named]
+    assert ", ".join(word for word in found if word != "Comment -") == columns
+    channel = Channel("displacement", named[1], "displacement", 1.0, unit="V", file_size=1.0)
+    time = None
+    if rate == "time 0":
+        time, rate = TimeColumn(source.columns[0].name, "s", 1.0), "1000 Hz"
+    found_rate, _, values = read_channels(path, {"displacement": channel}, time=time)
+    assert f"{found_rate:.4g} Hz" == rate or f"{found_rate:.0f} Hz" == rate
+    assert len(values["displacement"]) >= 3
 
 
 def test_every_outcome_is_told():
@@ -40,7 +64,7 @@ def test_the_examples_are_campaigns(tmp_path):
     blocks = re.findall(r"```(yaml|csv)\n(.*?)```", (DOCS / "campaign.md").read_text(), re.S)
     table = next(text for kind, text in blocks if kind == "csv")
     examples = [text for kind, text in blocks if kind == "yaml"]
-    assert len(examples) == 2
+    assert len(examples) == 3
     for text in examples:
         (tmp_path / "campaign.yaml").write_text(text)
         (tmp_path / "records.csv").write_text(table)

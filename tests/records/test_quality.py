@@ -84,6 +84,20 @@ def test_clipped_spikes_of_an_accelerometer_are_found(stored):
         assert len(quality.saturated(view, "acceleration")) > 10
 
 
+@pytest.mark.parametrize("samples", [6, 12, 20, 200])
+@pytest.mark.parametrize("zeta", [0.01, 0.05, 0.2])
+@pytest.mark.parametrize("digits", [3, 5])
+@pytest.mark.parametrize("role", ["displacement", "acceleration"])
+def test_a_decay_without_noise_that_comes_to_rest_is_not_frozen(
+    samples, zeta, digits, role, stored
+):
+    t = np.arange(100 * samples) / samples  # periods
+    values = np.exp(-2.0 * np.pi * zeta * t) * np.cos(2.0 * np.pi * t + 0.3)
+    with stored(0.02 * np.round(values, digits), 1e3, role) as view:
+        period = samples if role == "displacement" else None
+        assert quality.frozen(view, role, period=period) == []
+
+
 @pytest.mark.parametrize(("bits", "noise"), [(16, 1.0), (12, 0.3), (8, 0.3), (8, 0.0), (24, 3.0)])
 @pytest.mark.parametrize("rate", [100.0, 1e4])
 def test_a_frozen_stretch_is_found_where_it_is(bits, noise, rate, stored):

@@ -163,10 +163,46 @@ def test_labview_with_comments_and_uneven_times_is_refused_for_the_times():
         read_channels(source.path, {"displacement": channel(2, file_size=1.0)})
 
 
+def test_tdms_channels_are_scaled_and_know_their_rate():
+    pytest.importorskip("nptdms")
+    path = REAL / "tdms/raw1.tdms"
+    source = open_source(path)
+    assert source.columns[0].name == "First  Channel"
+    assert {column.unit for column in source.columns} == {"V"}
+    rate, _, values = read_channels(path, {"displacement": volts("First  Channel")})
+    assert rate == pytest.approx(50e3)
+    assert len(values["displacement"]) == 2000
+    assert np.abs(values["displacement"]).max() < 0.02  # 10 V at 1 mm/V
+
+
+def test_universal_files_ascii_and_binary_agree():
+    pytest.importorskip("pyuff")
+    both = []
+    for name in ("Sample_UFF58_ascii.uff", "Sample_UFF58b_bin.uff"):
+        rate, start, values = read_channels(
+            REAL / "uff" / name, {"displacement": channel("Mic 01*", file_size=1.0)}
+        )
+        assert (rate, start) == (pytest.approx(65536.0, rel=1e-5), 0.0)
+        both.append(values["displacement"])
+    assert len(both[0]) == 79292
+    np.testing.assert_allclose(both[0], both[1], rtol=1e-5, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("tdms/raw1.tdms", "a LabVIEW TDMS file"), ("uff/Sample_UFF58_ascii.uff", "universal file")],
+    [
+        ("non_ascii_header.uff", "no time records .frequency responses."),
+        ("TestLab 161 164 18 15 82.uff", "no time records .only datasets 15, 18, 82, 151, 164."),
+    ],
 )
-def test_other_formats_are_refused_by_name(name, words):
+def test_universal_files_without_time_records_are_told(name, words):
+    pytest.importorskip("pyuff")
     with pytest.raises(RecordError, match=words):
-        open_source(REAL / name)
+        open_source(REAL / "uff" / name)
+
+
+def test_a_short_universal_record_is_read():
+    pytest.importorskip("pyuff")
+    source = open_source(REAL / "uff/time-history-not-all-columns-filled.uff")
+    assert [(c.name, c.unit) for c in source.columns] == [("1x : m/s²", "m/s²")]
+    assert np.concatenate(list(source.blocks([0]))).shape == (13, 1)

@@ -8,7 +8,9 @@ import pytest
 from vinesexp import Harmonic, Release
 from vinesexp.errors import ParameterError
 from vinesexp.records.store import open_record, write_refused
-from vinesexp.signals.condition import condition, default_bands, fill_gaps
+from vinesexp.signals.bands import default_bands
+from vinesexp.signals.condition import condition
+from vinesexp.signals.means import fill_gaps
 
 
 def test_first_and_last_cycle_of_a_ring_down_survive(measure, tmp_path: Path) -> None:

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.signals.extension import block_means, continued_line, continued_sine
+from vinesexp.signals.extension import continued_line, continued_sine
+from vinesexp.signals.means import block_means
 
 
 @settings(deadline=None, max_examples=40)

@@ -8,9 +8,11 @@ import pytest
 from vinesexp.records.campaign import Channel, TimeColumn
 from vinesexp.records.ingest import read_channels
 from vinesexp.records.store import create_record, open_record
+from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.detection import THRESHOLD, detect_contacts
-from vinesexp.signals.impacts.find import Impacts, impacts_of_record
+from vinesexp.signals.impacts.detection import detect_contacts
+from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.signals.impacts.impact_table import Impacts
 
 REAL = Path(__file__).resolve().parents[2].parent / "shared/real/shock_in_vibration"
 pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason="no ../shared/real beside the repository")
@@ -65,4 +67,4 @@ def test_a_shock_under_the_vibration_is_not_claimed(column: str, tmp_path: Path)
         a = loud.read("acceleration")
         noise = detect_contacts(a, loud.sample_rate, highpass=low).noise
     assert noise > 0.2  # m/s^2: the vibration itself
-    assert shock < THRESHOLD * noise
+    assert shock < ImpactSettings().threshold * noise

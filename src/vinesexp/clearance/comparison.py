@@ -12,7 +12,8 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from vinesexp.clearance.levels import Rows, Tested, periodic_levels, release_levels
+from vinesexp.clearance.level_base import base_checks
+from vinesexp.clearance.levels import Periodic, Rows, Tested, periodic_levels, release_levels
 from vinesexp.clearance.optimum import Optimum, end_of_permanent, fastest, lowest_amplitude
 from vinesexp.clearance.predicted import (
     IdentifiedRig,
@@ -78,15 +79,15 @@ class Comparison:
 
 
 def compare(
-    campaign: Campaign, identified: Rows, regimes: Rows, times: Rows = ()
+    campaign: Campaign, identified: Rows, regimes: Rows, times: Rows = (), base: Rows = ()
 ) -> tuple[list[Comparison], list[Check]]:
     """Measured against predicted, level by level, and what cannot be compared and why.
 
     Parameters
     ----------
     campaign : Campaign
-    identified, regimes, times : sequences of mappings
-        Rows of identified.csv, regimes.csv and decay_times.csv.
+    identified, regimes, times, base : sequences of mappings
+        Rows of identified.csv, regimes.csv, decay_times.csv and base.csv.
 
     Returns
     -------
@@ -96,10 +97,9 @@ def compare(
     rig = identified_rig(identified, campaign.known)
     rows: list[Comparison] = []
     checks: list[Check] = []
-    for level in periodic_levels(campaign, regimes):
-        predicted = _predicted(
-            checks, level.name, partial(predicted_b_c, rig, G=level.G, frequency=level.frequency)
-        )
+    for level in periodic_levels(campaign, regimes, base):
+        checks += _base_checks(campaign, level, base)
+        predicted = _predicted(checks, level.name, partial(predicted_b_c, rig, base=level.base))
         for name, kind, find in (
             (level.name, LOWEST, lowest_amplitude),
             (level.name + END, PERMANENT_END, end_of_permanent),
@@ -116,6 +116,18 @@ def compare(
         )
         rows.append(_row("transient", release.name, FASTEST, optimum, predicted))
     return rows, [*_absent(campaign, rig, rows), *dict.fromkeys(checks)]
+
+
+def _base_checks(campaign: Campaign, level: Periodic, base: Rows) -> list[Check]:
+    ids = {test.record for test in level.tests}
+    records = [record for record in campaign.records if record.id in ids]
+    return base_checks(
+        level.name,
+        level.nominal,
+        {record.frequency[0] for record in records if record.frequency},
+        level.base,
+        [row for row in base if row["record"] in ids],
+    )
 
 
 def _predicted(

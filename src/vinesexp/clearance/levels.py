@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+from vinesexp.clearance.level_base import LevelBase, base_of_level
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.tables import number
 
@@ -37,19 +38,33 @@ class Tested:
 
 @dataclass(frozen=True)
 class Periodic:
-    """Periodic tests at one base amplitude G, m: mean amplitude (m) over clearance.
+    """Periodic tests at one base amplitude: mean amplitude (m) over clearance.
 
-    `frequency` is that of the base, Hz, where all of them share it.
+    Attributes
+    ----------
+    nominal : base amplitude of the sheet, m; it names the level.
+    base : amplitude and frequency that predictions use.
+    tests : by clearance.
     """
 
-    G: float
-    frequency: float | None
+    nominal: float
+    base: LevelBase
     tests: tuple[Tested, ...]
+
+    @property
+    def G(self) -> float:
+        """Base amplitude that predictions use, m."""
+        return self.base.G.value
+
+    @property
+    def frequency(self) -> float | None:
+        """Frequency of the base that predictions use, Hz; None where the tests do not share one."""
+        return None if self.base.frequency is None else self.base.frequency.value
 
     @property
     def name(self) -> str:
         """As in clearances.csv."""
-        return f"G = {1e3 * self.G:.6g} mm"
+        return f"G = {1e3 * self.nominal:.6g} mm"
 
 
 @dataclass(frozen=True)
@@ -66,8 +81,16 @@ class Release:
         return f"{1e3 * self.x0:.6g} mm to {1e3 * self.target:.6g} mm"
 
 
-def periodic_levels(campaign: Campaign, regimes: Rows) -> list[Periodic]:
-    """Levels of the periodic tests with one NES, small base amplitude first."""
+def periodic_levels(campaign: Campaign, regimes: Rows, base: Rows) -> list[Periodic]:
+    """Levels of the periodic tests with one NES, small base amplitude first.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    regimes, base : sequences of mappings
+        Rows of regimes.csv and base.csv.
+    """
+    measured = {row["record"]: row for row in base}
     groups: dict[float, list[tuple[Record, Tested]]] = {}
     for record, row in single_nes(campaign, regimes, "periodic"):
         if record.base_amplitude and row.get("amplitude_mean_m"):
@@ -78,9 +101,13 @@ def periodic_levels(campaign: Campaign, regimes: Rows) -> list[Periodic]:
     levels = []
     for G in sorted(groups):
         records, tests = zip(*groups[G], strict=True)
-        frequencies = {record.frequency[0] for record in records if record.frequency}
-        frequency = frequencies.pop() if len(frequencies) == 1 else None
-        levels.append(Periodic(G, frequency, tuple(sorted(tests, key=lambda t: t.clearance))))
+        moved = base_of_level(
+            G,
+            {record.frequency[0] for record in records if record.frequency},
+            [measured[record.id] for record in records if record.id in measured],
+            inputs=campaign.known.uncertainties,
+        )
+        levels.append(Periodic(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
     return levels
 
 

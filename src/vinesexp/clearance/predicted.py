@@ -14,14 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Known
-from vinesexp.units import Quantity
+from vinesexp.records.uncertainties import EXACT, Uncertainties
+from vinesexp.rig import RIG_VALUES
+from vinesexp.units import COVERAGE_95, Quantity
 
 Floats = NDArray[np.float64]
 
-#: What a prediction needs, in the order of theory.optimal_clearance.VALUES.
-NEEDED = ("M", "c1", "k1", "r", "m")
+#: What a prediction needs.
+NEEDED = RIG_VALUES
 
 
 class MissingValuesError(AnalysisError):
@@ -45,12 +48,15 @@ class IdentifiedRig:
     Attributes
     ----------
     values : of those of `NEEDED` that are known.
-    f0, zeta : natural frequency, Hz, and damping ratio where identified.
+    f0, zeta : natural frequency, Hz, and damping ratio where identified, at the amplitude of the
+        periodic tests.
+    inputs : what the lab set, and how well: the release of a transient test.
     """
 
     values: Mapping[str, Quantity]
     f0: Quantity | None = None
     zeta: Quantity | None = None
+    inputs: Uncertainties = EXACT
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -108,7 +114,7 @@ def identified_rig(identified: Sequence[Mapping[str, str]], known: Known) -> Ide
         name = {"r_effective": "r", "nes_mass_effective": "m"}.get(row["parameter"])
         if name in values:
             values[name] = Quantity(float(row["value"]), float(row["std_error"] or 0.0))
-    return IdentifiedRig(values, found.get("f0"), found.get("zeta"))
+    return IdentifiedRig(values, found.get("f0"), found.get("zeta"), known.uncertainties)
 
 
 @dataclass(frozen=True)
@@ -121,8 +127,10 @@ class Predicted:
     high: float
 
 
-def predicted_b_c(rig: IdentifiedRig, *, G: float, frequency: float | None = None) -> Predicted:
-    """b_c at base amplitude G (m) and frequency (Hz; the oscillator's own where None).
+def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
+    """b_c for the base of a level; the errors of the base are part of the interval.
+
+    Without a frequency that the tests share, the oscillator's own is taken.
 
     Raises
     ------
@@ -132,10 +140,32 @@ def predicted_b_c(rig: IdentifiedRig, *, G: float, frequency: float | None = Non
         There is no stable orbit at any clearance.
     """
     from vinesexp.theory.intervals import predict_periodic
+    from vinesexp.theory.optimal_clearance import b_c_exact
 
     _require(rig, NEEDED)
-    found = predict_periodic(G=G, values=rig.values, covariance=rig.covariance, frequency=frequency)
-    return Predicted(found.published, found.exact, found.low, found.high)
+    f = base.frequency
+
+    def exact(G: float, frequency: float | None) -> float:
+        values = {name: rig.values[name].value for name in NEEDED}
+        return float(b_c_exact(G=G, frequency=frequency, **values))
+
+    found = predict_periodic(
+        G=base.G.value,
+        values=rig.values,
+        covariance=rig.covariance,
+        frequency=None if f is None else f.value,
+    )
+    at = None if f is None else f.value
+    moves = [exact(base.G.value + base.G.std_error, at) - found.exact] if base.G.std_error else []
+    if f is not None and f.std_error:
+        moves.append(exact(base.G.value, f.value + f.std_error) - found.exact)
+    more = COVERAGE_95 * math.hypot(*moves) if moves else 0.0
+    return Predicted(
+        found.published,
+        found.exact,
+        found.exact - math.hypot(found.exact - found.low, more),
+        found.exact + math.hypot(found.high - found.exact, more),
+    )
 
 
 def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
@@ -144,7 +174,14 @@ def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
 
     _require(rig, ("r",))
     found = predict_transient(x0=x0, values=rig.values, covariance=rig.covariance)
-    return Predicted(found.published, found.exact, found.low, found.high)
+    # b_t is in proportion to the release.
+    more = COVERAGE_95 * found.exact * rig.inputs.release.of(x0) / x0 if x0 else 0.0
+    return Predicted(
+        found.published,
+        found.exact,
+        found.exact - math.hypot(found.exact - found.low, more),
+        found.exact + math.hypot(found.high - found.exact, more),
+    )
 
 
 def _require(rig: IdentifiedRig, names: Sequence[str]) -> None:
@@ -188,7 +225,8 @@ def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -
     None where it cannot be known, or where the swing still falls at b_c.
     """
     try:
-        end = predicted_b_c(rig, G=G, frequency=frequency).exact
+        at = None if frequency is None else Quantity(frequency)
+        end = predicted_b_c(rig, base=LevelBase(Quantity(G), at)).exact
     except AnalysisError:
         return None
     b, swing = amplitude_curve(rig, G=G, frequency=frequency, low=0.5 * end, high=end)

@@ -8,58 +8,119 @@ disagrees or cannot be known is said.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from vinesexp.identification.addedmass import added_mass, mass_from_added
-from vinesexp.identification.average import DISAGREES, MATTERS, Mean, mean_of
-from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.one_record import NOTHING
+from vinesexp.identification.average import Mean, mean_of
+from vinesexp.identification.budget import Source, combined_source, parts_of_impacts, product
+from vinesexp.identification.consistency import (
+    possible,
+    records_agree,
+    sources_agree,
+    without_copies,
+)
+from vinesexp.identification.estimate import NOTHING, Estimate
 from vinesexp.identification.remarks import remarks
+from vinesexp.identification.working_amplitude import at_working_amplitude
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
 
-__all__ = ["COMBINED", "combine", "combined", "mass_from_added"]
+__all__ = [
+    "BEST",
+    "COMBINED",
+    "Identified",
+    "combine",
+    "combined",
+    "counted",
+    "mass_from_added",
+    "weigh",
+]
 
 COMBINED = "combined"
-#: The rung of a record that counts; the cheaper ones are shown beside it.
-BEST = ("likelihood", "sweep", "impacts", "drop")
-#: Relative standard error of a weighed mass without one.
-_ASSUMED = 5e-3
+#: The method of a record that counts; the cheaper ones are shown beside it. A record has an
+#: ``envelope`` only where it stands in for a likelihood that failed.
+BEST = ("likelihood", "envelope", "sweep", "impacts", "drop")
+_DECAYS = ("log decrement", "likelihood", "envelope")
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What a campaign says of the rig.
+
+    Attributes
+    ----------
+    rows : list of Estimate
+        Of identified.csv: a row a method, and the combined one.
+    checks : list of Check
+    sources : list of Source
+        The combined values and what their errors are made of (budget.csv).
+    """
+
+    rows: list[Estimate]
+    checks: list[Check]
+    sources: list[Source]
+
+    def source(self, parameter: str) -> Source | None:
+        """The combined value of a parameter with the parts of its error."""
+        return next((s for s in self.sources if s.estimate.parameter == parameter), None)
 
 
 def combine(found: Sequence[Estimate], campaign: Campaign) -> tuple[list[Estimate], list[Check]]:
-    """Rows of identified.csv and what is to be said about them.
+    """Rows of identified.csv and what is to be said about them: `weigh` without the budget."""
+    whole = weigh(found, campaign)
+    return whole.rows, whole.checks
+
+
+def weigh(found: Sequence[Estimate], campaign: Campaign) -> Identified:
+    """Combine the estimates of all records.
 
     Parameters
     ----------
     found : sequence of Estimate
-        Of all records (`identification.record.estimate_record`).
+        Of all records (`identification.one_record.estimate_record`).
     campaign : Campaign
-        For weighed and added masses.
+        For weighed and added masses, and the uncertainties of known inputs.
 
     Returns
     -------
-    list of Estimate, list of Check
+    Identified
         Parameters that cannot be known are absent; a check says which and why.
     """
     excluded = {record.id for record in campaign.records if record.exclude}
     used = [e for e in found if not excluded & set(e.records)]
-    checks = _silent(used, campaign)
-    used = [e for e in used if e.parameter != NOTHING]
+    used, checks = without_copies(used, campaign)
+    checks += _silent(used, campaign)
+    used, impossible = possible([e for e in used if e.parameter != NOTHING])
+    working = at_working_amplitude(used, campaign)
+    checks += [*impossible, *working.checks]
     rows: list[Estimate] = []
+    sources: list[Source] = []
+
+    def add(part: _Part) -> None:
+        rows.extend(part.rows)
+        checks.extend(part.checks)
+        if part.combined is not None:
+            sources.append(part.combined)
+
     for parameter in ("f0", "zeta"):
-        new, told = _by_method(parameter, used)
-        rows += new
-        checks += told
-    masses, told = _masses(used, campaign)
-    rows += masses
-    checks += told
-    rows += _scaled(rows)
-    new, told = _restitution(used)
-    rows += new
-    checks += told
+        add(_by_method(parameter, working.estimates, campaign, working.spread))
+    add(_masses(working.estimates, campaign))
+    for scaled in _scaled(rows, sources):
+        add(scaled)
+    for restitution in _restitution(working.estimates, campaign):
+        add(restitution)
     checks += _absent(rows)
-    return rows, [*checks, *remarks(used)]
+    return Identified(rows, [*checks, *remarks(used)], sources)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Rows of one parameter, what is to be said of them, and the combined value."""
+
+    rows: list[Estimate]
+    checks: list[Check]
+    combined: Source | None
 
 
 def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
@@ -78,133 +139,154 @@ def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
     ]
 
 
+def counted(found: Sequence[Estimate]) -> list[Estimate]:
+    """The estimates of single records that the combined values are made of.
+
+    Whoever shows a value of one record shows one of these: the others are cheaper methods, for
+    comparison. Values that depend on amplitude hold at their `amplitude`.
+    """
+    return [e for e in found if e.method in BEST]
+
+
 def combined(rows: Sequence[Estimate], parameter: str) -> Estimate | None:
     """The combined row of a parameter."""
     return next((e for e in rows if e.parameter == parameter and e.method == COMBINED), None)
 
 
-def _by_method(parameter: str, found: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]]:
-    """A row for every method, and the combined one from each record's best rung."""
+def _by_method(
+    parameter: str, found: Sequence[Estimate], campaign: Campaign, spread: Mapping[str, float]
+) -> _Part:
+    """A row for every method, and the combined one from the methods that count."""
     own = [e for e in found if e.parameter == parameter]
-    rows = [
-        mean_of([e for e in own if e.method == method], method=method)[0]
-        for method in dict.fromkeys(e.method for e in own)
-    ]
-    best = [e for e in own if e.method in BEST]
-    if not best:
-        return rows, []
-    total, mean = mean_of(best, method=COMBINED)
-    return [*rows, total], _disagreement(best, mean)
+    rows, checks, sources = [], [], []
+    for method in dict.fromkeys(e.method for e in own):
+        alike = [e for e in own if e.method == method]
+        value, mean = mean_of(alike, method=method)
+        parts = _parts(value, alike, mean, campaign)
+        if method in _DECAYS and spread.get(parameter):
+            parts["amplitude"] = spread[parameter]
+        source = Source(value, parts)
+        rows.append(source.total)
+        if counted(alike):
+            checks += records_agree(alike, mean, campaign)
+            sources.append(source)
+    if not sources:
+        return _Part(rows, checks, None)
+    total, _ = combined_source(sources, method=COMBINED)
+    return _Part([*rows, total.total], [*checks, *sources_agree(sources)], total)
 
 
-def _disagreement(estimates: Sequence[Estimate], mean: Mean) -> list[Check]:
-    if mean.outlier is None:
-        return []
-    odd = estimates[mean.outlier]
-    others = mean_of([e for e in estimates if e is not odd], method="")[0]
-    names = odd.records if len(odd.records) == 1 else ("",)
-    detail = (
-        f"{odd.parameter} = {odd.value:.6g} {odd.unit} ({odd.method}) disagrees with the others, "
-        f"{others.value:.6g}, by {100 * abs(odd.value / others.value - 1):.2g} % or "
-        f"{mean.pull:.1f} standard errors; the combined error is widened, look at this record"
-    )
-    return [Check(names[0], "agreement", "warning", " ".join(detail.split()))]
+def _parts(
+    value: Estimate, alike: Sequence[Estimate], mean: Mean, campaign: Campaign
+) -> dict[str, float]:
+    """What known inputs contribute to the mean of one method's records."""
+    inputs = campaign.known.uncertainties
+    if value.parameter == "f0":
+        parts = {"clock": value.value * inputs.clock.of(1.0)}
+    elif value.method == "impacts":
+        parts = {}
+        for e, weight in zip(alike, mean.weights, strict=True):
+            number = _ball_of(e)
+            clearances = campaign.record(e.records[0]).clearance
+            clearance = clearances[min(number, len(clearances) - 1)]
+            here = parts_of_impacts(
+                e, clearance=clearance, ball=_ball_error(campaign, number), inputs=inputs
+            )
+            for name, part in here.items():
+                parts[name] = parts.get(name, 0.0) + float(weight) * part
+    elif value.method == "drop":  # a wall that gives, a drop that is not plumb
+        parts = {"model: drop": value.value * inputs.model.of(1.0)}
+    else:
+        parts = {}
+    return {name: part for name, part in parts.items() if part}
 
 
-def _masses(found: Sequence[Estimate], campaign: Campaign) -> tuple[list[Estimate], list[Check]]:
+def _ball_of(e: Estimate) -> int:
+    return int(e.parameter[2:]) - 1 if _is_numbered(e.parameter) else 0
+
+
+def _ball_error(campaign: Campaign, number: int) -> float:
+    """Relative standard uncertainty of a ball's mass; one value stands for all balls."""
+    balls = campaign.known.nes_mass
+    ball = balls[min(number, len(balls) - 1)] if balls else None
+    return ball.std_error / ball.value if ball else 0.0
+
+
+def _masses(found: Sequence[Estimate], campaign: Campaign) -> _Part:
     """M by every way there is, and combined."""
-    rows: list[Estimate] = []
-    checks: list[Check] = []
+    known = campaign.known
+    sources: list[Source] = []
     loads = {record.id: record.added_mass or 0.0 for record in campaign.records}
-    by_mass, told = added_mass(found, loads)
-    checks += told
+    by_mass, checks = added_mass(found, loads, known.uncertainties)
     if by_mass is not None:
-        rows.append(by_mass)
+        kept, impossible = possible([by_mass.estimate])
+        checks += impossible
+        sources += [by_mass] if kept else []
     hits = [e for e in found if e.parameter == "M" and e.method == "impacts"]
     if hits:
-        row, mean = mean_of(hits, method="impacts")
-        checks += _disagreement(hits, mean)
-        weighed = max((m.std_error / m.value for m in campaign.known.nes_mass), default=0.0)
-        error = math.hypot(row.std_error, row.value * weighed)
-        rows.append(Estimate("M", row.value, error, "kg", "impacts", row.records))
-    known = campaign.known.mass
-    if known is not None:
-        error = known.std_error or _ASSUMED * known.value
-        if not known.std_error:
+        value, mean = mean_of(hits, method="impacts")
+        checks += records_agree(hits, mean, campaign)
+        sources.append(Source(value, _parts(value, hits, mean, campaign)))
+    if known.mass is not None:
+        error = known.mass.std_error or known.uncertainties.mass.of(known.mass.value)
+        if not known.mass.std_error and error:
             detail = (
-                f"known.mass has no uncertainty: {100 * _ASSUMED:g} % assumed; "
+                f"known.mass has no uncertainty: {100 * error / known.mass.value:.2g} % assumed; "
                 "write it as '4.7 +- 0.01 kg'"
             )
             checks.append(Check("", "weighed mass", "warning", detail))
-        rows.append(Estimate("M", known.value, error, "kg", "weighed"))
-    if not rows:
-        return [], checks
-    total, mean = mean_of(rows, method=COMBINED)
-    return [*rows, total], [*checks, *_scales_disagree(rows)]
+        weighed = Estimate("M", known.mass.value, 0.0, "kg", "weighed")
+        sources.append(Source(weighed, {"weighed mass": error}))
+    if not sources:
+        return _Part([], checks, None)
+    total, _ = combined_source(sources, method=COMBINED)
+    rows = [*(source.total for source in sources), total.total]
+    return _Part(rows, [*checks, *sources_agree(sources)], total)
 
 
-def _scales_disagree(rows: Sequence[Estimate]) -> list[Check]:
-    """M by different ways: a wrong clearance or mass in the sheet shows here and nowhere else."""
-    checks = []
-    for i, a in enumerate(rows):
-        for b in rows[i + 1 :]:
-            apart = abs(a.value - b.value)
-            pull = apart / math.hypot(a.std_error, b.std_error)
-            if pull > DISAGREES and apart > MATTERS * a.value:
-                blame = {
-                    "impacts": "clearance_mm or known.nes_mass",
-                    "added mass": "added_mass_g",
-                    "weighed": "known.mass",
-                }
-                detail = (
-                    f"M = {a.value:.4g} kg ({a.method}) and {b.value:.4g} kg ({b.method}) differ "
-                    f"by {100 * apart / a.value:.2g} % or {pull:.1f} standard errors; "
-                    f"check {blame[a.method]}, and {blame[b.method]}"
-                )
-                checks.append(Check("", "mass", "warning", detail))
-    return checks
-
-
-def _scaled(rows: Sequence[Estimate]) -> list[Estimate]:
-    """k1 and c1 from every M, by the combined f0 and zeta."""
-    f0, zeta = combined(rows, "f0"), combined(rows, "zeta")
-    if f0 is None or zeta is None:
+def _scaled(rows: Sequence[Estimate], sources: Sequence[Source]) -> list[_Part]:
+    """c1 and k1 from every M, by the combined f0 and zeta."""
+    have = {source.estimate.parameter: source for source in sources}
+    if not {"f0", "zeta", "M"} <= set(have):
         return []
-    w0 = 2.0 * math.pi * f0.value
-    relative_f0 = f0.std_error / f0.value
-    relative_zeta = zeta.std_error / zeta.value if zeta.value else 0.0
-    masses = [e for e in rows if e.parameter == "M"]
-    stiffness, damping = [], []
-    for M in masses:
-        relative = M.std_error / M.value
-        records = tuple(dict.fromkeys((*M.records, *f0.records)))
-        k1 = M.value * w0 * w0
-        c1 = 2.0 * zeta.value * w0 * M.value
-        k1_error = k1 * math.hypot(relative, 2.0 * relative_f0)
-        c1_error = c1 * math.hypot(relative, relative_zeta, relative_f0)
-        stiffness.append(Estimate("k1", k1, k1_error, "N/m", M.method, records))
-        damping.append(Estimate("c1", c1, c1_error, "N s/m", M.method, records))
-    return [*damping, *stiffness]
+    f0, zeta, M = have["f0"], have["zeta"], have["M"]
+    w0 = 2.0 * math.pi * f0.estimate.value
+    damping = 2.0 * zeta.estimate.value * w0
+    found = []
+    for name, unit, factor, powers in (
+        ("c1", "N s/m", damping, [(f0, 1.0), (zeta, 1.0)]),
+        ("k1", "N/m", w0 * w0, [(f0, 2.0)]),
+    ):
+        each = [
+            product(
+                name, factor * mass.estimate.value, unit, [(mass, 1.0), *powers],
+                method=mass.estimate.method,
+            )
+            for mass in (*(Source(e) for e in rows if _single_mass(e)), M)
+        ]  # fmt: skip
+        found.append(_Part([source.total for source in each], [], each[-1]))
+    return found
 
 
-def _restitution(found: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]]:
+def _single_mass(e: Estimate) -> bool:
+    return e.parameter == "M" and e.method != COMBINED
+
+
+def _restitution(found: Sequence[Estimate], campaign: Campaign) -> list[_Part]:
     """r by impacts and by drops; r_1, r_2 of several balls beside it."""
-    rows: list[Estimate] = []
-    checks: list[Check] = []
     numbered = sorted({e.parameter for e in found if _is_numbered(e.parameter)})
     single = [e for e in found if e.parameter == "r"]
     if not single:  # only tests with several balls: r is what they have in common
-        single = [
-            Estimate("r", e.value, e.std_error, e.unit, e.method, e.records)
-            for e in found
-            if e.parameter in numbered
-        ]
-    for parameter in ("r", *numbered):
-        own = single if parameter == "r" else [e for e in found if e.parameter == parameter]
-        new, told = _by_method(parameter, own)
-        rows += new
-        checks += told
-    return rows, checks
+        single = [replace(e, parameter="r") for e in found if e.parameter in numbered]
+    return [
+        _by_method(
+            parameter,
+            single if parameter == "r" else [e for e in found if e.parameter == parameter],
+            campaign,
+            {},
+        )
+        for parameter in ("r", *numbered)
+    ]
 
 
 def _is_numbered(parameter: str) -> bool:

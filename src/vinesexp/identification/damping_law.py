@@ -12,11 +12,13 @@ viscous decay is exact.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+
+from vinesexp.identification.least_squares import Solution, least_squares
 
 FloatArray = NDArray[np.float64]
 
@@ -131,7 +133,46 @@ def _integrated(
     return between(0), between(1)
 
 
-def nudged(
+def fitted_decay(
+    start: FloatArray, free: Sequence[str], misfit: Callable[[FloatArray], FloatArray], *,
+    span: float,
+) -> tuple[FloatArray, Solution]:  # fmt: skip
+    """Least squares over the named parameters of a decay.
+
+    Parameters
+    ----------
+    start : array (8,)
+        In the order of `NAMES`.
+    free : sequence of str
+        Those that are fitted; the others stay.
+    misfit : callable
+        Parameter sets (p, 8) to misfits (p, n) in standard deviations: the derivatives are taken
+        with the same integration.
+    span : float
+        Of the decay, s.
+
+    Returns
+    -------
+    array (8,), Solution
+        All parameters; `Solution` has the free ones.
+    """
+    at = [NAMES.index(name) for name in free]
+
+    def whole(values: FloatArray) -> FloatArray:
+        vector = start.copy()
+        vector[at] = values
+        return vector
+
+    def problem(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        rows, changes = _nudged(whole(values), free, span=span)
+        misfits = misfit(rows)
+        return misfits[0], (misfits[1:] - misfits[0]).T / changes
+
+    found = least_squares(problem, start[at])
+    return whole(found.values), found
+
+
+def _nudged(
     vector: FloatArray, free: Sequence[str], *, span: float
 ) -> tuple[FloatArray, FloatArray]:
     """The vector, one copy for each free parameter a little changed, and the changes."""

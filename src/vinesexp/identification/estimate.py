@@ -12,11 +12,10 @@ from vinesexp.errors import RecordError
 from vinesexp.records.campaign import Record
 from vinesexp.records.result_columns import IDENTIFIED
 from vinesexp.records.tables import Value, write_rows
+from vinesexp.units import COVERAGE_95
 
 #: Parameter name of a record that gave nothing; its `note` is the reason.
 NOTHING = "nothing"
-#: Two-sided 95 % of the normal distribution.
-_Z95 = 1.959964
 
 
 @dataclass(frozen=True)
@@ -37,11 +36,14 @@ class Estimate:
         Ids of the records it came from.
     note : str
         What a person should know of it; becomes a row of checks.csv.
+    amplitude : float or None
+        Amplitude of motion at which the value holds, m, where it may depend on it.
 
     Examples
     --------
-    >>> Estimate("f0", 7.862, 0.001, "Hz", "likelihood", ("rd_1",)).interval()
-    (7.860040036, 7.863959964)
+    >>> low, high = Estimate("f0", 7.862, 0.001, "Hz", "likelihood", ("rd_1",)).interval()
+    >>> round(low, 6), round(high, 6)
+    (7.86004, 7.86396)
     """
 
     parameter: str
@@ -51,10 +53,11 @@ class Estimate:
     method: str
     records: tuple[str, ...] = ()
     note: str = ""
+    amplitude: float | None = None
 
     def interval(self) -> tuple[float, float]:
         """95 % interval."""
-        half = _Z95 * self.std_error
+        half = COVERAGE_95 * self.std_error
         return self.value - half, self.value + half
 
 

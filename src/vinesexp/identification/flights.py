@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
-from vinesexp.signals.impacts.find import Impacts
+from vinesexp.signals.impacts.impact_table import Impacts
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -1,4 +1,4 @@
-"""f0 and zeta from the width of a resonance: the cheapest rung of a sweep.
+"""f0 and zeta from the width of a resonance: the cheapest method on a sweep.
 
 Where the transmissibility has its peak, and where it has fallen to 1/sqrt(2) of it. For a base that
 moves, peak and width of a lightly damped oscillator are f0 and 2 zeta f0 to first order in zeta.

@@ -25,7 +25,7 @@ from vinesexp.identification.jump_ratio import common_ratio, ratio_of
 from vinesexp.identification.sensor_fault import Fault, fault_of, mended
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
-from vinesexp.signals.impacts.find import Impacts
+from vinesexp.signals.impacts.impact_table import Impacts
 
 METHOD = "impacts"
 _FEWEST = 10
@@ -127,9 +127,10 @@ def _prior(found: Sequence[Estimate], campaign: Campaign) -> tuple[float, float]
     if not campaign.known.nes_mass:
         return None
     loads = {record.id: record.added_mass or 0.0 for record in campaign.records}
-    M, _ = added_mass(found, loads)
-    if M is None:
+    source, _ = added_mass(found, loads, campaign.known.uncertainties)
+    if source is None:
         return None
+    M = source.total
     ball = campaign.known.nes_mass[0]
     error = math.hypot(M.std_error / M.value, _SCALES, ball.std_error / ball.value)
     return math.log(M.value / ball.value), error

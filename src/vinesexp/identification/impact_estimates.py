@@ -12,7 +12,7 @@ from vinesexp.identification.estimate import Estimate, estimates_of, nothing
 from vinesexp.identification.flights import Flights, flights_of, mass_ratio, restitution
 from vinesexp.records.campaign import Known, Record
 from vinesexp.signals.channel_agreement import Agreement
-from vinesexp.signals.impacts.find import Impacts
+from vinesexp.signals.impacts.impact_table import Impacts
 
 #: Error of r that the model of the displacement around an impact leaves, however many there are.
 _SMOOTH = 1e-5

@@ -1,4 +1,4 @@
-"""The third rung: the displacement itself, its slow drift as linear unknowns.
+"""The best method on a decay: the displacement itself, its slow drift as linear unknowns.
 
 What the fit leaves is looked at: its noise near f0 scales the errors, a line in it is a second
 oscillation, which is then taken out.
@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.identification.damping_law import Decay, decay_of, logs_and_phases
-from vinesexp.identification.least_squares import gauss_newton
+from vinesexp.identification.damping_law import Decay, decay_of, fitted_decay, logs_and_phases
 from vinesexp.identification.phasors import Phasors, standing_out
-from vinesexp.identification.ringdown_result import RingDown, rung
+from vinesexp.identification.ringdown_result import RingDown, ring_down_by
 
 FloatArray = NDArray[np.float64]
 
@@ -24,9 +23,9 @@ _MOST_LOST = 0.05  # of the samples: more is no loss of the target, it is a bad 
 _MOST_DRIFT = 24  # cosines
 _OWN_LINES = 6.0  # line widths or Fourier lines from f0 that are the decay's own
 _FEWEST_LINES = 20
-_BEAT = 5e-3  # of the amplitude: weaker lines are not worth a word
+_BEAT = 5e-3  # of the amplitude: weaker lines are not reported
 _SIDE_LINES = 4  # half Fourier lines on each side that a second oscillation may take
-_LOUD = 8.0  # times the median of the lines around
+_STRONG = 8.0  # times the median of the lines around
 
 
 def likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> RingDown:
@@ -53,7 +52,7 @@ def likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> Ri
         both = np.concatenate([slow, _narrow(t, beat[0], rate)], axis=1)
         fit = _fitted(fit.vector, envelope.free, t, y, both, kept, noise)
     scale = _noise_at(fit.rest, step, envelope.f0) / noise
-    found = rung(
+    found = ring_down_by(
         "likelihood", decay_of(fit.vector, start.form, start.start), envelope.free,
         fit.covariance * scale**2, envelope.reference, fit.left, envelope.window,
     )  # fmt: skip
@@ -84,11 +83,11 @@ def _fitted(
         model -= (model @ q) @ q.T
         return (model - projected) / noise
 
-    vector, covariance, _ = gauss_newton(vector, free, misfit, span=float(t[-1] - t[0]))
+    vector, found = fitted_decay(vector, free, misfit, span=float(t[-1] - t[0]))
     rest = np.zeros(t.size)
     rest[kept] = misfit(vector[np.newaxis])[0] * noise
     left = float(np.sqrt((rest @ rest) / (projected @ projected)))
-    return _Fit(vector, covariance, rest, left)
+    return _Fit(vector, found.covariance, rest, left)
 
 
 def _narrow(t: FloatArray, frequency: float, rate: float) -> FloatArray:
@@ -134,7 +133,7 @@ def _beat(
 
     What a law of damping leaves lies within a few line widths of f0 and is no second oscillation.
     """
-    taper = np.hanning(2 * rest.size)[rest.size :]  # loudest at the start, as decays are
+    taper = np.hanning(2 * rest.size)[rest.size :]  # a decay is strong at its start
     power = np.abs(np.fft.rfft(rest * taper))
     frequency = np.fft.rfftfreq(rest.size, step)
     own = max(_OWN_LINES / (rest.size * step), _OWN_LINES * zeta * f0)
@@ -143,7 +142,7 @@ def _beat(
         return None
     peak = int(np.flatnonzero(near)[np.argmax(power[near])])
     share = float(power[peak] / np.abs(np.fft.rfft(motion * taper)).max())
-    if share < _BEAT or power[peak] < _LOUD * np.median(power[near]):
+    if share < _BEAT or power[peak] < _STRONG * np.median(power[near]):
         return None
     return float(frequency[peak]), share
 

@@ -1,32 +1,28 @@
-"""What one record tells about the rig: the rungs that its test and its channels allow."""
+"""What one record tells about the rig: the methods that its test and its channels allow."""
 
 from __future__ import annotations
 
+import hashlib
+import math
+from collections.abc import Mapping
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
+from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.estimate import NOTHING, Estimate, estimates_of, nothing
-from vinesexp.identification.halfpower import half_power
 from vinesexp.identification.impact_estimates import impact_estimates
-from vinesexp.identification.ringdown import POINTS, RingDown, ring_down
-from vinesexp.identification.sweep import transmissibility
+from vinesexp.identification.oscillation import displacement_of, frequency_of_motion
+from vinesexp.identification.sweep_record import estimates_of_sweep
 from vinesexp.records.campaign import Known, Record
 from vinesexp.records.store import RecordView, open_record
-from vinesexp.signals.channel_agreement import Agreement, agreement_of
-from vinesexp.signals.clipping import resolution_of
-from vinesexp.signals.condition import fill_gaps
-from vinesexp.signals.extension import block_means
-from vinesexp.signals.impacts.find import Impacts, read_impacts
+from vinesexp.signals.channel_agreement import Agreement, agreement_in
+from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 
-__all__ = ["NOTHING", "coarse", "estimate_record", "nothing"]
+__all__ = ["NOTHING", "estimate_record", "nothing"]
 
-FloatArray = NDArray[np.float64]
-
-_BLOCK = 1 << 20
+_SEEN = 1 << 16  # samples of a channel by which copies are known
 
 
 def estimate_record(
@@ -47,136 +43,61 @@ def estimate_record(
     -------
     list of Estimate
         Parameters `f0`, `zeta`, `M`, `r` (with a number for several NESs); `f0_added` and
-        `zeta_added` where a mass was added; `damping_linear`, `damping_quadratic`,
-        `damping_coulomb`, `stiffening`, `frequency_slope`, `zeta_amplitude` and `beat` of a decay;
-        `accelerometer_gain` and `channel_lag` of the channels. A record that gives nothing has one
-        entry `nothing` with the reason as its note.
+        `zeta_added` where a mass was added, the same with `_at` over amplitude;
+        `damping_linear`, `damping_quadratic`, `damping_coulomb`, `stiffening`, `frequency_slope`
+        and `beat` of a decay; `working_amplitude` of a periodic test; `accelerometer_gain` and
+        `channel_lag` of the channels, `accelerometer_corner` of one that is
+        AC-coupled; `content`, a digest of the samples as its note. A record that gives nothing has
+        an entry `nothing` with the reason as its note.
     """
     with open_record(measured) as view, open_record(conditioned) as band:
         if view.refused is not None:
             return []
-        frequency = band.attributes.get("oscillation_hz")
+        content = _content(record, view)
         try:
-            return _by_test(record, known, view, frequency, impacts)
+            return [content, *_by_test(record, known, view, band.attributes, impacts)]
         except AnalysisError as error:
-            return [nothing(record.id, str(error))]
+            return [content, nothing(record.id, str(error))]
+
+
+def _content(record: Record, view: RecordView) -> Estimate:
+    """A digest of the first samples of all channels: copies of a record are counted once."""
+    digest = hashlib.sha256(f"{view.n} {view.sample_rate}".encode())
+    for role in sorted(view.roles):
+        digest.update(role.encode() + view.read(role, 0, _SEEN).tobytes())
+    return Estimate(
+        "content", float(view.n), 0.0, "1", "samples", (record.id,), digest.hexdigest()[:32]
+    )
 
 
 def _by_test(
-    record: Record, known: Known, view: RecordView, frequency: float | None, impacts: Path
+    record: Record, known: Known, view: RecordView, conditioned: Mapping[str, Any], impacts: Path
 ) -> list[Estimate]:
     if record.test == "drop":
         return _drop(record, read_impacts(impacts))
+    agreement = agreement_in(conditioned)
+    found = [] if agreement is None else _agreement(record, agreement)
+    frequency = conditioned.get("oscillation_hz")
+    if record.test == "sweep" and not record.clearance:
+        return found + estimates_of_sweep(record, view, frequency)
     if frequency is None:
-        raise AnalysisError("nothing oscillates in it")
-    found: list[Estimate] = []
-    agreement = agreement_of(view, frequency=frequency)
-    if agreement is not None:
-        found += _agreement(record, agreement)
+        frequency = frequency_of_motion(view)
     if record.test == "ringdown":
-        return found + _ringdown(record, view, frequency)
+        return found + estimates_of_decay(record, view, frequency)
     if record.clearance:
+        found += _swing(record, view, frequency)
         return found + impact_estimates(record, known, read_impacts(impacts), frequency, agreement)
-    if record.test == "sweep":
-        return found + _sweep(record, view, frequency)
     return found
 
 
-def coarse(view: RecordView, role: str, k: int) -> FloatArray:
-    """Means over groups of k samples of a whole channel, read by blocks."""
-    size = max(1, _BLOCK // k) * k
-    return np.concatenate(
-        [
-            block_means(fill_gaps(view.read(role, begin, begin + size)), k)
-            for begin in range(0, view.n, size)
-        ]
-    )
-
-
-def _ringdown(record: Record, view: RecordView, frequency: float) -> list[Estimate]:
-    role = "displacement" if "displacement" in view.roles else "acceleration"
-    k = max(1, int(view.sample_rate / (POINTS * frequency)))
-    resolution = resolution_of(view.read(role, 0, 1 << 16))
-    blurred = float(np.sinc(frequency * k / view.sample_rate))  # what block means do to a sine
-    rungs = ring_down(
-        coarse(view, role, k) / blurred,
-        k / view.sample_rate,
-        frequency=frequency,
-        resolution=resolution,
-    )
-    suffix = "_added" if record.added_mass else ""
-    found = []
-    for rung in rungs:
-        found += estimates_of(
-            record,
-            rung.method,
-            [
-                (f"f0{suffix}", rung.f0, rung.f0_error, "Hz"),
-                (f"zeta{suffix}", rung.zeta, rung.zeta_error, "1"),
-            ],
-        )
-    best = rungs[-1]
-    found += estimates_of(record, best.method, _damping(best))
-    if best.beat is not None:
-        rows = [("beat", best.beat[0], 0.0, "Hz"), ("beat_share", best.beat[1], 0.0, "1")]
-        found += estimates_of(record, best.method, rows)
-    return found
-
-
-def _damping(rung: RingDown) -> list[tuple[str, float, float, str]]:
-    """The terms of dA/dt = -(gamma + alpha A + beta A^2) that the decay shows."""
-    error = np.sqrt(np.diag(rung.covariance))
-    names = {
-        "alpha": ("damping_linear", "1/s"),
-        "beta": ("damping_quadratic", "1/(m s)"),
-        "gamma": ("damping_coulomb", "m/s"),
-        "mu": ("frequency_slope", "1/m"),
-        "kappa": ("stiffening", "1/m^2"),
-    }
-    rows = [
-        (names[name][0], getattr(rung.decay, name), error[i], names[name][1])
-        for i, name in enumerate(rung.free)
-        if name in names
-    ]
-    return [
-        *rows,
-        ("zeta_amplitude", rung.reference, 0.0, "m"),
-        ("misfit", rung.residual, 0.0, "1"),
-    ]
-
-
-def _sweep(record: Record, view: RecordView, frequency: float) -> list[Estimate]:
-    missing = {"base", "displacement"} - set(view.roles)
-    if missing:
-        raise AnalysisError(
-            f"a sweep without NES gives f0 and zeta only with a {missing.pop()} channel"
-        )
-    k = max(1, int(view.sample_rate / (POINTS * frequency)))
-    base, x = coarse(view, "base", k), coarse(view, "displacement", k)
-    found = transmissibility(
-        base, x, k / view.sample_rate, frequency=frequency, swept=record.frequency
-    )
-    rows = [
-        ("f0", found.f0, found.f0_error, "Hz"),
-        ("zeta", found.zeta, found.zeta_error, "1"),
-        ("base_gain", found.gain, found.gain_error, "1"),
-        ("base_lag", found.lag, found.lag_error, "s"),
-    ]
-    return _half_power(record, base, x, k / view.sample_rate) + estimates_of(record, "sweep", rows)
-
-
-def _half_power(record: Record, base: FloatArray, x: FloatArray, step: float) -> list[Estimate]:
-    """The cheap rung of a sweep, where the record is long enough for it."""
-    if record.frequency is None:
+def _swing(record: Record, view: RecordView, frequency: float) -> list[Estimate]:
+    """Amplitude at which a periodic test works: the effective one, m."""
+    if record.test != "periodic" or "displacement" not in view.roles:
         return []
-    try:
-        found = half_power(base, x, step, swept=record.frequency)
-    except AnalysisError:  # the likelihood rung has said what it needs
-        return []
-    rows = [
-        ("f0", found.f0, found.f0_error, "Hz"), ("zeta", found.zeta, found.zeta_error, "1")
-    ]  # fmt: skip
-    return estimates_of(record, "half power", rows)
+    x = displacement_of(view, frequency)[0]
+    return estimates_of(
+        record, "displacement", [("working_amplitude", math.sqrt(2.0) * float(x.std()), 0.0, "m")]
+    )
 
 
 def _drop(record: Record, impacts: Impacts) -> list[Estimate]:
@@ -190,4 +111,6 @@ def _agreement(record: Record, agreement: Agreement) -> list[Estimate]:
         ("accelerometer_gain", agreement.gain, agreement.gain_error, "1"),
         ("channel_lag", agreement.lag, agreement.lag_error, "s"),
     ]
+    if agreement.corner > 0.0:
+        rows.append(("accelerometer_corner", agreement.corner, agreement.corner_error, "Hz"))
     return estimates_of(record, "channels", rows)

@@ -1,4 +1,4 @@
-"""What single records say besides the parameters: channels at odds, laws of damping, beats."""
+"""What single records say besides the parameters: channels at odds, misfits, beats."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LAG_MATTERS = 2e-5  # s
 
 def remarks(found: Sequence[Estimate]) -> list[Check]:
     """Rows of checks.csv on the estimates of single records."""
-    return [*_channels(found), *_damping(found), *_beats(found)]
+    return [*_channels(found), *_misfits(found), *_beats(found)]
 
 
 def _channels(found: Sequence[Estimate]) -> list[Check]:
@@ -36,7 +36,25 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
                 "said to be"
             )
             checks.append(Check(e.records[0], "gain", "warning", detail))
-    return [*checks, *_lags([e for e in found if e.parameter == "channel_lag"])]
+    corners = [e for e in found if e.parameter == "accelerometer_corner"]
+    lags = [e for e in found if e.parameter == "channel_lag"]
+    if corners:  # elsewhere the phase at one frequency may be the corner's
+        shown = {e.records[0] for e in corners}
+        lags = [e for e in lags if e.records[0] in shown]
+    return [*checks, *_corner(corners), *_lags(lags)]
+
+
+def _corner(corners: Sequence[Estimate]) -> list[Check]:
+    """One line on an AC-coupled accelerometer."""
+    if not corners:
+        return []
+    middle = sorted(e.value for e in corners)[len(corners) // 2]
+    detail = (
+        f"the accelerometer is AC-coupled with a corner near {middle:.3g} Hz (median of "
+        f"{len(corners)} records): its phase at the oscillation is no lag, and was not taken for "
+        "one; a DC-coupled sensor or a lower corner would leave less to correct"
+    )
+    return [Check("", "corner", "warning", detail)]
 
 
 def _lags(lags: Sequence[Estimate]) -> list[Check]:
@@ -63,22 +81,13 @@ def _lags(lags: Sequence[Estimate]) -> list[Check]:
     return checks
 
 
-def _damping(found: Sequence[Estimate]) -> list[Check]:
-    """Free decays whose damping depends on amplitude."""
-    checks = []
-    words = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
-    for record in dict.fromkeys(e.records[0] for e in found if e.parameter in words):
-        own = {e.parameter: e for e in found if e.records[0] == record}
-        terms = " and ".join(word for name, word in words.items() if name in own)
-        zeta = own.get("zeta") or own.get("zeta_added")
-        where = own.get("zeta_amplitude")
-        if zeta is not None and where is not None:
-            detail = (
-                f"damping depends on amplitude ({terms} part); zeta = {zeta.value:.4g} holds at "
-                f"{1e3 * where.value:.3g} mm"
-            )
-            checks.append(Check(record, "damping", "ok", detail))
-    return checks
+def _misfits(found: Sequence[Estimate]) -> list[Check]:
+    """Free decays on which the methods disagree, or that no decay fits."""
+    return [
+        Check(e.records[0], "ring-down", "warning", e.note)
+        for e in found
+        if e.parameter in ("f0", "f0_added") and e.note
+    ]
 
 
 def _beats(found: Sequence[Estimate]) -> list[Check]:

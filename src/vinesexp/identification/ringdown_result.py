@@ -14,6 +14,16 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class Oscillation:
+    """f0 (Hz) and zeta of a decay at one amplitude, with their standard errors."""
+
+    f0: float
+    f0_error: float
+    zeta: float
+    zeta_error: float
+
+
+@dataclass(frozen=True)
 class RingDown:
     """What one decay says.
 
@@ -26,7 +36,7 @@ class RingDown:
     zeta, zeta_error : float
         Equivalent viscous damping ratio at amplitude `reference`.
     reference : float
-        m; where the record speaks loudest.
+        m; mean amplitude, weighted with its square, as the information on f0 is.
     decay : Decay
         All parameters; `covariance` is of those in `free`.
     residual : float
@@ -35,6 +45,8 @@ class RingDown:
         What was fitted, s from the first sample.
     beat : (float, float) or None
         A second oscillation, which was taken out: Hz, and its amplitude over that of the first.
+    note : str
+        Why this method was taken where it is not the likelihood, or why its errors are widened.
     """
 
     method: str
@@ -49,6 +61,7 @@ class RingDown:
     residual: float
     window: tuple[float, float]
     beat: tuple[float, float] | None = None
+    note: str = ""
 
     @property
     def start(self) -> float:
@@ -65,6 +78,20 @@ class RingDown:
         """Amplitude at `start`, m."""
         return float(self.amplitude_at(np.array([self.start]))[0])
 
+    @property
+    def unsure(self) -> float:
+        """Standard error of the amplitude at the start, relative."""
+        if "log_A" not in self.free:  # a straight line through the logarithm: that of its slope
+            return self.zeta_error / self.zeta if self.zeta > 0.0 else math.inf
+        i = self.free.index("log_A")
+        return math.sqrt(max(float(self.covariance[i, i]), 0.0))
+
+    @property
+    def fallen(self) -> float:
+        """By which factor the amplitude falls over what was fitted, less one; 0: a steady drive."""
+        a = self.amplitude_at(np.array(self.window))
+        return float(a[0] / max(a[1], 1e-300) - 1.0)
+
     def amplitude_at(self, t: FloatArray) -> FloatArray:
         """Fitted amplitude at times t (s from the first sample), m."""
         row = self.decay.vector()[np.newaxis]
@@ -74,25 +101,49 @@ class RingDown:
         early = np.minimum(t - self.decay.start, 0.0)
         return np.asarray(np.exp(log_A - self.decay.rate(math.exp(self.decay.log_A)) * early))
 
+    def at(self, amplitude: float) -> Oscillation:
+        """f0 and zeta at another amplitude, m, by the law of damping that was chosen."""
+        return oscillation_at(amplitude, self.decay, self.free, self.covariance)
 
-def rung(
-    method: str, decay: Decay, free: tuple[str, ...], covariance: FloatArray, amplitude: float,
-    residual: float, window: tuple[float, float],
-) -> RingDown:  # fmt: skip
-    """f0 and zeta with errors, from damped frequency and decay rate at `amplitude`."""
+
+def oscillation_at(
+    amplitude: float, decay: Decay, free: tuple[str, ...], covariance: FloatArray
+) -> Oscillation:
+    """f0 and zeta from damped frequency w and decay rate: w0^2 = w^2 + rate^2, zeta = rate/w0.
+
+    Parameters
+    ----------
+    amplitude : float
+        m.
+    decay : Decay
+    free : tuple of str
+        Names of the parameters that `covariance` is of.
+    covariance : array (p, p)
+    """
     rate = decay.rate(amplitude)
     gradient = {"alpha": 1.0, "beta": amplitude, "gamma": 1.0 / amplitude}
     g_rate = np.array([gradient.get(name, 0.0) for name in free])
     w = decay.frequency(amplitude)
     bend = {"w": w / decay.w, "mu": decay.w * amplitude, "kappa": decay.w * amplitude**2}
     g_w = np.array([bend.get(name, 0.0) for name in free])
-    # w_d^2 + rate^2 = w0^2, zeta = rate/w0
     w0 = math.hypot(w, rate)
     g_w0 = (w * g_w + rate * g_rate) / w0
     g_zeta = g_rate / w0 - rate / w0**2 * g_w0
-    f0_error = math.sqrt(max(float(g_w0 @ covariance @ g_w0), 0.0)) / (2.0 * math.pi)
-    zeta_error = math.sqrt(max(float(g_zeta @ covariance @ g_zeta), 0.0))
+    return Oscillation(
+        w0 / (2.0 * math.pi),
+        math.sqrt(max(float(g_w0 @ covariance @ g_w0), 0.0)) / (2.0 * math.pi),
+        rate / w0,
+        math.sqrt(max(float(g_zeta @ covariance @ g_zeta), 0.0)),
+    )
+
+
+def ring_down_by(
+    method: str, decay: Decay, free: tuple[str, ...], covariance: FloatArray, amplitude: float,
+    residual: float, window: tuple[float, float],
+) -> RingDown:  # fmt: skip
+    """The result of one method, its f0 and zeta at `amplitude`."""
+    found = oscillation_at(amplitude, decay, free, covariance)
     return RingDown(
-        method, w0 / (2.0 * math.pi), f0_error, rate / w0, zeta_error, amplitude, decay, free,
+        method, found.f0, found.f0_error, found.zeta, found.zeta_error, amplitude, decay, free,
         covariance, residual, window,
     )  # fmt: skip

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
+from vinesexp.identification.least_squares import least_squares
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -26,7 +27,8 @@ ComplexArray = NDArray[np.complex128]
 _TRANSIENT = 4  # coefficients of T
 _MOVES = 20.0  # times the noise that the strongest line of the base has to be
 _LINES = 12  # fewest
-_ITERATIONS = 30
+_FAR = 3.0  # times the highest line of the fit: from there on a spectrum holds noise only
+_ENOUGH = 50  # lines that a level of noise is taken from
 _BAND = (0.75, 1.25)  # of the resonance
 
 
@@ -63,7 +65,7 @@ class Transmissibility:
 
 def transmissibility(
     base: FloatArray, x: FloatArray, step: float, *, frequency: float,
-    swept: tuple[float, float] | None = None,
+    swept: tuple[float, float] | None = None, powers: tuple[int, int] = (0, 0),
 ) -> Transmissibility:  # fmt: skip
     """Fit the oscillator to base and displacement.
 
@@ -77,6 +79,9 @@ def transmissibility(
         About f0, Hz.
     swept : (low, high), optional
         Frequencies that the base went through, Hz; lines outside carry nothing.
+    powers : (int, int)
+        Of w/w0 by which the spectra of x and of the base are divided to be displacements: 2 for
+        an acceleration over -w0^2.
 
     Raises
     ------
@@ -108,9 +113,13 @@ def transmissibility(
         )
     x, base = x[:n] - x[:n].mean(), base[:n] - base[:n].mean()
     X, B = np.fft.rfft(x), np.fft.rfft(base)
-    noise_x, noise_b = _line_noise(x, f, chosen), _line_noise(base, f, chosen)
-    lines = _Lines(2.0 * math.pi * f[chosen], X[chosen], B[chosen], noise_x, noise_b)
-    if not np.abs(lines.B).max() > _MOVES * noise_b:
+    noise_x, noise_b = (_line_noise(y, f, chosen, swept) for y in (x, base))
+    bend_x, bend_b = ((f[chosen] / frequency) ** -float(power) for power in powers)
+    lines = _Lines(
+        2.0 * math.pi * f[chosen], X[chosen] * bend_x, B[chosen] * bend_b,
+        noise_x * bend_x, noise_b * bend_b,
+    )  # fmt: skip
+    if not (np.abs(lines.B) > _MOVES * lines.noise_b).any():
         raise AnalysisError("the base does not move near the resonance; a sweep is expected")
     return _solved(lines, 2.0 * math.pi * frequency)
 
@@ -128,18 +137,29 @@ def _smooth_length(n: int) -> int:
     return best
 
 
-def _line_noise(x: FloatArray, f: FloatArray, chosen: NDArray[np.bool_]) -> float:
-    """Standard error of real and imaginary part of a line: from the quiet half far above.
+def _line_noise(
+    x: FloatArray, f: FloatArray, chosen: NDArray[np.bool_], swept: tuple[float, float] | None
+) -> float:
+    """Standard error of real and imaginary part of a line: from the quietest lines elsewhere.
 
-    White noise is the same there as near the resonance; overtones of the motion are few. Tapered,
-    since what the cut at both ends spreads over all lines is no noise: the fit allows for it.
+    White noise is the same there as near the resonance. Far above the resonance and above what the
+    base went through there is nothing else; where the record holds no such lines, the quietest
+    part of the others counts. Tapered, since what the cut at both ends spreads over all lines is
+    no noise: the fit allows for it.
     """
     taper = 1.0 - np.cos(2.0 * np.pi * (np.arange(x.size) + 0.5) / x.size)
-    spectrum = np.fft.rfft(x * taper / math.sqrt(1.5))  # rms 1: the same noise as without
-    above = f > 3.0 * f[chosen][-1]
-    quiet = np.abs(spectrum[above if int(above.sum()) > 50 else ~chosen])
+    spectrum = np.abs(np.fft.rfft(x * taper / math.sqrt(1.5)))  # rms 1: the same noise as without
+    last = f[chosen][-1]
+    above = f > max(_FAR * last, 1.2 * max(swept) if swept else 0.0)
     # median of a Rayleigh variable: sqrt(2 ln 2) of one part's deviation
-    return float(np.median(quiet)) / math.sqrt(2.0 * math.log(2.0))
+    one = math.sqrt(2.0 * math.log(2.0))
+    if int(above.sum()) > _ENOUGH:
+        return float(np.median(spectrum[above])) / one
+    rest = spectrum[~chosen][1:]
+    parts = [part for part in np.array_split(rest, max(1, rest.size // _ENOUGH)) if part.size]
+    if not parts:
+        return 0.0
+    return float(min(np.median(part) for part in parts)) / one
 
 
 @dataclass(frozen=True)
@@ -147,8 +167,8 @@ class _Lines:
     w: FloatArray
     X: ComplexArray
     B: ComplexArray
-    noise_x: float
-    noise_b: float
+    noise_x: FloatArray
+    noise_b: FloatArray
 
 
 def _parts(p: FloatArray, lines: _Lines) -> tuple[ComplexArray, ComplexArray]:
@@ -178,20 +198,24 @@ def _solved(lines: _Lines, start: float) -> Transmissibility:
         [*(power * (1.0 + 0j) for power in powers), *(power * 1j for power in powers)], axis=1
     )
     peak = float(lines.w[np.argmax(np.abs(lines.X))])
-    best: tuple[float, FloatArray] | None = None
-    for w0 in {start, peak}:
-        for zeta in (0.003, 0.02):
-            found = _iterated(np.array([w0, zeta, 1.0, 0.0]), lines, transient)
-            if best is None or found[0] < best[0]:
-                best = found
-    if best is None:
-        raise AnalysisError("no fit")
-    cost, p = best
-    jacobian, _ = _jacobian(p, lines, transient)
-    covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-15, hermitian=True)
+
+    def problem(p: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        # The transient's polynomial could swallow a resonance outside the band: kept inside.
+        inside = 0.7 * lines.w[0] < p[0] < 1.4 * lines.w[-1] and p[1] > 0.0
+        return _misfit(p, lines, transient) if inside else None
+
+    best = min(
+        (
+            least_squares(problem, np.array([w0, zeta, 1.0, 0.0]))
+            for w0 in (start, peak)
+            for zeta in (0.003, 0.02)
+        ),
+        key=lambda found: found.chi2,
+    )
+    p = best.values
     freedom = max(1, 2 * lines.w.size - 4 - transient.shape[1])
-    chi2 = cost / freedom
-    error = np.sqrt(np.diag(covariance) * max(1.0, chi2))
+    chi2 = best.chi2 / freedom
+    error = np.sqrt(np.diag(best.covariance) * max(1.0, chi2))
     two_pi = 2.0 * math.pi
     return Transmissibility(
         float(p[0]) / two_pi, float(error[0]) / two_pi, float(p[1]), float(error[1]),
@@ -199,10 +223,8 @@ def _solved(lines: _Lines, start: float) -> Transmissibility:
     )  # fmt: skip
 
 
-def _jacobian(
-    p: FloatArray, lines: _Lines, transient: ComplexArray
-) -> tuple[FloatArray, FloatArray]:
-    """Derivatives of the weighted misfit with T projected out, and the misfit itself."""
+def _misfit(p: FloatArray, lines: _Lines, transient: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """The weighted misfit with T projected out, and its derivatives at the present weights."""
     error, sigma = _weighted(p, lines)
     basis = np.concatenate([(transient / sigma[:, np.newaxis]).real,
                             (transient / sigma[:, np.newaxis]).imag])  # fmt: skip
@@ -218,33 +240,4 @@ def _jacobian(
         moved = p.copy()
         moved[k] += change
         columns.append(out((_weighted(moved, lines)[0] - error) / change))
-    return np.stack(columns, axis=1), out(error)
-
-
-def _iterated(p: FloatArray, lines: _Lines, transient: ComplexArray) -> tuple[float, FloatArray]:
-    """Levenberg-Marquardt on the weighted misfit (weights of the present parameters)."""
-    damp = 1e-3
-    jacobian, misfit = _jacobian(p, lines, transient)
-    cost = float(misfit @ misfit)
-    for _ in range(_ITERATIONS):
-        scale = np.sqrt((jacobian**2).sum(axis=0)) + 1e-300
-        scaled = jacobian / scale
-        step = -np.linalg.solve(scaled.T @ scaled + damp * np.eye(4), scaled.T @ misfit) / scale
-        trial = p + step
-        trial[1] = abs(trial[1])
-        inside = 0.7 * lines.w[0] < trial[0] < 1.4 * lines.w[-1]
-        new_jacobian, new_misfit = (
-            _jacobian(trial, lines, transient) if inside else (jacobian, misfit)
-        )
-        new_cost = float(new_misfit @ new_misfit)
-        # The transient's polynomial could swallow a resonance outside the band: kept inside.
-        if inside and new_cost < cost:
-            gained = cost - new_cost
-            p, jacobian, misfit, cost, damp = trial, new_jacobian, new_misfit, new_cost, damp * 0.2
-            if gained < 1e-9 * cost or np.abs(step * scale).max() < 1e-3:
-                break
-        else:
-            damp *= 8.0
-            if damp > 1e8:
-                break
-    return cost, p
+    return out(error), np.stack(columns, axis=1)

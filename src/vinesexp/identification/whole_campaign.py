@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from vinesexp.identification.combine import combine
+from vinesexp.identification.combine import Identified, weigh
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.impact_consistency import consistent_impacts
 from vinesexp.records.campaign import Campaign
-from vinesexp.records.checks import Check
-from vinesexp.signals.impacts.find import Impacts
+from vinesexp.signals.impacts.impact_table import Impacts
 
 
 def identify_campaign(
     found: Sequence[Estimate], campaign: Campaign, impacts: Mapping[str, Impacts]
-) -> tuple[list[Estimate], list[Check]]:
+) -> Identified:
     """Rows of identified.csv and what is to be said about them.
 
     Parameters
@@ -27,8 +26,13 @@ def identify_campaign(
 
     Returns
     -------
-    list of Estimate, list of Check
+    Identified
+        Its rows hold, after the rig's parameters, what ball and contact do beyond the model.
     """
     consistent = consistent_impacts(found, campaign, impacts)
-    rows, checks = combine(consistent.estimates, campaign)
-    return [*rows, *consistent.effects], [*consistent.checks, *checks]
+    whole = weigh(consistent.estimates, campaign)
+    return Identified(
+        [*whole.rows, *consistent.effects],
+        [*consistent.checks, *whole.checks],
+        whole.sources,
+    )

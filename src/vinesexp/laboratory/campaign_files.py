@@ -35,6 +35,8 @@ def campaign_text(scene: Scene) -> str:
     if masses:
         text = masses[0] if len(masses) == 1 else "[" + ", ".join(masses) + "]"
         lines += ["known:", f"  nes_mass: {text}"]
+    # The virtual sheet states what was simulated: sensors without gain errors, balls as weighed.
+    lines.append("uncertainties: exact")
     lines.append("channels:")
     for number, (role, sensor) in enumerate(scene.tests[0].sensors.items(), start=1):
         if isinstance(sensor, Accelerometer):

@@ -91,8 +91,8 @@ def rehearse(scene_file: Path, *, groups: Sequence[str] | None = None) -> Rehear
     found = [analyse_record(campaign, r, paths=paths, strict=True) for r in campaign.records]
     estimates = [estimate for result in found for estimate in result.estimates]
     impacts = {result.record.id: result.impacts for result in found if result.record.clearance}
-    rows, checks = identify_campaign(estimates, campaign, impacts)
+    whole = identify_campaign(estimates, campaign, impacts)
     return Rehearsal(
         *(folder, scene, campaign, {result.record.id: result.regime for result in found}),
-        *(tuple(estimates), tuple(rows), tuple(checks)),
+        *(tuple(estimates), tuple(whole.rows), tuple(whole.checks)),
     )

@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 _BLOCK = 1 << 18
 _FALL = 8.0  # quanta: twice what a parabola falls by
 _LONG = 16  # samples: a clipped parabola falls by 0.75 n quanta or more, 12 here
+_REST = 0.03  # of the range: what is left of a motion that comes to rest
 _ALIVE = 64  # samples: 2^-64 a sample to stand still by chance where every second one moves
 
 
@@ -113,7 +114,8 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
 
     Either every second sample changed just before (noise does not stop), or, given the `period`
     of the oscillator in samples, its motion stops dead: half a period or more without change,
-    after a period in which it travelled eight times its usual step.
+    after a period in which it travelled eight times its usual step. A motion that shrinks towards
+    the value it then keeps has come to rest, and is no defect.
     """
     levels = _levels(view, role)
     if levels.low == levels.high:
@@ -125,15 +127,25 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
         for run in runs.stretches(runs.starts >= _ALIVE):
             before = view.read(role, run.start - _ALIVE, run.start)
             changes = np.mean(np.diff(before) != 0.0)
-            # A decay without noise comes to rest from one or two quanta, noise from several.
+            # A slow decay without noise comes to rest from one or two quanta, noise from several.
             alive = run.length >= _ALIVE and changes > 0.5 and np.ptp(before) > 5.0 * levels.least
+            alive = alive and not _came_to_rest(before, run.value, levels)
             stopped = False
             if period is not None and run.length >= 0.5 * period:
                 last = view.read(role, max(run.start - round(period), 0), run.start)
                 stopped = bool(np.ptp(last) > _FALL * levels.usual)
+                stopped = stopped and not _came_to_rest(last, run.value, levels)
             if alive or stopped:
                 found.append(run)
     return found
+
+
+def _came_to_rest(before: Floats, value: float, levels: _Levels) -> bool:
+    """Whether the samples before a stretch shrink towards its value, as a decay does at its end."""
+    distance = np.abs(before - value)
+    half = len(distance) // 2
+    early, late = float(distance[:half].max()), float(distance[half:].max())
+    return late <= 0.7 * early and late <= _REST * (levels.high - levels.low)
 
 
 def periods(view: RecordView, role: str) -> float:

@@ -74,6 +74,19 @@ RECORD_REGIMES = Table("regimes", "regimes", (
     _number("transition_m", "m", "amplitude at which the ball is lost", needed=False),
 ))  # fmt: skip
 
+#: How the base moved in each periodic test, from its own channel.
+BASE = Table("base", "regimes", (
+    _RECORD,
+    _number("frequency_hz", "Hz", "measured", ".10g"),
+    _number("frequency_error_hz", "Hz", "standard error", ".3g"),
+    _number("amplitude_m", "m", "of the displacement at that frequency", ".7g"),
+    _number("amplitude_error_m", "m", "standard error, without that of the sensitivity", ".3g"),
+    _number("harmonic_2", "1", "displacement at twice the frequency over amplitude_m", ".3g"),
+    _number("harmonic_3", "1", "at three times the frequency", ".3g"),
+    _number("wander", "1", "standard deviation of the amplitude over its mean", ".3g"),
+    _number("dip", "1", "largest drop of the amplitude over its median", ".3g"),
+))  # fmt: skip
+
 #: How fast each release fell to each amplitude: one row a record and amplitude.
 DECAY_TIMES = Table("decay_times", "regimes", (
     _RECORD,
@@ -97,6 +110,30 @@ CLEARANCES = Table("clearances", "compare", (
     Column("records", "ids of the records it came from, separated by semicolons", needed=False),
     Column("bound", "empty; 'at most', 'at least' or 'open' where the best clearance is at the "
            "edge of what was tried", needed=False),
+))  # fmt: skip
+
+#: Every record beside what the identified rig does from several starts: one row a number.
+REPLAY = Table("replay", "replay", (
+    _RECORD,
+    Column("quantity", "amplitude, impacts per cycle, regime, spells or decay time"),
+    Column("unit", "SI; 1 for a count"),
+    Column("measured", "of the record; empty where it shows none"),
+    Column("replayed", "mean over the replays of its regime; the regimes of all starts"),
+    _number("low", "", "smallest of these replays", ".6g"),
+    _number("high", "", "largest", ".6g"),
+    _number("deviation", "1", "measured over replayed, minus one", ".3g"),
+    Column("outcome", "ok, differs, not measured or not replayed"),
+    Column("starts", "where starts give different regimes: which gives which"),
+))  # fmt: skip
+
+#: Amplitude of each cycle of each record, measured and replayed.
+REPLAY_CYCLES = Table("replay_cycles", "replay", (
+    _RECORD,
+    _number("time_s", "s", "middle of the cycle from the beginning of the record", ".6g"),
+    _number("measured_m", "m", "half swing", ".5g"),
+    _number("replayed_m", "m", "median over the starts", ".5g"),
+    _number("replayed_low_m", "m", "smallest", ".5g"),
+    _number("replayed_high_m", "m", "largest", ".5g"),
 ))  # fmt: skip
 
 CHECKS = Table("checks", "checks", (
@@ -130,4 +167,15 @@ DECAY = Table("decay", "estimate", (
 ))  # fmt: skip
 
 #: The tables of one results folder, in the order in which they are made.
-TABLES = (IMPACTS, IDENTIFIED, BUDGET, RECORD_REGIMES, DECAY_TIMES, CLEARANCES, CHECKS, TRUTH)
+TABLES = (
+    IMPACTS,
+    IDENTIFIED,
+    BUDGET,
+    RECORD_REGIMES,
+    BASE,
+    DECAY_TIMES,
+    CLEARANCES,
+    REPLAY,
+    CHECKS,
+    TRUTH,
+)

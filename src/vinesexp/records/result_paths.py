@@ -43,15 +43,32 @@ class ResultPaths:
         return self._step(id, "ingest.csv")
 
     def regime(self, id: str) -> Path:
-        """The record's row of regimes.csv and its rows of decay_times.csv."""
+        """The record's row of regimes.csv and those of base.csv and decay_times.csv."""
         return self._step(id, "regime.json")
 
     def estimates(self, id: str) -> Path:
         """What the record says about M, c1, k1 and r."""
         return self._step(id, "estimates.json")
 
+    def decay(self, id: str) -> Path:
+        """Amplitude of a ring-down beside what was identified from it; no row for other tests."""
+        return self._step(id, "decay.csv")
+
     def _step(self, id: str, name: str) -> Path:
         return self.folder / "steps" / "records" / id / name
+
+    def made(self, step: str, id: str | None = None) -> Path:
+        """What a step used, read and wrote (`vinesexp.records.freshness`)."""
+        name = f"{step}.made.json"
+        return self.folder / "steps" / name if id is None else self._step(id, name)
+
+    def log(self, step: str, id: str | None = None) -> Path:
+        """What a step printed."""
+        return self.folder / "logs" / (f"{step}.log" if id is None else f"{step}/{id}.log")
+
+    def simulated(self, group: str) -> Path:
+        """Says that the instrument files of a group of a scene are there."""
+        return self.folder / "steps" / "simulate" / f"{group}.txt"
 
     @property
     def identify_checks(self) -> Path:
@@ -68,8 +85,18 @@ class ResultPaths:
         return self.folder / "identified.csv"
 
     @property
+    def budget(self) -> Path:
+        """What the errors of identified.csv are made of."""
+        return self.folder / "budget.csv"
+
+    @property
     def regimes(self) -> Path:
         return self.folder / "regimes.csv"
+
+    @property
+    def base(self) -> Path:
+        """How the base moved in each periodic test."""
+        return self.folder / "base.csv"
 
     @property
     def decay_times(self) -> Path:
@@ -79,6 +106,21 @@ class ResultPaths:
     @property
     def clearances(self) -> Path:
         return self.folder / "clearances.csv"
+
+    @property
+    def replay(self) -> Path:
+        """Every record beside what the identified rig does."""
+        return self.folder / "replay.csv"
+
+    @property
+    def replay_cycles(self) -> Path:
+        """The same cycle by cycle, for figures."""
+        return self.folder / "steps" / "replay_cycles.csv"
+
+    @property
+    def replay_checks(self) -> Path:
+        """Which records the identified rig does not replay."""
+        return self.folder / "steps" / "replay.csv"
 
     @property
     def checks(self) -> Path:

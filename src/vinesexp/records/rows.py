@@ -125,6 +125,13 @@ class Rows:
                 )
             seen += len(block)
 
+    def emptiest(self) -> str:
+        """Which column has no values, as a clause; empty where each has some."""
+        for index in self.indexes:
+            if not any(np.isfinite(block).any() for block in self.source.blocks([index])):
+                return f": {self.name(index)} is empty"
+        return ""
+
     def name(self, index: int) -> str:
         """``"column CH1"``, or its number where it has no name."""
         return f"column {self.source.columns[index].name or index}"

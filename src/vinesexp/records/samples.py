@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -12,9 +11,11 @@ from vinesexp.errors import RecordError
 from vinesexp.records.columns import file_size, find_column, has_column
 from vinesexp.records.readers import Floats, Source
 from vinesexp.records.readers.labels import SEQUENCE
+from vinesexp.records.resampling import Resampler
 from vinesexp.records.rows import Rows
+from vinesexp.records.sampling import stated_sampling
 from vinesexp.records.schema import SI_UNITS, Channel, TimeColumn
-from vinesexp.records.timebase import Clock
+from vinesexp.records.timebase import Clock, UnevenClockError
 from vinesexp.units import UNITS
 
 _LARGEST = 1e9  # m, m/s or m/s^2: more is no measurement
@@ -59,10 +60,13 @@ class Samples:
         self.warnings: list[tuple[str, str]] = []
         self.rows = 0
         self._conversions = list(self._found(channels))
-        self._interval, self._start = self._stated_sampling(sample_rate)
+        columns = [source.columns[c.index] for c in self._conversions]
+        self._interval, self._start = stated_sampling(source, columns, given=sample_rate)
         self.quantities = {c.channel.role: c.channel.quantity for c in self._conversions}
         self._time = None if sample_rate is not None else self._time_index(time)
         size = time.size if time is not None else self._own_size()
+        self._resampler: Resampler | None = None
+        self._stray = 0.0
         self._clock = Clock(source.path, source.locate, size) if self._time is not None else None
         indexes = [conversion.index for conversion in self._conversions]
         self._rows = Rows(
@@ -79,27 +83,77 @@ class Samples:
         return self._rows.trimmed
 
     def blocks(self) -> Iterator[dict[str, Floats]]:
-        """Blocks of every channel, SI, float64."""
+        """Blocks of every channel, SI, float64.
+
+        Raises
+        ------
+        UnevenClockError
+            After the last block: the times have no gap but are not uniform. `resample` and begin
+            again.
+        """
+        if self._resampler is not None:
+            yield from self._even_blocks(self._resampler)
+            return
         for row, block in self._rows.blocks():
             if self._clock is not None:
                 self._clock.add(block[:, -1], row=row)
             self.rows += len(block)
-            values = {
-                c.channel.role: _to_si(block[:, k], c) for k, c in enumerate(self._conversions)
-            }
-            self._refuse_impossible(values, row)
-            yield values
+            yield self._si(block, row)
         self._compare_rows()
         if self.rows < 2:
             raise RecordError(
-                f"holds {'no' if not self.rows else 'one'} complete row; export the record again",
+                f"holds {'no' if not self.rows else 'one'} complete row"
+                f"{self._rows.emptiest()}; export the record again",
                 file=self.source.path,
             )
-        if self._clock is not None:
-            self.sample_rate, self.start = self._clock.finish()
-            self._compare_with_header()
-        else:
+        if self._clock is None:
             self.start += self.trimmed[0] / self.sample_rate
+            return
+        self.sample_rate, self.start = self._clock.finish()
+        if self._clock.stray > 0.01:
+            told = f"times stray by up to {self._clock.stray:.2g} samples from a uniform clock, "
+            self.warnings.append(("time", told + "which is passed over"))
+        self._compare_with_header()
+
+    def whole(self) -> list[dict[str, Floats]]:
+        """All blocks at once, resampled where the clock is uneven."""
+        try:
+            return list(self.blocks())
+        except UnevenClockError as uneven:
+            self.resample(uneven)
+            return list(self.blocks())
+
+    def resample(self, uneven: UnevenClockError) -> None:
+        """Have `blocks`, from the beginning again, give samples on a uniform clock."""
+        clock = self._clock
+        assert clock is not None  # nothing else finds a clock uneven
+        interval = (clock.last - clock.first) / (clock.n - 1)
+        self._resampler = Resampler(clock.first, interval, clock.n)
+        self._stray = uneven.stray
+        self.sample_rate, self.start = 1.0 / (interval * clock.size), clock.first * clock.size
+        self._rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)
+
+    def _even_blocks(self, resampler: Resampler) -> Iterator[dict[str, Floats]]:
+        pairs = ((block[:, -1], block[:, :-1]) for _, block in self._rows.blocks())
+        for block in resampler.blocks(pairs):
+            yield self._si(block, 0)
+        errors = ", ".join(
+            f"{error:.1g} of {c.channel.role}"
+            for c, error in zip(self._conversions, resampler.errors, strict=True)
+        )
+        self.warnings.append(
+            (
+                "time",
+                f"times stray by up to {self._stray:.2g} samples from a uniform clock; resampled "
+                f"to {self.sample_rate:.9g} Hz, error of the interpolation {errors}",
+            )
+        )
+        self._compare_with_header()
+
+    def _si(self, block: Floats, row: int) -> dict[str, Floats]:
+        values = {c.channel.role: _to_si(block[:, k], c) for k, c in enumerate(self._conversions)}
+        self._refuse_impossible(values, row)
+        return values
 
     def _found(self, channels: Mapping[str, Channel]) -> Iterator[_Conversion]:
         for role, channel in channels.items():
@@ -172,39 +226,6 @@ class Samples:
                     f"{1 / self.sample_rate:g} s; the times are used",
                 )
             )
-
-    def _stated_sampling(self, given: float | None) -> tuple[float | None, float]:
-        """Interval and start that the file states for the channels asked for."""
-        source = self.source
-        columns = [source.columns[c.index] for c in self._conversions]
-        intervals = {c.name: c.interval for c in columns if c.interval is not None}
-        if not intervals:
-            return source.sample_interval, source.start
-        if given is not None:
-            return next(iter(intervals.values())), 0.0
-        unclear = next((name for name, dt in intervals.items() if math.isnan(dt)), None)
-        if unclear is not None:
-            raise RecordError(
-                f"'{unclear}' states two different samplings; correct the file, or give "
-                "'sample_rate' in campaign.yaml",
-                file=source.path,
-            )
-        least, most = min(intervals.values()), max(intervals.values())
-        if most > least * (1.0 + 1e-6):
-            told = ", ".join(f"'{name}' {1 / dt:g} Hz" for name, dt in intervals.items())
-            raise RecordError(
-                f"channels of different sample rates ({told}); resample them to one, or leave "
-                "one out",
-                file=source.path,
-            )
-        starts = [source.start if c.start is None else c.start for c in columns]
-        if max(starts) - min(starts) > 0.01 * least:
-            told = ", ".join(f"'{c.name}' {s:.9g} s" for c, s in zip(columns, starts, strict=True))
-            raise RecordError(
-                f"channels that begin at different times ({told}); export them together",
-                file=source.path,
-            )
-        return least, starts[0]
 
     def _own_size(self) -> float:
         """Size of the unit of the column that the format itself defines as times, s."""

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, nearest
+from vinesexp.records.uncertainties import EXACT, Uncertainties
+from vinesexp.settings.stages import Settings
 from vinesexp.units import Quantity
 
 #: What a record can be a record of.
@@ -18,7 +20,7 @@ TESTS = ("ringdown", "sweep", "periodic", "transient", "drop")
 
 #: Roles a channel can have, each with the quantities it can be measured as.
 ROLES: Mapping[str, tuple[str, ...]] = {
-    "base": ("displacement",),
+    "base": ("displacement", "velocity", "acceleration"),
     "displacement": ("displacement",),
     "acceleration": ("acceleration",),
 }
@@ -32,10 +34,14 @@ ACCEPTABLE = ("saturated", "frozen")
 
 @dataclass(frozen=True)
 class Known:
-    """What was weighed: the oscillator's mass and the balls', kg; absent where nobody did."""
+    """What was weighed, kg; absent where nobody did. And how sure all known inputs are.
+
+    A ball whose uncertainty campaign.yaml does not state has that of `uncertainties`.
+    """
 
     mass: Quantity | None = None
     nes_mass: tuple[Quantity, ...] = ()
+    uncertainties: Uncertainties = EXACT
 
 
 @dataclass(frozen=True)
@@ -67,7 +73,9 @@ class Channel:
     optional : bool
         A file without this channel is no mistake.
     accept : tuple of str
-        Defects of the data that are told as warnings instead of refusals (`ACCEPTABLE`).
+        Defects of the data that are reported as warnings instead of refusals (`ACCEPTABLE`).
+    gain_error : float or None
+        Relative standard uncertainty of the sensitivity, where it is stated (``40 +- 2 mV/mm``).
     """
 
     role: str
@@ -80,6 +88,7 @@ class Channel:
     file_size: float | None = None
     optional: bool = False
     accept: tuple[str, ...] = ()
+    gain_error: float | None = None
 
 
 @dataclass(frozen=True)
@@ -89,6 +98,15 @@ class TimeColumn:
     column: str | int
     unit: str
     size: float
+
+
+@dataclass(frozen=True)
+class Setup:
+    """How to read the files of some records: channels, and times or a sample rate (Hz)."""
+
+    channels: Mapping[str, Channel]
+    time: TimeColumn | None = None
+    sample_rate: float | None = None
 
 
 @dataclass(frozen=True)
@@ -109,8 +127,16 @@ class Record:
         m; (start, end) in Hz, equal for a single frequency; kg; m. None where the row is empty.
     exclude : bool
         Leave it out, for the reason in `note`.
+    settings : Settings
+        Of the campaign, with what the row changes.
     row : int
         Line of records.csv.
+    more_files : tuple of Path
+        Where the record's channels are in several files: those after the first.
+    setup : str
+        Which of the campaign's `setups`; empty: the campaign's own channels.
+    people : mapping
+        Cells of columns for people (operator, date, ...), carried and not used.
     """
 
     id: str
@@ -123,7 +149,11 @@ class Record:
     release: float | None = None
     exclude: bool = False
     note: str = ""
+    settings: Settings = field(default_factory=Settings)
     row: int = 0
+    more_files: tuple[Path, ...] = ()
+    setup: str = ""
+    people: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -140,6 +170,12 @@ class Campaign:
         At most one of them; neither where the files state their sampling themselves. Hz.
     bandpass : tuple of float, optional
         (low, high), Hz.
+    settings : Settings
+        Numbers that steer the stages; a record may change them once more.
+    setups : mapping
+        Further ways to read files, by the name that records call them by.
+    people : mapping
+        Keys for people (operator, date, ...), carried and not used.
     """
 
     folder: Path
@@ -151,6 +187,14 @@ class Campaign:
     sample_rate: float | None
     bandpass: tuple[float, float] | None
     records: tuple[Record, ...] = field(default=())
+    settings: Settings = field(default_factory=Settings)
+    setups: Mapping[str, Setup] = field(default_factory=dict)
+    people: Mapping[str, str] = field(default_factory=dict)
+
+    def setup_of(self, record: Record) -> Setup:
+        """How to read a record's files."""
+        standard = Setup(self.channels, self.time, self.sample_rate)
+        return self.setups.get(record.setup, standard)
 
     def record(self, id: str) -> Record:
         """The record called `id`; CampaignError with the nearest name where there is none."""

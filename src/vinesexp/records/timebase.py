@@ -2,9 +2,13 @@
 
 Printed times are rounded, to q say (0.001 s of the last digit). Two rounded times of a clock with
 interval dt differ from dt by less than q, and lie within q of the straight line through the
-first and last time (q/2 of their own, at most q/2 of the line's). More than that is a gap, a jump
-or jitter. Where q comes near dt, a lost sample could hide in it, so at most dt/2 is allowed for
-a step. The sampler's own clock is granted a hundredth of dt.
+first and last time (q/2 of their own, at most q/2 of the line's). Where q comes near dt, a lost
+sample could hide in it, so at most dt/2 is allowed for a step.
+
+Beyond rounding, a time may stray by a tenth of a sample and the clock still counts as uniform: a
+motion of frequency f is off by 2 pi f dt/10 of its amplitude then, a thousandth at 600 samples a
+period. What strays more, by jitter or a drifting clock, is `UnevenClockError`: the record can be
+resampled. A step that is too long for that is a gap, and refused.
 """
 
 from __future__ import annotations
@@ -20,9 +24,24 @@ from vinesexp.errors import RecordError
 
 Floats = NDArray[np.float64]
 
-_JITTER = 0.01  # of an interval: a hundredth of a sample, a tenth of what impact timing needs
+_JITTER = 0.1  # of an interval: what impact timing needs
+_GAP = 1.6  # intervals: a lost sample makes two, jitter of a quarter of a sample 1.5
 _PIECES = 64  # stretches of a block whose extremes are kept for the check against the whole line
 _PROBE = 1000  # times from which the printed resolution of a block is found
+
+
+class UnevenClockError(Exception):
+    """The times stray from a uniform clock, but hold no gap: the record can be resampled.
+
+    Parameters
+    ----------
+    stray : float
+        Largest distance of a time from the uniform clock, in samples.
+    """
+
+    def __init__(self, stray: float) -> None:
+        super().__init__(f"times stray by {stray:.2g} samples")
+        self.stray = stray
 
 
 class Clock:
@@ -36,15 +55,25 @@ class Clock:
         Row number to its place in words.
     size : float
         Size of the file's time unit, s.
+
+    Attributes
+    ----------
+    n : int
+        Times seen.
+    first, last : float
+        First and last of them, in the file's unit.
+    stray : float
+        After `finish`: how far times stray beyond their rounding, in samples.
     """
 
     def __init__(self, file: Path, locate: Callable[[int], str], size: float = 1.0) -> None:
         self._file = file
         self._locate = locate
-        self._size = size
-        self._n = 0
-        self._first_row = 0
-        self._first = self._last = self._interval = self._resolution = math.nan
+        self.size = size
+        self.n = 0
+        self.first = self.last = self.stray = math.nan
+        self._interval = self._coarsest = self._finest = math.nan
+        self._uneven = False
         self._extremes: list[tuple[NDArray[np.int64], Floats]] = []
 
     def add(self, times: Floats, *, row: int) -> None:
@@ -53,32 +82,36 @@ class Clock:
         Raises
         ------
         RecordError
-            A time that does not increase, or a step of another length; with its line.
+            A time that does not increase, or a gap; with its line.
         """
-        if not self._n:
-            self._first_row, self._first, self._last = row, float(times[0]), float(times[0])
+        if not self.n:
+            self.first, self.last = float(times[0]), float(times[0])
             steps = np.diff(times)
         else:
-            steps = np.diff(times, prepend=self._last)
+            steps = np.diff(times, prepend=self.last)
         if not len(steps):
-            self._n += len(times)
+            self.n += len(times)
             return
-        self._resolution = np.fmax(
-            self._resolution, max(_resolution(times[:_PROBE]), _resolution(times[-_PROBE:]))
-        )
+        found = [_resolution(times[:_PROBE]), _resolution(times[-_PROBE:])]
+        self._coarsest = np.fmax(self._coarsest, max(found))
+        # A few times may happen to be round numbers: what they are printed to shows in the others.
+        self._finest = np.fmin(self._finest, min(found))
         if math.isnan(self._interval):
             # The mean step stands up to rounding (1.5 ms printed to 1 ms), the median to gaps.
             self._interval = float(steps.mean())
             if not self._are_even(steps):
                 self._interval = float(np.median(steps))
-        self._check_steps(times, steps, row)
-        index = np.arange(self._n, self._n + len(times))
-        self._n += len(times)
-        self._last = float(times[-1])
+        if not self._are_even(steps):
+            self._refuse_gap(times, steps, row)
+            self._uneven = True
+            self._interval = float(steps.mean())  # a clock may slow down
+        index = np.arange(self.n, self.n + len(times))
+        self.n += len(times)
+        self.last = float(times[-1])
         # The line through all times is known at the end only: keep the points that stray most
         # from the line so far, in stretches so short that the two lines run parallel there.
-        interval = (self._last - self._first) / max(self._n - 1, 1)
-        astray = times - (self._first + index * interval)
+        interval = (self.last - self.first) / max(self.n - 1, 1)
+        astray = times - (self.first + index * interval)
         pieces = np.array_split(np.arange(len(times)), min(_PIECES, len(times)))
         chosen = np.array([p[f(astray[p])] for p in pieces for f in (np.argmin, np.argmax)])
         self._extremes.append((index[chosen], times[chosen]))
@@ -89,33 +122,33 @@ class Clock:
         Raises
         ------
         RecordError
-            Fewer than two samples, or times that wander from a uniform clock.
+            Fewer than two samples.
+        UnevenClockError
+            Times that stray from a uniform clock by more than a tenth of a sample.
         """
-        if self._n < 2:
+        if self.n < 2:
             raise RecordError(
                 "holds fewer than two samples; export the record again", file=self._file
             )
-        interval = (self._last - self._first) / (self._n - 1)
-        tolerance = self._resolution + _JITTER * interval
-        for index, times in self._extremes:
-            astray = np.abs(times - (self._first + index * interval))
-            worst = int(np.argmax(astray))
-            if astray[worst] > tolerance:
-                row = self._first_row + int(index[worst])
-                raise RecordError(
-                    f"time {times[worst]:.9g} is {astray[worst] / interval:.2g} intervals from a "
-                    "uniform clock; resample the record, or give 'sample_rate' instead of 'time' "
-                    "if the samples are uniform",
-                    file=self._file,
-                    where=self._locate(row),
-                )
-        return self._rate(interval), self._first * self._size
+        interval = (self.last - self.first) / (self.n - 1)
+        index = np.concatenate([index for index, _ in self._extremes])
+        astray = np.concatenate([t for _, t in self._extremes]) - (self.first + index * interval)
+        # The first and the last time stray as the others do: a line among all of them is fairer.
+        fitted = astray - np.polyval(np.polyfit(index / self.n, astray, 1), index / self.n)
+        worst = min(float(np.abs(astray).max()), float(np.abs(fitted).max()))
+        self.stray = max(worst - self._coarsest, 0.0) / interval
+        if self._uneven or self.stray > _JITTER:
+            raise UnevenClockError(float(np.abs(astray).max()) / interval)
+        return self._rate(interval), self.first * self.size
 
-    def _check_steps(self, times: Floats, steps: Floats, row: int) -> None:
-        if self._are_even(steps):
-            return
+    def _refuse_gap(self, times: Floats, steps: Floats, row: int) -> None:
+        """Refuse a step backward, of nothing, or over a gap."""
         interval = self._interval
-        wrong = (steps <= 0.0) | (np.abs(steps - interval) > self._allowed())
+        # Printed times may come in pairs and leaps: only a step beyond their rounding counts.
+        short = (2.0 - _GAP) * interval - min(self._coarsest, 0.4 * abs(interval))
+        wrong = (steps <= 0.0) | (steps > _GAP * interval) | (steps < short)
+        if not wrong.any():
+            return
         k = int(np.argmax(wrong))
         step = float(steps[k])
         at = row + k + (0 if len(steps) == len(times) else 1)
@@ -128,25 +161,21 @@ class Clock:
             told += "'sample_rate' instead of 'time'"
         else:
             told = f"time steps by {step:.6g} from {now - step:.9g} to {now:.9g}, expected "
-            told += f"{interval:.3g}; samples are missing or unevenly spaced, cut or resample "
-            told += "the record"
+            told += f"{interval:.3g}; samples are missing or unevenly spaced, cut the record "
+            told += "there, or give 'sample_rate' instead of 'time' if only the times are wrong"
         raise RecordError(told, file=self._file, where=self._locate(at))
 
     def _are_even(self, steps: Floats) -> bool:
-        return self._interval > 0.0 and bool(
-            np.abs(steps - self._interval).max() <= self._allowed()
-        )
-
-    def _allowed(self) -> float:
-        interval = abs(self._interval)
-        return min(self._resolution, 0.5 * interval) + _JITTER * interval
+        interval = self._interval
+        allowed = min(self._coarsest, 0.5 * abs(interval)) + 2.0 * _JITTER * abs(interval)
+        return interval > 0.0 and bool(np.abs(steps - interval).max() <= allowed)
 
     def _rate(self, interval: float) -> float:
         """1/interval in Hz, the whole number if that is within what the printed times tell."""
-        rate = 1.0 / (interval * self._size)
-        uncertainty = rate * (
-            self._resolution / (interval * (self._n - 1)) + 4.0 * np.finfo(float).eps
-        )
+        rate = 1.0 / (interval * self.size)
+        # Half a printed step: the whole number is taken only where it is likely, not just possible.
+        printed = 0.5 * self._finest / (interval * (self.n - 1))
+        uncertainty = rate * (printed + 4.0 * np.finfo(float).eps)
         return float(round(rate)) if abs(rate - round(rate)) <= min(uncertainty, 0.01) else rate
 
 

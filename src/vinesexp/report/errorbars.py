@@ -10,7 +10,7 @@ import math
 from importlib import resources
 from typing import Any
 
-_Z95 = 1.959964
+from vinesexp.units import COVERAGE_95
 
 
 def coverage_table() -> dict[str, Any]:
@@ -36,7 +36,7 @@ def coverage_table() -> dict[str, Any]:
         (row["parameter"], row["noise"]): f"{100.0 * float(row['covered']):.1f} %" for row in rows
     }
     campaigns = int(rows[0]["campaigns"])
-    chance = 100.0 * _Z95 * math.sqrt(0.95 * 0.05 / campaigns)  # a share of `campaigns` by chance
+    chance = 100.0 * COVERAGE_95 * math.sqrt(0.95 * 0.05 / campaigns)  # by chance
     return {
         "levels": levels,
         "campaigns": campaigns,

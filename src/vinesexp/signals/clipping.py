@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.records.store import RecordView
 
 _BLOCK = 1 << 20
-_STUCK = 5e-3  # s at the end value: no contact, nor its ringing; the sensor says nothing
 _LOOK = 1 << 16  # samples whose differences show the resolution
-_PILED = 4.0  # times as many samples at the end value as one step before it
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,24 @@ class Range:
     def clips(self) -> bool:
         return math.isfinite(self.low) or math.isfinite(self.high)
 
-    def beyond(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def beyond(self, x: FloatArray) -> BoolArray:
         """Which samples are clipped."""
         return np.asarray((x <= self.low) | (x >= self.high))
+
+    def as_attributes(self, role: str) -> dict[str, object]:
+        """For the attributes of a file; `range_in` reads them."""
+        names = ("resolution", "range_low", "range_high")
+        values = (self.resolution, self.low, self.high)
+        return {f"{role}_{name}": value for name, value in zip(names, values, strict=True)}
+
+
+def range_in(attributes: Mapping[str, Any], role: str) -> Range:
+    """The range of a channel that was written into a file's attributes; unknown: not clipped."""
+    return Range(
+        float(attributes.get(f"{role}_resolution", 0.0)),
+        float(attributes.get(f"{role}_range_low", -math.inf)),
+        float(attributes.get(f"{role}_range_high", math.inf)),
+    )
 
 
 def resolution_of(x: np.ndarray) -> float:
@@ -51,8 +66,15 @@ def resolution_of(x: np.ndarray) -> float:
     return round(float(steps.min()), 15) if steps.size else 0.0
 
 
-def converter_range(record: RecordView, role: str) -> Range:
+def converter_range(record: RecordView, role: str, *, piled: float = 4.0) -> Range:
     """Resolution of a channel, and its end values if samples pile up there.
+
+    Parameters
+    ----------
+    record, role
+        The channel.
+    piled : float
+        Clipped if so many times as many samples lie in the last step as in those before it.
 
     A signal that is not clipped has few samples at its largest value and as many one step
     below. Read by blocks.
@@ -69,29 +91,29 @@ def converter_range(record: RecordView, role: str) -> Range:
         for row, distance in zip(counts, (x - low, high - x), strict=True):
             near = distance[distance < 8.5 * step]
             row += np.bincount(np.rint(near / step).astype(np.int64), minlength=9)[:9]
-    piled = [row[0] >= 3 and row[0] > _PILED * (row[1:].mean() + 1.0) for row in counts]
+    over = [row[0] >= 3 and row[0] > piled * (row[1:].mean() + 1.0) for row in counts]
     return Range(
         step,
-        low + 0.5 * step if piled[0] else -math.inf,
-        high - 0.5 * step if piled[1] else math.inf,
+        low + 0.5 * step if over[0] else -math.inf,
+        high - 0.5 * step if over[1] else math.inf,
     )
 
 
 def read_unstuck(
-    record: RecordView, role: str, limits: Range, begin: int, end: int
-) -> NDArray[np.float64]:
-    """Samples of a channel, NaN where it is stuck at the end of its range."""
+    record: RecordView, role: str, limits: Range, begin: int, end: int, *, stuck: float = 5e-3
+) -> FloatArray:
+    """Samples of a channel, NaN where it is stuck at the end of its range for `stuck` s or more."""
     raw = record.read(role, begin, end)
     if not limits.clips or not limits.beyond(raw).any():
         return raw
-    long = max(3, round(_STUCK * record.sample_rate))
+    long = max(3, round(stuck * record.sample_rate))
     low, high = max(0, begin - long), min(record.n, end + long)
     beyond = limits.beyond(record.read(role, low, high))
     edges = np.flatnonzero(np.diff(beyond.astype(np.int8), prepend=0, append=0))
-    stuck = np.zeros(beyond.size, dtype=bool)
+    held = np.zeros(beyond.size, dtype=bool)
     for first, last in zip(edges[::2], edges[1::2], strict=True):
-        stuck[first:last] = last - first > long
-    return np.where(stuck[begin - low : begin - low + raw.size], np.nan, raw)
+        held[first:last] = last - first > long
+    return np.where(held[begin - low : begin - low + raw.size], np.nan, raw)
 
 
 def _ends(x: np.ndarray) -> tuple[float, float]:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from vinesexp.arrays import FloatArray
+
+_BLOCK = 1 << 20  # samples read at once
 
 
-def cycle_amplitudes(x: Floats, sample_rate: float, frequency: float) -> tuple[Floats, Floats]:
+def cycle_amplitudes(
+    x: FloatArray, sample_rate: float, frequency: float
+) -> tuple[FloatArray, FloatArray]:
     """Middle time (s from the first sample) and half swing of each cycle.
 
     Parameters
@@ -25,18 +30,30 @@ def cycle_amplitudes(x: Floats, sample_rate: float, frequency: float) -> tuple[F
     >>> bool(np.all(np.abs(a - 1.0) < 1e-3)), len(a)
     (True, 10)
     """
+    return cycles_from(lambda begin, end: x[begin:end], len(x), sample_rate, frequency)
+
+
+def cycles_from(
+    read: Callable[[int, int], FloatArray], n: int, sample_rate: float, frequency: float
+) -> tuple[FloatArray, FloatArray]:
+    """`cycle_amplitudes` of a displacement of n samples that is read by blocks of cycles."""
     length = sample_rate / frequency
-    edges = np.round(np.arange(0.0, len(x) + 1e-9, length)).astype(int)
-    edges = edges[edges <= len(x)]
+    edges = np.round(np.arange(0.0, n + 1e-9, length)).astype(np.int64)
+    edges = edges[edges <= n]
     if len(edges) < 2:
         return np.empty(0), np.empty(0)
-    whole = x[: edges[-1]]
-    high = np.maximum.reduceat(whole, edges[:-1])
-    low = np.minimum.reduceat(whole, edges[:-1])
-    return 0.5 * (edges[:-1] + edges[1:]) / sample_rate, 0.5 * (high - low)
+    together = max(1, int(_BLOCK / length))  # cycles
+    swings = []
+    for first in range(0, len(edges) - 1, together):
+        own = edges[first : first + together + 1]
+        x = read(int(own[0]), int(own[-1]))
+        begin = own[:-1] - own[0]
+        swings.append(np.maximum.reduceat(x, begin) - np.minimum.reduceat(x, begin))
+    middle = np.asarray(0.5 * (edges[:-1] + edges[1:]) / sample_rate, dtype=np.float64)
+    return middle, 0.5 * np.concatenate(swings)
 
 
-def time_to_level(time: Floats, amplitude: Floats, level: float) -> float:
+def time_to_level(time: FloatArray, amplitude: FloatArray, level: float) -> float:
     """When the amplitude falls below `level` for good, interpolated; NaN if it does not.
 
     Examples

@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from vinesexp.arrays import FloatArray
+from vinesexp.signals.means import block_means, fill_gaps
 
 #: Periods at the edge that the sine is fitted to.
 _PERIODS = 3.0
@@ -21,18 +21,6 @@ _PERIODS = 3.0
 _POINTS = 24
 #: The continued sine grows at most so much over its whole length.
 _GROWTH = 2.0
-
-
-def block_means(x: FloatArray, k: int) -> FloatArray:
-    """Means over consecutive groups of k samples; the last incomplete group is left out.
-
-    Examples
-    --------
-    >>> block_means(np.array([1.0, 3.0, 5.0, 7.0, 9.0]), 2)
-    array([2., 6.])
-    """
-    whole = x.size // k * k
-    return np.asarray(x[:whole].reshape(-1, k).mean(axis=1))
 
 
 def continued_sine(edge: FloatArray, n: int, *, sample_rate: float, frequency: float) -> FloatArray:
@@ -144,3 +132,32 @@ def continued_line(edge: FloatArray, n: int, *, length: int) -> FloatArray:
     at_end = newer + slope * 0.5 * (half - 1)
     ahead = np.minimum(np.arange(1, n + 1), half)  # no farther than the line was seen
     return np.asarray(at_end + slope * ahead)
+
+
+def bridge_gaps(x: FloatArray, *, length: int) -> FloatArray:
+    """An acceleration with its gaps bridged, whatever spikes stand at their edges.
+
+    Gaps shorter than a tenth of `length` samples are interpolated; a longer one goes from the
+    trend before it to the trend after it (`continued_line` of `length` samples).
+
+    Examples
+    --------
+    >>> x = np.zeros(100); x[39] = 50.0; x[40:60] = np.nan
+    >>> bool(np.abs(bridge_gaps(x, length=20)[40:60]).max() < 1e-9)
+    True
+    """
+    bad = ~np.isfinite(x)
+    if not bad.any() or bad.all():
+        return fill_gaps(x)
+    filled = fill_gaps(x).copy()
+    edges = np.flatnonzero(np.diff(bad.astype(np.int8), prepend=0, append=0))
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - begin <= length // 10:
+            continue
+        before, after = filled[max(0, begin - length) : begin], x[end : end + length]
+        after = after[np.isfinite(after)]
+        left = continued_line(before, 1, length=length)[0] if before.size else None
+        right = continued_line(after[::-1], 1, length=length)[0] if after.size else None
+        left, right = left if left is not None else right, right if right is not None else left
+        filled[begin:end] = np.linspace(left, right, end - begin)  # type: ignore[arg-type]
+    return filled

@@ -17,10 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.signals.frequency import fast_length
-
-FloatArray = NDArray[np.float64]
 
 #: What a filter remembers from farther away than one settling time, relative.
 _SETTLED = 1e-10
@@ -148,8 +147,8 @@ def zero_phase_blocks(
         Consecutive stretches of the record.
     band : Butterworth
     before, after : arrays
-        What is taken to lie before the first and after the last sample (`extension.extend`);
-        beyond that, the end value stands.
+        What is taken to lie before the first and after the last sample (`extension.continued_sine`,
+        `extension.continued_line`); beyond that, the end value stands.
 
     Yields
     ------

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.records.campaign import Record
 from vinesexp.records.store import RecordView, open_record
-from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
-from vinesexp.signals.impacts.find import Impacts
+from vinesexp.signals.cycles import cycles_from, time_to_level
+from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.transition import transition_of
+from vinesexp.signals.visibility import could_be_seen
 from vinesexp.theory.regime_definitions import activation_spells, regime_of
-
-Floats = NDArray[np.float64]
 
 #: Amplitudes of a release that times are reported for, as shares of the release.
 LEVELS = (0.5, 0.25, 0.15, 0.1)
 
-_SETTLING = 0.2  # of a periodic record, left out: the start is not yet the response
-_FIRST_CYCLES = 12  # of a release: what it starts with
-_MOST = 60_000_000  # samples
 
 Row = Mapping[str, str | float | None]
 
@@ -48,7 +45,8 @@ def regime_of_record(
         ``captured`` (share of cycles with one impact on either side), ``spells`` and
         ``spell_mean_s`` (of such cycles in a row), and for a release ``captured_until_s``,
         ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and ``transition_m`` (amplitude where
-        the ball is lost). None or absent where it cannot be known.
+        the ball is lost). None or absent where it cannot be known: a record that could not show
+        impacts, for its noise or its sampling, has no regime.
     """
     row: dict[str, str | float | None] = {
         "record": record.id,
@@ -65,21 +63,34 @@ def regime_of_record(
         time, amplitude = _amplitudes(view, float(frequency))
         length = view.n / view.sample_rate
         start = view.start
+        seen = _seen(record, view, impacts, float(frequency))
     if amplitude.size == 0:
         return row
-    begin = _SETTLING * length if record.test == "periodic" else 0.0
+    begin = record.settings.regimes.settling * length if record.test == "periodic" else 0.0
     steady = amplitude[time >= begin]
     row["amplitude_mean_m"] = float(steady.mean())
     row["amplitude_max_m"] = float(steady.max())
-    if record.clearance:
+    if record.clearance and seen:
         end = length
         if record.test == "transient":
-            end = min(_FIRST_CYCLES / float(frequency), length)
+            end = min(record.settings.regimes.first_cycles / float(frequency), length)
         row |= _regimes(
             record, impacts, period=1.0 / float(frequency), begin=start + begin, end=start + end
         )
         row |= _spells(record, impacts, 1.0 / float(frequency), start, (time, amplitude))
     return row
+
+
+def _seen(record: Record, view: RecordView, impacts: Impacts, frequency: float) -> bool:
+    """Whether the record would show impacts if there were any: what is not seen is unknown."""
+    if not record.clearance:
+        return True
+    cycles = max(1.0, view.n / view.sample_rate * frequency)
+    if impacts.n / cycles > record.settings.regimes.seen_share:
+        return True
+    return could_be_seen(
+        view, clearance=min(record.clearance), frequency=frequency, settings=record.settings
+    )
 
 
 def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | float | None]]:
@@ -113,14 +124,14 @@ def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | fl
     return rows
 
 
-def _amplitudes(view: RecordView, frequency: float) -> tuple[Floats, Floats]:
-    return cycle_amplitudes(view.read("displacement", 0, _MOST), view.sample_rate, frequency)
+def _amplitudes(view: RecordView, frequency: float) -> tuple[FloatArray, FloatArray]:
+    return cycles_from(partial(view.read, "displacement"), view.n, view.sample_rate, frequency)
 
 
 def _regimes(
     record: Record, impacts: Impacts, *, period: float, begin: float, end: float
 ) -> dict[str, str | float | None]:
-    """Regime of each ball, and of all impacts together where the ball cannot be told."""
+    """Regime of each ball, and of all impacts together where the ball is not known."""
     if end - begin < period:
         return {}
     n = len(record.clearance)
@@ -138,7 +149,11 @@ def _regimes(
 
 
 def _spells(
-    record: Record, impacts: Impacts, period: float, view_start: float, decay: tuple[Floats, Floats]
+    record: Record,
+    impacts: Impacts,
+    period: float,
+    view_start: float,
+    decay: tuple[FloatArray, FloatArray],
 ) -> Row:
     """Activation spells of a single ball: number and length; of a release, what its end divides."""
     if len(record.clearance) != 1:
@@ -151,7 +166,7 @@ def _spells(
     if record.test == "transient":
         lost = float(spells[0, 1] - view_start)
         row["captured_until_s"] = lost
-        found = transition_of(*decay, lost=lost)
+        found = transition_of(*decay, lost=lost, settings=record.settings.regimes)
         if found is not None:
             row["decay_rate_captured_1_s"] = found.rate_before
             row["decay_rate_after_1_s"] = found.rate_after

@@ -10,12 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-
-_FEWEST = 4  # cycles on either side
-_FLOOR = 0.02  # of the largest amplitude: below, it is noise and other things
+from vinesexp.arrays import FloatArray
+from vinesexp.settings.stages import RegimeSettings
 
 
 @dataclass(frozen=True)
@@ -27,7 +24,9 @@ class Transition:
     amplitude: float
 
 
-def transition_of(time: Floats, amplitude: Floats, *, lost: float) -> Transition | None:
+def transition_of(
+    time: FloatArray, amplitude: FloatArray, *, lost: float, settings: RegimeSettings | None = None
+) -> Transition | None:
     """Straight lines through the logarithm of the amplitude before and after a time.
 
     Parameters
@@ -35,7 +34,8 @@ def transition_of(time: Floats, amplitude: Floats, *, lost: float) -> Transition
     time, amplitude : arrays (n,)
         Cycle by cycle, s and m (`cycles.cycle_amplitudes`).
     lost : float
-        When the ball is lost, s (end of the first of `theory.regimes.activation_spells`).
+        When the ball is lost, s: end of the first of
+        `theory.regime_definitions.activation_spells`.
 
     Returns
     -------
@@ -50,12 +50,13 @@ def transition_of(time: Floats, amplitude: Floats, *, lost: float) -> Transition
     >>> round(found.rate_before, 3), round(found.rate_after, 3), round(found.amplitude, 3)
     (0.5, 0.3, 0.135)
     """
+    settings = RegimeSettings() if settings is None else settings
     start = int(np.argmax(amplitude)) if amplitude.size else 0
     t, A = time[start:], amplitude[start:]
-    low = np.flatnonzero(~(_FLOOR * A[:1] < A))
+    low = np.flatnonzero(~(settings.transition_floor * A[:1] < A))
     t, A = (v[: low[0]] if low.size else v for v in (t, A))
     before = t < lost
-    if min(int(before.sum()), int((~before).sum())) < _FEWEST:
+    if min(int(before.sum()), int((~before).sum())) < settings.transition_cycles:
         return None
     rates = [-float(np.polyfit(t[part], np.log(A[part]), 1)[0]) for part in (before, ~before)]
     return Transition(rates[0], rates[1], float(np.exp(np.interp(lost, t, np.log(A)))))

@@ -9,16 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vinesexp.errors import ParameterError, nearest
-from vinesexp.rig import checked
+from vinesexp.rig import RIG_VALUES, checked
 from vinesexp.theory.manifold import FloatArray, loss_parameter
 from vinesexp.theory.optimal_clearance import b_t_exact, b_t_published, release_amplitude
 from vinesexp.theory.sensitivity import gradient_exact, gradient_published
-from vinesexp.units import Quantity
+from vinesexp.units import COVERAGE_95, Quantity
 
 #: Rig values that a prediction depends on, in the order of every gradient and covariance.
-VALUES = ("M", "c1", "k1", "r", "m")
-#: Half width of a 95 % interval in standard errors.
-COVERAGE_95 = 1.959963984540054
+VALUES = RIG_VALUES
 
 
 @dataclass(frozen=True)

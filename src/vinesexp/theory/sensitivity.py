@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from vinesexp.rig import RIG_VALUES
 from vinesexp.theory.boundaries import boundary_residuals, end_of_permanent_response
 from vinesexp.theory.manifold import FloatArray
 from vinesexp.theory.optimal_clearance import b_c_published
 from vinesexp.theory.orbits import Reduced, family
 
-_NAMES = ("M", "c1", "k1", "r", "m")
 _STEP = 1e-3  # relative; fourth-order differences: truncation 1e-12, rounding 1e-13
 _OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
 _WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
@@ -89,7 +89,7 @@ def gradient_exact(
     C, node = float(ends.C_low), str(ends.kind) == "saddle-node"
     # rows: C, then the rig values; columns: the four offsets
     near = abs(float(p.Omega) - 1.0) + float(p.zeta) + float(p.eps)
-    steps = _STEP * np.array([C, *(_scale(name, rig, near, frequency) for name in _NAMES)])
+    steps = _STEP * np.array([C, *(_scale(name, rig, near, frequency) for name in RIG_VALUES)])
     points = np.array([C, *rig.values()])[:, None, None] + np.zeros((6, 6, 4))
     for row in range(6):
         points[row, row] += steps[row] * _OFFSETS
@@ -100,7 +100,7 @@ def gradient_exact(
     d_beta, d_H = (f @ _WEIGHTS / steps for f in (beta, H))
     along = d_beta[0] / d_H[0] if not node else 0.0  # b is stationary in C at a saddle-node
     slopes = G * (d_beta[1:] - along * d_H[1:])
-    return G * float(ends.b_high), dict(zip(_NAMES, map(float, slopes), strict=True))
+    return G * float(ends.b_high), dict(zip(RIG_VALUES, map(float, slopes), strict=True))
 
 
 def _scale(name: str, rig: dict[str, float], near: float, frequency: float | None) -> float:

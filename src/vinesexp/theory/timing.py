@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
-from vinesexp.theory.intervals import COVERAGE_95, VALUES, covariance_of, rig_values
+from vinesexp.theory.intervals import VALUES, covariance_of, rig_values
 from vinesexp.theory.manifold import A_1, FloatArray
 from vinesexp.theory.passage import passage
 from vinesexp.theory.transient import (
@@ -27,7 +27,7 @@ from vinesexp.theory.transient import (
     captured_time,
     decay_curve,
 )
-from vinesexp.units import Quantity
+from vinesexp.units import COVERAGE_95, Quantity
 
 #: Names of the derivatives: the rig's values and the release amplitude.
 RELEASE_VALUES = (*VALUES, "x_m")

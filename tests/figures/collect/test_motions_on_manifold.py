@@ -8,7 +8,7 @@ from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.figures.collect.motions_on_manifold import manifold_figure, projected
 from vinesexp.records.schema import Record
-from vinesexp.signals.impacts.find import Impacts, no_impacts, write_impacts
+from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.theory.manifold import A_1, amplitude
 from vinesexp.units import Quantity
 

@@ -62,13 +62,6 @@ def test_version_73_is_hdf5_inside(tmp_path):
     np.testing.assert_array_equal(values(source, [0])[:, 0], A)
 
 
-def test_a_structure_is_told_with_what_to_do(tmp_path):
-    path = tmp_path / "a.mat"
-    scipy.io.savemat(path, {"data": {"CH1": A}})
-    with pytest.raises(RecordError, match=r"no vectors of numbers \(found data \(struct\)\).*save"):
-        open_source(path)
-
-
 def test_complex_numbers_are_told(tmp_path):
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"CH1": A + 1j})

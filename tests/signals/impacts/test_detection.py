@@ -9,9 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp.laboratory.pulses import contact_acceleration
+from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.filters import butterworth, zero_phase
 from vinesexp.signals.impacts.candidates import boxcars, find_spikes
-from vinesexp.signals.impacts.detection import detect_contacts, detect_from
+from vinesexp.signals.impacts.detection import detect_by_template, detect_contacts
+from vinesexp.signals.impacts.stream import Stream
 
 
 def trace(times, jumps, *, seconds, rate=1e4, noise=0.3, ring=None, duration=4e-4, seed=0):
@@ -137,8 +139,8 @@ def test_a_pulse_is_learnt_from_clipped_and_ringing_contacts_only() -> None:
     found = detect_contacts(np.clip(a, -limit, limit), 1e4, highpass=None, clipped=clipped)
     assert found.time.size == 100
     assert found.clipped.all()
-    assert found.pulse is not None
-    assert found.pulse.shape.ring == pytest.approx(0.3, abs=2e-3)
+    assert found.template is not None
+    assert found.template.shape.ring == pytest.approx(0.3, abs=2e-3)
     assert np.abs(found.time - t).max() < 2e-5
 
 
@@ -151,8 +153,8 @@ def test_close_pairs_do_not_blur_the_pulse() -> None:
     found = detect_contacts(trace(t, 0.0146 * np.ones(180), seconds=6.0), 1e4, highpass=None)
     assert found.time.size == 180
     assert np.abs(found.time - t).max() < 3e-5
-    assert found.pulse is not None
-    assert found.pulse.shape.duration == pytest.approx(4.0, rel=0.03)
+    assert found.template is not None
+    assert found.template.shape.duration == pytest.approx(4.0, rel=0.03)
 
 
 def test_missing_samples_hide_only_what_lies_in_them() -> None:
@@ -206,7 +208,7 @@ def test_memory_does_not_grow_with_the_record() -> None:
     peaks = []
     for n in (1_000_000, 4_000_000):
         tracemalloc.start()
-        found = detect_from(read, n, 1e4, highpass=None)
+        found = detect_by_template(Stream(read, n, 1e4), ImpactSettings())
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         assert found.time.size == 60 * n // piece.size
@@ -230,6 +232,6 @@ def test_an_hour_of_noise_holds_no_impact_but_the_twenty_put_in() -> None:
         parts = [block(k)[max(begin - k * size, 0) : end - k * size] for k in blocks]
         return np.concatenate(parts)
 
-    found = detect_from(read, n, 1e4, highpass=None)
+    found = detect_by_template(Stream(read, n, 1e4), ImpactSettings())
     assert found.time.size == 20
     assert np.abs(found.time - t).max() < 5e-5

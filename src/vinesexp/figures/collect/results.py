@@ -20,6 +20,7 @@ from vinesexp.clearance.predicted import (
 )
 from vinesexp.figures.collect.motions_on_manifold import draw_manifold
 from vinesexp.figures.collect.regimes_of_tests import draw_regimes
+from vinesexp.figures.collect.replays import draw_replay
 from vinesexp.figures.collect.ringdowns import draw_ringdowns
 from vinesexp.figures.draw.amplitude_over_clearance import (
     Interval,
@@ -33,7 +34,13 @@ from vinesexp.figures.draw.methods import estimates_by_method
 from vinesexp.figures.entry import Drawn
 from vinesexp.figures.numbers import with_error
 from vinesexp.records.campaign import Campaign
-from vinesexp.records.result_columns import CLEARANCES, DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
+from vinesexp.records.result_columns import (
+    BASE,
+    CLEARANCES,
+    DECAY_TIMES,
+    IDENTIFIED,
+    RECORD_REGIMES,
+)
 from vinesexp.records.tables import number, read_rows
 
 if TYPE_CHECKING:
@@ -49,14 +56,16 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     identified = read_rows(results / "identified.csv", IDENTIFIED)
     regimes = read_rows(results / "regimes.csv", RECORD_REGIMES)
     times = read_rows(results / "decay_times.csv", DECAY_TIMES)
+    base = read_rows(results / "base.csv", BASE)
     rows = read_rows(results / "clearances.csv", CLEARANCES)
     compared = {(row["test"], row["level"]): row for row in rows}
     rig = identified_rig(identified, campaign.known)
-    yield from _periodic(periodic_levels(campaign, regimes), regimes, compared, rig)
+    yield from _periodic(periodic_levels(campaign, regimes, base), regimes, compared, rig)
     yield from _releases(release_levels(campaign, regimes, times), compared, rig)
     yield from draw_regimes(campaign, results, regimes)
     yield from draw_manifold(campaign, results, regimes, rig)
     yield from draw_ringdowns(campaign, results, identified)
+    yield from draw_replay(campaign, results, regimes)
     values = {
         row["parameter"]: with_error(float(row["value"]), float(row["std_error"]), row["unit"])
         for row in identified
@@ -122,7 +131,7 @@ def _valley(
     row = compared.get(("periodic", level.name), {})
     return Valley(
         name=level.name,
-        G=1e3 * level.G,
+        G=1e3 * level.nominal,
         clearance=1e3 * clearance,
         mean=1e3 * np.array([test.value for test in level.tests], dtype=float),
         largest=1e3

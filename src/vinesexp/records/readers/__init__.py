@@ -10,13 +10,43 @@ from __future__ import annotations
 from pathlib import Path
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers import foreign, hdf5, matlab, text, wav
+from vinesexp.records.readers import (
+    archive,
+    excel,
+    foreign,
+    hdf5,
+    lecroy,
+    matlab,
+    mdf,
+    numpy_files,
+    parquet,
+    tdms,
+    tektronix,
+    text,
+    universal,
+    wav,
+)
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats, Source
 
 __all__ = ["BLOCK_ROWS", "READERS", "Column", "Floats", "Source", "open_source"]
 
-#: Asked in this order; text comes last because it takes whatever looks like words.
-READERS = (matlab, hdf5, wav, text)
+#: Asked in this order; text comes last because it takes whatever looks like words, and any zip
+#: archive after those that are something else.
+READERS = (
+    matlab,
+    hdf5,
+    wav,
+    tdms,
+    universal,
+    mdf,
+    parquet,
+    numpy_files,
+    tektronix,
+    lecroy,
+    excel,
+    archive,
+    text,
+)
 
 _HEAD = 4096  # bytes that are shown to `recognises`
 
@@ -31,6 +61,8 @@ def open_source(path: Path) -> Source:
         formats are known.
     """
     path = Path(path)
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise RecordError("is no plain file (a device or a pipe)", file=path)
     try:
         with path.open("rb") as stream:
             head = stream.read(_HEAD)
@@ -47,7 +79,8 @@ def open_source(path: Path) -> Source:
     other = foreign.name_of(head)
     if other is not None:
         raise RecordError(
-            f"is {other}, which is not read; export the record as one of: {known}", file=path
+            f"is {other}, which is not read; export the record as CSV or one of: {known}",
+            file=path,
         )
     for reader in READERS:
         if reader.recognises(head, suffix):

@@ -76,7 +76,7 @@ class Hdf5Source:
         self.start = 0.0
         self.time_column: int | None = None
         self._series: list[_Series] = []
-        self._contradiction: RecordError | None = None
+        self._contradictions: list[RecordError] = []
         found: list[tuple[str, Any]] = []
         stated: dict[str, dict[str, list[float]]] = {"": {}}
         try:
@@ -94,12 +94,8 @@ class Hdf5Source:
             ) from None
         if not columns:
             raise RecordError("holds no columns of numbers", file=path)
-        if (
-            self._contradiction
-            and all(column.interval is not None for column in columns)
-            and all(math.isnan(column.interval or 0.0) for column in columns)
-        ):
-            raise self._contradiction
+        if self._contradictions and all(math.isnan(c.interval or 0.0) for c in columns):
+            raise self._contradictions[0]
         self.columns = tuple(columns)
         self.sample_interval = interval_from(stated[""], path)
         self.stated_rows: int | None = None
@@ -154,9 +150,10 @@ class Hdf5Source:
         offset = _single(item.attrs.get("offset", 0.0), name, self.path)
         label = _text(item.attrs.get("units", item.attrs.get("unit", "")))
         try:
-            interval = _interval_of(name, stated, self.path)
+            interval = interval_at(name, stated, self.path)
         except RecordError as error:
-            interval, self._contradiction = math.nan, error
+            interval = math.nan
+            self._contradictions.append(error)
         along_first = len(shape) == 1 or shape[0] >= shape[1]
         across = min(shape) if len(shape) == 2 else 1
         if across > _WIDEST:
@@ -194,7 +191,7 @@ def _gather(attributes: Any, stated: dict[str, list[float]]) -> None:
                 stated.setdefault(key, []).append(float(np.real(value)))
 
 
-def _interval_of(name: str, stated: dict[str, dict[str, list[float]]], path: Path) -> float | None:
+def interval_at(name: str, stated: dict[str, dict[str, list[float]]], path: Path) -> float | None:
     """What is stated on the way from a dataset up to the file; contradictions are refused."""
     merged: dict[str, list[float]] = {}
     place = name

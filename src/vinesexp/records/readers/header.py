@@ -16,7 +16,11 @@ from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.layout import Body, Layout, find_body
 from vinesexp.records.readers.source import Column
+from vinesexp.units import UNITS
 
+#: Names of what stands in no row of data, or not in every one.
+_EXTRA = re.compile(r"comment|start|increment|t0\b|tinc\b", re.IGNORECASE)
+_SOURCE = {"source", "channel", "channels", "trace"}
 _MARK = re.compile(r"\s*(#+|%+|//)")
 
 
@@ -43,8 +47,7 @@ def find_layout(path: Path) -> Layout:
     if names:
         names, unpaired = _paired(path, layout, body, names, at, first)
     columns = tuple(_column(j, names, units) for j in range(body.width))
-    counts = Counter(len(layout.cells(line)) for line in body.lines[first:][:200] if line.strip())
-    typical = counts.most_common(1)[0][0]
+    typical = _typical(layout, body, first)
     return replace(
         layout,
         first=first,
@@ -54,6 +57,12 @@ def find_layout(path: Path) -> Layout:
         width=max(typical if layout.delimiter is not None else 0, len(names), body.width),
         unpaired=unpaired,
     )
+
+
+def _typical(layout: Layout, body: Body, first: int) -> int:
+    """How many cells most rows of data have, empty ones included."""
+    counts = Counter(len(layout.cells(line)) for line in body.lines[first:][:200] if line.strip())
+    return counts.most_common(1)[0][0]
 
 
 def _unmarked(layout: Layout, line: str) -> list[str]:
@@ -96,7 +105,9 @@ def _names_and_units(
             words[0]
         )
         if _kind(layout, body, above[-2]) == "words" or numbered:
-            return upper, last, above[-2]
+            # `Source,CH1` over `Second,Volt`: the first cell is no name.
+            timed = words[0].lower() in _SOURCE and unit_of_label(last[0]) in UNITS["time"]
+            return (["Time", *upper[1:]] if timed else upper), last, above[-2]
     return last, [], above[-1]
 
 
@@ -121,6 +132,13 @@ def _paired(
     if _MARK.match(line) and not names[0]:  # the mark has a cell of its own
         own = len(names) - (not names[-1])
         names = ["#", *names[1:]] if own == width else names[1:]
+    cells = _typical(layout, body, first)
+    if names[0].endswith(("=", ":")) and len(names) == cells + 1:  # `DEF=`, then the names
+        names = names[1:]
+    surplus = [name for name in names[cells:] if name and not _EXTRA.match(name)]
+    if surplus:
+        rows = f"line {at + 1} '{line.strip()[:80]}' has {len(names)} names"
+        return [], f"{rows}, line {first + 1} '{body.lines[first].strip()[:80]}' {cells} cells"
     last = max((j for j, name in enumerate(names) if name), default=-1)
     if width > last + 1:
         raise RecordError(

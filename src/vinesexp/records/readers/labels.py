@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.records.readers.source import Column
 from vinesexp.units import UNITS, plain_unit
 
 _WORDS = {
@@ -49,7 +51,7 @@ _WORDS = {
 }
 _KNOWN = {unit for table in UNITS.values() for unit in table if unit and unit != "1"}
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]*)[)\]]")
-_TAIL = re.compile(r"(?:\s/\s?|\s+in\s+)(\S+)$")  # `s / mm`, `CH1 in V`
+_TAIL = re.compile(r"(?:\s/\s?|(?:^|\s)in\s+|^CH\d+(?=V$))(\S+)$")  # `s / mm`, `C1 in V`, `CH1V`
 
 #: The unit of a column that only counts its rows.
 SEQUENCE = "Sequence"
@@ -62,7 +64,7 @@ _OVERLOAD = re.compile(
 _NEGATIVE = re.compile(r"-|under|unf", re.IGNORECASE)
 
 #: What instruments write for a sample out of range: 9.9E+37 (SCPI), the largest floats.
-_MARKS = (9.9e37, 9.99e37, 9.999e37, 9.9999e37, 9.99999e37, 9.999999e37, 1e38)
+_MARKS: tuple[float, ...] = (9.9e37, 9.99e37, 9.999e37, 9.9999e37, 9.99999e37, 9.999999e37, 1e38)
 _MARKS += (float(np.finfo(np.float32).max), float(np.finfo(np.float64).max), float("inf"))
 _NO_NUMBER = 9.91e37  # SCPI's NaN
 
@@ -100,6 +102,12 @@ def unit_in_name(name: str) -> str | None:
     if unit is None and (tail := _TAIL.search(name)):
         unit = unit_of_label(tail[1])
     return unit
+
+
+def only_time(columns: Sequence[Column]) -> int | None:
+    """The column whose unit is one of time, if there is just one."""
+    times = [j for j, column in enumerate(columns) if column.unit in UNITS["time"]]
+    return times[0] if len(times) == 1 else None
 
 
 def is_overload(cell: str) -> bool:

@@ -1,13 +1,15 @@
 """MATLAB .mat files: variables as columns, whichever version saved them.
 
 A vector is a column called by its name; a matrix is several (``data/0``, ``data/1``) along its
-longer axis. Single numbers called ``sample_rate_hz``, ``fs``, ``sample_interval_s`` or ``dt`` state
-the sampling. Version 7.3 is HDF5 inside and read so.
+longer axis; what stands in structures and cells is called by its path (``test/laser/x``). Single
+numbers called ``sample_rate_hz``, ``fs``, ``sample_interval_s`` or ``dt`` state the sampling of
+what stands beside them or deeper. Version 7.3 is HDF5 inside and read so.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import hdf5
-from vinesexp.records.readers.labels import unit_in_name
+from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
     Column,
@@ -26,6 +28,9 @@ from vinesexp.records.readers.source import (
 NAME = "MATLAB .mat"
 
 _NUMBERS = {"double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64"}
+_DEEPEST = 20  # structures inside structures
+_WIDEST = 2000  # columns of a matrix, members of a cell array
+_SWELL = 2000  # zlib packs to a thousandth at best
 
 
 def recognises(head: bytes, suffix: str) -> bool:
@@ -44,6 +49,15 @@ def open_file(path: Path) -> MatlabSource | hdf5.Hdf5Source:
     return MatlabSource(path)
 
 
+@dataclass(frozen=True)
+class _Place:
+    """Where a column stands: variable (or path inside one), index across, samples."""
+
+    variable: str
+    across: int
+    length: int
+
+
 class MatlabSource:
     """A .mat file up to version 7. The interface is `readers.source.Source`."""
 
@@ -54,35 +68,32 @@ class MatlabSource:
         self.start = 0.0
         self.time_column: int | None = None
         self.stated_rows: int | None = None
-        self._places: list[tuple[str, int, int]] = []  # variable, index across, length
-        columns: list[Column] = []
-        scalars: list[str] = []
+        self._places: list[_Place] = []
+        self._nested: dict[str, Any] = {}  # arrays inside structures, by their path
+        names: list[tuple[str, str | None]] = []
+        stated: dict[str, dict[str, list[float]]] = {"": {}}
         skipped: list[str] = []
-        for name, shape, kind in self._call("whosmat"):
-            if kind not in _NUMBERS or len(shape) != 2 or not min(shape):
+        variables = self._call("whosmat")
+        self._refuse_impossible(variables)
+        for name, shape, kind in variables:
+            if kind in ("struct", "cell"):
+                held = self._call("loadmat", variable_names=[name], struct_as_record=False)
+                self._walk(name, held[name], names, stated, 0)
+            elif kind not in _NUMBERS or len(shape) != 2 or not min(shape):
                 skipped.append(f"{name} ({kind})")
             elif max(shape) == 1:
-                scalars.append(name)
+                value = self._call("loadmat", variable_names=[name])[name]
+                _state(stated, name, value)
             else:
-                across = min(shape)
-                for k in range(across):
-                    own = name if across == 1 else f"{name}/{k}"
-                    columns.append(Column(own, unit_in_name(own)))
-                    self._places.append((name, k, max(shape)))
-        if not columns:
+                self._add(name, shape, None, names)
+        if not names:
             found = ", ".join(skipped) or "nothing"
-            raise RecordError(
-                f"holds no vectors of numbers (found {found}); save the vectors themselves, such "
-                "as save('a.mat', '-struct', 'data')",
-                file=path,
-            )
-        self.columns = tuple(columns)
-        values = self._call("loadmat", variable_names=scalars) if scalars else {}
-        stated: dict[str, list[float]] = {}
-        for name in scalars:
-            value = float(np.real(values[name]).reshape(-1)[0])
-            stated.setdefault(name.lower(), []).append(value)
-        self.sample_interval = hdf5.interval_from(stated, path)
+            raise RecordError(f"holds no vectors of numbers (found {found})", file=path)
+        self.columns = tuple(
+            Column(name, unit or unit_in_name(name), self._interval(name, stated))
+            for name, unit in names
+        )
+        self.sample_interval = hdf5.interval_from(stated[""], path)
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """Blocks of the given columns; see `Source.blocks`.
@@ -93,24 +104,22 @@ class MatlabSource:
         import tempfile
 
         places = [self._places[column] for column in columns]
-        lengths = {self.columns[c].name: n for c, (_, _, n) in zip(columns, places, strict=True)}
+        lengths = {self.columns[c].name: p.length for c, p in zip(columns, places, strict=True)}
         require_equal_lengths(lengths, self.path)
-        length = places[0][2]
+        length = places[0].length
         with tempfile.TemporaryFile() as aside:
-            for variable in sorted({name for name, _, _ in places}):
-                wanted = [(k, i) for k, (name, i, _) in enumerate(places) if name == variable]
-                values = self._call("loadmat", variable_names=[variable])[variable]
-                for k, across in wanted:
-                    series = values[:, across] if values.shape[0] == length else values[across]
-                    if np.iscomplexobj(series):
-                        raise RecordError(
-                            "holds complex numbers, expected real ones",
-                            file=self.path,
-                            where=f"variable {variable}",
-                        )
+            for variable in sorted({place.variable for place in places}):
+                values = self._nested.get(variable)
+                if values is None:
+                    values = self._call("loadmat", variable_names=[variable])[variable]
+                for k, place in enumerate(places):
+                    if place.variable != variable:
+                        continue
+                    along = values.shape[0] == length
+                    series = values[:, place.across] if along else values[place.across]
                     aside.seek(8 * length * k)
                     for begin in range(0, length, rows):
-                        aside.write(series[begin : begin + rows].astype(np.float64).tobytes())
+                        aside.write(self._real(series[begin : begin + rows], variable).tobytes())
                 del values
             for begin in range(0, length, rows):
                 n = min(rows, length - begin)
@@ -124,6 +133,79 @@ class MatlabSource:
         """``"sample 12"``, counted from 1 as MATLAB does."""
         return f"sample {row + 1}"
 
+    def _add(
+        self,
+        name: str,
+        shape: tuple[int, ...],
+        unit: str | None,
+        names: list[tuple[str, str | None]],
+    ) -> None:
+        across = min(shape)
+        for k in range(across if across <= _WIDEST else 0):
+            names.append((name if across == 1 else f"{name}/{k}", unit))
+            self._places.append(_Place(name, k, max(shape)))
+
+    def _walk(
+        self,
+        path: str,
+        value: Any,
+        names: list[tuple[str, str | None]],
+        stated: dict[str, dict[str, list[float]]],
+        depth: int,
+    ) -> None:
+        """Every array inside a structure or cell, by its path."""
+        if depth > _DEEPEST:
+            return
+        if hasattr(value, "_fieldnames"):
+            words = (_word(value, key) for key in ("unit", "units", "Unit", "Units"))
+            unit = next((word for word in words if word), "")
+            for field in value._fieldnames:
+                inner = getattr(value, field)
+                self._walk(f"{path}/{field}", inner, names, stated, depth + 1)
+                if unit and names and names[-1][0].startswith(f"{path}/") and not names[-1][1]:
+                    names[-1] = (names[-1][0], unit_of_label(unit) or unit)
+            return
+        if not isinstance(value, np.ndarray):
+            return
+        if value.dtype == object:
+            members = value.reshape(-1)[:_WIDEST]
+            for k, member in enumerate(members):
+                own = path if len(members) == 1 else f"{path}/{k}"
+                self._walk(own, member, names, stated, depth + 1)
+        elif value.dtype.kind in "iuf" and value.ndim == 2 and value.size:
+            if value.size == 1:
+                _state(stated, path, value)
+            else:
+                self._nested[path] = value
+                self._add(path, value.shape, None, names)
+
+    def _interval(self, name: str, stated: dict[str, dict[str, list[float]]]) -> float | None:
+        return hdf5.interval_at(name, stated, self.path) if "/" in name else None
+
+    def _real(self, series: Any, variable: str) -> Floats:
+        if np.iscomplexobj(series):
+            raise RecordError(
+                "holds complex numbers, expected real ones",
+                file=self.path,
+                where=f"variable {variable}",
+            )
+        values: Floats = series.astype(np.float64)
+        return values
+
+    def _refuse_impossible(self, variables: Any) -> None:
+        """Sizes that the file cannot hold, before anything makes room for them."""
+        most = _SWELL * self.path.stat().st_size + (1 << 20)
+        for name, shape, _ in variables:
+            count = 1
+            for length in shape:
+                count *= max(int(length), 0)
+            if count > most:
+                sizes = " by ".join(str(length) for length in shape)
+                raise RecordError(
+                    f"variable '{name}' is {sizes}, more than the file can hold; save it again",
+                    file=self.path,
+                )
+
     def _call(self, function: str, **options: Any) -> Any:
         import scipy.io
 
@@ -133,3 +215,15 @@ class MatlabSource:
             raise RecordError(
                 f"cannot be read as MATLAB ({error}); save the record again", file=self.path
             ) from None
+
+
+def _state(stated: dict[str, dict[str, list[float]]], path: str, value: Any) -> None:
+    group, _, key = path.rpartition("/")
+    number = float(np.real(np.asarray(value)).reshape(-1)[0])
+    stated.setdefault(group, {}).setdefault(key.lower(), []).append(number)
+
+
+def _word(structure: Any, key: str) -> str:
+    value = getattr(structure, key, None)
+    text = isinstance(value, np.ndarray) and value.dtype.kind == "U" and value.size == 1
+    return str(value.reshape(-1)[0]).strip() if text and value is not None else ""

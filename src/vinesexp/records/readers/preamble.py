@@ -88,7 +88,15 @@ def read_preamble(layout: Layout, lines: list[list[str]]) -> Stated:
 
 
 def words_over_values(layout: Layout, lines: list[list[str]]) -> tuple[float, float] | None:
-    """Interval and start of `X,CH1,Start,Increment` over `Sequence,Volt,-3e-07,5e-10`."""
+    """Interval and start of `X,CH1,Start,Increment` over `Sequence,Volt,-3e-07,5e-10`.
+
+    Or of `CH1V,t0 = -2.5e-03, tInc = 2.0e-03`.
+    """
+    for cells in lines:
+        words = (re.fullmatch(r"(t0|tInc)\s*=\s*(\S+?)s?", cell) for cell in cells)
+        found = {match[1]: number(layout, match[2]) for match in words if match}
+        if (found.get("tInc") or 0.0) > 0.0:
+            return found["tInc"] or 0.0, found.get("t0") or 0.0
     for names, values in pairwise(lines):
         stated = dict(zip((name.lower() for name in names), values, strict=False))
         interval = number(layout, stated.get("increment", ""))

@@ -12,7 +12,12 @@ import numpy as np
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers import labview
 from vinesexp.records.readers.header import find_layout
-from vinesexp.records.readers.labels import SEQUENCE, is_overload, overload_value, unit_of_label
+from vinesexp.records.readers.labels import (
+    is_overload,
+    only_time,
+    overload_value,
+    unit_of_label,
+)
 from vinesexp.records.readers.layout import Layout
 from vinesexp.records.readers.preamble import Stated, read_preamble, words_over_values
 from vinesexp.records.readers.rowcount import require_whole_rows
@@ -42,9 +47,10 @@ class TextSource:
     format = "text"
 
     def __init__(self, path: Path) -> None:
-        self.path = path
+        self.path = path  # for messages
+        self._read_from = path
         self.layout: Layout = find_layout(path)
-        self.columns = self.layout.columns
+        self.columns: tuple[Column, ...] = self.layout.columns
         self.sample_interval: float | None = None
         self.start = 0.0
         self.time_column: int | None = None
@@ -67,7 +73,7 @@ class TextSource:
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """Blocks of the given columns; see `Source.blocks`."""
         if self._rows_found is None:
-            self._rows_found = require_whole_rows(self.path, self.layout)
+            self._rows_found = require_whole_rows(self._read_from, self.layout)
         wanted = sorted(set(columns))
         order = [wanted.index(column) for column in columns]
         done = 0
@@ -102,7 +108,7 @@ class TextSource:
             return
         try:
             with pd.read_csv(
-                self.path,
+                self._read_from,
                 sep=r"\s+" if layout.delimiter is None else layout.delimiter,
                 decimal=layout.decimal,
                 encoding=layout.encoding,
@@ -174,7 +180,7 @@ class TextSource:
     def _rows(self) -> Iterator[tuple[int, str]]:
         """Line number (from 1) and text of every row of data."""
         blank = " " if self.layout.delimiter == "\t" else " \t"
-        with self.path.open(encoding=self.layout.encoding, errors="replace") as stream:
+        with self._read_from.open(encoding=self.layout.encoding, errors="replace") as stream:
             for number, line in enumerate(stream, start=1):
                 line = line.rstrip("\n")
                 if number > self.layout.first and line.strip(blank):
@@ -189,15 +195,9 @@ class TextSource:
         elif not stated.contradictory:
             self.sample_interval, self.start = stated.interval, stated.start or 0.0
         self.stated_rows = stated.rows
-        times = [
-            j
-            for j, column in enumerate(self.columns)
-            if column.unit in UNITS["time"] or j in self.layout.stamps
-        ]
-        if len(times) == 1 and self.columns[times[0]].unit != SEQUENCE:
-            self.time_column = times[0]
-            if times[0] in self.layout.stamps:
-                self._rename(times[0], self.columns[times[0]].name, "s")
+        for j in self.layout.stamps:
+            self._rename(j, self.columns[j].name, "s")
+        self.time_column = only_time(self.columns)
         self._name_from(stated)
 
     def _beside(self) -> Stated | None:
@@ -239,4 +239,4 @@ class TextSource:
     def _rename(self, j: int, name: str, unit: str) -> None:
         columns = list(self.columns)
         columns[j] = replace(columns[j], name=name, unit=unit_of_label(unit) or unit or None)
-        self.columns: tuple[Column, ...] = tuple(columns)
+        self.columns = tuple(columns)

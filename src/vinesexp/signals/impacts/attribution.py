@@ -1,9 +1,9 @@
 """Which ball hit: by what each of several balls can have done.
 
-A ball that hit a wall flies on with a velocity that the impact itself tells,
+A ball that hit a wall flies on with a velocity that follows from the impact itself,
 y' = x'_after + r rho, so that its next place is known to a fraction of a millimetre: either the
 next impact lies where this ball meets a wall, or it was another's. The size of the jump,
--mu rho, speaks too. Many histories are carried along and weighed (a beam search); r and mu are
+-mu rho, is used too. Many histories are carried along and weighed (a beam search); r and mu are
 learnt from the impacts that are certain, in a few passes. Equal balls in equal cavities bear their
 numbers by continuity only.
 """
@@ -13,33 +13,23 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from vinesexp.signals.impacts.find import Impacts
+from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.settings.stages import AttributionSettings
+from vinesexp.signals.impacts.impact_table import Impacts
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
-_BEAM = 48  # histories
-_LAG = 6  # impacts after which a label is settled
-_STRAY = 0.02  # share of impacts whose ball did something unseen before
-_PLACE = 2e-4  # m: place of an impact, drift and lag included
-_LOOSE = 2e-3  # m/s: velocity between impacts, whatever else is known
 #: Spread of r and relative spread of mu that are allowed in each pass.
 _PASSES = ((0.15, 0.5), (0.04, 0.15), (0.012, 0.05), (0.003, 0.02))
 _FIRST_R = (0.45, 0.65, 0.85)
-_ENOUGH = 8  # certain flights of a ball to learn from
 
 
 @dataclass(frozen=True)
 class _Rig:
     """What is believed of the balls: clearance, restitution, jump over relative velocity.
 
-    `alike`: nothing but their history tells them apart.
+    `alike`: nothing but their history distinguishes them.
     """
 
     b: FloatArray
@@ -64,25 +54,25 @@ class _Beam:
 
 def attribute(
     impacts: Impacts, *, clearance: Sequence[float], nes_mass: Sequence[float] = (),
-    frequency: float | None = None,
+    frequency: float | None = None, settings: AttributionSettings | None = None,
 ) -> Impacts:  # fmt: skip
     """Fill `nes` and `nes_confidence` of an impact table.
 
     Parameters
     ----------
     impacts : Impacts
-        With places and velocities where the displacement told them.
+        With places and velocities where the displacement gave them.
     clearance : sequence of float
         One-sided clearance of each ball, m.
     nes_mass : sequence of float
         kg: how differently two balls strike.
     frequency : float, optional
-        Of the oscillation, Hz; without it several balls are not told apart.
+        Of the oscillation, Hz; without it several balls are not distinguished.
 
     Returns
     -------
     Impacts
-        `nes` from 1; 0 with confidence 0 where it cannot be told.
+        `nes` from 1; 0 with confidence 0 where it is not known.
     """
     n = impacts.n
     if len(clearance) <= 1:
@@ -90,9 +80,9 @@ def attribute(
     known = np.flatnonzero(np.isfinite(impacts.x_m) & np.isfinite(impacts.v_before_m_s))
     nes, confidence = np.zeros(n, dtype=np.int64), np.zeros(n)
     if frequency and known.size >= 2:
-        nes[known], confidence[known] = _told_apart(
+        nes[known], confidence[known] = _labelled(
             impacts, known, np.array(clearance), _relative_masses(nes_mass, len(clearance)),
-            frequency,
+            frequency, settings or AttributionSettings(),
         )  # fmt: skip
     return replace(impacts, nes=nes, nes_confidence=confidence)
 
@@ -102,8 +92,13 @@ def _relative_masses(nes_mass: Sequence[float], count: int) -> FloatArray:
     return np.asarray(given / given.mean())
 
 
-def _told_apart(
-    impacts: Impacts, known: IntArray, b: FloatArray, mass: FloatArray, frequency: float
+def _labelled(
+    impacts: Impacts,
+    known: IntArray,
+    b: FloatArray,
+    mass: FloatArray,
+    frequency: float,
+    settings: AttributionSettings,
 ) -> tuple[IntArray, FloatArray]:
     """Labels (from 1) and their probabilities, r and mu learnt in passes."""
     jump = np.abs(impacts.velocity_jump_m_s[known])
@@ -111,19 +106,21 @@ def _told_apart(
     mu = float(np.median(jump)) / (5.0 * float(b.mean()) * frequency) * mass
     alike = bool(np.ptp(b) < 1e-9 and np.ptp(mass) < 1e-9)
     starts = [_Rig(b, np.full(b.size, r), mu, *_PASSES[0], alike=alike) for r in _FIRST_R]
-    found = [_search(impacts, known, rig) for rig in starts]
+    found = [_search(impacts, known, rig, settings) for rig in starts]
     best = max(range(len(found)), key=lambda i: found[i][2])
     rig, (labels, confidence, weight) = starts[best], found[best]
     for spreads in _PASSES[1:]:
-        closer = _learnt(impacts, known, labels, confidence, rig, spreads)
-        again = _search(impacts, known, closer)
+        closer = _learnt(impacts, known, labels, confidence, rig, spreads, settings)
+        again = _search(impacts, known, closer, settings)
         if again[2] < weight:  # real balls need not be as regular as that
             break
         rig, (labels, confidence, weight) = closer, again
     return labels + 1, confidence
 
 
-def _search(impacts: Impacts, known: IntArray, rig: _Rig) -> tuple[IntArray, FloatArray, float]:
+def _search(
+    impacts: Impacts, known: IntArray, rig: _Rig, settings: AttributionSettings
+) -> tuple[IntArray, FloatArray, float]:
     """Best history: label of each impact (from 0), its probability, and the log weight."""
     t, x = impacts.time_s[known], impacts.x_m[known]
     v, jump = impacts.v_before_m_s[known], impacts.velocity_jump_m_s[known]
@@ -133,11 +130,12 @@ def _search(impacts: Impacts, known: IntArray, rig: _Rig) -> tuple[IntArray, Flo
     nothing = np.zeros((1, balls))
     beam = _Beam(nothing, nothing, nothing, lost, np.zeros(1), np.zeros((1, n), dtype=np.int64))
     confidence = np.zeros(n)
+    lag = settings.settled_after
     for j in range(n):
-        beam = _advanced(beam, rig, j, t[j], x[j], v[j], jump[j], side[j], alike=rig.alike)
-        if j >= _LAG:
-            _settle(beam, j - _LAG, confidence)
-    for j in range(max(0, n - _LAG), n):
+        beam = _advanced(beam, rig, j, t[j], x[j], v[j], jump[j], side[j], settings)
+        if j >= lag:
+            _settle(beam, j - lag, confidence)
+    for j in range(max(0, n - lag), n):
         _settle(beam, j, confidence)
     best = int(np.argmax(beam.weight))
     return beam.labels[best].copy(), confidence, float(beam.weight[best])
@@ -151,19 +149,20 @@ def _settle(beam: _Beam, j: int, confidence: FloatArray) -> None:
 
 
 def _advanced(
-    beam: _Beam, rig: _Rig, j: int, t: float, x: float, v: float, jump: float, side: float, *,
-    alike: bool,
+    beam: _Beam, rig: _Rig, j: int, t: float, x: float, v: float, jump: float, side: float,
+    settings: AttributionSettings,
 ) -> _Beam:  # fmt: skip
     """Every history continued by every ball, the most likely kept."""
+    unseen = settings.unseen
     wall = x - side * rig.b  # where each ball would be
     flown = t - beam.time
     expected = beam.place + beam.velocity * flown
     lost = ~np.isfinite(beam.spread)
-    doubt = np.hypot(_PLACE, np.where(lost, 0.0, beam.spread) * flown)
-    off = (expected - wall) / doubt
+    place_error = np.hypot(settings.place_error, np.where(lost, 0.0, beam.spread) * flown)
+    off = (expected - wall) / place_error
     uniform = 1.0 / (2.0 * rig.b)
-    normal = np.exp(-0.5 * np.minimum(off**2, 1e3)) / (doubt * math.sqrt(2.0 * math.pi))
-    fits = np.where(lost, uniform, (1.0 - _STRAY) * normal + _STRAY * uniform)
+    normal = np.exp(-0.5 * np.minimum(off**2, 1e3)) / (place_error * math.sqrt(2.0 * math.pi))
+    fits = np.where(lost, uniform, (1.0 - unseen) * normal + unseen * uniform)
 
     inlier = ~lost & (np.abs(off) < 4.0)
     before = np.where(inlier, (wall - beam.place) / np.maximum(flown, 1e-9), 0.0)
@@ -177,18 +176,20 @@ def _advanced(
     score = np.where(closing, score, -700.0)
 
     # A ball that should have left its cavity by now hit something unseen: it is lost.
-    outside = np.abs(x - expected) - rig.b > 4.0 * doubt
+    outside = np.abs(x - expected) - rig.b > 4.0 * place_error
     gone = outside & ~lost
-    score = score + np.log(_STRAY) * (gone.sum(axis=1, keepdims=True) - gone)
+    score = score + np.log(unseen) * (gone.sum(axis=1, keepdims=True) - gone)
     total = beam.weight[:, np.newaxis] + score
-    if alike:  # with all lost, numbers may be given anew: one history is enough
+    if rig.alike:  # with all lost, numbers may be given anew: one history is enough
         total[lost.all(axis=1), 1:] = -np.inf
-    order = np.argsort(-total, axis=None, kind="stable")[:_BEAM]
+    order = np.argsort(-total, axis=None, kind="stable")[: settings.histories]
     parent, ball = np.unravel_index(order, total.shape)
 
     after = v + jump + rig.r[ball] * rho[parent, ball]
     from_jump = rig.mu_spread * np.where(inlier[parent, ball], 0.0, rig.r[ball])
-    new_spread = np.abs(rho[parent, ball]) * np.hypot(rig.r_spread, from_jump) + _LOOSE
+    new_spread = (
+        np.abs(rho[parent, ball]) * np.hypot(rig.r_spread, from_jump) + settings.speed_error
+    )
     rows = np.arange(order.size)
     new = _Beam(
         beam.time[parent].copy(), beam.place[parent].copy(), beam.velocity[parent].copy(),
@@ -198,7 +199,7 @@ def _advanced(
     new.time[rows, ball], new.place[rows, ball] = t, wall[ball]
     new.velocity[rows, ball], new.spread[rows, ball] = after, new_spread
     new.labels[:, j] = ball
-    return _without_twins(new) if alike else new
+    return _without_twins(new) if rig.alike else new
 
 
 def _without_twins(beam: _Beam) -> _Beam:
@@ -216,7 +217,7 @@ def _without_twins(beam: _Beam) -> _Beam:
 
 def _learnt(
     impacts: Impacts, known: IntArray, labels: IntArray, confidence: FloatArray, rig: _Rig,
-    spreads: tuple[float, float],
+    spreads: tuple[float, float], settings: AttributionSettings,
 ) -> _Rig:  # fmt: skip
     """r and mu of each ball from flights between impacts that are certain."""
     r, mu = rig.r.copy(), rig.mu.copy()
@@ -230,7 +231,7 @@ def _learnt(
         u = np.diff(y) / np.diff(t)
         crosses = (side[1:] != side[:-1]) & sure[1:] & sure[:-1]
         inner = np.flatnonzero(crosses[1:] & crosses[:-1]) + 1
-        if inner.size < _ENOUGH:
+        if inner.size < settings.flights:
             continue
         v, jump = impacts.v_before_m_s[own][inner], impacts.velocity_jump_m_s[own][inner]
         rho = v - u[inner - 1]

@@ -1,9 +1,9 @@
 """Where an acceleration stands out of its noise: candidates for impacts, quickly.
 
-Boxcars of 1, 2, 4, ... samples serve pulses of any length that the highpass lets through. Each is
-compared with its own noise, taken anew for every stretch of samples from the range of the central
-quarter of its values: impacts and their ringing may fill half of a stretch before they count as
-noise, and the threshold knows nothing of the record's length.
+Boxcars of 1, 2, 4, ... samples serve contacts of any length that the highpass lets through. Each
+is compared with its own noise, taken anew for every stretch of samples from the range of the
+central quarter of its values: impacts and their ringing may fill half of a stretch before they
+count as noise, and the threshold knows nothing of the record's length.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-Samples = NDArray[np.float32] | NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from vinesexp.arrays import FloatArray, IntArray
+
+Samples = NDArray[np.float32] | FloatArray
 
 #: Samples over which noise is taken as constant.
 STRETCH = 16384
@@ -25,8 +25,6 @@ _CENTRAL = 0.318639
 #: Noise is taken from every so many-th sample: enough for 3 per cent.
 _THIN = 4
 _LARGEST = 1e30  # of an inverse noise, in seven digits
-_SHORT = 1e-3  # s: contacts last less, whatever the highpass
-_LONG = 0.2  # periods of the highpass's corner: what lasts longer, it takes away
 
 
 @dataclass(frozen=True)
@@ -51,15 +49,20 @@ class Spikes:
     noise: FloatArray
 
 
-def boxcars(sample_rate: float, highpass: float | None = None) -> list[int]:
+def boxcars(
+    sample_rate: float, highpass: float | None = None, *, shortest: float = 1e-3,
+    longest: float = 0.2,
+) -> list[int]:  # fmt: skip
     """Lengths of the boxcars at a sample rate, after a highpass (Hz).
+
+    Up to `longest` periods of the highpass, and to `shortest` s whatever the highpass.
 
     Examples
     --------
     >>> boxcars(1e4), boxcars(1e3), boxcars(1e3, highpass=10.0)
     ([1, 2, 4, 8], [1], [1, 2, 4, 8, 16])
     """
-    seconds = max(_SHORT, _LONG / highpass) if highpass else _SHORT
+    seconds = max(shortest, longest / highpass) if highpass else shortest
     longest = max(1, int(seconds * sample_rate))
     return [1 << k for k in range(longest.bit_length()) if 1 << k <= longest]
 
@@ -109,7 +112,7 @@ def louder(noise: FloatArray) -> FloatArray:
 
 def find_spikes(
     a: FloatArray, sample_rate: float, *, threshold: float = 6.0, noise_floor: float = 0.0,
-    highpass: float | None = None,
+    highpass: float | None = None, shortest: float = 1e-3, longest: float = 0.2,
 ) -> Spikes:  # fmt: skip
     """Local peaks of a highpassed acceleration above `threshold` times the local noise.
 
@@ -126,7 +129,9 @@ def find_spikes(
     noise_floor : float
         The noise of a sample is at least this: what the converter resolves.
     highpass : float, optional
-        Corner of the filter before, Hz: pulses up to a fifth of its period are looked for.
+        Corner of the filter before, Hz.
+    shortest, longest : float
+        Contacts up to `longest` periods of the highpass, at least `shortest` s, are looked for.
 
     Examples
     --------
@@ -138,7 +143,7 @@ def find_spikes(
     """
     # Candidates need no more than seven digits, and half the memory is moved in half the time.
     coarse = a.astype(np.float32)
-    widths = boxcars(sample_rate, highpass)
+    widths = boxcars(sample_rate, highpass, shortest=shortest, longest=longest)
     floors = noise_floor * np.sqrt(widths)
     margin = widths[-1]
     stretches = [
@@ -213,3 +218,21 @@ def _peaks(index: IntArray, strength: Samples) -> IntArray:
     start = np.concatenate([[True], gap | rises])
     stop = np.concatenate([gap | ~rises, [True]])
     return np.flatnonzero(start & stop)
+
+
+def strongest(index: IntArray, size: FloatArray, *, reach: float) -> IntArray:
+    """Those of rising samples `index` that are largest within `reach` samples to either side.
+
+    Examples
+    --------
+    >>> strongest(np.array([3, 5, 20]), np.array([1.0, 2.0, 1.0]), reach=4).tolist()
+    [5, 20]
+    """
+    largest = np.ones(index.size, dtype=bool)
+    for step in range(1, index.size):
+        near = index[step:] - index[:-step] <= reach
+        if not near.any():
+            break
+        largest[:-step] &= ~(near & (size[step:] > size[:-step]))
+        largest[step:] &= ~(near & (size[:-step] >= size[step:]))
+    return index[largest]

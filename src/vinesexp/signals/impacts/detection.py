@@ -1,42 +1,32 @@
-"""From a highpassed acceleration to contacts: find spikes, learn the pulse, fit every contact.
+"""Impacts by a learnt template: find candidates, learn the template, fit every contact.
 
-The record is read by chunks, so that memory is bounded whatever its length. Nothing here needs
-tuning for a rig: thresholds follow the noise, and the pulse is learnt from the record.
+Nothing here needs tuning for a rig: thresholds follow the noise, and the template is learnt from
+the record.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vinesexp.signals.extension import block_means
-from vinesexp.signals.impacts.candidates import Spikes, find_spikes, stretch_noise
-from vinesexp.signals.impacts.matching import Contacts, fit_contacts, strongest
-from vinesexp.signals.impacts.template import Pulse, Shape, window
+from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.settings.stages import ImpactSettings
+from vinesexp.signals.impacts.candidates import Spikes, find_spikes, stretch_noise, strongest
+from vinesexp.signals.impacts.matching import Contacts, fit_contacts
+from vinesexp.signals.impacts.stream import CHUNK, Grouped, Stream, stream_of
+from vinesexp.signals.impacts.template import Shape, Template, spring_answer, template_of, window
 from vinesexp.signals.impacts.template_learning import (
-    CHUNK,
     FEW,
-    Piece,
+    Guesses,
     learnt_alone,
-    learnt_in_company,
+    learnt_among_neighbours,
     strongest_neighbour,
 )
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-Read = Callable[[int, int], FloatArray]
-
-THRESHOLD = 6.0  # standard deviations: noise alone passes once in 5e8 samples
-_APART = 3e-3  # s: first guesses this close together are one contact and its ringing
-_TAIL = 1.5  # times a tail may show as strong as it should
-_STRONG = 0.3  # of the strongest
-_WEAK = 0.15  # of the strongest neighbour
-_FAINT = 0.7  # of the threshold: looked at again with the pulse
-_FINEST = 8  # samples of a pulse that are worth keeping: more are averaged
+_FINEST = 8  # samples of a contact that are worth keeping: more are averaged
+_HALF_HEIGHT = 1.33  # length of a half sine over its length at half height
+_SHAKY = 2.0  # standard deviations that a sure candidate may lose in the fit
 
 
 @dataclass(frozen=True)
@@ -48,7 +38,7 @@ class Detection:
     time, time_error : arrays (k,)
         s from the first sample.
     jump, jump_error : arrays (k,)
-        Velocity jumps from the pulses' areas, m/s.
+        Velocity jumps from the areas of the contacts, m/s.
     peak : array (k,)
         Largest acceleration, m/s^2.
     strength, confidence : arrays (k,)
@@ -56,8 +46,8 @@ class Detection:
         threshold again.
     crowded, clipped : bool arrays (k,)
         Overlapping others or ill explained; partly beyond the sensor's range.
-    pulse : Pulse or None
-        The learnt shape, in samples of `interval` seconds.
+    template : Template or None
+        The shape that was used, in samples of `interval` seconds.
     noise : float
         Median standard deviation of a sample, m/s^2.
     """
@@ -71,17 +61,17 @@ class Detection:
     confidence: FloatArray
     crowded: BoolArray
     clipped: BoolArray
-    pulse: Pulse | None
+    template: Template | None
     interval: float
     noise: float
 
 
 def detect_contacts(
     acceleration: FloatArray, sample_rate: float, *,
-    highpass: float | None, threshold: float = THRESHOLD, noise_floor: float = 0.0,
-    clipped: BoolArray | None = None,
+    highpass: float | None, noise_floor: float = 0.0, clipped: BoolArray | None = None,
+    settings: ImpactSettings | None = None,
 ) -> Detection:  # fmt: skip
-    """Find every contact in an acceleration held in memory; see `detect_from`.
+    """Find every contact in an acceleration held in memory; see `detect_by_template`.
 
     Examples
     --------
@@ -93,101 +83,68 @@ def detect_contacts(
     >>> bool(np.abs(found.time - [0.30004, 0.6, 0.90007, 1.2, 1.50001, 1.8]).max() < 5e-6)
     True
     """
-    return detect_from(
-        lambda begin, end: acceleration[begin:end], acceleration.size, sample_rate,
-        highpass=highpass, threshold=threshold, noise_floor=noise_floor,
-        clipped=None if clipped is None else lambda begin, end: clipped[begin:end],
-    )  # fmt: skip
+    stream = stream_of(
+        acceleration, sample_rate, highpass=highpass, noise_floor=noise_floor, clipped=clipped
+    )
+    return detect_by_template(stream, settings or ImpactSettings())
 
 
-def detect_from(
-    read: Read, n: int, sample_rate: float, *,
-    highpass: float | None, threshold: float = THRESHOLD, noise_floor: float = 0.0,
-    clipped: Callable[[int, int], BoolArray] | None = None, frequency: float | None = None,
-) -> Detection:  # fmt: skip
+def detect_by_template(
+    stream: Stream, settings: ImpactSettings, *, frequency: float | None = None
+) -> Detection:
     """Find every contact in an acceleration that is read by pieces.
 
     Parameters
     ----------
-    read : callable
-        (begin, end) to highpassed samples, m/s^2; NaN where there are none.
-    n : int
-        Samples.
-    sample_rate : float
-        Hz.
-    highpass : float or None
-        Corner of the zero-phase second-order Butterworth highpass they went through, Hz.
-    threshold : float
-        In standard deviations of the noise.
-    noise_floor : float
-        m/s^2: half of what the converter resolves.
-    clipped : callable, optional
-        (begin, end) to True where a sample is beyond the sensor's range.
+    stream : Stream
+    settings : ImpactSettings
     frequency : float, optional
         Of the oscillator, Hz: its spring answers every jump a little within the contact.
     """
-
-    def good(begin: int, end: int) -> FloatArray:
-        raw = read(begin, end)
-        good = np.isfinite(raw)
-        return raw if good.all() else np.where(good, raw, np.nan)
-
-    spikes = _all_spikes(good, n, sample_rate, threshold, noise_floor, highpass)
-    noise = float(np.median(spikes.noise))
-    # What is faint may be an impact between two samples: the pulse will tell, if one is learnt.
-    if not (spikes.strength > threshold).any():
-        return _nothing(1.0 / sample_rate, noise)
-    width = _typical(spikes, reach=_APART * sample_rate)
-    reach = max(_APART * sample_rate, 2.0 * width)
-    first = strongest(spikes.index, spikes.strength, reach=reach)
-    strength = spikes.strength[np.searchsorted(spikes.index, first)]
-    duration = 1.33 * width
-    k = max(1, int(duration / 1.33 / _FINEST))
-    span = window(sample_rate / k, highpass, duration / k)
-
-    def coarse(begin: int, end: int) -> Piece:
-        raw = read(begin, end)
-        missing = ~np.isfinite(raw)
-        beyond = np.zeros(raw.size, dtype=bool) if clipped is None else clipped(begin, end)
-        a: FloatArray = np.where(missing, 0.0, raw) if missing.any() else raw
-        if k == 1:
-            return Piece(a, ~(missing | beyond), beyond & ~missing)
-        holes, over = _any_of(missing, k), _any_of(beyond, k)
-        return Piece(block_means(a, k), ~(holes | over), over & ~holes)
-
+    spikes = _all_spikes(stream, settings)
+    noise = float(np.median(spikes.noise)) if spikes.noise.size else 0.0
+    # What is faint may be an impact between two samples: the template will show, if one is learnt.
+    if not (spikes.strength > settings.threshold).any():
+        return no_detection(1.0 / stream.sample_rate, noise)
+    width = _typical(spikes, reach=settings.apart * stream.sample_rate, strong=settings.strong)
+    guesses = _first_guesses(spikes, reach=max(settings.apart * stream.sample_rate, 2.0 * width))
+    duration = _HALF_HEIGHT * width
+    k = max(1, int(duration / _HALF_HEIGHT / _FINEST))
+    grouped = Grouped(stream, k)
+    span = window(stream.sample_rate / k, stream.highpass, duration / k, ringing=settings.ringing)
     # What is weak beside a strong neighbour may be its undershoot or ringing: left for later.
-    tall = strength >= _WEAK * strongest_neighbour(first, strength, reach=(span[1] - span[0]) * k)
-    first, strength = first[tall], strength[tall]
-    pulse = learnt_alone(
-        coarse, n, k, first, strength, spikes, span,
-        Shape(duration=max(1.0, duration / k)), highpass, k / sample_rate,
-    )  # fmt: skip
-    if pulse.learnt_from < FEW:
-        pulse = learnt_in_company(
-            coarse, n, k, first, strength, pulse, threshold, noise_floor, highpass, k / sample_rate
-        )
+    neighbour = strongest_neighbour(*guesses.pair, reach=(span[1] - span[0]) * k)
+    guesses = guesses.keep(guesses.strength >= settings.weak * neighbour)
+    shape = Shape(duration=max(1.0, duration / k))
+    template = _learnt(grouped, guesses, spikes, span, shape, settings)
     parts = [
-        _fit_chunk(coarse, n, k, begin, first, strength, pulse, threshold, noise_floor)
-        for begin in range(0, n, CHUNK // k * k)
+        _fit_chunk(grouped, begin, guesses, template, settings)
+        for begin in range(0, stream.n, grouped.chunk)
     ]
-    answer = _spring_answer(pulse, k / sample_rate, highpass, frequency)
-    return _gathered(parts, pulse, k / sample_rate, noise, threshold, answer)
+    answer = spring_answer(template, grouped.dt, stream.highpass, frequency)
+    return _gathered(parts, template, grouped.dt, noise, settings.threshold, answer)
 
 
-def _any_of(flags: BoolArray, k: int) -> BoolArray:
-    """Whether any of k consecutive flags is set."""
-    return np.asarray(flags[: flags.size // k * k].reshape(-1, k).any(axis=1))
+def _learnt(
+    grouped: Grouped, guesses: Guesses, spikes: Spikes, span: tuple[int, int], shape: Shape,
+    settings: ImpactSettings,
+) -> Template:  # fmt: skip
+    if not settings.learn:
+        known = Shape(duration=max(0.3, settings.contact / grouped.dt))
+        return template_of(known, span, highpass=grouped.stream.highpass, dt=grouped.dt)
+    template = learnt_alone(grouped, guesses, spikes, span, shape, settings)
+    if template.learnt_from < FEW:
+        template = learnt_among_neighbours(grouped, guesses, template, settings)
+    return template
 
 
-def _all_spikes(
-    read: Read, n: int, sample_rate: float, threshold: float, noise_floor: float,
-    highpass: float | None,
-) -> Spikes:  # fmt: skip
+def _all_spikes(stream: Stream, settings: ImpactSettings) -> Spikes:
     parts = []
-    for begin in range(0, n, CHUNK):
+    for begin in range(0, max(1, stream.n), CHUNK):
         found = find_spikes(
-            read(begin, min(n, begin + CHUNK)), sample_rate,
-            threshold=_FAINT * threshold, noise_floor=noise_floor, highpass=highpass,
+            stream.samples(begin, min(stream.n, begin + CHUNK)), stream.sample_rate,
+            threshold=settings.faint * settings.threshold, noise_floor=stream.noise_floor,
+            highpass=stream.highpass, shortest=settings.shortest, longest=settings.longest,
         )  # fmt: skip
         parts.append(Spikes(found.index + begin, found.strength, found.width, found.noise))
     return Spikes(
@@ -195,84 +152,73 @@ def _all_spikes(
     )
 
 
-def _typical(spikes: Spikes, *, reach: float) -> float:
+def _typical(spikes: Spikes, *, reach: float, strong: float) -> float:
     """Boxcar that shows most of the strong contacts best, whatever lies beside their tops."""
     reach = max(reach, 2.0 * spikes.width[np.argmax(spikes.strength)])
     tops = np.searchsorted(spikes.index, strongest(spikes.index, spikes.strength, reach=reach))
-    strong = tops[spikes.strength[tops] >= _STRONG * spikes.strength.max()]
-    return float(np.median(spikes.width[strong]))
+    clear = tops[spikes.strength[tops] >= strong * spikes.strength.max()]
+    return float(np.median(spikes.width[clear]))
 
 
-def _unexplained(index: IntArray, strength: FloatArray, pulse: Pulse) -> BoolArray:
+def _first_guesses(spikes: Spikes, *, reach: float) -> Guesses:
+    """One candidate for each contact and its ringing."""
+    index = strongest(spikes.index, spikes.strength, reach=reach)
+    return Guesses(index, spikes.strength[np.searchsorted(spikes.index, index)])
+
+
+def _unexplained(guesses: Guesses, k: int, template: Template, tail_factor: float) -> BoolArray:
     """Candidates that the tail of a stronger one before them does not account for.
 
     One that is left out for nothing is found again when the others are subtracted.
     """
-    lags = np.arange(pulse.last + 1)
-    tail = np.maximum.accumulate(np.abs(pulse.at(lags * 1.0)[0])[::-1])[::-1]
+    index, strength = guesses.index // k, guesses.strength
+    lags = np.arange(template.last + 1)
+    tail = np.maximum.accumulate(np.abs(template.at(lags * 1.0)[0])[::-1])[::-1]
     fine = np.ones(index.size, dtype=bool)
     for step in range(1, index.size):
         gap = index[step:] - index[:-step]
-        near = gap <= pulse.last
+        near = gap <= template.last
         if not near.any():
             break
-        reaches = _TAIL * tail[np.minimum(gap, pulse.last)] * strength[:-step]
+        reaches = tail_factor * tail[np.minimum(gap, template.last)] * strength[:-step]
         fine[step:] &= ~(near & (strength[step:] < reaches))
     return fine
 
 
 def _fit_chunk(
-    coarse: Callable[[int, int], Piece], n: int, k: int, begin: int,
-    first: IntArray, strength: FloatArray, pulse: Pulse, threshold: float, noise_floor: float,
-) -> tuple[Contacts, BoolArray]:  # fmt: skip
+    grouped: Grouped, begin: int, guesses: Guesses, template: Template, settings: ImpactSettings
+) -> tuple[Contacts, BoolArray]:
     """Contacts in one chunk, placed on the record's own samples, and which are clipped."""
-    end = min(n, begin + CHUNK // k * k)
-    margin = 2 * (pulse.last - pulse.first) * k
+    k, n = grouped.k, grouped.stream.n
+    end = min(n, begin + grouped.chunk)
+    margin = 2 * (template.last - template.first) * k
     low, high = max(0, begin - margin) // k * k, min(n, end + margin)
-    piece = coarse(low, high)
+    piece = grouped.piece(low, high)
     a, valid = piece.a, piece.good
-    floor = noise_floor / np.sqrt(k)
-    noise = stretch_noise(np.where(valid, a, np.nan), floor)
-    here = (first >= low) & (first < high)
-    here[here] = _unexplained(first[here] // k, strength[here], pulse)
-    start, at = np.unique(np.clip((first[here] - low) // k, 0, a.size - 1), return_index=True)
+    here = guesses.keep((guesses.index >= low) & (guesses.index < high))
+    here = here.keep(_unexplained(here, k, template, settings.tail))
+    start, at = np.unique(np.clip((here.index - low) // k, 0, a.size - 1), return_index=True)
     found = fit_contacts(
-        a, start, pulse, noise=noise, threshold=threshold, valid=valid, clipped=piece.clipped,
-        sure=strength[here][at] > threshold,
+        a, start, template,
+        noise=stretch_noise(np.where(valid, a, np.nan), grouped.noise_floor),
+        settings=settings, valid=valid, clipped=piece.clipped,
+        sure=here.strength[at] > settings.threshold,
     )  # fmt: skip
     core = np.rint(found.place).astype(np.int64)[:, np.newaxis] + np.arange(
-        pulse.core[0], pulse.core[1] + 1
+        template.core[0], template.core[1] + 1
     )
     clipped = ~valid[np.clip(core, 0, a.size - 1)].all(axis=1)
     place = low + found.place * k + 0.5 * (k - 1)
     keep = (place >= begin - 0.5) & (place < end - 0.5)
-    keep &= found.strength > np.where(found.sure, threshold - 2.0, threshold)
+    limit = np.where(found.sure, settings.threshold - _SHAKY, settings.threshold)
+    keep &= found.strength > limit
     chosen = {field.name: getattr(found, field.name)[keep] for field in fields(Contacts)}
     chosen["place"] = place[keep] / k
     return Contacts(**chosen), clipped[keep]
 
 
-def _spring_answer(
-    pulse: Pulse, dt: float, highpass: float | None, frequency: float | None
-) -> float:
-    """What the measured jump is multiplied by because of the spring.
-
-    After a jump dv the spring decelerates with w0^2 dv t. Highpassed, that ramp is
-    w0^2 dv/(2 sqrt(2) wc) high at the contact itself, and adds to its area.
-    """
-    if not highpass or not frequency:
-        return 1.0
-    two_pi = 2.0 * np.pi
-    height = (two_pi * frequency) ** 2 / (2.0 * np.sqrt(2.0) * two_pi * highpass)
-    lags = np.arange(pulse.core[0], pulse.core[1] + 1)
-    if pulse.rings:
-        value = pulse.at(lags * 1.0)[0]
-        return float(1.0 + height * dt * pulse.area * value.sum() / (value @ value))
-    return float(1.0 + height * dt * lags.size / pulse.kept)
-
-
 def _gathered(
-    parts: list[tuple[Contacts, BoolArray]], pulse: Pulse, dt: float, noise: float,
+    parts: list[tuple[Contacts, BoolArray]], template: Template, dt: float, noise: float,
     threshold: float, answer: float,
 ) -> Detection:  # fmt: skip
     def all_of(name: str) -> FloatArray:
@@ -286,22 +232,23 @@ def _gathered(
         jump_error=all_of("area_error") * dt / answer,
         peak=all_of("peak"),
         strength=strength,
-        confidence=_normal_cdf(strength - threshold),
+        confidence=normal_cdf(strength - threshold),
         crowded=all_of("crowded").astype(bool),
         clipped=np.concatenate([clipped for _, clipped in parts]),
-        pulse=pulse,
+        template=template,
         interval=dt,
         noise=noise,
     )
 
 
-def _nothing(dt: float, noise: float) -> Detection:
+def no_detection(dt: float, noise: float) -> Detection:
+    """Nothing found."""
     none = np.empty(0)
     flags = np.empty(0, dtype=bool)
     return Detection(none, none, none, none, none, none, none, flags, flags, None, dt, noise)
 
 
-def _normal_cdf(x: FloatArray) -> FloatArray:
+def normal_cdf(x: FloatArray) -> FloatArray:
     """Cumulative normal distribution to 1e-5: logistic with a cubic term."""
     z = np.clip(1.5976 * x + 0.070566 * x**3, -40.0, 40.0)
     return np.asarray(1.0 / (1.0 + np.exp(-z)))

@@ -6,132 +6,37 @@ jumps are combined by their variances. Nothing here knows the masses.
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vinesexp.errors import RecordError
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.records.store import RecordView, open_record
-from vinesexp.signals.channel_agreement import agreement_of
-from vinesexp.signals.clipping import Range, converter_range, read_unstuck
-from vinesexp.signals.condition import fill_gaps
+from vinesexp.settings.stages import ChannelSettings, Settings
+from vinesexp.signals.channel_agreement import Agreement, agreement_in
+from vinesexp.signals.clipping import range_in, read_unstuck
 from vinesexp.signals.impacts.attribution import attribute
-from vinesexp.signals.impacts.detection import THRESHOLD, Detection, detect_from
-from vinesexp.signals.impacts.slopes import Kinks, coarsen, slope_changes, weighted
+from vinesexp.signals.impacts.detection import Detection
+from vinesexp.signals.impacts.detectors import detect
+from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
+from vinesexp.signals.impacts.onsets import detect_onsets, ring_time
+from vinesexp.signals.impacts.slopes import (
+    SlopeChanges,
+    coarse_displacement,
+    slope_changes,
+    weighted,
+)
+from vinesexp.signals.impacts.stream import Stream
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
-_BLOCK = 1 << 20
-_SURE = 5.0  # standard errors from which on a gain has a sign
-_LAG_KNOWN = 2e-4  # s: a worse known lag is left alone
-
-
-@dataclass(frozen=True)
-class Impacts:
-    """The columns of impacts/<record>.csv, one entry an impact; NaN where not known.
-
-    Attributes
-    ----------
-    time_s : time on the record's axis.
-    nes : number of the ball, from 1, in the order of `clearance_mm`; 0 where it cannot be told.
-    side : +1 where x - y = +b (the mass is slowed), -1 at the other wall.
-    velocity_jump_m_s : of the oscillator, from acceleration and displacement together.
-    peak_acceleration_m_s2 : largest bandpassed sample.
-    confidence : probability that a repetition with fresh noise would find the impact again.
-    time_error_s, velocity_jump_error_m_s : standard errors.
-    jump_acceleration_m_s, jump_acceleration_error_m_s : area of the pulse.
-    jump_displacement_m_s, jump_displacement_error_m_s : change of slope.
-    x_m, v_before_m_s, v_error_m_s : displacement and velocity just before.
-    nes_confidence : probability of `nes`.
-    crowded, clipped : 1 where it overlaps another or is ill explained; where it saturated.
-    """
-
-    time_s: FloatArray
-    nes: IntArray
-    side: IntArray
-    velocity_jump_m_s: FloatArray
-    peak_acceleration_m_s2: FloatArray
-    confidence: FloatArray
-    time_error_s: FloatArray
-    velocity_jump_error_m_s: FloatArray
-    jump_acceleration_m_s: FloatArray
-    jump_acceleration_error_m_s: FloatArray
-    jump_displacement_m_s: FloatArray
-    jump_displacement_error_m_s: FloatArray
-    x_m: FloatArray
-    v_before_m_s: FloatArray
-    v_error_m_s: FloatArray
-    nes_confidence: FloatArray
-    crowded: IntArray
-    clipped: IntArray
-
-    @property
-    def n(self) -> int:
-        return self.time_s.size
-
-
-COLUMNS = tuple(field.name for field in fields(Impacts))
-_WHOLE = ("nes", "side", "crowded", "clipped")
-
-
-def no_impacts() -> Impacts:
-    """The empty table."""
-    return Impacts(
-        **{name: np.empty(0, dtype=np.int64 if name in _WHOLE else float) for name in COLUMNS}
-    )
-
-
-def write_impacts(path: Path, impacts: Impacts) -> None:
-    """Write impacts/<record>.csv; unknown numbers are empty cells."""
-    columns = [
-        [str(v) for v in getattr(impacts, name).tolist()]
-        if name in _WHOLE
-        else ["" if math.isnan(v) else f"{v:.9g}" for v in getattr(impacts, name).tolist()]
-        for name in COLUMNS
-    ]
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        stream.write(",".join(COLUMNS) + "\n")
-        stream.writelines(",".join(row) + "\n" for row in zip(*columns, strict=True))
-
-
-def read_impacts(path: Path) -> Impacts:
-    """Read what `write_impacts` wrote; further columns are ignored.
-
-    Raises
-    ------
-    RecordError
-        A column is missing, or a cell is no number.
-    """
-    with Path(path).open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.reader(stream))
-    header = rows[0] if rows else []
-    missing = [name for name in COLUMNS if name not in header]
-    if missing:
-        raise RecordError(f"has no column {missing[0]}; run the impacts step again", file=path)
-    found: dict[str, NDArray[Any]] = {}
-    try:
-        for name in COLUMNS:
-            at = header.index(name)
-            cells = [float(row[at] or "nan") for row in rows[1:]]
-            found[name] = np.array(cells, dtype=np.int64 if name in _WHOLE else np.float64)
-    except (ValueError, IndexError) as error:
-        raise RecordError(f"is damaged ({error}); run the impacts step again", file=path) from None
-    return Impacts(**found)
+_HEARD = ("acceleration", "displacement", "base")  # channels of a drop test, the best first
 
 
 def impacts_of_record(
     record_nc: Path, conditioned_nc: Path, out_csv: Path, *,
     clearance: Sequence[float] = (), nes_mass: Sequence[float] = (), test: str = "periodic",
-    frequency: float | None = None, threshold: float = THRESHOLD,
+    frequency: float | None = None, settings: Settings | None = None,
 ) -> Impacts:  # fmt: skip
     """Find the impacts of one record and write them.
 
@@ -145,13 +50,12 @@ def impacts_of_record(
         One-sided clearance of each NES, m. Without NES there is nothing to find, except in a
         drop test.
     nes_mass : sequence of float
-        kg, where known: helps to tell two balls apart.
+        kg, where known: helps to distinguish two balls.
     test : str
         A drop test has impacts without an oscillation.
     frequency : float, optional
         Of the oscillation, Hz; by default what the record was conditioned with.
-    threshold : float
-        In standard deviations of the noise.
+    settings : Settings, optional
 
     Returns
     -------
@@ -159,11 +63,13 @@ def impacts_of_record(
     """
     with open_record(Path(record_nc)) as record, open_record(Path(conditioned_nc)) as conditioned:
         impacts = no_impacts()
-        wanted = bool(clearance) or test == "drop"
-        if wanted and record.refused is None and "acceleration" in record.roles:
+        wanted = bool(clearance)
+        if record.refused is None and test == "drop":
+            impacts = find_drop(record, conditioned, settings=settings)
+        elif wanted and record.refused is None and "acceleration" in record.roles:
             impacts = find_impacts(
                 record, conditioned, clearance=clearance, nes_mass=nes_mass,
-                oscillates=test != "drop", frequency=frequency, threshold=threshold,
+                frequency=frequency, settings=settings,
             )  # fmt: skip
     write_impacts(out_csv, impacts)
     return impacts
@@ -171,75 +77,98 @@ def impacts_of_record(
 
 def find_impacts(
     record: RecordView, conditioned: RecordView, *,
-    clearance: Sequence[float] = (), nes_mass: Sequence[float] = (), oscillates: bool = True,
-    frequency: float | None = None, threshold: float = THRESHOLD,
+    clearance: Sequence[float] = (), nes_mass: Sequence[float] = (),
+    frequency: float | None = None, settings: Settings | None = None,
 ) -> Impacts:  # fmt: skip
     """Impacts of an open record; see `impacts_of_record`."""
+    settings = Settings() if settings is None else settings
     if frequency is None:
         frequency = conditioned.attributes.get("oscillation_hz")
-    limits = converter_range(record, "acceleration")
+    motion = float(frequency) if frequency else None
+    stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
+    found = detect(stream, settings.impacts, frequency=motion)
+    slopes, sign = None, 1.0
+    if settings.slopes.use and motion and "displacement" in record.roles and found.time.size:
+        agreement = agreement_in(conditioned.attributes)
+        slopes, sign = _from_displacement(record, found, motion, agreement, settings)
+    impacts = _table(found, slopes, sign=sign, start=record.start)
+    return attribute(
+        impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion,
+        settings=settings.attribution,
+    )  # fmt: skip
+
+
+def find_drop(
+    record: RecordView, conditioned: RecordView, *, settings: Settings | None = None
+) -> Impacts:
+    """Hits of a dropped ball, in whichever channel there is: only times matter.
+
+    Short contacts are found by their template; hits that ring for long, by their onsets.
+    """
+    settings = Settings() if settings is None else settings
+    role = next((role for role in _HEARD if role in record.roles), None)
+    if role is None:
+        return no_impacts()
+    stream = stream_of_channel(record, conditioned, role, settings.channels)
+    if ring_time(stream, settings.impacts, settings.drop) > settings.drop.ring:
+        found = detect_onsets(stream, settings.impacts, settings.drop)
+    else:
+        found = detect(stream, settings.impacts)
+    return attribute(_table(found, None, sign=1.0, start=record.start), clearance=())
+
+
+def stream_of_channel(
+    record: RecordView, conditioned: RecordView, role: str, settings: ChannelSettings
+) -> Stream:
+    """The highpassed channel of a record, with what its sensor could not show left out."""
+    limits = range_in(conditioned.attributes, role)
+
+    kind = "acceleration" if role == "acceleration" else "displacement"
 
     def read(begin: int, end: int) -> FloatArray:
-        known = np.isfinite(read_unstuck(record, "acceleration", limits, begin, end))
-        a = conditioned.read("acceleration", begin, end)
+        raw = read_unstuck(record, role, limits, begin, end, stuck=settings.stuck)
+        known = np.isfinite(raw)
+        a = conditioned.read(role, begin, end)
         return a if known.all() else np.where(known, a, np.nan)
 
-    found = detect_from(
-        read,
-        conditioned.n, conditioned.sample_rate,
-        highpass=conditioned.attributes.get("acceleration_low_hz"),
-        threshold=threshold, noise_floor=0.5 * limits.resolution,
-        clipped=_clipped(record, limits), frequency=frequency if oscillates else None,
+    def clipped(begin: int, end: int) -> BoolArray:
+        return limits.beyond(record.read(role, begin, end))
+
+    return Stream(
+        read, conditioned.n, conditioned.sample_rate,
+        highpass=conditioned.attributes.get(f"{kind}_low_hz"),
+        noise_floor=0.5 * limits.resolution, clipped=clipped if limits.clips else None,
     )  # fmt: skip
-    kinks, sign = None, 1.0
-    if oscillates and frequency and "displacement" in record.roles and found.time.size:
-        kinks, sign = _kinks(record, found, float(frequency))
-    impacts = _table(found, kinks, sign=sign, start=record.start)
-    return attribute(
-        impacts, clearance=clearance, nes_mass=nes_mass, frequency=frequency if oscillates else None
-    )
 
 
-def _clipped(record: RecordView, limits: Range) -> Callable[[int, int], NDArray[np.bool_]] | None:
-    if not limits.clips:
-        return None
-    return lambda begin, end: limits.beyond(record.read("acceleration", begin, end))
-
-
-def _kinks(record: RecordView, found: Detection, frequency: float) -> tuple[Kinks, float]:
+def _from_displacement(
+    record: RecordView, found: Detection, frequency: float, agreement: Agreement | None,
+    settings: Settings,
+) -> tuple[SlopeChanges, float]:  # fmt: skip
     """What the displacement says, and the sign of the acceleration beside it."""
-    k = coarsen(np.empty(0), record.sample_rate, frequency)
-    group = max(1, round(k.step * record.sample_rate))
-    size = _BLOCK // group * group
-    means = [
-        coarsen(
-            fill_gaps(record.read("displacement", begin, begin + size)),
-            record.sample_rate, frequency,
-        ).values
-        for begin in range(0, record.n, size)
-    ]  # fmt: skip
-    x = type(k)(np.concatenate(means), k.step, k.start)
-    agreement = agreement_of(record, frequency=frequency)
+    x = coarse_displacement(record, frequency, settings=settings.slopes)
     sign, lag = 1.0, 0.0
-    if agreement is not None and abs(agreement.gain) > _SURE * agreement.gain_error:
+    sure = settings.channels.gain_sure
+    if agreement is not None and abs(agreement.gain) > sure * agreement.gain_error:
         sign = math.copysign(1.0, agreement.gain)
-        if agreement.lag_error < _LAG_KNOWN:
+        if agreement.lag_error < settings.channels.lag_known:
             lag = agreement.lag
-    kinks = slope_changes(
-        x, found.time + lag, sign * found.jump, frequency=frequency, jump_errors=found.jump_error
-    )
-    return kinks, sign
+    slopes = slope_changes(
+        x, found.time + lag, sign * found.jump, frequency=frequency,
+        jump_errors=found.jump_error, settings=settings.slopes,
+    )  # fmt: skip
+    return slopes, sign
 
 
-def _table(found: Detection, kinks: Kinks | None, *, sign: float, start: float) -> Impacts:
+def _table(found: Detection, slopes: SlopeChanges | None, *, sign: float, start: float) -> Impacts:
     n = found.time.size
     unknown = np.full(n, np.nan)
-    kinks = kinks or Kinks(unknown, unknown, unknown, unknown, unknown, unknown)
-    jump, error = weighted(sign * found.jump, found.jump_error, kinks.jump, kinks.jump_error)
+    slopes = slopes or SlopeChanges(unknown, unknown, unknown, unknown, unknown, unknown)
+    jump, error = weighted(sign * found.jump, found.jump_error, slopes.jump, slopes.jump_error)
     return Impacts(
         time_s=start + found.time,
         nes=np.zeros(n, dtype=np.int64),
-        side=-np.sign(jump).astype(np.int64),
+        side=-np.sign(np.nan_to_num(jump)).astype(np.int64),
         velocity_jump_m_s=jump,
         peak_acceleration_m_s2=found.peak,
         confidence=found.confidence,
@@ -247,11 +176,11 @@ def _table(found: Detection, kinks: Kinks | None, *, sign: float, start: float) 
         velocity_jump_error_m_s=error,
         jump_acceleration_m_s=found.jump,
         jump_acceleration_error_m_s=found.jump_error,
-        jump_displacement_m_s=kinks.jump,
-        jump_displacement_error_m_s=kinks.jump_error,
-        x_m=kinks.x,
-        v_before_m_s=kinks.v_before,
-        v_error_m_s=kinks.v_error,
+        jump_displacement_m_s=slopes.jump,
+        jump_displacement_error_m_s=slopes.jump_error,
+        x_m=slopes.x,
+        v_before_m_s=slopes.v_before,
+        v_error_m_s=slopes.v_error,
         nes_confidence=unknown,
         crowded=found.crowded.astype(np.int64),
         clipped=found.clipped.astype(np.int64),

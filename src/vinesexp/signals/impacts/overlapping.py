@@ -9,18 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.signals.impacts.candidates import STRETCH
-from vinesexp.signals.impacts.template import Pulse
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from vinesexp.signals.impacts.template import Template
 
 _STEPS = 5  # Gauss-Newton steps a round, at most
 _STILL = 1e-3  # samples: a smaller step changes nothing
-_SEEN = 0.03  # a lag counts in the fit where the pulse exceeds this share of its peak
+_SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
 
 
 @dataclass
@@ -31,7 +27,7 @@ class State:
     noise: FloatArray
     valid: BoolArray
     clipped: BoolArray
-    pulse: Pulse
+    template: Template
     place: FloatArray
     height: FloatArray
     sure: BoolArray
@@ -49,17 +45,17 @@ class State:
 
     def residual(self) -> FloatArray:
         """The array less all contacts."""
-        return less(self.a, self.place, self.height, self.pulse)
+        return less(self.a, self.place, self.height, self.template)
 
 
-def less(a: FloatArray, place: FloatArray, height: FloatArray, pulse: Pulse) -> FloatArray:
+def less(a: FloatArray, place: FloatArray, height: FloatArray, template: Template) -> FloatArray:
     """The array less contacts of given places (samples) and heights."""
     if not place.size:
         return a.copy()
-    lags = np.arange(pulse.first, pulse.last + 1)
+    lags = np.arange(template.first, template.last + 1)
     centre = np.rint(place)
     index = centre.astype(np.int64)[:, np.newaxis] + lags
-    model = pulse.around(place - centre, lags)[0]
+    model = template.around(place - centre, lags)[0]
     model *= height[:, np.newaxis]
     if index.min() < 0 or index.max() >= a.size:
         model *= (index >= 0) & (index < a.size)
@@ -74,11 +70,11 @@ def settle(state: State, seen: IntArray) -> None:
             break
 
 
-def seen_lags(pulse: Pulse) -> IntArray:
-    """Lags between which the pulse is more than a few per cent of its height."""
-    lags = np.arange(pulse.first, pulse.last + 1)
-    size = np.maximum(np.abs(pulse.at(lags - 0.5)[0]), np.abs(pulse.at(lags + 0.5)[0]))
-    size = np.maximum(size, np.abs(pulse.at(lags.astype(np.float64))[0]))
+def seen_lags(template: Template) -> IntArray:
+    """Lags between which the template is more than a few per cent of its height."""
+    lags = np.arange(template.first, template.last + 1)
+    size = np.maximum(np.abs(template.at(lags - 0.5)[0]), np.abs(template.at(lags + 0.5)[0]))
+    size = np.maximum(size, np.abs(template.at(lags.astype(np.float64))[0]))
     big = lags[size > _SEEN]
     return np.arange(big[0], big[-1] + 1)
 
@@ -86,9 +82,9 @@ def seen_lags(pulse: Pulse) -> IntArray:
 def normal_equations(
     state: State, seen: IntArray, *, also: BoolArray | None = None
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Sample index, pulse, time derivative and the 2 x 2 normal equations of every contact."""
+    """Sample index, template, time derivative and the 2 x 2 normal equations of every contact."""
     index, _, inside = state.windows(seen)
-    value, slope = state.pulse.around(state.place - np.rint(state.place), seen)
+    value, slope = state.template.around(state.place - np.rint(state.place), seen)
     slope *= -state.height[:, np.newaxis]
     counts = state.valid if also is None else state.valid | also
     use = inside & counts[index]
@@ -99,7 +95,7 @@ def normal_equations(
 
 
 def align(state: State, seen: IntArray, *, reach: int) -> None:
-    """Move every contact to where the pulse fits best within `reach` samples.
+    """Move every contact to where the template fits best within `reach` samples.
 
     A first guess may sit on the second swing of a ringing, from where small steps do not lead back.
     """
@@ -108,11 +104,11 @@ def align(state: State, seen: IntArray, *, reach: int) -> None:
     known = state.valid[index] | state.clipped[index]
     samples = np.where(inside & known, state.a[index], 0.0)
     views = np.lib.stride_tricks.sliding_window_view(samples, seen.size, axis=1)
-    parts = state.pulse.parts
+    parts = state.template.parts
     top = np.zeros(len(samples))
     place, height = np.rint(state.place), state.height
     for part in np.arange(parts) / parts:
-        shape = state.pulse.at(seen - part)[0]
+        shape = state.template.at(seen - part)[0]
         norm = float(shape @ shape)
         match = views @ shape / np.sqrt(norm)
         best = np.argmax(np.abs(match), axis=1)
@@ -152,7 +148,7 @@ def _refine(state: State, seen: IntArray) -> float:
 def _overlapping(state: State) -> list[IntArray]:
     """Groups of contacts, each closer to the next than their cores are long."""
     order = np.argsort(state.place, kind="stable")
-    linked = np.diff(state.place[order]) < state.pulse.core[1] - state.pulse.core[0]
+    linked = np.diff(state.place[order]) < state.template.core[1] - state.template.core[0]
     if not linked.any():
         return []
     groups = np.split(order, np.flatnonzero(~linked) + 1)

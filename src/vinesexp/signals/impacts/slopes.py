@@ -1,6 +1,6 @@
 """Velocity jumps from the displacement: how much its slope changes at each impact.
 
-Around an impact the displacement is an oscillation, a slow drift and the answer to the jump,
+Around an impact the displacement is an oscillation, a slow drift and the response to the jump,
 dv sin(w (t - t_j))/w after t_j. All of it is linear, so that one projection serves all impacts.
 Neighbouring impacts in the window are subtracted with the jumps that the acceleration showed.
 """
@@ -11,23 +11,19 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vinesexp.signals.extension import block_means
+from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.records.store import RecordView
+from vinesexp.settings.stages import SlopeSettings
+from vinesexp.signals.impacts.slope_model import JumpResponse, smooth, smooth_slope
+from vinesexp.signals.means import block_means, channel_means
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
-_HALF = 0.35  # periods to either side of an impact
-_POINTS = 200  # a period: block means lose nothing down to that
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record
-#: Decay rate and detuning of the oscillator over w, before anything is seen, and their doubt.
-_GUESS, _GUESS_ERROR = (0.01, 0.0), (0.01, 0.02)
 _LEAST = 6  # points to either side
 
 
 @dataclass(frozen=True)
-class Kinks:
+class SlopeChanges:
     """Displacement and velocity at each impact; NaN where the window is too short.
 
     Attributes
@@ -35,7 +31,8 @@ class Kinks:
     jump, jump_error : arrays (k,)
         From the displacement alone, m/s.
     x, x_error, v_before, v_error : arrays (k,)
-        m, m/s; with the jump that was given to `states`, else with the one above. The velocity
+        m, m/s; with the weighted mean of both jumps where `slope_changes` was given errors,
+        else with the one above. The velocity
         after is v_before plus that jump.
     """
 
@@ -56,16 +53,31 @@ class Coarse:
     start: float
 
 
-def coarsen(x: FloatArray, sample_rate: float, frequency: float) -> Coarse:
+def group_size(sample_rate: float, frequency: float, *, points: int) -> int:
+    """Samples of which a mean is taken: at least `points` means a period are left."""
+    return max(1, int(sample_rate / (points * frequency)))
+
+
+def coarsen(
+    x: FloatArray, sample_rate: float, frequency: float, *, settings: SlopeSettings | None = None
+) -> Coarse:
     """Means of the displacement over as many samples as `frequency` (Hz) allows."""
-    k = max(1, int(sample_rate / (_POINTS * frequency)))
+    points = (settings or SlopeSettings()).points
+    k = group_size(sample_rate, frequency, points=points)
     return Coarse(block_means(x, k), k / sample_rate, 0.5 * (k - 1) / sample_rate)
+
+
+def coarse_displacement(record: RecordView, frequency: float, *, settings: SlopeSettings) -> Coarse:
+    """The displacement of a record as block means, read by blocks."""
+    k = group_size(record.sample_rate, frequency, points=settings.points)
+    means = channel_means(record, "displacement", k)
+    return Coarse(means, k / record.sample_rate, 0.5 * (k - 1) / record.sample_rate)
 
 
 def slope_changes(
     x: Coarse, times: FloatArray, jumps: FloatArray, *, frequency: float,
-    jump_errors: FloatArray | None = None,
-) -> Kinks:  # fmt: skip
+    jump_errors: FloatArray | None = None, settings: SlopeSettings | None = None,
+) -> SlopeChanges:  # fmt: skip
     """Jumps, places and velocities at impacts.
 
     Parameters
@@ -91,10 +103,11 @@ def slope_changes(
     >>> abs(float(found.jump[0]) - 0.02) < 1e-5
     True
     """
+    settings = SlopeSettings() if settings is None else settings
     k = times.size
-    answer = Answer(2.0 * math.pi * frequency)
-    out = Kinks(*(np.full(k, np.nan) for _ in range(6)))
-    half = max(_LEAST, round(_HALF / (frequency * x.step)))
+    response = JumpResponse(2.0 * math.pi * frequency)
+    out = SlopeChanges(*(np.full(k, np.nan) for _ in range(6)))
+    half = max(_LEAST, round(settings.window / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
     open_ = np.ones(k, dtype=bool)
     for share in _SHORTER:
@@ -105,46 +118,17 @@ def slope_changes(
         chosen = np.flatnonzero(fits)
         for begin in range(0, chosen.size, 4096):
             group = chosen[begin : begin + 4096]
-            windows = _windows(x, times, jumps, centre, group, reach, answer, full=share > 0.3)
-            if answer.w_free is None:
+            windows = _windows(x, times, jumps, centre, group, reach, response, full=share > 0.3)
+            if response.w_free is None:
                 # The longest windows there are show how the oscillator answers; twice converges.
                 for _ in range(2):
-                    answer = _refined(windows, answer, x.step)
+                    response = _refined(windows, response, x.step, settings)
                     windows = _windows(
-                        x, times, jumps, centre, group, reach, answer, full=share > 0.3
+                        x, times, jumps, centre, group, reach, response, full=share > 0.3
                     )
             _solve(windows, jumps[group], jump_errors, group, x.step, out)
         open_ &= ~fits
     return out
-
-
-@dataclass(frozen=True)
-class Answer:
-    """How the displacement answers a jump: exp(-rate s) sin(w_free s)/w_free.
-
-    `w` is that of the oscillation around it, rad/s; `w_free` (None: the same) and `rate` (1/s) are
-    the oscillator's own; `common` is the relative error that they leave to all jumps alike.
-    """
-
-    w: float
-    w_free: float | None = None
-    rate: float = 0.0
-    common: float = 0.0
-
-    def kink(self, s: FloatArray, step: float) -> FloatArray:
-        """Displacement s after a unit jump of velocity, averaged over `step`."""
-        w = self.w_free or self.w
-        late = np.maximum(s, 0.0)
-        value = np.sinc(0.5 * w * step / np.pi) * np.exp(-self.rate * late) * np.sin(w * late) / w
-        inside = np.abs(s) < 0.5 * step
-        return np.where(inside, (s + 0.5 * step) ** 2 / (2.0 * step), value)
-
-    def since(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Displacement and velocity s after a unit jump."""
-        w = self.w_free or self.w
-        fall = np.exp(-self.rate * s)
-        x = fall * np.sin(w * s) / w
-        return x, fall * np.cos(w * s) - self.rate * x
 
 
 @dataclass(frozen=True)
@@ -154,29 +138,29 @@ class _Windows:
     samples: FloatArray
     s: FloatArray  # time since the impact
     offset: FloatArray  # of the impact from the window's centre
-    kink: FloatArray
+    bend: FloatArray
     place: FloatArray  # what the neighbours did to displacement and velocity at the impact
     velocity: FloatArray
     q: FloatArray
     upper: FloatArray
-    answer: Answer
+    response: JumpResponse
     full: bool
 
 
 def _windows(
     x: Coarse, times: FloatArray, jumps: FloatArray, centre: IntArray, group: IntArray,
-    reach: int, answer: Answer, *, full: bool,
+    reach: int, response: JumpResponse, *, full: bool,
 ) -> _Windows:  # fmt: skip
     grid = np.arange(-reach, reach + 1)
     local = np.asarray(grid * x.step, dtype=np.float64)
-    q, upper = np.linalg.qr(_smooth(local, answer.w, full=full))
+    q, upper = np.linalg.qr(smooth(local, response.w, full=full))
     index = centre[group, np.newaxis] + grid
-    others, place, velocity = _neighbours(x, times, jumps, index, group, answer)
+    others, place, velocity = _neighbours(x, times, jumps, index, group, response)
     samples = x.values[index] - others
     offset = times[group] - (x.start + centre[group] * x.step)
     s = local - offset[:, np.newaxis]
     return _Windows(
-        samples, s, offset, answer.kink(s, x.step), place, velocity, q, upper, answer, full
+        samples, s, offset, response.bend(s, x.step), place, velocity, q, upper, response, full
     )
 
 
@@ -185,16 +169,18 @@ def _out(values: FloatArray, q: FloatArray) -> FloatArray:
     return np.asarray(values - (values @ q) @ q.T)
 
 
-def _refined(windows: _Windows, answer: Answer, step: float) -> Answer:
+def _refined(
+    windows: _Windows, response: JumpResponse, step: float, settings: SlopeSettings
+) -> JumpResponse:
     """Free frequency and decay as all windows together show them, from a wide first guess."""
-    bent = _out(windows.kink, windows.q)
+    bent = _out(windows.bend, windows.q)
     norm = (bent * bent).sum(axis=1, keepdims=True)
     samples = _out(windows.samples, windows.q)
     jump = (bent * samples).sum(axis=1, keepdims=True) / norm
     rest = samples - jump * bent
     late = np.maximum(windows.s, 0.0)
-    w = answer.w_free or answer.w
-    fall = np.exp(-answer.rate * late) / w
+    w = response.w_free or response.w
+    fall = np.exp(-response.rate * late) / w
     columns, shares = [], []
     for change in (
         -late * fall * np.sin(w * late),
@@ -207,46 +193,48 @@ def _refined(windows: _Windows, answer: Answer, step: float) -> Answer:
     basis, share_of = np.stack(columns, axis=1), np.array(shares)
     freedom = rest.shape[1] - windows.q.shape[1] - 1
     noise = float((rest**2).sum()) / (rest.shape[0] * freedom)
-    guess = np.array([_GUESS[0] * answer.w - answer.rate, answer.w - w])
-    weight = np.diag(noise / (np.array(_GUESS_ERROR) * answer.w) ** 2)
+    guess = np.array([settings.damping * response.w - response.rate, response.w - w])
+    weight = np.diag(
+        noise / (np.array([settings.damping_error, settings.detuning_error]) * response.w) ** 2
+    )
     normal = basis.T @ basis + weight
     change = np.linalg.solve(normal, basis.T @ rest.ravel() + weight @ guess)
     covariance = noise * np.linalg.inv(normal)
     common = float(np.sqrt(share_of @ covariance @ share_of))
-    return Answer(answer.w, w + float(change[1]), answer.rate + float(change[0]), common)
+    return JumpResponse(response.w, w + float(change[1]), response.rate + float(change[0]), common)
 
 
 def _solve(
     windows: _Windows, jumps: FloatArray, jump_errors: FloatArray | None, group: IntArray,
-    step: float, out: Kinks,
+    step: float, out: SlopeChanges,
 ) -> None:  # fmt: skip
-    q, upper, kink = windows.q, windows.upper, windows.kink
-    bent = _out(kink, q)
+    q, upper, bend = windows.q, windows.upper, windows.bend
+    bent = _out(bend, q)
     norm = (bent * bent).sum(axis=1)
     jump = (bent * windows.samples).sum(axis=1) / norm
-    rest = _out(windows.samples - jump[:, np.newaxis] * kink, q)
+    rest = _out(windows.samples - jump[:, np.newaxis] * bend, q)
     # The noise is the same in all windows; one of them knows it to 1/sqrt(2 n) only.
-    noise = math.sqrt(float(np.median((rest**2).sum(axis=1))) / (kink.shape[1] - q.shape[1] - 1))
+    noise = math.sqrt(float(np.median((rest**2).sum(axis=1))) / (bend.shape[1] - q.shape[1] - 1))
     error = noise / np.sqrt(norm)
     # An error that all jumps share does not average out: each is given its part of it.
-    shared = windows.answer.common * np.abs(jump) * math.sqrt(jump.size)
+    shared = windows.response.common * np.abs(jump) * math.sqrt(jump.size)
     error = np.hypot(error, shared)
     out.jump[group], out.jump_error[group] = jump, error
     best, best_error = jump, error
     if jump_errors is not None:
         best, best_error = weighted(jump, error, jumps, jump_errors[group])
-    amplitude = (windows.samples - best[:, np.newaxis] * kink) @ q
-    w = windows.answer.w
+    amplitude = (windows.samples - best[:, np.newaxis] * bend) @ q
+    w = windows.response.w
     blurred = np.ones(q.shape[1])  # block means shrink an oscillation a little
     blurred[2:] = np.sinc(0.5 * w * step / np.pi)
     offset, full = windows.offset, windows.full
     for rows, others, value, deviation in (
-        (_smooth(offset, w, full=full), windows.place, out.x, out.x_error),
-        (_smooth_slope(offset, w, full=full), windows.velocity, out.v_before, out.v_error),
+        (smooth(offset, w, full=full), windows.place, out.x, out.x_error),
+        (smooth_slope(offset, w, full=full), windows.velocity, out.v_before, out.v_error),
     ):
         functional = np.linalg.solve(upper.T, (rows / blurred).T).T
         value[group] = (functional * amplitude).sum(axis=1) + others
-        leak = (functional * (kink @ q)).sum(axis=1) * best_error
+        leak = (functional * (bend @ q)).sum(axis=1) * best_error
         deviation[group] = np.hypot(noise * np.sqrt((functional**2).sum(axis=1)), leak)
 
 
@@ -268,28 +256,9 @@ def weighted(
     return value, 1.0 / np.sqrt(total)
 
 
-def _smooth(s: FloatArray, w: float, *, full: bool) -> FloatArray:
-    """What the motion without the jump is made of: drift, oscillation, its slow change."""
-    columns = [np.ones_like(s), s * w, np.cos(w * s), np.sin(w * s)]
-    if full:
-        columns += [w * s * np.cos(w * s), w * s * np.sin(w * s)]
-    return np.stack(columns, axis=-1)
-
-
-def _smooth_slope(s: FloatArray, w: float, *, full: bool) -> FloatArray:
-    zero, one = np.zeros_like(s), np.ones_like(s)
-    columns = [zero, one, -np.sin(w * s), np.cos(w * s)]
-    if full:
-        columns += [
-            np.cos(w * s) - w * s * np.sin(w * s),
-            np.sin(w * s) + w * s * np.cos(w * s),
-        ]
-    return w * np.stack(columns, axis=-1)
-
-
 def _neighbours(
     x: Coarse, times: FloatArray, jumps: FloatArray, index: IntArray, group: IntArray,
-    answer: Answer,
+    response: JumpResponse,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
     """What the other impacts in the windows did to the displacement, smooth parts left out.
 
@@ -312,10 +281,10 @@ def _neighbours(
                 break
             rows = np.flatnonzero(there)
             s = t[rows] - times[other[rows], np.newaxis]
-            total[rows] += jumps[other[rows], np.newaxis] * answer.kink(s, x.step)
+            total[rows] += jumps[other[rows], np.newaxis] * response.bend(s, x.step)
             if direction < 0:
                 since = times[group[rows]] - times[other[rows]]
-                moved, speed = answer.since(since)
+                moved, speed = response.since(since)
                 place[rows] += jumps[other[rows]] * moved
                 velocity[rows] += jumps[other[rows]] * speed
     return total, place, velocity

@@ -1,7 +1,7 @@
 """The shape that a contact leaves in the record: contact, sensor, sampling and filter in one.
 
 A contact pushes for a time T, roughly as sin^p; the sensor may ring; the oscilloscope takes means
-over its sample interval; the highpass takes the slow part away. `Pulse` is that shape, tabulated
+over its sample interval; the highpass takes the slow part away. `Template` is that shape, tabulated
 between the samples, so that an impact's time can be found to a fraction of a sample.
 """
 
@@ -15,13 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from vinesexp.arrays import FloatArray, IntArray
 
 #: Table entries a sample: linear interpolation between them is below any noise.
 FINE = 32
 _SWINGS = 4.0  # of the ringing that may be larger than the first
-_RING = 8e-3  # s after an impact in which ringing is looked for
 _WIDE = 80.0  # durations: farther away an undershoot is lost in the noise
 _CONTACT = 257  # points across the contact
 
@@ -50,23 +48,23 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Pulse:
-    """A pulse of height 1 as a function of the lag u = (sample - time of impact), in samples.
+class Template:
+    """A template of height 1 as a function of the lag u = (sample - time of impact), in samples.
 
     Attributes
     ----------
     first : int
         Smallest lag of the table.
     values, slopes : arrays
-        Pulse and its derivative, `FINE` entries a sample.
+        Template and its derivative, `FINE` entries a sample.
     area : float
-        Momentum: velocity jump of a pulse of height 1, in sample intervals.
+        Momentum: velocity jump of a template of height 1, in sample intervals.
     kept : float
         Share of the momentum that the samples of the core add up to (the rest is undershoot and
         ringing).
     core : (int, int)
         Lags, inclusive, that hold the contact.
-    doubt : array
+    model_error : array
         What single impacts differ from the shape, relative to their height, for each whole lag.
     shape : Shape
     learnt_from : int
@@ -79,7 +77,7 @@ class Pulse:
     area: float
     kept: float
     core: tuple[int, int]
-    doubt: FloatArray = field(repr=False)
+    model_error: FloatArray = field(repr=False)
     shape: Shape
     learnt_from: int = 0
 
@@ -112,7 +110,7 @@ class Pulse:
         return self.shape.ring > 0.0
 
     def at(self, u: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
-        """Pulse and derivative at lags u; zero beyond the table."""
+        """Template and derivative at lags u; zero beyond the table."""
         place = (u - self.first) * FINE
         inside = (place >= 0.0) & (place < self.values.size - 1)
         place = np.where(inside, place, 0.0)
@@ -123,7 +121,7 @@ class Pulse:
         return np.where(inside, value, 0.0), np.where(inside, slope, 0.0)
 
     def around(self, shift: FloatArray, lags: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Pulse and derivative at `lags` - shift for contacts less than a sample from lag 0.
+        """Template and derivative at `lags` - shift for contacts less than a sample from lag 0.
 
         The same as `at`, one row a contact, by whole rows of a table instead of single entries.
         """
@@ -141,7 +139,7 @@ class Pulse:
 
     @cached_property
     def _rows(self) -> tuple[FloatArray, FloatArray]:
-        """Pulse and derivative at all lags plus -1 ... 1 sample in steps of 1/FINE, a row each.
+        """Template and derivative at all lags plus -1 ... 1 sample in steps of 1/FINE, a row each.
 
         One lag more at either end; beyond the table zero.
         """
@@ -152,19 +150,21 @@ class Pulse:
         return self.values[index] * inside, self.slopes[index] * inside
 
 
-def window(sample_rate: float, highpass: float | None, duration: float) -> tuple[int, int]:
-    """Lags that a pulse may fill: its undershoot from the highpass before, its ringing after."""
+def window(
+    sample_rate: float, highpass: float | None, duration: float, *, ringing: float
+) -> tuple[int, int]:
+    """Lags that a template may fill: its undershoot from the highpass before, its ringing after."""
     under = 1.3 / highpass if highpass else 0.0  # the undershoot is down to 1e-3 of itself
     least, most = math.ceil(2.0 * duration) + 2, math.ceil(_WIDE * duration) + 2
     before = min(max(least, math.ceil(under * sample_rate)), most)
-    after = min(max(least, math.ceil(max(under, _RING) * sample_rate)), most)
+    after = min(max(least, math.ceil(max(under, ringing) * sample_rate)), most)
     return -before, after
 
 
-def pulse_of(
+def template_of(
     shape: Shape, span: tuple[int, int], *, highpass: float | None, dt: float,
-    doubt: FloatArray | None = None, learnt_from: int = 0,
-) -> Pulse:  # fmt: skip
+    model_error: FloatArray | None = None, learnt_from: int = 0,
+) -> Template:  # fmt: skip
     """Tabulate a shape. Its time is the centre of the contact's momentum.
 
     Parameters
@@ -176,19 +176,19 @@ def pulse_of(
         Corner of the zero-phase Butterworth highpass that the samples went through, Hz.
     dt : float
         Sample interval, s.
-    doubt : array, optional
-        For each whole lag; by default a tenth of the pulse's own neighbourhood.
+    model_error : array, optional
+        For each whole lag; by default a tenth of the template's own neighbourhood.
 
     Examples
     --------
-    >>> pulse = pulse_of(Shape(duration=4.0), (-6, 12), highpass=None, dt=1e-4)
-    >>> round(pulse.area, 3), round(float(pulse.at(np.array([0.0]))[0][0]), 3)
+    >>> template = template_of(Shape(duration=4.0), (-6, 12), highpass=None, dt=1e-4)
+    >>> round(template.area, 3), round(float(template.at(np.array([0.0]))[0][0]), 3)
     (2.613, 1.0)
     """
     u = np.arange((span[1] - span[0]) * FINE + 1) / FINE + span[0]
     contact = values = _contact(u, shape)
     if shape.ring > 0.0:
-        values = _rung(values, shape)
+        values = _resonated(values, shape)
     momentum = 1.0  # of the contact: it survives the resonance, whose static gain is 1
     lost = _undershoot(u, contact, dt, highpass) if highpass else np.zeros(u.size)
     values = values - momentum * lost
@@ -198,16 +198,16 @@ def pulse_of(
     inside = (u >= core[0] - 0.5) & (u < core[1] + 0.5)
     kept = 1.0 - float(lost[inside].sum()) / FINE
     values = values / height
-    if doubt is None:
-        doubt = 0.1 * neighbourhood(values, span[1] - span[0] + 1)
+    if model_error is None:
+        model_error = 0.1 * neighbourhood(values, span[1] - span[0] + 1)
     slopes = np.gradient(values, 1.0 / FINE)
-    return Pulse(
-        span[0], values, slopes, momentum / height, kept, core, doubt, shape, learnt_from
+    return Template(
+        span[0], values, slopes, momentum / height, kept, core, model_error, shape, learnt_from
     )  # fmt: skip
 
 
 def neighbourhood(values: FloatArray, size: int) -> FloatArray:
-    """Largest size of a tabulated pulse within two samples of each whole lag."""
+    """Largest size of a tabulated template within two samples of each whole lag."""
     padded = np.append(np.abs(values), np.zeros(size * FINE - values.size))
     top = padded.reshape(size, FINE).max(axis=1)
     wide = top.copy()
@@ -230,8 +230,8 @@ def _contact(u: FloatArray, shape: Shape) -> FloatArray:
     return np.asarray(risen - np.interp(u - 0.5, place, momentum / total))
 
 
-def _rung(values: FloatArray, shape: Shape) -> FloatArray:
-    """The pulse as a resonance shows it (its momentum then comes 2 z/w after the contact's)."""
+def _resonated(values: FloatArray, shape: Shape) -> FloatArray:
+    """The template as a resonance shows it (its momentum then comes 2 z/w after the contact's)."""
     size = 2 * values.size
     w = 2.0 * math.pi * shape.ring  # rad a sample
     z = min(shape.ring_damping, 0.9)
@@ -259,3 +259,22 @@ def _lowpassed(t: FloatArray, corner: float) -> FloatArray:
     """
     x = math.sqrt(2.0) * np.pi * corner * np.abs(t)
     return np.asarray(math.sqrt(0.5) * np.pi * corner * np.exp(-x) * (np.cos(x) + np.sin(x)))
+
+
+def spring_answer(
+    template: Template, dt: float, highpass: float | None, frequency: float | None
+) -> float:
+    """What the measured jump is multiplied by because of the spring.
+
+    After a jump dv the spring decelerates with w0^2 dv t. Highpassed, that ramp is
+    w0^2 dv/(2 sqrt(2) wc) high at the contact itself, and adds to its area.
+    """
+    if not highpass or not frequency:
+        return 1.0
+    two_pi = 2.0 * np.pi
+    height = (two_pi * frequency) ** 2 / (2.0 * np.sqrt(2.0) * two_pi * highpass)
+    lags = np.arange(template.core[0], template.core[1] + 1)
+    if template.rings:
+        value = template.at(lags * 1.0)[0]
+        return float(1.0 + height * dt * template.area * value.sum() / (value @ value))
+    return float(1.0 + height * dt * lags.size / template.kept)

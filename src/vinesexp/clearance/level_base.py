@@ -1,0 +1,154 @@
+"""The base at one level of periodic tests: as measured where it was, else as the sheet says.
+
+Where the two differ a warning says so; predictions use what was measured.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from vinesexp.records.checks import Check
+from vinesexp.records.uncertainties import Uncertainties
+from vinesexp.units import Quantity
+
+Rows = Sequence[Mapping[str, str]]
+
+#: Relative standard uncertainty of a base amplitude and a frequency that nobody measured: what the
+#: displays of a shaker and its generator are good for. Of a base that is stated as exact: zero.
+SHEET_ERROR, SHEET_CLOCK_ERROR = 0.02, 1e-4
+#: Standard errors from which on measured and sheet differ.
+DIFFERS = 3.0
+#: Share by which a base amplitude may be off without a word: what a lab sets it to.
+NEGLIGIBLE = 5e-3
+#: Shares from which on the base is worth a warning: harmonics, wander, dip.
+HARMONICS, WANDER, DIP = 0.05, 0.02, 0.05
+
+
+@dataclass(frozen=True)
+class LevelBase:
+    """Base motion of a level.
+
+    Attributes
+    ----------
+    G : amplitude, m, with its standard error.
+    frequency : Hz; None where the tests do not share one.
+    measured : number of records whose base channel it is from; 0: from the sheet.
+    """
+
+    G: Quantity
+    frequency: Quantity | None
+    measured: int = 0
+
+
+def base_of_level(
+    nominal: float, frequencies: set[float], rows: Rows, *, inputs: Uncertainties
+) -> LevelBase:
+    """Mean of the measured rows, else the sheet.
+
+    Parameters
+    ----------
+    nominal : float
+        Base amplitude of the sheet, m.
+    frequencies : set of float
+        Those of the sheet, Hz.
+    rows : sequence of mappings
+        Of base.csv, of the level's records.
+    inputs : Uncertainties
+        Of the base channel's sensitivity and of the clock.
+
+    Examples
+    --------
+    >>> base = base_of_level(0.25e-3, {7.86}, [], inputs=Uncertainties())
+    >>> base.G.std_error, base.frequency.value, base.measured
+    (5e-06, 7.86, 0)
+    """
+    sheet = frequencies.pop() if len(frequencies) == 1 else None
+    if not rows:
+        share = SHEET_ERROR if inputs.base.of(1.0) else 0.0
+        at = None if sheet is None else Quantity(sheet, _sheet_clock(inputs) * sheet)
+        return LevelBase(Quantity(nominal, share * nominal), at)
+    gain, clock = inputs.base.of(1.0), inputs.clock.of(1.0)
+    G, noise = _mean([(float(r["amplitude_m"]), float(r["amplitude_error_m"])) for r in rows])
+    amplitude = Quantity(G, math.hypot(noise, gain * G))
+    f, noise = _mean([(float(r["frequency_hz"]), float(r["frequency_error_hz"])) for r in rows])
+    # Tests at different frequencies have no prediction of their own: none is drawn for their mean.
+    shared = _spread([float(r["frequency_hz"]) for r in rows]) < 1e-3 * f
+    return LevelBase(
+        amplitude,
+        Quantity(f, math.hypot(noise, clock * f)) if shared else None,
+        len(rows),
+    )
+
+
+def _sheet_clock(inputs: Uncertainties) -> float:
+    return SHEET_CLOCK_ERROR if inputs.clock.of(1.0) else 0.0
+
+
+def _mean(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Mean, and what scatter from record to record and the errors of each leave of it."""
+    values = [value for value, _ in pairs]
+    centre = sum(values) / len(values)
+    scatter = math.sqrt(sum((v - centre) ** 2 for v in values) / len(values))
+    return centre, math.hypot(scatter, max(error for _, error in pairs))
+
+
+def _spread(values: Sequence[float]) -> float:
+    return max(values) - min(values)
+
+
+def base_checks(
+    name: str, nominal: float, frequencies: set[float], base: LevelBase, rows: Rows
+) -> list[Check]:
+    """Where the base did not do what the sheet says, or was no steady sine.
+
+    Parameters
+    ----------
+    name : str
+        Of the level.
+    nominal, frequencies : float, set of float
+        Of the sheet, m and Hz.
+    base : LevelBase
+    rows : sequence of mappings
+        Of base.csv, of the level's records.
+    """
+    checks: list[Check] = []
+    if not rows:
+        return checks
+    off = base.G.value / nominal - 1.0
+    if abs(off) > max(DIFFERS * base.G.std_error / nominal, NEGLIGIBLE):
+        checks.append(
+            Check("", "base amplitude", "warning",
+                  f"{name}: the base channel shows {1e3 * base.G.value:.4g} mm, "
+                  f"{100 * abs(off):.2g} % {'below' if off < 0.0 else 'above'} the sheet; "
+                  "predictions use what was measured; check base_amplitude_mm and the base "
+                  "channel's sensitivity")
+        )  # fmt: skip
+    if len(frequencies) == 1 and base.frequency is not None:
+        sheet, found = next(iter(frequencies)), base.frequency
+        allowed = math.hypot(found.std_error, SHEET_CLOCK_ERROR * sheet)
+        if abs(found.value - sheet) > DIFFERS * allowed:
+            checks.append(
+                Check("", "base frequency", "warning",
+                      f"{name}: the base channel shows {found.value:.6g} Hz, the sheet says "
+                      f"{sheet:.6g} Hz; predictions use what was measured; check frequency_hz and "
+                      "the sample rate")
+            )  # fmt: skip
+    return checks + [check for row in rows for check in _steadiness(row)]
+
+
+def _steadiness(row: Mapping[str, str]) -> list[Check]:
+    harmonics = math.hypot(float(row["harmonic_2"]), float(row["harmonic_3"]))
+    wander, dip = float(row["wander"]), float(row["dip"])
+    words = []
+    if harmonics > HARMONICS:
+        words.append(f"harmonics of {100 * harmonics:.2g} %")
+    if wander > WANDER:
+        words.append(f"an amplitude that wanders by {100 * wander:.2g} %")
+    if dip > DIP:
+        words.append(f"a dip of {100 * dip:.2g} %")
+    if not words:
+        return []
+    detail = f"the base moved with {', '.join(words)}; predictions are for a steady sine"
+    return [Check(row["record"], "base motion", "warning", detail)]

@@ -1,0 +1,345 @@
+"""What to build and what it gives: the search, each clearance judged afresh, theory beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vinesexp.design.absorber import Absorber, equal_mass_den_hartog, equal_mass_optimal
+from vinesexp.design.best_clearance import PERCENTILE, Effort, Found, scan_ends, search
+from vinesexp.design.ensemble import Responses, responses
+from vinesexp.design.task import Task, centre_starts, random_starts, wall_starts
+from vinesexp.errors import AnalysisError
+from vinesexp.theory.optimal_clearance import b_c_exact, b_c_published
+from vinesexp.theory.orbits import Reduced, amplitudes_at, family
+
+#: Shares of the exact b_c that the scan looks at besides its grid.
+NEAR_B_C = (0.85, 0.9, 0.95, 0.98, 1.0)
+#: Changes of b, G, f and r that the robust clearance is tried under.
+CHANGES = (-0.10, -0.05, 0.05, 0.10)
+#: A clearance works where it leaves at most this share of the bare amplitude.
+WORKS = 0.8
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What one clearance gives, by starts it was not chosen with; lengths in m.
+
+    Attributes
+    ----------
+    b : clearance (the largest, of several balls).
+    rest_mean, rest_max : oscillator at rest, balls at their walls: mean amplitude, and the largest
+        amplitude, both averaged over the phase at which the shaker starts.
+    random_mean, random_p90, random_max : random starts: mean amplitude, its 90th percentile over
+        starts, the largest amplitude of any start.
+    captured, captured_rest : share of random starts, and of those from rest, that are captured.
+    centre_mean : ball at rest in the middle of its cavity.
+    centre_touched : whether a wall meets that ball at all once the motion has settled.
+    """
+
+    b: float
+    rest_mean: float
+    rest_max: float
+    random_mean: float
+    random_p90: float
+    random_max: float
+    captured: float
+    captured_rest: float
+    centre_mean: float
+    centre_touched: bool
+
+
+@dataclass(frozen=True)
+class Changed:
+    """The robust clearance with one value off: from rest and from random starts, m."""
+
+    name: str
+    change: float
+    rest_mean: float
+    random_p90: float
+    captured: float
+
+
+@dataclass(frozen=True)
+class Range:
+    """Levels (m) between which a clearance works from rest, and at which it is first captured."""
+
+    activation: float | None
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class Advice:
+    """The answer of a design; lengths in m.
+
+    Attributes
+    ----------
+    bare : amplitude of the oscillator alone, the largest over the ranges designed for.
+    published, exact : b_c at the greatest level and the middle frequency; None: no stable orbit.
+    orbit : amplitude of the exact orbit at 0.98 b_c, and what a start from rest gives there.
+    """
+
+    task: Task
+    bare: float
+    published: float
+    exact: float | None
+    orbit: tuple[float, float] | None
+    found: Found
+    least_mean: Judged
+    least_max: Judged
+    robust: Judged
+    changed: list[Changed]
+    working: Range | None
+    den_hartog: Absorber
+    optimal: Absorber
+    seed: int
+
+
+def advise(task: Task, *, seed: int = 1) -> Advice:
+    """Search the clearances of a task and judge them.
+
+    Parameters
+    ----------
+    task : Task
+    seed : int
+        Of the random starts.
+
+    Raises
+    ------
+    AnalysisError
+        An oscillator past damping ratio 0.9, or undamped exactly at resonance.
+    """
+    G = task.levels[1]
+    f = min(max(task.oscillator.f0, task.frequencies[0]), task.frequencies[1])
+    bare = task.largest_bare()
+    published, exact = theory_of(task, G, f)
+    ends = scan_ends(bare=bare, published=published, exact=exact)
+    marks = [] if exact is None else [share * exact for share in NEAR_B_C]
+    found = search(task, ends=ends, marks=marks, seed=seed)
+    judged = {
+        b: judge(task, b, found.effort, seed=seed + 2)
+        for b in (found.least_mean, found.least_max, found.robust)
+    }
+    return Advice(
+        task=task,
+        bare=bare,
+        published=published,
+        exact=exact,
+        orbit=None
+        if exact is None
+        else orbit_and_rest(task, 0.98 * exact, f, phases=2 * found.effort.phases),
+        found=found,
+        least_mean=judged[found.least_mean],
+        least_max=judged[found.least_max],
+        robust=judged[found.robust],
+        changed=changes(task, found.robust, found.effort, seed=seed + 3),
+        working=working_range(task, found) if len(task.grid()) == 1 else None,
+        den_hartog=equal_mass_den_hartog(task),
+        optimal=equal_mass_optimal(task),
+        seed=seed,
+    )
+
+
+def theory_of(task: Task, G: float, frequency: float) -> tuple[float, float | None]:
+    """b_c published and exact (m) of all balls taken as one; None where no orbit is stable."""
+    o, mass, r = task.oscillator, sum(task.masses), task.r[0]
+    published = float(b_c_published(G=G, eps=mass / o.M, lam=o.c1 / (mass * o.w0), r=r))
+    try:
+        exact = float(b_c_exact(G=G, M=o.M, c1=o.c1, k1=o.k1, m=mass, r=r, frequency=frequency))
+    except AnalysisError:
+        return published, None
+    return published, exact
+
+
+def judge(task: Task, b: float, effort: Effort, *, seed: int) -> Judged:
+    """One clearance under fresh starts."""
+    rest = responses(wall_starts(task, b, phases=2 * effort.phases, shift=0.4))
+    anywhere = responses(random_starts(task, b, starts=2 * effort.fresh, seed=seed))
+    centre = responses(centre_starts(task, b, phases=2))
+    return Judged(
+        b=b,
+        rest_mean=float(rest.mean.mean()),
+        rest_max=_worst(task, rest),
+        random_mean=float(anywhere.mean.mean()),
+        random_p90=float(np.percentile(anywhere.mean, PERCENTILE)),
+        random_max=float(anywhere.largest.max()),
+        captured=float(anywhere.captured.mean()),
+        captured_rest=float(rest.captured.mean()),
+        centre_mean=float(centre.mean.mean()),
+        centre_touched=bool((centre.impacts_per_cycle > 0.0).any()),
+    )
+
+
+def _worst(task: Task, found: Responses) -> float:
+    shaped = found.largest.reshape(len(task.grid()), -1)
+    return float(shaped.mean(axis=1).max())
+
+
+def orbit_and_rest(task: Task, b: float, frequency: float, *, phases: int) -> tuple[float, float]:
+    """Amplitude of the exact orbit at b, and the mean amplitude of starts from rest there (m)."""
+    o, G = task.oscillator, task.levels[1]
+    p = Reduced.of_rig(
+        M=o.M, c1=o.c1, k1=o.k1, m=sum(task.masses), r=task.r[0], frequency=frequency
+    )
+    orbit = G * float(family(amplitudes_at(b / G, p)[1], p).amplitude)
+    one = replace(task, levels=(G, G), frequencies=(frequency, frequency))
+    rest = responses(wall_starts(one, b, phases=phases))
+    return orbit, float(rest.mean.mean())
+
+
+def changes(task: Task, b: float, effort: Effort, *, seed: int) -> list[Changed]:
+    """The clearance b with b, G, f or r off by 5 and 10 %."""
+    found = []
+    for name in ("b", "G", "f", "r"):
+        for change in CHANGES:
+            case, clearance = _moved(task, b, name, 1.0 + change)
+            if any(r > 1.0 for r in case.r):
+                continue
+            rest = responses(wall_starts(case, clearance, phases=effort.phases))
+            anywhere = responses(random_starts(case, clearance, starts=effort.starts, seed=seed))
+            found.append(
+                Changed(
+                    name,
+                    change,
+                    float(rest.mean.mean()),
+                    float(np.percentile(anywhere.mean, PERCENTILE)),
+                    float(anywhere.captured.mean()),
+                )
+            )
+    return found
+
+
+def _moved(task: Task, b: float, name: str, factor: float) -> tuple[Task, float]:
+    def scaled(pair: tuple[float, float]) -> tuple[float, float]:
+        return pair[0] * factor, pair[1] * factor
+
+    if name == "b":
+        return task, b * factor
+    if name == "G":
+        return replace(task, levels=scaled(task.levels)), b
+    if name == "f":
+        return replace(task, frequencies=scaled(task.frequencies)), b
+    return replace(task, r=tuple(r * factor for r in task.r)), b
+
+
+def working_range(task: Task, found: Found) -> Range:
+    """Levels at which the robust clearance works, from the scan at one level.
+
+    Lengths scale together: clearance b under level G s does what b/s does under G, s times as
+    large. So the scan over clearances is one over levels too.
+    """
+    G, b = task.levels[0], found.robust
+    levels = G * b / found.grid[::-1]  # rising
+    gain = found.rest.scan.mean.mean(axis=1)[::-1] / task.bare(G, task.frequencies[0])
+    captured = found.rest.scan.captured.mean(axis=1)[::-1]
+    active = np.flatnonzero(captured >= 0.5)
+    works = np.flatnonzero(gain <= WORKS)
+    return Range(
+        activation=float(levels[active[0]]) if active.size else None,
+        low=float(levels[works[0]]) if works.size else None,
+        high=float(levels[works[-1]]) if works.size else None,
+    )
+
+
+def warnings_of(advice: Advice) -> list[str]:
+    """What a reader of b_c would otherwise be misled by."""
+    said = []
+    best = advice.robust
+    if advice.exact is None:
+        said.append(
+            "no orbit with two symmetric impacts per cycle is stable at any clearance: the "
+            "published b_c does not apply"
+        )
+    elif abs(advice.published / advice.exact - 1.0) > 0.1:
+        said.append(
+            f"the published b_c knows no frequency and stands at {1e3 * advice.published:.4g} mm "
+            f"beside {1e3 * advice.exact:.4g} mm exact: do not build it off resonance"
+        )
+    if advice.orbit is not None and advice.orbit[1] > 1.3 * advice.orbit[0]:
+        said.append(
+            f"just below the exact b_c the orbit has {1e3 * advice.orbit[0]:.3g} mm but is not "
+            f"reached from rest, where the mean is {1e3 * advice.orbit[1]:.3g} mm"
+        )
+    if not best.centre_touched:
+        said.append(
+            "a ball at rest in the middle of the robust cavity is never touched (the bare "
+            f"amplitude of {1e3 * advice.bare:.3g} mm does not reach its walls): start it at a wall"
+        )
+    for name, one in (("least-mean", advice.least_mean), ("least-largest", advice.least_max)):
+        if not one.centre_touched and one.b != best.b:
+            said.append(
+                f"with the {name} clearance a ball at rest mid-cavity is never touched either"
+                if not best.centre_touched
+                else f"with the {name} clearance a ball at rest mid-cavity is never touched"
+            )
+    if advice.least_mean.rest_mean > 0.95 * advice.bare:
+        said.append("no clearance takes more than 5 % off the bare amplitude: the ball hardly acts")
+    return said
+
+
+def as_json(advice: Advice) -> Mapping[str, object]:
+    """Everything for programs: contract keys first; lengths in mm."""
+    robust, task = advice.robust, advice.task
+
+    def mm(value: float | None) -> float | None:
+        return None if value is None else 1e3 * value
+
+    def judged(one: Judged) -> dict[str, object]:
+        lengths = (
+            "b", "rest_mean", "rest_max", "random_mean", "random_p90", "random_max", "centre_mean",
+        )  # fmt: skip
+        others = ("captured", "captured_rest", "centre_touched")
+        found: dict[str, object] = {f"{n}_mm": mm(getattr(one, n)) for n in lengths}
+        found |= {n: getattr(one, n) for n in others}
+        found["reduction"] = 1.0 - one.rest_mean / advice.bare
+        found["over_b_c_published"] = one.b / advice.published
+        found["over_b_c_exact"] = None if advice.exact is None else one.b / advice.exact
+        return found
+
+    def absorber(one: Absorber) -> dict[str, float]:
+        return {
+            "tuning": one.tuning,
+            "zeta": one.zeta,
+            "amplitude_mm": 1e3 * one.amplitude,
+            "detuned_mm": 1e3 * one.detuned,
+        }
+
+    working = advice.working
+    return {
+        "least_mean_mm": mm(advice.least_mean.b),
+        "least_max_mm": mm(advice.least_max.b),
+        "robust_mm": mm(robust.b),
+        "captured_share": robust.captured,
+        "amplitude_mean_mm": mm(robust.random_mean),
+        "amplitude_max_mm": mm(robust.random_max),
+        "bare_amplitude_mm": mm(advice.bare),
+        "tmd_amplitude_mm": mm(advice.den_hartog.amplitude),
+        "clearance_ratios": list(task.ratios),
+        "least_mean": judged(advice.least_mean),
+        "least_max": judged(advice.least_max),
+        "robust": judged(robust),
+        "changed": [
+            {
+                "value": one.name,
+                "change": one.change,
+                "rest_mean_mm": mm(one.rest_mean),
+                "random_p90_mm": mm(one.random_p90),
+                "captured": one.captured,
+            }
+            for one in advice.changed
+        ],
+        "levels": None
+        if working is None
+        else {
+            "activation_mm": mm(working.activation),
+            "works_from_mm": mm(working.low),
+            "works_to_mm": mm(working.high),
+        },
+        "tmd": {"den_hartog": absorber(advice.den_hartog), "optimal": absorber(advice.optimal)},
+        "model": "exact event simulation",
+        "seed": advice.seed,
+        "warnings": warnings_of(advice),
+    }

@@ -1,0 +1,228 @@
+"""The search for the best clearance: a coarse scan, closer looks at the lowest, a fresh judgement.
+
+The criteria jump where captured starts turn into lost ones and are rough where the response is
+modulated, so no derivative is used. A candidate is judged at the end by starts it was not chosen
+with: of many noisy values the lowest is too low.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vinesexp.design.ensemble import Responses, Run, duration_of, responses
+from vinesexp.design.task import Task, random_starts, wall_starts
+from vinesexp.theory.manifold import FloatArray
+
+#: Clearances of the scan.
+COARSE = 32
+#: Its ends: shares of the least, and multiples of the largest, of b_c and bare amplitude. Below,
+#: the ball rattles many times a cycle and acts as a dead mass; above, it is seldom struck.
+BOTTOM, TOP = 0.12, 2.5
+#: Clearances in a closer look, and how many minima are looked at in each round.
+CLOSER, MINIMA = 7, (2, 1)
+#: Candidates of each criterion that are judged afresh, at full length.
+FINALISTS = 6
+#: The search runs watch the settled motion for a shorter time, by this factor.
+HASTE = 2.0
+#: Rigs whose run takes this many cycles get 8 phases and 20 starts a clearance in the search;
+#: others more or fewer in proportion, between these bounds.
+CYCLES, FEWEST, MOST = 2000.0, 0.25, 3.0
+#: Percentile that the robust clearance makes least.
+PERCENTILE = 90.0
+#: Standard errors of the share of starts by which the last judgement asks for a higher percentile:
+#: it jumps where that share is captured, and the lowest of several noisy values is too low.
+MARGIN = 0.7
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How many starts a clearance is given in the scan and in the final judgement."""
+
+    phases: int
+    starts: int
+    fresh: int
+
+    @classmethod
+    def of(cls, task: Task, b: float) -> Effort:
+        """From the length of a run: the time of an answer stays about the same."""
+        conditions = len(task.grid())
+        f = 0.5 * sum(task.frequencies)
+        share = min(max(CYCLES / (duration_of(task.rig(b), f)[1] * f), FEWEST), MOST)
+        phases = max(round(8 * share / conditions), 2)
+        return cls(
+            phases=phases, starts=max(round(20 * share), 10), fresh=max(round(56 * share), 24)
+        )
+
+
+def mean_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
+    """Mean amplitude, averaged over phases and conditions; one value per clearance (m)."""
+    return np.asarray(found.mean.reshape(-1, runs_each).mean(axis=1))
+
+
+def largest_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
+    """Largest amplitude averaged over phases, the worst of the conditions (m)."""
+    shaped = found.largest.reshape(-1, conditions, runs_each // conditions)
+    worst: FloatArray = shaped.mean(axis=2).max(axis=1)
+    return worst
+
+
+def robust_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
+    """90th percentile over starts of the mean amplitude (m)."""
+    return np.asarray(np.percentile(found.mean.reshape(-1, runs_each), PERCENTILE, axis=1))
+
+
+def cautious_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
+    """`robust_criterion` with a margin for the number of starts (m)."""
+    share = PERCENTILE / 100.0
+    margin = 100.0 * MARGIN * float(np.sqrt(share * (1.0 - share) / runs_each))
+    q = min(PERCENTILE + margin, 99.0)
+    return np.asarray(np.percentile(found.mean.reshape(-1, runs_each), q, axis=1))
+
+
+Criterion = Callable[[Responses, int, int], FloatArray]
+Starts = Callable[[float], list[Run]]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Clearances tried and what a criterion said of each (m); sorted by clearance."""
+
+    b: FloatArray
+    value: FloatArray
+
+    def joined(self, other: Curve) -> Curve:
+        """Both, sorted."""
+        b = np.concatenate([self.b, other.b])
+        order = np.argsort(b)
+        return Curve(b[order], np.concatenate([self.value, other.value])[order])
+
+    def minima(self, n: int) -> list[int]:
+        """Indices of the lowest local minima, at most n."""
+        v = np.concatenate([[np.inf], self.value, [np.inf]])
+        local = np.flatnonzero((v[1:-1] <= v[:-2]) & (v[1:-1] <= v[2:]))
+        return [int(i) for i in local[np.argsort(self.value[local])][:n]]
+
+
+def sampled(
+    b: Iterable[float], starts: Starts, criteria: Sequence[Criterion], conditions: int, haste: float
+) -> tuple[list[Curve], Responses]:
+    """Every criterion at every clearance, from one ensemble; the responses, one row a clearance."""
+    clearances = np.unique(np.asarray(list(b), dtype=np.float64))
+    blocks = [starts(float(one)) for one in clearances]
+    each = len(blocks[0])
+    found = responses([run for block in blocks for run in block], haste=haste)
+    curves = [Curve(clearances, rule(found, each, conditions)) for rule in criteria]
+    return curves, found.reshape(clearances.size, each)
+
+
+def closer(curve: Curve, minima: int) -> FloatArray:
+    """Clearances between the neighbours of the lowest minima."""
+    places = []
+    for i in curve.minima(minima):
+        low = curve.b[max(i - 1, 0)]
+        high = curve.b[min(i + 1, curve.b.size - 1)]
+        places.append(np.geomspace(low, high, CLOSER + 2)[1:-1])
+    return np.concatenate(places)
+
+
+@dataclass(frozen=True)
+class Least:
+    """The clearance (m) that makes each criterion least, and all that was tried on the way."""
+
+    b: list[float]
+    curves: list[Curve]
+    scan: Responses
+
+
+def least(
+    grid: FloatArray,
+    starts: Starts,
+    fresh: Starts,
+    criteria: Sequence[Criterion],
+    judges: Sequence[Criterion],
+    conditions: int,
+) -> Least:
+    """Scan, closer looks, fresh judgement, for criteria that share their starts.
+
+    Parameters
+    ----------
+    grid : ndarray
+        Clearances of the scan, m.
+    starts, fresh : callable
+        Clearance to its runs: those to search with, and those to judge the finalists by.
+    criteria, judges : sequence of callable
+        To search by, and to judge the finalists by: of `mean_criterion`, `largest_criterion`,
+        `robust_criterion` and `cautious_criterion`.
+    conditions : int
+        Conditions among the runs of `starts` and of `fresh`.
+    """
+    curves, scan = sampled(grid, starts, criteria, conditions, HASTE)
+    for minima in MINIMA:
+        b = np.concatenate([closer(curve, minima) for curve in curves])
+        looked, _ = sampled(b, starts, criteria, conditions, HASTE)
+        curves = [c.joined(more) for c, more in zip(curves, looked, strict=True)]
+    lowest = [curve.b[np.argsort(curve.value)[:FINALISTS]] for curve in curves]
+    judged, _ = sampled(np.concatenate(lowest), fresh, judges, conditions, 1.0)
+    best = [float(one.b[one.value.argmin()]) for one in judged]
+    return Least(best, curves, scan)
+
+
+@dataclass(frozen=True)
+class Found:
+    """The three clearances (m) and what they were read from."""
+
+    least_mean: float
+    least_max: float
+    robust: float
+    rest: Least
+    random: Least
+    grid: FloatArray
+    effort: Effort
+
+
+def scan_ends(*, bare: float, published: float, exact: float | None) -> tuple[float, float]:
+    """Least and largest clearance worth a look (m), from bare amplitude and b_c."""
+    end = published if exact is None else exact
+    low = BOTTOM * min(bare, published, end)
+    return low, TOP * max(end, min(bare, 3.0 * published))
+
+
+def search(
+    task: Task, *, ends: tuple[float, float], marks: Iterable[float] = (), seed: int = 1
+) -> Found:
+    """Least mean, least largest and robust clearance of a task.
+
+    Parameters
+    ----------
+    task : Task
+    ends : (float, float)
+        Clearances between which to look, m (`scan_ends`).
+    marks : iterable of float
+        Clearances that theory suggests (m): looked at in the scan.
+    seed : int
+        Of the random starts; the final judgement draws from `seed` + 1.
+    """
+    effort = Effort.of(task, ends[1])
+    conditions = len(task.grid())
+    grid = np.geomspace(*ends, COARSE)
+    grid = np.unique(np.concatenate([grid, [m for m in marks if ends[0] < m < ends[1]]]))
+    rest = least(
+        grid,
+        lambda b: wall_starts(task, b, phases=effort.phases),
+        lambda b: wall_starts(task, b, phases=2 * effort.phases, shift=0.25),
+        [mean_criterion, largest_criterion],
+        [mean_criterion, largest_criterion],
+        conditions,
+    )
+    random = least(
+        grid,
+        lambda b: random_starts(task, b, starts=effort.starts, seed=seed),
+        lambda b: random_starts(task, b, starts=effort.fresh, seed=seed + 1),
+        [robust_criterion],
+        [cautious_criterion],
+        1,
+    )
+    return Found(rest.b[0], rest.b[1], random.b[0], rest, random, grid, effort)

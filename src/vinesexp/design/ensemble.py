@@ -1,0 +1,204 @@
+"""Many steady responses at once: mean and largest amplitude of every start, exactly simulated.
+
+A `Run` is one rig under one harmonic base from one start. The compiled event loop releases the
+interpreter's lock, so the runs of an ensemble share all cores; each keeps its own random draw, so
+the result does not depend on how they are shared out.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from vinesexp.errors import AnalysisError
+from vinesexp.excitation import Harmonic, Release, WeakDamping
+from vinesexp.rig import Rig
+from vinesexp.solver.arrays import ball_table, parameters
+from vinesexp.solver.chatter import REMAINDER
+from vinesexp.solver.drive import drive_table
+from vinesexp.solver.kernel import run
+from vinesexp.solver.response import H_PHASE, prepare
+from vinesexp.solver.series import ORDER
+from vinesexp.solver.statistics import add_amplitudes
+from vinesexp.theory.manifold import FloatArray
+
+#: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
+SETTLE, WINDOW = 6.0, 8.0
+#: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-5.
+BARE = 5.0
+#: No run is shorter than this many cycles to settle and to be judged (of each).
+SHORTEST = 60.0
+#: No run is longer than this many cycles in all: five seconds of one core see a thousand of them.
+LONGEST = 40_000.0
+#: A start is captured when its balls make at least this many impacts a cycle on the average ...
+IMPACTS_PER_CYCLE = 1.9
+#: ... and its largest amplitude stays below this multiple of the mean one (no strong modulation).
+STEADY = 1.5
+
+
+@dataclass(frozen=True)
+class Run:
+    """One start of one rig under one base motion.
+
+    Attributes
+    ----------
+    rig : Rig
+    base : Harmonic
+        Amplitude (m), frequency (Hz), phase (rad) at which the shaker starts.
+    release : Release
+        State at t = 0, SI.
+    """
+
+    rig: Rig
+    base: Harmonic
+    release: Release
+
+
+@dataclass(frozen=True)
+class Responses:
+    """What each run of an ensemble settles to; arrays of one entry per run.
+
+    Attributes
+    ----------
+    mean, largest : amplitude hypot(x, x'/w0) over the window, m.
+    impacts_per_cycle : of all balls together, per cycle of the base.
+    balls : how many balls the rig of that run has.
+    """
+
+    mean: FloatArray
+    largest: FloatArray
+    impacts_per_cycle: FloatArray
+    balls: int
+
+    @property
+    def captured(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        """Whether every ball keeps two impacts a cycle or more, without strong modulation."""
+        steady = self.largest <= STEADY * self.mean
+        return steady & (self.impacts_per_cycle >= IMPACTS_PER_CYCLE * max(self.balls, 1))
+
+    def reshape(self, *shape: int) -> Responses:
+        """The same runs in another shape."""
+        return Responses(
+            self.mean.reshape(shape),
+            self.largest.reshape(shape),
+            self.impacts_per_cycle.reshape(shape),
+            self.balls,
+        )
+
+
+def slow_time(rig: Rig) -> float:
+    """Time (s) in which the amplitude changes while a ball acts: 1/(w0 (zeta + 0.3 eps)).
+
+    zeta is the bare oscillator's rate, 0.3 eps about what a captured ball adds (docs/theory.md, 25:
+    8 Gamma C^2/(pi^3 A^2), far from the fold).
+    """
+    o = rig.oscillator
+    rate = o.zeta + 0.3 * sum(nes.m for nes in rig.nes) / o.M
+    if not rate > 0.0:
+        raise AnalysisError("without damping and without a ball nothing ever settles")
+    return 1.0 / (o.w0 * rate)
+
+
+def duration_of(rig: Rig, frequency: float) -> tuple[float, float]:
+    """(settle, whole duration) of a run, s."""
+    period, o = 1.0 / frequency, rig.oscillator
+    settle = max(SETTLE * slow_time(rig), SHORTEST * period)
+    if o.zeta > 0.0:  # where the ball is seldom struck the bare transient has to die out
+        settle = max(settle, BARE / (o.zeta * o.w0))
+    whole = settle + max(WINDOW * slow_time(rig), SHORTEST * period)
+    shrink = min(1.0, LONGEST * period / whole)
+    return shrink * settle, shrink * whole
+
+
+def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = None) -> Responses:
+    """Settled amplitudes of every run, on all cores.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        All with the same number of balls.
+    haste : float
+        The window is shortened by this factor, for a first look; the time to settle is not.
+    workers : int, optional
+        Threads; by default one per core.
+
+    Raises
+    ------
+    AnalysisError
+        An oscillator at or past critical damping, or an undamped one exactly at resonance.
+
+    Examples
+    --------
+    >>> from vinesexp import NES, Oscillator
+    >>> rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.03, r=0.6)])
+    >>> one = Run(rig, Harmonic(amplitude=0.25e-3, frequency=7.862), Release(y0=[0.0299]))
+    >>> round(1e3 * float(responses([one]).mean[0]), 1)
+    5.9
+    """
+    out = np.empty((3, len(runs)))
+
+    def share(first: int, step: int) -> None:
+        tables: dict[tuple[float, float, float, float, float], FloatArray] = {}
+        for k in range(first, len(runs), step):
+            out[:, k] = _one(runs[k], tables, haste)
+
+    threads = workers or os.cpu_count() or 1
+    if threads == 1 or len(runs) < 4:
+        share(0, 1)
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            for task in [pool.submit(share, i, threads) for i in range(threads)]:
+                task.result()
+    return Responses(out[0], out[1], out[2], len(runs[0].rig.nes) if runs else 0)
+
+
+def _one(
+    one: Run, tables: dict[tuple[float, float, float, float, float], FloatArray], haste: float
+) -> tuple[float, float, float]:
+    """(mean, largest, impacts per cycle) of one run."""
+    o, base = one.rig.oscillator, one.base
+    settle, duration = duration_of(one.rig, base.frequency)
+    duration = settle + (duration - settle) / haste
+    key = (o.M, o.c1, o.k1, base.amplitude, base.frequency)
+    if key not in tables:
+        _check(one)
+        tables[key] = prepare(*key, 0.0)
+    response = tables[key].copy()
+    response[0, H_PHASE] += base.phase
+    kind, table = drive_table(base)
+    par = parameters(one.rig, WeakDamping())
+    balls, _ = ball_table(one.rig, one.release)
+    log, labels = np.empty((2048, 6)), np.empty((2048, 3), dtype=np.int32)
+    work, sums = np.zeros((4, ORDER + 1)), np.zeros(4)
+    state, node = np.zeros(4), np.zeros(4)
+    state[2:] = one.release.x0, one.release.v0
+    node[1:3] = one.release.x0, one.release.v0
+    while state[0] < duration:
+        rows, used = run(
+            True, response, par, kind, table, duration, REMAINDER, state, balls, log, labels, work
+        )
+        if used < 0:
+            raise AnalysisError(
+                "a run comes to a stop: balls with r = 1 or close to it bounce faster than any "
+                "clock can resolve; give a lower restitution"
+            )
+        add_amplitudes(response, log, labels, rows, state, node, settle, sums)
+    cycles = (duration - settle) * base.frequency
+    return sums[1] / sums[0], sums[2], sums[3] / cycles
+
+
+def _check(one: Run) -> None:
+    o, base = one.rig.oscillator, one.base
+    if not o.zeta < 0.9:
+        raise AnalysisError(f"damping ratio {o.zeta:.3g}: expected below 0.9 for a simulation")
+    w = 2.0 * math.pi * base.frequency
+    if abs(o.w0 - w) + o.zeta * o.w0 < 1e-9 * o.w0:
+        raise AnalysisError(
+            "an undamped oscillator exactly at resonance has no bare response to compare with; "
+            "give a damping or another frequency"
+        )

@@ -1,0 +1,197 @@
+"""What a person gives for a design: rig values, lists of balls, ranges, an identified.csv."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vinesexp.errors import ParameterError, VinesexpError, nearest
+from vinesexp.units import Quantity, parse_quantity
+
+
+@dataclass(frozen=True)
+class Option:
+    """A rig value: its symbol, its option, what it measures, and how one writes it."""
+
+    symbol: str
+    flag: str
+    quantity: str
+    example: str
+    unit: str
+    note: str = ""
+
+
+#: In the order of the table.
+RIG = (
+    Option("M", "--mass", "mass", "4.7 kg", "kg"),
+    Option("c1", "--damping", "damping", "3.02 N s/m", "N s/m"),
+    Option("k1", "--stiffness", "stiffness", "1.147e4 N/m", "N/m"),
+    Option("m", "--nes-mass", "mass", "32 g", "kg", "; of several balls '32 g; 32 g'"),
+    Option("r", "--restitution", "ratio", "0.6", "", "; of several balls '0.6; 0.7'"),
+)
+#: The excitation.
+EXCITATION = (
+    Option("G", "--base-amplitude", "displacement", "0.25 mm", "m", " or '0.15:0.25 mm'"),
+    Option("x0", "--release", "displacement", "30 mm", "m"),
+    Option("v0", "--release-velocity", "velocity", "0.1 m/s", "m/s"),
+    Option("frequency", "--frequency", "frequency", "7.86 Hz", "Hz", " or '7.2:8.4 Hz'"),
+)
+_LISTS, _RANGES = ("m", "r"), ("G", "frequency")
+
+
+@dataclass(frozen=True)
+class Given:
+    """Everything given, each symbol as the values written for it: one, a list, or a range's ends.
+
+    ``given["m"]`` holds one entry per ball, ``given["G"]`` one level or the two ends of a range.
+    """
+
+    values: Mapping[str, tuple[Quantity, ...]]
+
+    def __contains__(self, symbol: str) -> bool:
+        return symbol in self.values
+
+    def __getitem__(self, symbol: str) -> tuple[Quantity, ...]:
+        return self.values[symbol]
+
+    def one(self, symbol: str) -> Quantity:
+        """The single value of a symbol: the sum of ball masses, the greatest of a range."""
+        found = self.values[symbol]
+        if symbol == "m":
+            error = sum(q.std_error**2 for q in found) ** 0.5
+            return Quantity(sum(q.value for q in found), error)
+        return found[-1] if symbol in _RANGES else found[0]
+
+    def ends(self, symbol: str) -> tuple[float, float]:
+        """Ends of a range; twice the value where one was given."""
+        return self.values[symbol][0].value, self.values[symbol][-1].value
+
+
+def gather(texts: Mapping[str, Sequence[str]], identified: Path | None = None) -> Given:
+    """Read what was written for each symbol; an option wins over the file.
+
+    Parameters
+    ----------
+    texts : mapping
+        For each symbol the texts given for it, one per time the option was used.
+    identified : path, optional
+        An identified.csv, or the results folder it is in.
+
+    Raises
+    ------
+    ParameterError
+        An option given twice, a value that cannot be read, or what is still missing, all of it in
+        one line.
+    """
+    read = read_identified(identified) if identified is not None else {}
+    given: dict[str, tuple[Quantity, ...]] = {name: (value,) for name, value in read.items()}
+    for option in (*RIG, *EXCITATION):
+        said = texts.get(option.symbol) or ()
+        if len(said) > 1:
+            raise ParameterError(
+                f"given {len(said)} times ({', '.join(said)}); give it once", where=option.flag
+            )
+        if said:
+            try:
+                given[option.symbol] = parse_values(said[0], option)
+            except ParameterError as error:
+                raise ParameterError(error.problem, where=option.flag) from None
+    _ask_for_missing(given)
+    for symbol in ("G", "x0"):
+        if symbol in given and any(q.value == 0.0 for q in given[symbol]):
+            flag = next(o.flag for o in EXCITATION if o.symbol == symbol)
+            raise ParameterError(
+                "found 0: without excitation there is no best clearance", where=flag
+            )
+    return Given(given)
+
+
+def parse_values(text: str, option: Option) -> tuple[Quantity, ...]:
+    """One value, a list ``a; b`` of balls, or a range ``a:b unit``.
+
+    Examples
+    --------
+    >>> [q.value for q in parse_values("7.2:8.4 Hz", EXCITATION[3])]
+    [7.2, 8.4]
+    >>> [q.value for q in parse_values("32 g; 16 g", RIG[3])]
+    [0.032, 0.016]
+    """
+    if option.symbol in _LISTS and ";" in text:
+        return tuple(parse_quantity(part, option.quantity) for part in text.split(";"))
+    if option.symbol in _RANGES and ":" in text:
+        low, high = text.split(":", 1)
+        unit = re.sub(r"^[\s+-]*[0-9.]+(?:[eE][+-]?\d+)?", "", high)
+        if not re.search(r"[A-Za-z]", low):
+            low += unit
+        ends = parse_quantity(low, option.quantity), parse_quantity(high, option.quantity)
+        if not 0.0 < ends[0].value <= ends[1].value:
+            raise ParameterError(f"found the range '{text}', expected from a smaller value above 0")
+        return ends
+    return (parse_quantity(text, option.quantity),)
+
+
+def _ask_for_missing(given: Mapping[str, tuple[Quantity, ...]]) -> None:
+    def wanted(options: list[Option]) -> str:
+        return ", ".join(f"{o.flag} '{o.example}'" for o in options)
+
+    if "G" not in given and "x0" not in given:
+        excitation = [o for o in EXCITATION if o.symbol in ("G", "x0")]
+        missing = [o for o in RIG if o.symbol not in given]
+        also = f"; also give {wanted(missing)}" if missing else ""
+        raise ParameterError(
+            f"nothing to design for: give {' or '.join(wanted([o]) for o in excitation)}{also}"
+        )
+    symbols = {o.symbol for o in RIG} if "G" in given else {"r"}
+    if "v0" in given:
+        symbols |= {"M", "k1"}
+    missing = [o for o in RIG if o.symbol in symbols and o.symbol not in given]
+    if missing:
+        raise ParameterError(f"values are missing: give {wanted(missing)}")
+
+
+def read_identified(path: Path) -> dict[str, Quantity]:
+    """M, c1, k1 and r with standard errors from an identified.csv (rows `combined`).
+
+    Raises
+    ------
+    VinesexpError
+        Unreadable file, a missing column, or a row that is no number.
+    """
+    if path.is_dir():
+        path = path / "identified.csv"
+    rows, columns = _rows(path)
+    for column in ("parameter", "value", "std_error", "unit", "method"):
+        if column not in columns:
+            raise VinesexpError(
+                f"no column '{column}'; {nearest(column, columns or ['none'])}", file=path
+            )
+    found: dict[str, Quantity] = {}
+    options = {option.symbol: option for option in RIG}
+    for line, row in enumerate(rows, start=2):
+        symbol = "r" if row["parameter"] == "r_1" else row["parameter"]
+        if symbol not in options or row["method"] != "combined" or symbol in found:
+            continue
+        error_text = row["std_error"] or "0"
+        text = f"{row['value']} +- {error_text} {row['unit'].strip() if symbol != 'r' else ''}"
+        try:
+            found[symbol] = parse_quantity(text, options[symbol].quantity)
+        except ParameterError as error:
+            raise VinesexpError(error.problem, file=path, where=f"line {line}") from None
+    if not found:
+        raise VinesexpError("holds no row with method 'combined' of M, c1, k1 or r", file=path)
+    return found
+
+
+def _rows(path: Path) -> tuple[list[dict[str, str]], list[str]]:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            reader = csv.DictReader(stream)
+            return list(reader), list(reader.fieldnames or [])
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise VinesexpError(
+            f"cannot be read ({reason}); give an identified.csv", file=path
+        ) from None

@@ -1,0 +1,190 @@
+"""What theory says of a design: transitions, b_c and b_t with intervals, the release's b*."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vinesexp.design.inputs import RIG, Given
+from vinesexp.design.task import Task
+from vinesexp.errors import AnalysisError, ParameterError
+from vinesexp.rig import Oscillator
+from vinesexp.theory.intervals import ClearancePrediction, predict_periodic, predict_transient
+from vinesexp.theory.manifold import A_1, A_2
+from vinesexp.theory.multiple import design_clearances
+from vinesexp.theory.optimal_clearance import b_c_published, release_amplitude
+from vinesexp.theory.slowflow import threshold
+from vinesexp.theory.timing import predict_best
+from vinesexp.theory.transient import Decaying, bare_time, best_clearance
+from vinesexp.units import Quantity
+
+#: Shares of the release amplitude for which b*(level) is given.
+LEVELS = (0.5, 0.25, 0.1)
+
+
+@dataclass(frozen=True)
+class ReleaseLevel:
+    """The fastest clearance down to one level (m, s): b*(level), its interval, times, capture.
+
+    The interval is there where the rig's values have standard errors.
+    """
+
+    level: float
+    b: float
+    low: float | None
+    high: float | None
+    time: float
+    bare_time: float
+    capture: float
+
+
+@dataclass(frozen=True)
+class Theory:
+    """What `design` finds without simulation; lengths in m, None where its excitation is missing.
+
+    Attributes
+    ----------
+    b_c_published : without its interval, given also where no exact b_c exists.
+    no_orbit : why there is no exact b_c, else empty.
+    """
+
+    A_1: float
+    A_2: float
+    F_c: float | None
+    b_c: ClearancePrediction | None
+    b_c_published: float | None
+    no_orbit: str
+    b_t: ClearancePrediction | None
+    releases: list[ReleaseLevel]
+
+    def as_json(self) -> dict[str, object]:
+        """The contract's keys; null where the excitation it needs was not given."""
+
+        def mm(prediction: ClearancePrediction | None, kind: str) -> float | None:
+            return None if prediction is None else 1e3 * float(getattr(prediction, kind))
+
+        published = None if self.b_c_published is None else 1e3 * self.b_c_published
+        return {
+            "A_1": self.A_1,
+            "A_2": self.A_2,
+            "F_c": self.F_c,
+            "b_c_published_mm": published,
+            "b_c_exact_mm": mm(self.b_c, "exact"),
+            "b_t_published_mm": mm(self.b_t, "published"),
+            "b_t_exact_mm": mm(self.b_t, "exact"),
+        }
+
+
+def single_values(given: Given) -> dict[str, Quantity]:
+    """The rig's values as the theory of one ball takes them; several balls count as their sum."""
+    return {o.symbol: given.one(o.symbol) for o in RIG if o.symbol in given}
+
+
+def frequency_of(given: Given) -> float | None:
+    """Frequency (Hz) of b_c: the one given; of a band, resonance or the edge nearest to it."""
+    if "frequency" not in given:
+        return None
+    low, high = given.ends("frequency")
+    o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
+    return min(max(o.f0, low), high)
+
+
+def predict(given: Given) -> Theory:
+    """Clearances from the values of `vinesexp.design.inputs.gather`."""
+    values = single_values(given)
+    value = {symbol: quantity.value for symbol, quantity in values.items()}
+    F_c = published = None
+    if len(values) == len(RIG):
+        # refuses what has no meaning before anything is computed
+        oscillator = Oscillator(M=value["M"], c1=value["c1"], k1=value["k1"])
+        for ball in given["m"]:
+            if not ball.value > 0.0:
+                raise ParameterError(
+                    f"found {ball.value} kg, expected above zero", where="--nes-mass"
+                )
+        lam = oscillator.c1 / (value["m"] * oscillator.w0)
+        F_c = float(threshold(lam=lam, r=value["r"]))
+        if "G" in given:
+            G, eps = given.one("G").value, value["m"] / oscillator.M
+            published = float(b_c_published(G=G, eps=eps, lam=lam, r=value["r"]))
+    b_c, b_t, no_orbit = None, None, ""
+    if "G" in given:
+        try:
+            b_c = predict_periodic(
+                G=given.one("G").value, values=values, frequency=frequency_of(given)
+            )
+        except AnalysisError as error:
+            no_orbit = str(error)
+    if "x0" in given:
+        v0 = given.one("v0").value if "v0" in given else 0.0
+        b_t = predict_transient(x0=abs(given.one("x0").value), v0=v0, values=values)
+    return Theory(
+        A_1=float(A_1(value["r"])),
+        A_2=float(A_2(value["r"])),
+        F_c=F_c,
+        b_c=b_c,
+        b_c_published=published,
+        no_orbit=no_orbit,
+        b_t=b_t,
+        releases=releases(given, values) if "x0" in given and len(values) == len(RIG) else [],
+    )
+
+
+def start_amplitude(given: Given) -> float:
+    """x_m of the release, m."""
+    M, k1 = (given.one(n).value if n in given else 1.0 for n in ("M", "k1"))
+    v0 = given.one("v0").value if "v0" in given else 0.0
+    return float(release_amplitude(x0=given.one("x0").value, v0=v0, M=M, k1=k1))
+
+
+def releases(given: Given, values: dict[str, Quantity]) -> list[ReleaseLevel]:
+    """b*(level) of the release; levels that theory cannot answer are left out."""
+    x_m = start_amplitude(given)
+    case = Decaying(**{name: q.value for name, q in values.items()}, x_m=x_m)
+    uncertain = any(q.std_error for q in values.values())
+    found = []
+    for share in LEVELS:
+        level = share * x_m
+        try:
+            best = best_clearance(case, level=level)
+            low = high = None
+            if uncertain:
+                interval = predict_best(x_m=Quantity(x_m, 0.0), level=level, values=values)
+                low, high = interval.low, interval.high
+        except AnalysisError:
+            continue
+        bare = bare_time(case, level=level)
+        found.append(ReleaseLevel(level, best.b, low, high, best.time, bare, best.capture_rate))
+    return found
+
+
+def task_of(given: Given) -> Task:
+    """The task of the simulation: every ball, the ranges, and the standard errors given."""
+    o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
+    masses, r = (tuple(q.value for q in given[name]) for name in ("m", "r"))
+    if len(r) == 1:
+        r = r * len(masses)
+    if len(r) != len(masses):
+        raise ParameterError(
+            f"{len(r)} restitutions for {len(masses)} balls: give one, or one per ball",
+            where="--restitution",
+        )
+    levels = given.ends("G")
+    frequencies = given.ends("frequency") if "frequency" in given else (o.f0, o.f0)
+    ratios = tuple(1.0 for _ in masses)
+    if len(masses) > 1 and levels[0] < levels[1]:
+        plan = design_clearances(
+            G_low=levels[0], G_high=levels[1], oscillator=o, masses=masses, r=r[0]
+        )
+        ratios = tuple(b / max(plan.clearances) for b in plan.clearances)
+    errors = {n: given[n][0].std_error for n in ("M", "c1", "k1", "m", "r", "G") if n in given}
+    if "frequency" in given:
+        errors["frequency"] = given["frequency"][0].std_error
+    return Task(
+        oscillator=o,
+        masses=masses,
+        r=r,
+        levels=levels,
+        frequencies=frequencies,
+        ratios=ratios,
+        std_errors={name: e for name, e in errors.items() if e},
+    )

@@ -1,0 +1,173 @@
+"""What is designed for: a rig, its uncertainty, the excitation, and the starts it is tried from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vinesexp.design.ensemble import Run
+from vinesexp.errors import ParameterError
+from vinesexp.excitation import Harmonic, Release
+from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.theory.manifold import FloatArray
+
+#: Levels and frequencies looked at where a range is given.
+LEVELS, FREQUENCIES = 3, 7
+
+
+@dataclass(frozen=True)
+class Task:
+    """A rig without its clearances, and the excitation to design them for.
+
+    Attributes
+    ----------
+    oscillator : Oscillator
+    masses, r : ball masses (kg) and restitutions, one per NES.
+    ratios : clearance of each ball over the largest; (1,) for one ball.
+    levels : base amplitudes (m), least and greatest (equal for one level).
+    frequencies : Hz, least and greatest.
+    std_errors : of M, c1, k1, m, r, G, frequency (SI); what is missing is known exactly.
+    """
+
+    oscillator: Oscillator
+    masses: tuple[float, ...]
+    r: tuple[float, ...]
+    levels: tuple[float, float]
+    frequencies: tuple[float, float]
+    ratios: tuple[float, ...] = (1.0,)
+    std_errors: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not len(self.masses) == len(self.r) == len(self.ratios):
+            raise ParameterError(
+                f"{len(self.masses)} ball masses, {len(self.r)} restitutions and "
+                f"{len(self.ratios)} clearance ratios: expected one of each per NES"
+            )
+        for name, (low, high) in (("levels", self.levels), ("frequencies", self.frequencies)):
+            if not 0.0 < low <= high:
+                raise ParameterError(f"range of {name} {low:.6g} to {high:.6g}: expected 0 < low")
+
+    def rig(self, b: float) -> Rig:
+        """The rig with its largest clearance b (m)."""
+        balls = zip(self.masses, self.ratios, self.r, strict=True)
+        return Rig(self.oscillator, [NES(m=m, b=b * share, r=r) for m, share, r in balls])
+
+    @property
+    def eps(self) -> float:
+        """Mass of all balls over M."""
+        return sum(self.masses) / self.oscillator.M
+
+    def grid(self) -> list[tuple[float, float]]:
+        """(level, frequency) pairs that stand for the ranges given."""
+        levels = _between(self.levels, LEVELS, np.geomspace)
+        frequencies = _between(self.frequencies, FREQUENCIES, np.linspace)
+        return [(G, f) for G in levels for f in frequencies]
+
+    def bare(self, level: float, frequency: float) -> float:
+        """Amplitude hypot(x, x'/w0) of the oscillator alone, its mean over a cycle (m)."""
+        return level * bare_gain(self.oscillator, frequency)
+
+    def largest_bare(self) -> float:
+        """The largest of `bare` over the ranges, with the resonance if it is among them (m)."""
+        low, high = self.frequencies
+        inside = min(max(self.oscillator.f0, low), high)
+        return max(self.bare(self.levels[1], f) for f in (low, inside, high))
+
+
+def _between(ends: tuple[float, float], n: int, space: object) -> list[float]:
+    if ends[0] == ends[1]:
+        return [ends[0]]
+    make = np.geomspace if space is np.geomspace else np.linspace
+    return [float(value) for value in make(*ends, n)]
+
+
+def bare_gain(oscillator: Oscillator, frequency: float) -> float:
+    """Mean over a cycle of hypot(x, x'/w0), for base motion of amplitude 1.
+
+    Examples
+    --------
+    >>> round(bare_gain(Oscillator(M=4.7, c1=3.02, k1=1.147e4), 7.8623), 2)  # 1/(2 zeta)
+    76.89
+    """
+    w = 2.0 * math.pi * frequency / oscillator.w0
+    z = 2.0 * oscillator.zeta * w
+    return math.hypot(1.0, z) / math.hypot((1.0 - w) * (1.0 + w), z) * mean_of_cycle(w)
+
+
+def mean_of_cycle(w: float) -> float:
+    """Mean of hypot(sin, w cos) over a cycle: amplitude of x to mean amplitude, w = f/f0."""
+    angle = (np.arange(64) + 0.5) * (math.pi / 64)
+    return float(np.hypot(np.sin(angle), w * np.cos(angle)).mean())
+
+
+def wall_starts(task: Task, b: float, *, phases: int, shift: float = 0.0) -> list[Run]:
+    """Oscillator at rest, balls at their walls, the shaker starting at `phases` phases.
+
+    One block of `phases` runs for each (level, frequency) of `Task.grid`; `shift` (of a step)
+    moves the phases, so that a choice can be judged by phases it was not made with.
+    """
+    rig = task.rig(b)
+    # neighbours at opposite walls
+    y0 = [nes.b * (-1.0) ** k for k, nes in enumerate(rig.nes)]
+    start = Release(y0=y0)
+    angles = 2.0 * math.pi * (np.arange(phases) + shift) / phases
+    return [
+        Run(rig, Harmonic(amplitude=G, frequency=f, phase=float(angle)), start)
+        for G, f in task.grid()
+        for angle in angles
+    ]
+
+
+def centre_starts(task: Task, b: float, *, phases: int) -> list[Run]:
+    """Oscillator at rest, balls at rest in the middle of their cavities."""
+    return [replace(run, release=Release()) for run in wall_starts(task, b, phases=phases)]
+
+
+def random_starts(task: Task, b: float, *, starts: int, seed: int) -> list[Run]:
+    """Random starts: oscillator anywhere within its bare response, balls anywhere, rig uncertain.
+
+    The state (x, x'/w0) lies uniformly in the disc of the bare amplitude, each ball rests uniformly
+    in its cavity, the shaker is at any phase of its cycle, level and frequency lie uniformly in
+    their ranges, and what has a standard error is drawn from its normal distribution. The same
+    seed gives the same draws at every b, so that clearances are compared under like starts.
+    """
+    rng = np.random.default_rng(seed)
+    n = len(task.masses)
+    draws = rng.uniform(size=(starts, 5 + n))
+    normal = rng.standard_normal((starts, 5 + 2 * n))
+    return [_random_start(task, b, u, z) for u, z in zip(draws, normal, strict=True)]
+
+
+def _random_start(task: Task, b: float, u: FloatArray, z: FloatArray) -> Run:
+    error = task.std_errors
+    n = len(task.masses)
+
+    def near(value: float, name: str, draw: float) -> float:
+        moved = value + error.get(name, 0.0) * float(draw)
+        return min(max(moved, 0.2 * value), 5.0 * value)
+
+    o = task.oscillator
+    moved = Oscillator(M=near(o.M, "M", z[0]), c1=near(o.c1, "c1", z[1]), k1=near(o.k1, "k1", z[2]))
+    balls = [
+        NES(
+            m=near(task.masses[k], "m", z[5 + k]),
+            b=b * task.ratios[k],
+            r=min(near(task.r[k], "r", z[5 + n + k]), 1.0),
+        )
+        for k in range(n)
+    ]
+    G = near(task.levels[0] + u[0] * (task.levels[1] - task.levels[0]), "G", z[3])
+    span = task.frequencies[1] - task.frequencies[0]
+    f = near(task.frequencies[0] + u[1] * span, "frequency", z[4])
+    R = G * bare_gain(moved, f) * math.sqrt(u[2])
+    angle = 2.0 * math.pi * u[3]
+    x0 = R * math.cos(angle)
+    y0 = [x0 - ball.b * (2.0 * float(u[5 + k]) - 1.0) for k, ball in enumerate(balls)]
+    return Run(
+        Rig(moved, balls),
+        Harmonic(amplitude=G, frequency=f, phase=2.0 * math.pi * float(u[4])),
+        Release(x0=x0, v0=R * math.sin(angle) * moved.w0, y0=y0, vy0=[0.0] * n),
+    )

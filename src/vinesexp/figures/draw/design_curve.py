@@ -1,0 +1,111 @@
+"""Amplitude over clearance for a design: from rest, from random starts, with what to build."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.figures.draw.style import COLOURS, SEQUENCE, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DesignCurve:
+    """What a design tried; lengths in mm.
+
+    Attributes
+    ----------
+    b : clearances.
+    rest : mean amplitude from rest, averaged over the shaker's phase.
+    low, middle, high : 10th, 50th and 90th percentile over random starts of the mean amplitude.
+    captured : share of the random starts that are captured.
+    bare, absorber : amplitude of the bare oscillator and with Den Hartog's damper.
+    build : clearances to build, by name.
+    published, exact : b_c.
+    """
+
+    b: FloatArray
+    rest: FloatArray
+    low: FloatArray
+    middle: FloatArray
+    high: FloatArray
+    captured: FloatArray
+    bare: float
+    absorber: float
+    build: Mapping[str, float]
+    published: float
+    exact: float | None
+
+
+def design_curve(curve: DesignCurve) -> Figure:
+    """Amplitude above, captured share below, over the clearance on a logarithmic axis."""
+    figure, (axis, share) = new_figure(2, 1, height=5.2, sharex=True, height_ratios=[3, 1])
+    random, rest = SEQUENCE[1], SEQUENCE[0]
+    axis.fill_between(curve.b, curve.low, curve.high, color=random, alpha=0.2, linewidth=0)
+    axis.plot(curve.b, curve.middle, color=random)
+    axis.plot(curve.b, curve.rest, color=rest)
+    top = 1.25 * max(float(curve.high.max()), float(curve.rest.max()), curve.bare)
+    axis.set_ylim(0.0, top)
+    axis.set_xscale("log")
+    for value, name, colour in (
+        (curve.bare, "bare oscillator", COLOURS["bare"]),
+        (curve.absorber, "tuned mass damper", SEQUENCE[3]),
+    ):
+        axis.axhline(value, color=colour, linestyle=":", linewidth=1.0)
+        label(axis, name, (curve.b[0], value), colour=colour, shift=(3, 5))
+    _marks(axis, share, curve, top)
+    axis.set_ylabel("amplitude of the mass (mm)")
+    axis.plot([], [], color=rest, label="from rest, ball at a wall: mean over the shaker's phase")
+    axis.fill_between(
+        [], [], [], color=random, alpha=0.3, label="random starts: 10 to 90 %, median"
+    )
+    axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8)
+    share.plot(curve.b, 100.0 * curve.captured, color=random)
+    share.set_ylim(0.0, 105.0)
+    share.set_ylabel("captured (%)")
+    share.set_xlabel("clearance b (mm)")
+    _plain_ticks(share, curve.b)
+    return figure
+
+
+def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float) -> None:
+    lines = [(b, name, SEQUENCE[6], "-") for name, b in curve.build.items()]
+    lines.append((curve.published, "$b_c$ published", COLOURS["published"], "--"))
+    if curve.exact is not None:
+        lines.append((curve.exact, "$b_c$ exact", COLOURS["exact"], "--"))
+    level = 0.99
+    for b, name, colour, style in sorted(lines):
+        if not curve.b[0] <= b <= curve.b[-1]:
+            continue
+        for one in (axis, share):
+            one.axvline(b, color=colour, linestyle=style, linewidth=0.9, zorder=0)
+        near = b > np.sqrt(curve.b[0] * curve.b[-1])
+        label(
+            *(axis, f"{name} {b:.4g}", (b, level * top)),
+            colour=colour,
+            shift=(-3, 0) if near else (3, 0),
+            ha="right" if near else "left",
+            va="top",
+        )
+        level -= 0.055
+
+
+def _plain_ticks(axis: Axes, b: FloatArray) -> None:
+    """1, 2 and 5 in every decade, written out."""
+    from matplotlib.ticker import NullFormatter
+
+    decades = 10.0 ** np.arange(np.floor(np.log10(b[0])), np.ceil(np.log10(b[-1])) + 1)
+    ticks = np.outer(decades, [1.0, 2.0, 5.0]).ravel()
+    ticks = ticks[(ticks >= b[0]) & (ticks <= b[-1])]
+    axis.set_xlim(b[0], b[-1])
+    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.xaxis.set_minor_formatter(NullFormatter())

@@ -1,0 +1,200 @@
+"""What an interval is made of: the scatter of the records, and inputs that no record can tell.
+
+A `Source` is an estimate with the share that each known input has in its error. Shares of one input
+go together wherever it enters: a clock that is slow makes every frequency too high.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from vinesexp.identification.average import Mean, weighted_mean
+from vinesexp.identification.estimate import Estimate
+from vinesexp.records.result_columns import BUDGET
+from vinesexp.records.tables import Value, write_rows
+from vinesexp.records.uncertainties import Uncertainties
+
+#: Parts of an error that are no input: noise and scatter of the records; sources that disagree.
+RECORDS, DISAGREEMENT = "records", "disagreement"
+
+#: What would shrink a part: the note of its row in budget.csv.
+_REMEDY: Mapping[str, str] = {
+    RECORDS: "more or longer records",
+    DISAGREEMENT: "find out which source is wrong (see the checks)",
+    "clock": "a better clock, or its error measured",
+    "added mass": "weigh the added masses better",
+    "remounting": "repeat the ring-downs with the masses taken off and screwed on again",
+    "ball mass": "weigh the ball better",
+    "weighed mass": "weigh the oscillator better",
+    "clearance": "measure the clearance better",
+    "displacement gain": "calibrate the displacement channel",
+    "acceleration gain": "calibrate the accelerometer",
+    "template": "calibrate the pulse of an impact, or rely on added masses",
+    "model": "tests whose model is better known (added masses, drops)",
+    "amplitude": "ring-downs released at the amplitude of the periodic tests",
+}
+
+_ASSUMED: Mapping[str, str] = {
+    RECORDS: "noise and scatter, as the records show them",
+    DISAGREEMENT: "sources that exclude one another",
+    "amplitude": "f0 and zeta depend on amplitude; the tests work over a range of it",
+}
+
+
+@dataclass(frozen=True)
+class Source:
+    """An estimate and what its error is made of.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        Its standard error is that of the records alone.
+    parts : mapping
+        Input to its signed contribution: standard uncertainty times sensitivity, in the unit of
+        the estimate. A name may carry a detail after a colon (``added mass: 200 g``).
+    """
+
+    estimate: Estimate
+    parts: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def total(self) -> Estimate:
+        """The estimate with the standard error of everything."""
+        error = math.hypot(self.estimate.std_error, *self.parts.values())
+        return replace(self.estimate, std_error=error)
+
+
+def combined_source(sources: Sequence[Source], *, method: str) -> tuple[Source, Mean]:
+    """Sources of one parameter as one; parts of one name add up with their signs.
+
+    What the mean is wider by than records and inputs explain is its part `DISAGREEMENT`.
+    """
+    totals = [source.total for source in sources]
+    mean = weighted_mean([e.value for e in totals], [e.std_error for e in totals])
+    names = dict.fromkeys(name for source in sources for name in source.parts)
+    parts = {
+        name: sum(
+            float(w) * source.parts.get(name, 0.0)
+            for w, source in zip(mean.weights, sources, strict=True)
+        )
+        for name in names
+    }
+    own = math.hypot(
+        *(
+            float(w) * source.estimate.std_error
+            for w, source in zip(mean.weights, sources, strict=True)
+        )
+    )
+    if mean.spread > 0.0:
+        explained = math.hypot(own, *parts.values())
+        parts[DISAGREEMENT] = math.sqrt(max(mean.error**2 - explained**2, 0.0))
+    first = totals[0]
+    records = tuple(dict.fromkeys(name for e in totals for name in e.records))
+    value = Estimate(first.parameter, mean.value, own, first.unit, method, records)
+    return Source(value, parts), mean
+
+
+def product(
+    parameter: str, value: float, unit: str, factors: Sequence[tuple[Source, float]], *, method: str
+) -> Source:
+    """A product of powers of independent estimates, such as k1 = M (2 pi f0)^2.
+
+    Parameters
+    ----------
+    parameter, value, unit, method
+        Of the product.
+    factors : sequence of (Source, float)
+        Each factor with its power.
+    """
+    own = 0.0
+    parts: dict[str, float] = {}
+    for source, power in factors:
+        scale = power * value / source.estimate.value if source.estimate.value else 0.0
+        own = math.hypot(own, scale * source.estimate.std_error)
+        for name, part in source.parts.items():
+            # What disagrees about one factor has nothing to do with what disagrees about another.
+            key = f"{name}: {source.estimate.parameter}" if name == DISAGREEMENT else name
+            parts[key] = parts.get(key, 0.0) + scale * part
+    records = tuple(
+        dict.fromkeys(name for source, _ in factors for name in source.estimate.records)
+    )
+    return Source(Estimate(parameter, value, own, unit, method, records), parts)
+
+
+def parts_of_impacts(
+    estimate: Estimate, *, clearance: float, ball: float, inputs: Uncertainties
+) -> dict[str, float]:
+    """What known inputs contribute to M and r from flights between walls at one clearance.
+
+    M = m du/dv: the ball's velocities du scale with the clearance, the jumps dv with the
+    accelerometer and the area of the pulse. r is a ratio of velocities relative to the wall, of the
+    mass (displacement) and of the ball (clearance): if one of them is off by a share s, r is off
+    by (1 - r^2)/2 s (exact for two symmetric impacts a cycle).
+
+    Parameters
+    ----------
+    estimate : Estimate
+        M or r of one record.
+    clearance : float
+        m.
+    ball : float
+        Relative standard uncertainty of its mass.
+    inputs : Uncertainties
+    """
+    value = estimate.value
+    setting = inputs.clearance.of(clearance) / clearance
+    gain = inputs.displacement.of(1.0)
+    if estimate.parameter == "M":
+        return {
+            "ball mass": value * ball,
+            "clearance": value * setting,
+            "acceleration gain": -value * inputs.acceleration.of(1.0),
+            "template": -value * inputs.template.of(1.0),
+            "model: impacts": value * inputs.model.of(1.0),
+        }
+    lever = 0.5 * (1.0 - value * value)
+    return {
+        "clearance": lever * setting,
+        "displacement gain": -lever * gain,
+        "model: impacts": value * inputs.model.of(1.0),
+    }
+
+
+def budget_rows(sources: Sequence[Source]) -> list[dict[str, Value]]:
+    """Rows of budget.csv: what each combined value's error is made of, the largest part first."""
+    rows: list[dict[str, Value]] = []
+    for source in sources:
+        total = source.total.std_error
+        grouped: dict[str, float] = {RECORDS: source.estimate.std_error}
+        for name, part in source.parts.items():
+            group = name.partition(":")[0]
+            grouped[group] = math.hypot(grouped.get(group, 0.0), part)
+        ordered = sorted(grouped.items(), key=lambda item: -item[1])
+        for place, (name, part) in enumerate(ordered):
+            if part <= 0.0:
+                continue
+            note = _ASSUMED.get(name, "")
+            if place == 0 and name in _REMEDY:
+                left = math.sqrt(max(total**2 - part**2, 0.0))
+                note += (
+                    f"{'; ' if note else ''}would shrink the error most, to {left:.2g} at best: "
+                )
+                note += _REMEDY[name]
+            rows.append(
+                {
+                    "parameter": source.estimate.parameter,
+                    "source": name,
+                    "contribution": part,
+                    "share": (part / total) ** 2,
+                    "note": note,
+                }
+            )
+    return rows
+
+
+def write_budget(path: Path, sources: Sequence[Source]) -> None:
+    """Write budget.csv; the largest part of each value names what would shrink it."""
+    write_rows(path, BUDGET, budget_rows(sources))

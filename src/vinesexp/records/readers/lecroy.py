@@ -1,0 +1,82 @@
+"""LeCroy .trc files: one channel, codes behind a descriptor (template LECROY_2_x)."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers.labels import unit_of_label
+from vinesexp.records.readers.source import Column, TableSource
+
+NAME = "LeCroy TRC"
+
+_MARK = b"WAVEDESC"
+_SOURCES = ("C1", "C2", "C3", "C4", "C5", "C6", "C7", "C8")
+
+
+def recognises(head: bytes, suffix: str) -> bool:
+    """The descriptor's name, perhaps behind the count of bytes that the instrument sends."""
+    return _MARK in head[:64]
+
+
+def open_file(path: Path) -> TableSource:
+    """Read a .trc file; RecordError where it is not whole, or holds no plain record.
+
+    Notes
+    -----
+    Places in the descriptor as LeCroy's remote control manual tabulates them.
+    """
+    raw = path.read_bytes()
+    at = raw.find(_MARK)
+    if len(raw) < at + 346:
+        raise RecordError("ends inside its descriptor; save the channel again", file=path)
+    order = "<" if struct.unpack_from("<h", raw, at + 34)[0] == 1 else ">"
+
+    def read(form: str, place: int) -> float:
+        return float(struct.unpack_from(order + form, raw, at + place)[0])
+
+    words = read("h", 32) == 1.0
+    blocks = [int(read("i", place)) for place in (36, 40, 48, 52)]
+    size = int(read("i", 60))
+    segments = int(read("i", 144))
+    if segments > 1:
+        raise RecordError(
+            f"holds a sequence of {segments} segments; save each as a file of its own", file=path
+        )
+    begin = at + sum(blocks)
+    if min(*blocks, size) < 0 or size == 0 or begin + size > len(raw):
+        raise RecordError(
+            f"states {size} bytes of samples, {max(len(raw) - begin, 0)} are there; save the "
+            "channel again",
+            file=path,
+        )
+    codes = np.frombuffer(raw, f"{order}i{2 if words else 1}", size // (1 + words), begin)
+    values = codes.astype(np.float64) * read("f", 156) - read("f", 160)
+    label = raw[at + 196 : at + 244].split(b"\0")[0].decode("latin-1").strip()
+    interval = read("f", 176)
+    if not 0.0 < interval < np.inf:
+        raise RecordError(f"states an interval of {interval:g} s", file=path)
+    source = int(read("h", 344))
+    name = _SOURCES[source] if 0 <= source < len(_SOURCES) else path.stem
+    return TableSource(
+        path,
+        "LeCroy TRC",
+        [Column(name, unit_of_label(label) or label or None)],
+        [values],
+        sample_interval=_rounded(interval),
+        start=read("d", 180),
+    )
+
+
+def _rounded(interval: float) -> float:
+    """The interval is stored in single precision: the short decimal number that it means.
+
+    Examples
+    --------
+    >>> _rounded(float(np.float32(1e-5)))
+    1e-05
+    """
+    return float(np.format_float_scientific(np.float32(interval)))

@@ -1,0 +1,64 @@
+"""MDF files (.mf4, .mdf, .dat) of CAN and test-bench loggers: channels as columns.
+
+Channels of one group share its times. With a single group its master is the column of times; with
+several, every channel carries the interval of its own group.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vinesexp.records.readers.extras import need, unreadable
+from vinesexp.records.readers.labels import unit_in_name, unit_of_label
+from vinesexp.records.readers.source import Column, Floats, TableSource
+
+NAME = "MDF (MF4)"
+
+
+def recognises(head: bytes, suffix: str) -> bool:
+    """The file begins with its name."""
+    return head.startswith((b"MDF     ", b"UnFinMF "))
+
+
+def open_file(path: Path) -> TableSource:
+    """Read an MDF file; RecordError where it holds no channels of numbers."""
+    asammdf = need("asammdf", extra="mdf", what="an MDF file", path=path)
+    columns: list[Column] = []
+    series: list[Floats] = []
+    groups = 0
+    try:
+        with asammdf.MDF(path) as file:
+            for number in file.virtual_groups:
+                found = _group(file, number)
+                if found:
+                    groups += 1
+                    columns += [column for column, _ in found]
+                    series += [values for _, values in found]
+    except Exception as error:  # whatever the broken bytes lead to
+        raise unreadable("MDF", error, path) from None
+    time = 0 if groups == 1 else None
+    if time == 0:
+        columns = [Column(c.name, c.unit) for c in columns]
+    return TableSource(path, "MDF", columns, series, time_column=time)
+
+
+def _group(file: Any, number: int) -> list[tuple[Column, Floats]]:
+    """Times and channels of one group; empty where it holds no samples of numbers."""
+    wanted = file.included_channels(number)[number]
+    entries = [(None, g, k) for g, indexes in wanted.items() for k in indexes]
+    signals = [s for s in file.select(entries) if s.samples.dtype.kind in "iuf"]
+    signals = [s for s in signals if s.samples.ndim == 1 and len(s.samples) > 1]
+    if not signals:
+        return []
+    times = np.asarray(signals[0].timestamps, dtype=np.float64)
+    interval = float(times[-1] - times[0]) / (len(times) - 1)
+    even = interval > 0.0 and float(np.abs(np.diff(times) - interval).max()) < 0.1 * interval
+    found = [(Column("time", "s"), times)]
+    for signal in signals:
+        unit = unit_of_label(signal.unit or "") or signal.unit or unit_in_name(signal.name)
+        column = Column(signal.name, unit, *((interval, float(times[0])) if even else ()))
+        found.append((column, np.asarray(signal.samples, dtype=np.float64)))
+    return found

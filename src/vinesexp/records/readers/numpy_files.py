@@ -1,0 +1,86 @@
+"""Arrays that NumPy saved: .npy and .npz.
+
+A vector is a column called by its name in the archive; a matrix is several along its longer axis
+(``data/0``); a structured array has its fields. Single numbers called ``fs``, ``dt`` and so on
+state the sampling. Pickled objects are never opened: they can run programs.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers.extras import unreadable
+from vinesexp.records.readers.hdf5 import interval_from
+from vinesexp.records.readers.labels import only_time, unit_in_name
+from vinesexp.records.readers.source import Column, TableSource
+
+NAME = "NumPy (.npy, .npz)"
+
+_WIDEST = 2000
+_LARGEST = 1 << 33  # bytes of one unpacked array
+
+
+def recognises(head: bytes, suffix: str) -> bool:
+    """The tag of .npy, or a zip archive whose first member is an array."""
+    return head.startswith(b"\x93NUMPY") or (
+        head.startswith(b"PK\x03\x04") and b".npy" in head[30:300]
+    )
+
+
+def open_file(path: Path) -> TableSource:
+    """Read arrays; RecordError where they hold no columns of numbers."""
+    columns: list[Column] = []
+    series: list[NDArray[np.generic]] = []
+    stated: dict[str, list[float]] = {}
+    try:
+        for name, values in _arrays(path):
+            if values.size == 1 and values.dtype.kind in "iuf":
+                stated.setdefault(name.lower(), []).append(float(values.reshape(-1)[0]))
+            for own, one in _columns(name, values):
+                columns.append(Column(own, unit_in_name(own)))
+                series.append(one)
+    except RecordError:
+        raise
+    except Exception as error:  # whatever the broken bytes lead to
+        raise unreadable("NumPy arrays", error, path) from None
+    return TableSource(
+        path,
+        "NumPy",
+        columns,
+        series,
+        sample_interval=interval_from(stated, path),
+        time_column=only_time(columns),
+    )
+
+
+def _arrays(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
+    if not zipfile.is_zipfile(path):
+        yield "", np.load(path, mmap_mode="r", allow_pickle=False)
+        return
+    with zipfile.ZipFile(path) as archive:
+        large = [i.filename for i in archive.infolist() if i.file_size > _LARGEST]
+        if large:
+            raise RecordError(f"array '{large[0]}' unpacks to more than 8 GB", file=path)
+    with np.load(path, allow_pickle=False) as arrays:
+        for name in arrays.files:
+            yield name, arrays[name]
+
+
+def _columns(name: str, values: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:
+    if values.dtype.names:
+        for inner in values.dtype.names:
+            yield from _columns(f"{name}/{inner}" if name else inner, values[inner])
+    elif values.dtype.kind in "iuf" and values.size > 1 and values.ndim <= 2:
+        if values.ndim == 1 or min(values.shape) == 1:
+            yield name, values.reshape(-1)
+        elif min(values.shape) <= _WIDEST:
+            table = values if values.shape[0] >= values.shape[1] else values.T
+            for k in range(table.shape[1]):
+                yield f"{name}/{k}" if name else str(k), table[:, k]

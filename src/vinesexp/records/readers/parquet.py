@@ -1,0 +1,40 @@
+"""Apache Parquet tables: columns by their names; time stamps become seconds since the first."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.records.readers.extras import need, unreadable
+from vinesexp.records.readers.labels import only_time, unit_in_name
+from vinesexp.records.readers.source import Column, TableSource
+
+NAME = "Parquet"
+
+
+def recognises(head: bytes, suffix: str) -> bool:
+    """The file begins with its tag."""
+    return head.startswith(b"PAR1")
+
+
+def open_file(path: Path) -> TableSource:
+    """Read a Parquet file; RecordError where it holds no columns of numbers."""
+    parquet = need("pyarrow.parquet", extra="parquet", what="a Parquet table", path=path)
+    columns: list[Column] = []
+    series: list[NDArray[np.generic]] = []
+    try:
+        table = parquet.ParquetFile(path).read()
+        for name in table.column_names:
+            values = table[name].to_numpy()
+            unit = unit_in_name(name)
+            if values.dtype.kind in "mM":
+                values, unit = (values - values[0]) / np.timedelta64(1, "s"), "s"
+            if values.dtype.kind in "iuf":
+                columns.append(Column(name, unit))
+                series.append(values)
+    except Exception as error:  # whatever the broken bytes lead to
+        raise unreadable("Parquet", error, path) from None
+    time = only_time(columns)
+    return TableSource(path, "Parquet", columns, series, time_column=time, place="row")

@@ -1,0 +1,98 @@
+"""LabVIEW TDMS files: channels as columns, with their own units and sampling.
+
+A channel is called by its name, or ``group/name`` where two groups have one of that name. Scaled as
+NI's properties say. `wf_increment` is the interval, `wf_start_offset` the start.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers.extras import need, unreadable
+from vinesexp.records.readers.labels import only_time, unit_in_name, unit_of_label
+from vinesexp.records.readers.source import (
+    BLOCK_ROWS,
+    Column,
+    Floats,
+    require_equal_lengths,
+)
+
+NAME = "LabVIEW TDMS"
+
+_UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit", "units")
+
+
+def recognises(head: bytes, suffix: str) -> bool:
+    """Every segment begins with its tag."""
+    return head.startswith(b"TDSm")
+
+
+def open_file(path: Path) -> TdmsSource:
+    """Open a TDMS file; RecordError where it holds no channels of numbers."""
+    return TdmsSource(path)
+
+
+class TdmsSource:
+    """A TDMS file. The interface is `readers.source.Source`."""
+
+    format = "TDMS"
+
+    def __init__(self, path: Path) -> None:
+        nptdms = need("nptdms", extra="tdms", what="a LabVIEW TDMS file", path=path)
+        self.path = path
+        self.sample_interval: float | None = None
+        self.start = 0.0
+        self.stated_rows: int | None = None
+        try:
+            self._file = nptdms.TdmsFile.open(path)
+            channels = [c for group in self._file.groups() for c in group.channels()]
+            self._channels = [c for c in channels if c.dtype.kind in "iufM" and len(c) > 1]
+            counted = Counter(c.name for c in self._channels)
+            self.columns = tuple(_column(c, counted[c.name] > 1) for c in self._channels)
+        except Exception as error:  # whatever the broken bytes lead to
+            raise unreadable("TDMS", error, path) from None
+        if not self.columns:
+            raise RecordError("holds no channels of numbers", file=path)
+        self.time_column = only_time(self.columns)
+
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+        """Blocks of the given columns; see `Source.blocks`."""
+        channels = [self._channels[column] for column in columns]
+        lengths = {self.columns[j].name: len(c) for j, c in zip(columns, channels, strict=True)}
+        require_equal_lengths(lengths, self.path)
+        for begin in range(0, len(channels[0]), rows):
+            try:
+                parts = [_numbers(c, begin, min(rows, len(c) - begin)) for c in channels]
+            except Exception as error:
+                raise unreadable("TDMS", error, self.path) from None
+            yield np.stack(parts, axis=1)
+
+    def locate(self, row: int) -> str:
+        """``"sample 12"``, counted from 0."""
+        return f"sample {row}"
+
+
+def _column(channel: Any, ambiguous: bool) -> Column:
+    properties = channel.properties
+    label = next((str(properties[key]) for key in _UNITS if properties.get(key)), "")
+    name = f"{channel.group_name}/{channel.name}" if ambiguous else str(channel.name)
+    increment = float(properties.get("wf_increment") or 0.0)
+    unit = "s" if channel.dtype.kind == "M" else unit_of_label(label) or label or unit_in_name(name)
+    if increment <= 0.0:
+        return Column(name, unit)
+    return Column(name, unit, increment, float(properties.get("wf_start_offset") or 0.0))
+
+
+def _numbers(channel: Any, begin: int, count: int) -> Floats:
+    values = channel.read_data(offset=begin, length=count)
+    if values.dtype.kind == "M":
+        first = channel.read_data(offset=0, length=1)[0]
+        seconds: Floats = (values - first) / np.timedelta64(1, "s")
+        return seconds
+    return np.asarray(values, dtype=np.float64)

@@ -1,0 +1,105 @@
+"""Tektronix .isf files: one channel, codes behind a header of text (`:WFMPRE:...:CURVE #...`)."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers.labels import unit_of_label
+from vinesexp.records.readers.source import Column, TableSource
+
+NAME = "Tektronix ISF"
+
+_HEAD = 1 << 14
+# Long and short forms of the words of the header.
+_KEYS = {
+    "BYT_NR": ("BYT_N", "BYT_NR"),
+    "BIT_NR": ("BIT_N", "BIT_NR"),
+    "ENCDG": ("ENC", "ENCDG"),
+    "BN_FMT": ("BN_F", "BN_FMT"),
+    "BYT_OR": ("BYT_O", "BYT_OR"),
+    "NR_PT": ("NR_P", "NR_PT"),
+    "PT_FMT": ("PT_F", "PT_FMT"),
+    "XINCR": ("XIN", "XINCR"),
+    "PT_OFF": ("PT_O", "PT_OFF"),
+    "XZERO": ("XZE", "XZERO"),
+    "YMULT": ("YMU", "YMULT"),
+    "YZERO": ("YZE", "YZERO"),
+    "YOFF": ("YOF", "YOFF"),
+    "YUNIT": ("YUN", "YUNIT"),
+    "WFID": ("WFI", "WFID"),
+}
+
+
+def recognises(head: bytes, suffix: str) -> bool:
+    """The header's first word."""
+    return re.match(rb"\s*:?(?:WFMP(?:RE)?|WFMO(?:UTPRE)?):", head) is not None
+
+
+def open_file(path: Path) -> TableSource:
+    """Read an .isf file; RecordError where its header or samples are not whole."""
+    raw = path.read_bytes()
+    curve = re.search(rb":CURV(?:E)?\s+#(\d)", raw[:_HEAD])
+    if curve is None:
+        raise RecordError("no curve behind the header; save the channel again", file=path)
+    stated = _words(raw[: curve.start()].decode("latin-1"))
+    digits = int(curve[1])
+    begin = curve.end() + digits
+    size = int(raw[curve.end() : begin]) if raw[curve.end() : begin].isdigit() else 0
+    width = int(_number(stated, "BYT_NR", path))
+    if stated.get("PT_FMT", "Y").upper().startswith("ENV"):
+        raise RecordError(
+            "holds an envelope (least and largest values); save a sampled curve", file=path
+        )
+    if len(raw) - begin < size or width not in (1, 2, 4):
+        raise RecordError(
+            f"states {size} bytes of samples, {len(raw) - begin} are there; save the channel again",
+            file=path,
+        )
+    kind = {"RI": "i", "RP": "u", "FP": "f"}.get(stated.get("BN_FMT", "RI").upper(), "i")
+    order = "<" if stated.get("BYT_OR", "MSB").upper() == "LSB" else ">"
+    codes = np.frombuffer(raw, f"{order}{kind}{width}", count=size // width, offset=begin)
+    values = (codes.astype(np.float64) - _number(stated, "YOFF", path)) * _number(
+        stated, "YMULT", path
+    ) + _number(stated, "YZERO", path)
+    interval = _number(stated, "XINCR", path)
+    if not interval > 0.0:
+        raise RecordError(f"states an interval of {interval:g} s", file=path)
+    start = _number(stated, "XZERO", path) - interval * _number(stated, "PT_OFF", path)
+    name = stated.get("WFID", "CH1").split(",")[0].strip()
+    label = stated.get("YUNIT", "")
+    source = TableSource(
+        path,
+        "Tektronix ISF",
+        [Column(name, unit_of_label(label) or label or None)],
+        [values],
+        sample_interval=interval,
+        start=start,
+    )
+    source.stated_rows = int(_number(stated, "NR_PT", path))
+    return source
+
+
+def _words(header: str) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for part in re.findall(r'(?:[^;"]|"[^"]*")+', header):
+        match = re.match(r"(?:.*:)?([A-Za-z_]+)\s+(.*)$", part.strip(), re.S)
+        if match is None:
+            continue
+        word = match[1].upper()
+        key = next((key for key, forms in _KEYS.items() if word in forms), word)
+        found[key] = match[2].strip().strip('"')
+    return found
+
+
+def _number(stated: dict[str, str], key: str, path: Path) -> float:
+    default = {"PT_OFF": "0", "YOFF": "0", "YZERO": "0", "XZERO": "0"}.get(key)
+    try:
+        return float(stated.get(key, default or ""))
+    except ValueError:
+        raise RecordError(
+            f"the header states no {key}; save the channel again", file=path
+        ) from None

@@ -1,0 +1,66 @@
+"""docs/settings.md: every setting with unit, default, limits, reason and where it is measured.
+
+python -m vinesexp.settings.settings_page > docs/settings.md
+"""
+
+from __future__ import annotations
+
+from dataclasses import Field
+from typing import Any
+
+from vinesexp.settings.number import written
+from vinesexp.settings.overrides import STAGES, numbers_of
+from vinesexp.settings.stages import Settings
+from vinesexp.units import UNITS
+
+_HEAD = """# Settings
+
+The numbers that steer the analysis. Nothing has to be set: thresholds follow the noise of a record,
+and the template of a contact is learnt from it. To change one for a whole campaign write it under
+`settings` in campaign.yaml, one section a stage:
+
+```yaml
+settings:
+  impacts: {threshold: 7, apart: 2 ms}
+  regimes: {settling: 0.1}
+```
+
+and for one record in the column `settings` of records.csv, several parted by `|`:
+`impacts.threshold = 7 | regimes.settling = 0.1`. A record changes what the campaign says. Numbers
+with a dimension have a unit. What was changed stands in the report. This page is made by
+`python -m vinesexp.settings.settings_page`.
+"""
+
+
+def settings_page() -> str:
+    """The text of docs/settings.md."""
+    lines = [_HEAD]
+    for stage in STAGES:
+        lines += [f"## {stage}", "", f"{type(getattr(Settings(), stage)).__doc__}", ""]
+        lines += ["| setting | default | limits | what it does, and why | measured in |"]
+        lines += ["|---|---|---|---|---|"]
+        lines += [_row(setting) for setting in numbers_of(stage)]
+        lines += [""]
+    return "\n".join(lines)
+
+
+def _row(setting: Field[Any]) -> str:
+    meta = setting.metadata
+    of = meta["of"]
+    counted = (
+        f" ({of})" if of and of not in UNITS and isinstance(setting.default, int | float) else ""
+    )
+    if isinstance(setting.default, bool):
+        limits, counted = "yes or no", ""
+    elif isinstance(setting.default, str):
+        limits = ", ".join(f"`{word}`" for word in meta["words"])
+    else:
+        limits = f"{written(setting, meta['low'])} to {written(setting, meta['high'])}"
+    default = written(setting, setting.default)
+    return (
+        f"| `{setting.name}` | {default}{counted} | {limits} | {meta['why']} | {meta['measured']} |"
+    )
+
+
+if __name__ == "__main__":
+    print(settings_page(), end="")

@@ -1,0 +1,292 @@
+"""The numbers that steer the stages, a class a stage. Change them in campaign.yaml or records.csv.
+
+Numbers that only serve a computation (block sizes, iterations) stay beside their code.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+
+from vinesexp.settings.number import choice, number, switch
+
+#: Detectors of impacts by name (`vinesexp.signals.impacts.detectors`).
+DETECTORS = ("template", "find_peaks", "sta_lta", "matched_filter")
+
+_TABLE = "docs/benchmarks/impacts.md"
+_ABLATION = "docs/benchmarks/impacts.md"
+_CONDITION = "tests/signals/test_condition.py"
+_DROP = "tests/hard_cases/test_drop_records.py"
+_FIND = "tests/signals/impacts/test_find.py"
+
+
+@dataclass(frozen=True)
+class FilterSettings:
+    """Bands that displacement, base and acceleration keep."""
+
+    order: int = number(
+        2, "order of the Butterworth filter, each way: a steeper one rings longer at an impact",
+        measured="tests/signals/test_filtering_and_detection.py", low=1, high=4, of="poles",
+    )  # fmt: skip
+    motion_low: float = number(
+        0.25, "lower edge for displacement and base: below is drift of laser and table",
+        measured=_CONDITION, low=0.0, high=0.9, of="oscillator's frequency",
+    )  # fmt: skip
+    motion_high: float = number(
+        5.0, "upper edge: harmonics up to the fifth carry the slope changes that impacts make",
+        measured=_CONDITION, low=1.1, high=1000.0, of="oscillator's frequency",
+    )  # fmt: skip
+    impacts_low: float = number(
+        20.0, "lower edge for the acceleration: the motion is gone, a contact of 0.4 ms is whole",
+        measured=_CONDITION, low=1.0, high=1000.0, of="oscillator's frequency",
+    )  # fmt: skip
+    impacts_low_most: float = number(
+        0.04, "the acceleration keeps at least the upper 23 of 25 parts of what the sampling holds",
+        measured="docs/benchmarks/impacts.md, by sample rate", low=0.001, high=0.4,
+        of="sample rate",
+    )  # fmt: skip
+    slowest: float = number(
+        0.5, "lower edge without an oscillation: slower is drift of the sensor",
+        measured="tests/signals/test_real_shocks.py", low=0.0, high=1e4, of="frequency",
+    )  # fmt: skip
+
+    drop_low: float = number(
+        100.0, "lower edge in a drop test: below are hum, handling and the bench",
+        measured=_DROP, low=0.0, high=1e5, of="frequency",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ChannelSettings:
+    """When a channel is believed: the ends of its range, its gain and lag beside another."""
+
+    stuck: float = number(
+        5e-3, "at the end of the range for longer: the sensor says nothing; contacts are shorter",
+        measured="tests/hard_cases/test_impacts.py", low=1e-5, high=10.0, of="time",
+    )  # fmt: skip
+    piled: float = number(
+        4.0, "clipped: so many times as many samples in the outermost step as in the next ones",
+        measured=_FIND, low=1.5, high=1000.0, of="ratio",
+    )  # fmt: skip
+    gain_sure: float = number(
+        5.0, "acceleration takes the displacement's sign if its gain is so many errors from zero",
+        measured=_FIND, low=1.0, high=100.0, of="standard errors",
+    )  # fmt: skip
+    lag_known: float = number(
+        2e-4, "a lag between the channels with a larger error is not corrected",
+        measured=_FIND, low=0.0, high=1.0, of="time",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ImpactSettings:
+    """How impacts are found in the acceleration."""
+
+    detector: str = choice(
+        "template", "how impacts are found: a learnt template, or one of the usual ways beside it",
+        measured="docs/benchmarks/impacts.md", words=DETECTORS,
+    )  # fmt: skip
+    threshold: float = number(
+        6.0, "height of an impact over its noise: noise alone passes once in 5e8 samples",
+        measured="docs/benchmarks/impacts.md, by signal to noise", low=2.0, high=1000.0,
+        of="standard deviations",
+    )  # fmt: skip
+    faint: float = number(
+        0.7, "candidates from this share of the threshold on are looked at with the template",
+        measured=_TABLE, low=0.3, high=1.0, of="threshold",
+    )  # fmt: skip
+    apart: float = number(
+        3e-3, "first guesses closer than this are one contact and its ringing",
+        measured=_TABLE, low=1e-5, high=1.0, of="time",
+    )  # fmt: skip
+    shortest: float = number(
+        1e-3, "contacts up to this length are looked for whatever the highpass",
+        measured=_TABLE, low=1e-5, high=0.1, of="time",
+    )  # fmt: skip
+    longest: float = number(
+        0.2, "longest contact: the highpass takes away what lasts longer",
+        measured=_TABLE, low=0.01, high=0.5, of="periods of the highpass",
+    )  # fmt: skip
+    strong: float = number(
+        0.3, "contacts above this share of the strongest show how long a contact is",
+        measured=_TABLE, low=0.01, high=1.0, of="strongest contact",
+    )  # fmt: skip
+    weak: float = number(
+        0.15, "weaker ones beside a strong one may be its undershoot or ringing: judged later",
+        measured=_TABLE, low=0.0, high=1.0, of="strongest neighbour",
+    )  # fmt: skip
+    tail: float = number(
+        1.5, "a template's tail may show by so much stronger than fitted before it is an impact",
+        measured=_TABLE, low=0.0, high=10.0, of="fitted tail",
+    )  # fmt: skip
+    learn: bool = switch(True, "fit the template to the record's own impacts", measured=_ABLATION)
+    learn_from: int = number(
+        80, "impacts that the template is learnt from: its error is then below any one's noise",
+        measured=_TABLE, low=5, high=10000, of="impacts",
+    )  # fmt: skip
+    learn_above: float = number(
+        7.0, "height of an impact to learn from", measured=_TABLE, low=3.0, high=1000.0,
+        of="standard deviations",
+    )  # fmt: skip
+    ringing: float = number(
+        8e-3, "ringing of the sensor is looked for so long after an impact",
+        measured="docs/benchmarks/impacts.md, by sensor", low=0.0, high=1.0, of="time",
+    )  # fmt: skip
+    template_error: float = number(
+        3.0, "what is left of a contact is a new one only above so many spreads about the template",
+        measured=_TABLE, low=0.0, high=100.0, of="spreads",
+    )  # fmt: skip
+    split: bool = switch(
+        True, "look for a second contact in what overlapping ones leave", measured=_ABLATION
+    )
+    contact: float = number(
+        4e-4, "length of a contact, of detectors that do not learn it (half a sine)",
+        measured="docs/benchmarks/impacts.md", low=1e-6, high=0.1, of="time",
+    )  # fmt: skip
+    short_average: float = number(
+        5e-4, "sta_lta: window of the short average", measured="docs/benchmarks/impacts.md",
+        low=1e-6, high=0.1, of="time",
+    )  # fmt: skip
+    long_average: float = number(
+        20e-3, "sta_lta: window of the long average", measured="docs/benchmarks/impacts.md",
+        low=1e-5, high=10.0, of="time",
+    )  # fmt: skip
+    ratio: float = number(
+        4.0, "sta_lta: short over long average (of amplitudes) that is an impact",
+        measured="docs/benchmarks/impacts.md", low=1.0, high=100.0, of="long average",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class DropSettings:
+    """Drop tests whose hits ring for longer than a template."""
+
+    ring: float = number(
+        8e-3, "hits that ring longer (to a tenth) are found by their onsets, not by a template",
+        measured=_DROP, low=0.0, high=10.0, of="time",
+    )  # fmt: skip
+    window: float = number(
+        1e-3, "window of the level: shorter than any flight, longer than a swing of the ringing",
+        measured=_DROP, low=1e-5, high=0.1, of="time",
+    )  # fmt: skip
+    rest: float = number(
+        20e-3, "an onset exceeds all that was heard for so long before it: ringing beats and fades",
+        measured=_DROP, low=1e-3, high=10.0, of="time",
+    )  # fmt: skip
+    rise: float = number(
+        3.0, "by which factor it does: beats of the ringing do not",
+        measured=_DROP, low=1.1, high=1000.0, of="level before",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SlopeSettings:
+    """Velocity jumps from the displacement."""
+
+    use: bool = switch(
+        True, "take the displacement's slope changes into the jumps", measured=_ABLATION
+    )
+    window: float = number(
+        0.35, "window to either side of an impact: longer, and the next impacts lie in it",
+        measured=_FIND, low=0.05, high=2.0, of="periods",
+    )  # fmt: skip
+    points: int = number(
+        200, "means a period that the displacement is reduced to: nothing is lost down to that",
+        measured=_FIND, low=20, high=10000, of="means a period",
+    )  # fmt: skip
+    damping: float = number(
+        0.01, "damping ratio of the oscillator before the record shows it", measured=_FIND,
+        low=0.0, high=1.0, of="critical damping",
+    )  # fmt: skip
+    damping_error: float = number(
+        0.01, "standard error of that guess", measured=_FIND, low=1e-6, high=1.0,
+        of="critical damping",
+    )  # fmt: skip
+    detuning_error: float = number(
+        0.02, "by how much the drive may be off the oscillator's own frequency",
+        measured=_FIND, low=1e-6, high=0.5, of="oscillator's frequency",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class AttributionSettings:
+    """Which of several balls hit."""
+
+    histories: int = number(
+        48, "histories carried along in the search", measured=_FIND, low=1, high=10000,
+        of="histories",
+    )  # fmt: skip
+    settled_after: int = number(
+        6, "impacts after which a label is final", measured=_FIND, low=1, high=1000, of="impacts",
+    )  # fmt: skip
+    unseen: float = number(
+        0.02, "share of impacts whose ball did something unseen before", measured=_FIND,
+        low=1e-6, high=0.5, of="impacts",
+    )  # fmt: skip
+    place_error: float = number(
+        2e-4, "error of the oscillator's place at an impact, drift and lag included",
+        measured=_FIND, low=1e-7, high=0.1, of="displacement",
+    )  # fmt: skip
+    speed_error: float = number(
+        2e-3, "error of a ball's speed between impacts, whatever else is known", measured=_FIND,
+        low=1e-7, high=1.0, of="velocity",
+    )  # fmt: skip
+    flights: int = number(
+        8, "certain flights of a ball from which its r is learnt", measured=_FIND, low=3,
+        high=10000, of="flights",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class RegimeSettings:
+    """Which part of a record shows its regime."""
+
+    settling: float = number(
+        0.2, "first share of a periodic record that is left out: not yet the response",
+        measured="docs/signals.md", low=0.0, high=0.95, of="record",
+    )  # fmt: skip
+    first_cycles: int = number(
+        12, "cycles of a release that show what it starts with",
+        measured="docs/signals.md", low=2, high=10000, of="cycles",
+    )  # fmt: skip
+    transition_cycles: int = number(
+        4, "fewest cycles on either side of the loss of the ball for the two decay rates",
+        measured="tests/signals/test_transition.py", low=2, high=1000, of="cycles",
+    )  # fmt: skip
+    transition_floor: float = number(
+        0.02, "below this the decay is noise", measured="tests/signals/test_transition.py",
+        low=0.0, high=0.9, of="largest amplitude",
+    )  # fmt: skip
+
+    smallest_ball: float = number(
+        1e-3, "no regime is stated where a ball this light (times 1 + r) could hit unseen",
+        measured="tests/signals/test_visibility.py", low=1e-6, high=1.0,
+        of="mass of the oscillator",
+    )  # fmt: skip
+    seen_share: float = number(
+        0.2, "where this many impacts a cycle are found, they can be seen",
+        measured="tests/signals/test_visibility.py", low=0.0, high=10.0, of="impacts a cycle",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, repr=False)
+class Settings:
+    """All stages; what is not given has its default."""
+
+    filter: FilterSettings = field(default_factory=FilterSettings)
+    channels: ChannelSettings = field(default_factory=ChannelSettings)
+    impacts: ImpactSettings = field(default_factory=ImpactSettings)
+    drop: DropSettings = field(default_factory=DropSettings)
+    slopes: SlopeSettings = field(default_factory=SlopeSettings)
+    attribution: AttributionSettings = field(default_factory=AttributionSettings)
+    regimes: RegimeSettings = field(default_factory=RegimeSettings)
+
+    def __repr__(self) -> str:
+        """What differs from the defaults: steps depend on this text."""
+        changes = [
+            f"{stage.name}.{number.name}={getattr(own, number.name)!r}"
+            for stage in fields(self)
+            for own in (getattr(self, stage.name),)
+            for number in fields(own)
+            if getattr(own, number.name) != number.default
+        ]
+        return f"Settings({', '.join(changes)})"

@@ -1,0 +1,207 @@
+"""The base as it moved: amplitude, frequency, harmonics and steadiness from its own channel.
+
+A sheet says what the shaker was set to. A base that is 10 % below it moves b_c by 10 %, so the
+channel on the base, where there is one, is what predictions use.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.records.schema import Record
+from vinesexp.records.store import RecordView, open_record
+from vinesexp.signals.means import block_means, fill_gaps
+
+Floats = NDArray[np.float64]
+
+#: Derivatives of displacement that each quantity is: x, iw x, -w^2 x.
+ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
+
+_POINTS = 48  # block means a cycle: the third harmonic keeps 16
+_BLOCK = 1 << 20  # samples read at once
+_CYCLES = 4  # of a window
+_FEWEST = 5  # windows
+_HARMONICS = (1, 2, 3)
+_SETTLED = 4  # passes that the frequency is refined in
+_MOVES = 5.0  # amplitude over the noise of a window below which the base is at rest
+
+
+@dataclass(frozen=True)
+class BaseMotion:
+    """How the base of one record moved.
+
+    Attributes
+    ----------
+    frequency, frequency_error : Hz.
+    amplitude, amplitude_error : of the displacement at that frequency, m; the error is what noise
+        and wander leave, without that of the channel's sensitivity.
+    harmonic_2, harmonic_3 : displacement at twice and three times the frequency over `amplitude`.
+    wander : standard deviation of the amplitude from window to window over its mean, noise apart.
+    dip : largest drop of a window below the median, over the median.
+    """
+
+    frequency: float
+    frequency_error: float
+    amplitude: float
+    amplitude_error: float
+    harmonic_2: float
+    harmonic_3: float
+    wander: float
+    dip: float
+
+
+def base_motion(
+    x: Floats, step: float, *, frequency: float, quantity: str = "displacement"
+) -> BaseMotion | None:
+    """Fit a sine with two harmonics to windows of four cycles.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        What the channel measured, SI; a constant and drift do no harm.
+    step : float
+        s between samples; some 48 a cycle are enough.
+    frequency : float
+        About that of the base, Hz; within 5 %.
+    quantity : str
+        ``displacement``, ``velocity`` or ``acceleration``.
+
+    Returns
+    -------
+    BaseMotion or None
+        None for a base at rest, or a record under twenty cycles.
+
+    Examples
+    --------
+    >>> t = np.arange(20000) / 500.0
+    >>> a = -0.25e-3 * (2 * np.pi * 7.87) ** 2 * np.sin(2 * np.pi * 7.87 * t)
+    >>> found = base_motion(a, 1 / 500.0, frequency=7.8, quantity="acceleration")
+    >>> round(1e3 * found.amplitude, 4), round(found.frequency, 4), found.dip < 1e-3
+    (0.25, 7.87, True)
+    """
+    f = frequency
+    for _ in range(_SETTLED):
+        size = max(round(_CYCLES / (f * step)), 8)
+        count = x.size // size
+        if count < _FEWEST:
+            return None
+        windows = x[: count * size].reshape(count, size)
+        found, errors, noise = _sines(windows, step, f)
+        # Each window's phase is told from its own start: turned back to the record's start.
+        turned = found[:, 0] * np.exp(-2j * np.pi * f * size * step * np.arange(count))
+        phase = np.unwrap(np.angle(turned))
+        slope, slope_error = _line(phase)
+        moved = slope / (2.0 * np.pi * size * step)
+        f += moved
+        if abs(moved) < 1e-9 * f:
+            break
+    level = np.abs(found[:, 0])
+    mean = float(level.mean())
+    if mean < _MOVES * noise[0]:
+        return None
+    order = ORDER[quantity]
+    scale = (2.0 * np.pi * f) ** -order
+    shares = [float(abs(h)) / k**order / mean for k, h in zip(_HARMONICS, errors, strict=True)]
+    wander = math.sqrt(max(float(level.var(ddof=1)) - noise[0] ** 2, 0.0)) / mean
+    median = float(np.median(level))
+    return BaseMotion(
+        frequency=f,
+        frequency_error=slope_error / (2.0 * np.pi * size * step),
+        amplitude=scale * mean,
+        amplitude_error=scale * float(level.std(ddof=1)) / math.sqrt(count),
+        harmonic_2=shares[1],
+        harmonic_3=shares[2],
+        wander=wander,
+        dip=max(1.0 - float(level.min()) / median, 0.0),
+    )
+
+
+def _sines(
+    windows: Floats, step: float, f: float
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128], Floats]:
+    """Complex amplitudes of each window, their means in phase with the first, and their noise."""
+    size = windows.shape[1]
+    t = np.arange(size) * step
+    columns = [np.ones(size), np.linspace(-1.0, 1.0, size)]
+    for k in _HARMONICS:
+        columns += [np.cos(2 * np.pi * k * f * t), -np.sin(2 * np.pi * k * f * t)]
+    basis = np.stack(columns, axis=1)
+    inverse = np.linalg.pinv(basis)
+    fitted = windows @ inverse.T
+    rest = windows - fitted @ basis.T
+    noise = float(rest.std()) * math.sqrt(size / max(size - basis.shape[1], 1))
+    z = fitted[:, 2::2] + 1j * fitted[:, 3::2]
+    # A harmonic stands still beside the k-th power of the fundamental; noise does not.
+    turn = z[:, 0] / np.maximum(np.abs(z[:, 0]), 1e-300)
+    means = np.array([(z[:, i] * turn.conj() ** k).mean() for i, k in enumerate(_HARMONICS)])
+    spread = noise * np.sqrt(0.5 * ((inverse[2::2] ** 2) + (inverse[3::2] ** 2)).sum(axis=1))
+    return z, means, spread
+
+
+def _line(phase: Floats) -> tuple[float, float]:
+    """Slope of phases over windows with its standard error, rad a window."""
+    n = np.arange(phase.size) - 0.5 * (phase.size - 1)
+    slope = float(n @ phase / (n @ n))
+    rest = phase - phase.mean() - slope * n
+    return slope, float(math.sqrt(rest @ rest / max(phase.size - 2, 1) / (n @ n)))
+
+
+def base_rows(
+    record: Record, *, measured: Path, conditioned: Path
+) -> list[dict[str, str | float | None]]:
+    """The row of base.csv of a periodic test; none without a base channel, or for a base at rest.
+
+    Parameters
+    ----------
+    record : Record
+    measured, conditioned : Path
+        records/<id>.nc and conditioned/<id>.nc.
+    """
+    if record.test != "periodic":
+        return []
+    with open_record(conditioned) as view:
+        frequency = view.attributes.get("oscillation_hz")
+    if not frequency:
+        return []
+    with open_record(measured) as view:
+        if view.refused is not None or "base" not in view.roles:
+            return []
+        found = base_of(view, frequency=float(frequency))
+    if found is None:
+        return []
+    return [
+        {
+            "record": record.id,
+            "frequency_hz": found.frequency,
+            "frequency_error_hz": found.frequency_error,
+            "amplitude_m": found.amplitude,
+            "amplitude_error_m": found.amplitude_error,
+            "harmonic_2": found.harmonic_2,
+            "harmonic_3": found.harmonic_3,
+            "wander": found.wander,
+            "dip": found.dip,
+        }
+    ]
+
+
+def base_of(view: RecordView, *, frequency: float) -> BaseMotion | None:
+    """Motion of the base in an open record, read by blocks; `frequency` of the oscillation, Hz."""
+    k = max(1, int(view.sample_rate / (_POINTS * frequency)))
+    size = max(1, _BLOCK // k) * k
+    coarse = np.concatenate(
+        [
+            block_means(fill_gaps(view.read("base", begin, begin + size)), k)
+            for begin in range(0, view.n, size)
+        ]
+    )
+    return base_motion(
+        coarse / float(np.sinc(frequency * k / view.sample_rate)),  # what block means leave
+        k / view.sample_rate,
+        frequency=frequency,
+        quantity=view.quantity("base"),
+    )

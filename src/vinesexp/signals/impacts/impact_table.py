@@ -1,0 +1,91 @@
+"""The impact table of a record: columns, reading and writing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.records.result_columns import IMPACTS
+from vinesexp.records.tables import read_rows, write_columns
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """The columns of impacts/<record>.csv, one entry an impact; NaN where not known.
+
+    Attributes
+    ----------
+    time_s : time on the record's axis.
+    nes : number of the ball, from 1, in the order of `clearance_mm`; 0 where it is not known.
+    side : +1 where x - y = +b (the mass is slowed), -1 at the other wall.
+    velocity_jump_m_s : of the oscillator, from acceleration and displacement together.
+    peak_acceleration_m_s2 : largest bandpassed sample.
+    confidence : probability that a repetition with fresh noise would find the impact again.
+    time_error_s, velocity_jump_error_m_s : standard errors.
+    jump_acceleration_m_s, jump_acceleration_error_m_s : area of the template.
+    jump_displacement_m_s, jump_displacement_error_m_s : change of slope.
+    x_m, v_before_m_s, v_error_m_s : displacement and velocity just before.
+    nes_confidence : probability of `nes`.
+    crowded, clipped : 1 where it overlaps another or is ill explained; where it saturated.
+    """
+
+    time_s: FloatArray
+    nes: IntArray
+    side: IntArray
+    velocity_jump_m_s: FloatArray
+    peak_acceleration_m_s2: FloatArray
+    confidence: FloatArray
+    time_error_s: FloatArray
+    velocity_jump_error_m_s: FloatArray
+    jump_acceleration_m_s: FloatArray
+    jump_acceleration_error_m_s: FloatArray
+    jump_displacement_m_s: FloatArray
+    jump_displacement_error_m_s: FloatArray
+    x_m: FloatArray
+    v_before_m_s: FloatArray
+    v_error_m_s: FloatArray
+    nes_confidence: FloatArray
+    crowded: IntArray
+    clipped: IntArray
+
+    @property
+    def n(self) -> int:
+        return self.time_s.size
+
+
+COLUMNS = tuple(field.name for field in fields(Impacts))
+_WHOLE = tuple(column.name for column in IMPACTS.columns if column.kind == "whole")
+
+
+def no_impacts() -> Impacts:
+    """The empty table."""
+    return Impacts(
+        **{name: np.empty(0, dtype=np.int64 if name in _WHOLE else float) for name in COLUMNS}
+    )
+
+
+def write_impacts(path: Path, impacts: Impacts) -> None:
+    """Write impacts/<record>.csv; unknown numbers are empty cells."""
+    write_columns(path, IMPACTS, {name: getattr(impacts, name).tolist() for name in COLUMNS})
+
+
+def read_impacts(path: Path) -> Impacts:
+    """Read what `write_impacts` wrote; further columns are ignored.
+
+    Raises
+    ------
+    TableError
+        A column is missing, or a cell is no number.
+    """
+    rows = read_rows(path, IMPACTS)
+    found: dict[str, Any] = {}
+    for name in COLUMNS:
+        if name in _WHOLE:
+            found[name] = np.array([int(row[name]) for row in rows], dtype=np.int64)
+        else:
+            found[name] = np.array([float(row[name] or "nan") for row in rows], dtype=np.float64)
+    return Impacts(**found)

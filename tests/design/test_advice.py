@@ -1,0 +1,172 @@
+"""What to build: against clearances and amplitudes measured with other simulators."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vinesexp import Harmonic, Oscillator, Release, simulate
+from vinesexp.design.absorber import den_hartog, equal_mass_den_hartog, equal_mass_optimal
+from vinesexp.design.advice import advise, as_json, orbit_and_rest, theory_of, warnings_of
+from vinesexp.design.ensemble import Run, responses
+from vinesexp.design.task import Task, bare_gain, centre_starts, random_starts, wall_starts
+from vinesexp.errors import AnalysisError, ParameterError
+
+TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+G = 0.25e-3
+
+
+def task_at(frequency: float, r: float = 0.6) -> Task:
+    return Task(TABLE_2, (0.032,), (r,), levels=(G, G), frequencies=(frequency, frequency))
+
+
+def rest_mean(task: Task, b: float, phases: int = 8) -> float:
+    return float(responses(wall_starts(task, b, phases=phases)).mean.mean())
+
+
+def test_a_run_is_the_motion_of_the_simulator() -> None:
+    task = task_at(8.0)
+    run = wall_starts(task, 0.02, phases=3)[1]
+    found = responses([run])
+    motion = simulate(run.rig, run.base, run.release, duration=90.0)
+    t = np.linspace(40.0, 90.0, 100_001)
+    x, v = motion.at(t)
+    A = np.hypot(x, v / TABLE_2.w0)
+    assert found.mean[0] == pytest.approx(A.mean(), rel=2e-3)
+    assert found.largest[0] == pytest.approx(A.max(), rel=1e-2)
+    late = motion.impacts["time"] > 40.0
+    assert found.impacts_per_cycle[0] == pytest.approx(late.sum() / 50.0 / 8.0, rel=0.02)
+    assert found.captured[0]
+
+
+@pytest.mark.parametrize(
+    ("frequency", "below_b_c", "tried", "amplitude"),
+    [(7.9, 33.65, 30.3, 5.08), (8.0, 27.36, 20.5, 3.86), (8.1, 20.39, 13.25, 2.87)],
+)
+def test_off_resonance_the_best_clearance_is_below_b_c(
+    frequency: float, below_b_c: float, tried: float, amplitude: float
+) -> None:
+    """Clearances tried by hand elsewhere, and their amplitudes from one start."""
+    task = task_at(frequency)
+    assert 1e3 * (theory_of(task, G, frequency)[1] or 0.0) == pytest.approx(below_b_c, abs=0.01)
+    at_tried = responses(wall_starts(task, 1e-3 * tried, phases=16))
+    assert 1e3 * at_tried.mean.min() == pytest.approx(amplitude, rel=0.02)
+    assert rest_mean(task, 0.98e-3 * below_b_c) > 1.2 * 1e-3 * amplitude
+
+
+def test_the_orbit_of_an_elastic_ball_is_not_reached_from_rest() -> None:
+    """r = 0.9 at 0.98 b_c: orbit 1.34 mm, from rest 6.24 mm on the average, 11.2 mm at most.
+
+    The response is modulated: means over a few modulations scatter by a tenth.
+    """
+    task = task_at(TABLE_2.f0, r=0.9)
+    b = 0.98 * (theory_of(task, G, TABLE_2.f0)[1] or 0.0)
+    runs = wall_starts(task, b, phases=12)
+    found = responses(runs)
+    assert 1e3 * found.mean.mean() == pytest.approx(6.24, rel=0.1)
+    assert 1e3 * found.largest.max() > 11.2
+    assert not found.captured.any()
+    orbit, _ = orbit_and_rest(task, b, TABLE_2.f0, phases=2)
+    assert 1e3 * orbit == pytest.approx(1.34, abs=0.01)
+
+
+def test_a_ball_in_the_middle_of_a_wide_cavity_is_never_touched() -> None:
+    task = task_at(TABLE_2.f0)
+    bare = task.bare(G, TABLE_2.f0)
+    assert 1e3 * bare == pytest.approx(19.2, abs=0.05)
+    found = responses(centre_starts(task, 0.0339, phases=2))
+    assert (found.impacts_per_cycle == 0.0).all()
+    assert found.mean == pytest.approx(bare, rel=0.02)
+    assert not found.captured.any()
+
+
+@pytest.fixture(scope="module")
+def off_resonance() -> dict[str, object]:
+    advice = advise(task_at(8.1))
+    return {"advice": advice, "json": as_json(advice), "warnings": warnings_of(advice)}
+
+
+def test_the_advice_beats_what_was_tried_by_hand(off_resonance: dict[str, object]) -> None:
+    advice = off_resonance["advice"]
+    best = advice.least_mean  # type: ignore[attr-defined]
+    assert 1e3 * best.rest_mean < 2.87 * 1.02
+    assert best.b == pytest.approx(13.25e-3, rel=0.1)
+    robust = advice.robust  # type: ignore[attr-defined]
+    assert robust.random_p90 <= best.random_p90 * 1.001
+    fresh = responses(random_starts(task_at(8.1), robust.b, starts=200, seed=999))
+    assert robust.captured == pytest.approx(fresh.captured.mean(), abs=0.1)
+    assert robust.random_mean == pytest.approx(fresh.mean.mean(), rel=0.05)
+
+
+def test_the_same_seed_gives_the_same_answer(off_resonance: dict[str, object]) -> None:
+    again = as_json(advise(task_at(8.1)))
+    assert again == off_resonance["json"]
+
+
+def test_uncertain_values_are_drawn_within_their_errors() -> None:
+    exact = random_starts(task_at(8.0), 0.02, starts=40, seed=3)
+    unsure = random_starts(
+        replace(task_at(8.0), std_errors={"r": 0.02, "M": 0.05}), 0.02, starts=40, seed=3
+    )
+    r = np.array([run.rig.nes[0].r for run in unsure])
+    assert {run.rig.nes[0].r for run in exact} == {0.6}
+    assert 0.01 < r.std() < 0.03
+    assert all(run.rig.oscillator.k1 == 1.147e4 for run in unsure)
+    for run in exact:
+        gap = abs(run.release.x0 - run.release.y0[0])
+        assert gap <= 0.02
+        radius = np.hypot(run.release.x0, run.release.v0 / TABLE_2.w0)
+        assert radius <= G * bare_gain(TABLE_2, 8.0)
+
+
+def test_a_band_is_judged_over_its_frequencies_and_levels() -> None:
+    task = Task(TABLE_2, (0.032,), (0.6,), levels=(0.15e-3, G), frequencies=(7.7, 8.1))
+    assert len(task.grid()) == 21
+    assert {f for _, f in task.grid()} >= {7.7, 8.1}
+    assert task.largest_bare() == pytest.approx(task.bare(G, TABLE_2.f0))
+
+
+def test_den_hartog_levels_the_two_peaks_of_an_undamped_host() -> None:
+    """The textbook's optimum: both peaks alike, at gain sqrt(1 + 2/mu) for a force."""
+    mu = 0.05
+    host = Oscillator(M=1.0, c1=0.0, k1=1.0)
+    f0 = host.f0
+    task = Task(host, (mu,), (0.5,), levels=(1.0, 1.0), frequencies=(0.8 * f0, 1.2 * f0))
+    found = equal_mass_den_hartog(task)
+    assert (found.tuning, found.zeta) == den_hartog(mu)
+    assert found.amplitude == pytest.approx(np.sqrt(1.0 + 2.0 / mu), rel=0.06)
+    best = equal_mass_optimal(task)
+    assert best.detuned <= found.detuned
+    assert found.detuned > found.amplitude
+
+
+def test_an_undamped_absorber_at_one_frequency_is_not_called_best() -> None:
+    best = equal_mass_optimal(task_at(8.0))
+    assert best.zeta > 1e-4
+    assert best.detuned < equal_mass_den_hartog(task_at(8.0)).detuned
+
+
+def test_what_cannot_be_answered_is_an_error() -> None:
+    undamped = Oscillator(M=1.0, c1=0.0, k1=1.0)
+    with pytest.raises(AnalysisError, match="no bare response"):
+        responses(
+            [
+                Run(
+                    Task(undamped, (0.01,), (0.5,), (1.0, 1.0), (undamped.f0,) * 2).rig(1.0),
+                    Harmonic(amplitude=1.0, frequency=undamped.f0),
+                    Release(),
+                )
+            ]
+        )
+    with pytest.raises(ParameterError, match="expected one of each per NES"):
+        Task(TABLE_2, (0.032, 0.016), (0.6,), (G, G), (8.0, 8.0))
+
+
+def test_orbit_and_rest_agree_at_resonance() -> None:
+    """At resonance the orbit just below b_c is reached from rest (r = 0.6)."""
+    task = task_at(TABLE_2.f0)
+    orbit, rest = orbit_and_rest(task, 0.033, TABLE_2.f0, phases=4)
+    assert 1e3 * orbit == pytest.approx(5.128, abs=2e-3)
+    assert rest == pytest.approx(orbit, rel=0.05)

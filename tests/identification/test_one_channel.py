@@ -1,0 +1,101 @@
+"""Records of one channel, and sweeps as an analyser makes them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp.identification.one_record import estimate_record
+from vinesexp.records.schema import Known, Record
+from vinesexp.records.store import create_record
+from vinesexp.signals.condition import condition
+
+F0, ZETA = 7.862, 0.0065
+
+
+def analysed(folder: Path, channels: dict, *, rate: float, quantities=None, **row):
+    """Estimates of a record of these channels."""
+    measured, band = folder / "r.nc", folder / "c.nc"
+    kinds = {"base": "displacement", "displacement": "displacement", "acceleration": "acceleration"}
+    kinds = {role: (quantities or kinds)[role] for role in channels}
+    with create_record(measured, sample_rate=rate, quantities=kinds) as writer:
+        writer.append(channels)
+    record = Record("one", Path("f"), **row)
+    centre = sum(record.frequency) / 2 if record.frequency else None
+    condition(measured, band, f0_hint=centre)
+    found = estimate_record(record, Known(), measured=measured, conditioned=band, impacts=Path("-"))
+    return {(e.parameter, e.method): e for e in found}
+
+
+def decay(rate, seconds=15.0):
+    t = np.arange(round(seconds * rate)) / rate
+    w0 = 2 * np.pi * F0
+    pole = (-ZETA + 1j * np.sqrt(1 - ZETA**2)) * w0
+    z = 0.02 * np.exp(pole * t + 0.3j)
+    return t, z.real, (pole**2 * z).real
+
+
+@pytest.mark.parametrize("offset", [0.0, 9.81])
+def test_an_accelerometer_alone_gives_f0_and_zeta(tmp_path, offset):
+    _, _, a = decay(2000.0)
+    a = a + offset + 0.3 * np.random.default_rng(0).standard_normal(a.size)
+    found = analysed(tmp_path, {"acceleration": a}, rate=2000.0, test="ringdown")
+    f0, zeta = found["f0", "likelihood"], found["zeta", "likelihood"]
+    assert abs(f0.value - F0) < 4 * f0.std_error < 1e-3
+    assert abs(zeta.value - ZETA) < 4 * zeta.std_error < 1e-4
+    assert f0.amplitude == pytest.approx(0.0137, rel=0.1)  # m, though nothing measured it
+
+
+def test_a_displacement_alone_gives_the_same(tmp_path):
+    _, x, _ = decay(2000.0)
+    x = x + 6e-6 * np.random.default_rng(0).standard_normal(x.size)
+    found = analysed(tmp_path, {"displacement": x}, rate=2000.0, test="ringdown")
+    assert abs(found["f0", "likelihood"].value - F0) < 4 * found["f0", "likelihood"].std_error
+
+
+def answer(f0, zeta, *, rate, seconds, low, high, level=1.0, seed=0):
+    """Base and mass accelerations of a base-excited logarithmic sine sweep, with noise."""
+    t = np.arange(round(seconds * rate)) / rate
+    ratio = high / low
+    phase = 2 * np.pi * low * seconds / np.log(ratio) * (ratio ** (t / seconds) - 1)
+    base = level * np.sin(phase)
+    size = 2 * t.size
+    w = 2 * np.pi * np.fft.rfftfreq(size, 1 / rate)
+    w0 = 2 * np.pi * f0
+    H = (w0**2 + 2j * zeta * w0 * w) / (w0**2 - w**2 + 2j * zeta * w0 * w)
+    mass = np.fft.irfft(H * np.fft.rfft(base, size), size)[: t.size]
+    noise = np.random.default_rng(seed).standard_normal((2, t.size))
+    return base + 1e-3 * level * noise[0], mass + 1e-3 * level * noise[1]
+
+
+@pytest.mark.parametrize(
+    ("f0", "low", "high", "rate", "row"),
+    [
+        (40.0, 2.0, 450.0, 1000.0, {"frequency": (2.0, 450.0)}),
+        (170.0, 2.0, 450.0, 1000.0, {"frequency": (2.0, 450.0)}),
+        (9.3, 5.0, 15.0, 1000.0, {"frequency": (5.0, 15.0)}),
+        (9.3, 5.0, 15.0, 1000.0, {}),
+    ],
+)
+@pytest.mark.parametrize("both", [True, False])
+def test_sweeps_of_an_analyser(tmp_path, f0, low, high, rate, row, both):
+    """Base and mass in acceleration, at 1 kHz, far beyond or around the resonance."""
+    base, mass = answer(f0, 0.02, rate=rate, seconds=60.0, low=low, high=high)
+    kinds = {"base": "acceleration", "acceleration": "acceleration"}
+    if not both:  # the base by a laser
+        f = np.fft.rfftfreq(2 * base.size, 1 / rate)
+        keep = np.where(f > 0.5 * low, -((2 * np.pi * np.maximum(f, 0.1)) ** -2.0), 0.0)
+        base = np.fft.irfft(np.fft.rfft(base, 2 * base.size) * keep, 2 * base.size)[: mass.size]
+        kinds["base"] = "displacement"
+    found = analysed(
+        tmp_path, {"base": base, "acceleration": mass}, rate=rate, quantities=kinds, test="sweep",
+        **row,
+    )  # fmt: skip
+    assert found["f0", "sweep"].value == pytest.approx(f0, rel=2e-3)
+    assert found["zeta", "sweep"].value == pytest.approx(0.02, rel=0.05)
+
+
+def test_a_sweep_without_base_is_said(tmp_path):
+    _, mass = answer(9.3, 0.02, rate=1000.0, seconds=20.0, low=5.0, high=15.0)
+    found = analysed(tmp_path, {"acceleration": mass}, rate=1000.0, test="sweep")
+    assert "base channel" in found["nothing", ""].note
