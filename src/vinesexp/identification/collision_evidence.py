@@ -35,12 +35,23 @@ _SURE = 4.0
 _RIVAL = 6.0
 #: No law of rubbing or of a contact is truer than this share of what it corrects.
 _LAW = 0.03
+#: Effects no rig in use has, in their units, and the largest correction of r.
+LARGEST = {
+    "r_wall_difference": 0.4,
+    "r_speed_slope": 0.3,
+    "friction": 2.0,
+    "clearance_offset": 3e-3,
+    "contact_time": 4e-3,
+    "tilt": 1.0,
+}
+_FARTHEST_R = 0.06
 #: Effects that change a flight and nothing of its ends.
 _OF_FLIGHTS = ("clearance_offset", "tilt")
 #: Share of the shift that effective values leave: they are exact for one motion only.
 _LEFT = 0.15
 #: A pulse longer than this, s, is no instant; contact over pulse, where one is the other.
 _LONG_PULSE, _AS_LONG = 6e-4, (0.4, 1.6)
+_EXPECTED_SURE = 2.0
 #: Effects too small to matter in a lab, in their units: left alone however sure.
 MATTERS = {
     "r_wall_difference": 5e-4,
@@ -102,8 +113,24 @@ def weigh(collisions: Collisions, *, prior: tuple[float, float] | None) -> Evide
     plain, best = fits[0], _or_contact(fits, scores, fits[_preferred(fits, collisions)], collisions)
     at = fits.index(best)
     if scores[0] - scores[at] < _BAR:
+        lasting = _lasting(fits, scores, collisions)
+        if lasting is not None:
+            worse = scores - scores[fits.index(lasting)]
+            return _evidence(collisions, plain, lasting, fits, worse)
         return _evidence(collisions, plain, plain, [plain], np.zeros(1))
     return _evidence(collisions, plain, best, fits, scores - scores[at])
+
+
+def _lasting(fits: list[Fit], scores: FloatArray, collisions: Collisions) -> Fit | None:
+    """A contact that lasts as long as its pulses needs little evidence: it was to be expected."""
+    pulse = float(np.median(collisions.flights.pulse))
+    for one, score in zip(fits, scores, strict=True):
+        if one.effects == ("contact_time",) and pulse > _LONG_PULSE:
+            value, error = one.of("contact_time")
+            like = _AS_LONG[0] < value / pulse < _AS_LONG[1]
+            if like and value > _EXPECTED_SURE * error and score < scores[0]:
+                return one
+    return None
 
 
 def _or_contact(fits: list[Fit], scores: FloatArray, best: Fit, collisions: Collisions) -> Fit:
@@ -179,12 +206,13 @@ def _effective(
 
 def _fits(collisions: Collisions, prior: tuple[float, float] | None) -> list[Fit]:
     """Every possible set of effects, the plain model first."""
+    plain = fit(collisions, (), prior=prior)
     found = [
         fit(collisions, effects, prior=prior)
-        for count in range(_MOST + 1)
+        for count in range(1, _MOST + 1)
         for effects in itertools.combinations(EFFECTS, count)
     ]
-    return [one for one in found if _possible(one)]
+    return [plain, *(one for one in found if _possible(one, plain))]
 
 
 def _scores(fits: list[Fit], collisions: Collisions) -> FloatArray:
@@ -200,9 +228,17 @@ def _preferred(fits: list[Fit], collisions: Collisions) -> int:
     return int(np.argmin(scores))
 
 
-def _possible(found: Fit) -> bool:
-    """No negative rubbing, no negative contact."""
-    return all(found.of(name)[0] > 0.0 for name in found.effects if name in POSITIVE)
+def _possible(found: Fit, plain: Fit) -> bool:
+    """No negative rubbing, no negative contact, and nothing that no rig in use has.
+
+    Impacts at wrong times or places ask for large effects that undo one another.
+    """
+    if abs(found.values[0] - plain.values[0]) > _FARTHEST_R:
+        return False
+    return all(
+        abs(value) < LARGEST[name] and (value > 0.0 or name not in POSITIVE)
+        for name, value in zip(found.effects, found.values[2:], strict=True)
+    )
 
 
 def _matter(found: Fit) -> bool:
