@@ -186,13 +186,18 @@ def _measured(row: Comparison | None) -> tuple[float, float] | None:
 
 def _headline(campaign: Campaign, paths: ResultPaths, found: CampaignResult) -> str:
     """As the report's first sentences."""
-    identified, regimes, clearances = (
-        _rows(path) for path in (paths.identified, paths.regimes, paths.clearances)
-    )
+    identified, regimes, clearances, base, replay, checks = (
+        _rows(path)
+        for path in (
+            paths.identified, paths.regimes, paths.clearances, paths.base, paths.replay,
+            paths.checks,
+        )
+    )  # fmt: skip
     rig = identified_rig(identified, campaign.known)
-    periodic = periodic_verdicts(periodic_levels(campaign, regimes), clearances, rig)
+    levels = periodic_levels(campaign, regimes, base)
+    periodic = periodic_verdicts(levels, clearances, rig, replay)
     values = {e.parameter: f"{e.value:.5g}" for e in found.identified if e.method == COMBINED}
-    return headline(periodic, release_verdicts(clearances), values)
+    return headline(periodic, release_verdicts(clearances), values, checks)
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
