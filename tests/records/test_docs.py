@@ -10,8 +10,8 @@ from vinesexp.records.checks import OUTCOMES
 from vinesexp.records.description import CHANNEL_KEYS, KEYS
 from vinesexp.records.ingest import read_channels
 from vinesexp.records.readers import READERS, open_source
+from vinesexp.records.records_csv import COLUMNS
 from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, TimeColumn
-from vinesexp.records.table import COLUMNS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
