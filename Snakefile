@@ -1,31 +1,18 @@
-# From a campaign folder to results/<campaign>/report.html.
+# `snakemake` in this folder: from a campaign folder to results/<campaign>/report.html.
+# The workflow itself is workflow/Snakefile.
 #   snakemake                                   the default campaign, data/twin
 #   snakemake --config campaign=PATH            any other
 #   snakemake --config results=DIR              results elsewhere
+#   snakemake -n                                what would run, and why; -n --verbose: job by job
 
 
-include: "workflow/rules/campaign.smk"
+include: "workflow/Snakefile"
 
 
-rule all:
+# Snakemake runs by default what the Snakefile itself asks for, not what an included one does.
+rule results:
     default_target: True
     input:
-        RESULTS / "report.html",
-        RESULTS / "identified.csv",
-        RESULTS / "regimes.csv",
-        RESULTS / "clearances.csv",
-        RESULTS / "checks.csv",
-        expand(RESULTS / "impacts/{record}.csv", record=RECORDS),
-        ([RESULTS / "truth.csv"] if SCENE else []),
+        rules.all.input,
     message:
-        f"done: {RESULTS / 'report.html'}"
-
-
-include: "workflow/rules/simulate.smk"
-include: "workflow/rules/ingest.smk"
-include: "workflow/rules/condition.smk"
-include: "workflow/rules/impacts.smk"
-include: "workflow/rules/identify.smk"
-include: "workflow/rules/compare.smk"
-include: "workflow/rules/replay.smk"
-include: "workflow/rules/report.smk"
+        f"done: {shown(PATHS.report)}"

@@ -27,7 +27,7 @@ FLOORS = (
     {"laboratory"},
     {"figures"},
     {"report"},
-    {"commands", "cli", "step", "codedigest", "resultslock"},
+    {"commands", "cli", "step", "codedigest", "resultslock", "workflow"},
 )
 
 

@@ -47,3 +47,54 @@ def test_editing_a_module_changes_the_digest_of_its_users_only(tmp_path, monkeyp
     house_after, tree_after = digests()
     assert house_after != house
     assert tree_after == tree
+
+
+def test_a_function_counts_with_what_it_uses_and_not_with_its_neighbours(tmp_path, monkeypatch):
+    package = tmp_path / "vinesexp"
+    (package / "room/texts").mkdir(parents=True)
+    source = Path(vinesexp.codedigest.__file__).read_text(encoding="utf-8")
+    (package / "codedigest.py").write_text(source, encoding="utf-8")
+    (package / "room/__init__.py").write_text("")
+    (package / "room/page.py").write_text("TEXT = 1\n")
+    (package / "room/texts/page.html").write_text("<p>\n")
+    (package / "room/numbers.csv").write_text("1\n")
+    (package / "tree.py").write_text("SIZE = 1\n")
+    code = (
+        "FACTOR = 2\n\ndef _twice(x):\n    return FACTOR * x\n\n"
+        "def one():\n    from vinesexp.tree import SIZE\n    return _twice(SIZE)\n\n"
+        "def other():\n    from vinesexp.room.page import TEXT\n    return TEXT\n"
+    )
+    (package / "steps.py").write_text(code)
+
+    def digests():
+        spec = importlib.util.spec_from_file_location("copy", package / "codedigest.py")
+        copy = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(copy)
+        return tuple(copy.code_digest(f"vinesexp.steps:{name}") for name in ("one", "other"))
+
+    before = digests()
+    for file in ("room/texts/page.html", "room/numbers.csv", "room/page.py"):
+        (package / file).write_text("3\n")
+        after = digests()
+        assert (after[0] == before[0], after[1] == before[1]) == (True, False), file
+        before = after
+    (package / "steps.py").write_text(code.replace("FACTOR = 2", "FACTOR = 3"))
+    after = digests()
+    assert (after[0] == before[0], after[1] == before[1]) == (False, True)
+    (package / "tree.py").write_text("SIZE = 2\n")
+    assert digests()[0] != after[0]
+
+
+def test_a_script_counts_by_content(tmp_path):
+    script = tmp_path / "a.py"
+    script.write_text("1\n")
+    before = code_digest("vinesexp.units", files=[script])
+    assert before != code_digest("vinesexp.units")
+    vinesexp.codedigest._content.cache_clear()
+    script.write_text("2\n")
+    assert code_digest("vinesexp.units", files=[script]) != before
+
+
+def test_an_unknown_function_is_an_error():
+    with pytest.raises(ImportError, match="no function nothing"):
+        code_digest("vinesexp.pipeline:nothing")

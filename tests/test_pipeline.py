@@ -68,3 +68,16 @@ def test_a_record_that_cannot_be_used_leaves_a_placeholder_or_raises(campaign, t
     assert paths.record("broken").is_file()
     with pytest.raises(RecordError, match=r"broken\.csv"):
         analyse_record(campaign, broken, paths=paths, strict=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "f0"), [("spring_soft", 0.789), ("spring_hard", 1.226), ("spring_very_hard", 1.344)]
+)
+def test_real_ringdowns(name, f0, tmp_path):
+    folder = Path(__file__).resolve().parents[2] / "shared/real" / name
+    if not folder.is_dir():
+        pytest.skip("no real records here")
+    found = analyse_campaign(load_campaign(folder), paths=ResultPaths(tmp_path))
+    values = {e.parameter: e.value for e in found.identified if e.method == "combined"}
+    assert values["f0"] == pytest.approx(f0, rel=5e-3)
+    assert "r" not in values

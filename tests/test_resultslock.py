@@ -1,5 +1,6 @@
 """One run, one campaign in one results folder; a killed run leaves no lock behind."""
 
+import shutil
 import subprocess
 import sys
 
@@ -38,3 +39,13 @@ def test_a_killed_run_leaves_no_lock(tmp_path):
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == -9
     hold_results(tmp_path / "results", campaign=tmp_path).close()
+
+
+def test_a_copied_project_finds_its_campaign(tmp_path):
+    """Seen from its results the campaign is where it was, though the original is still there."""
+    for project in ("first", "copy"):
+        (tmp_path / project / "data").mkdir(parents=True)
+    first, copy = tmp_path / "first", tmp_path / "copy"
+    hold_results(first / "results", campaign=first / "data").close()
+    shutil.copytree(first / "results", copy / "results")
+    hold_results(copy / "results", campaign=copy / "data").close()

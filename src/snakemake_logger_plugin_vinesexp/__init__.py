@@ -1,19 +1,25 @@
 """What a person sees at the console while the workflow runs: one line a finished step.
 
-Snakemake finds this plugin by the name of the package and `profiles/default` selects it.
+Snakemake finds this plugin by the name of the package and the default profile selects it.
 A step that fails has said its one line itself (`vinesexp.step`); everything else that
-Snakemake reports as an error is passed on, everything it reports as chatter is not.
+Snakemake reports as an error is passed on, everything it reports as chatter is not. A dry run says
+in one line a rule what would run, and why; with `--printshellcmds` (`snakemake -n -p`) or
+`--verbose` it is Snakemake's own long form.
 """
 
 from __future__ import annotations
 
 import sys
 import time
+from collections import Counter
+from collections.abc import Sequence
 from logging import ERROR, LogRecord
 from typing import Any
 
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
+
+from vinesexp.workflow import REASONS
 
 #: Said by Snakemake after a failed step has already told its own line.
 _AFTERMATH = (
@@ -32,6 +38,13 @@ class LogHandler(LogHandlerBase):
         self.labels: dict[int, str] = {}
         self.finished: list[str] = []
         self.failed: set[int] = set()
+        self.plan = Plan()
+
+    @property
+    def long(self) -> bool:
+        """A dry run in Snakemake's own words."""
+        settings = self.common_settings
+        return bool(settings.dryrun and (settings.printshellcmds or settings.verbose))
 
     @property
     def writes_to_stream(self) -> bool:
@@ -43,7 +56,7 @@ class LogHandler(LogHandlerBase):
 
     @property
     def has_filter(self) -> bool:
-        return not self.common_settings.dryrun
+        return not self.long
 
     @property
     def has_formatter(self) -> bool:
@@ -55,15 +68,15 @@ class LogHandler(LogHandlerBase):
 
     def emit(self, record: LogRecord) -> None:
         """Print what a person wants to know of one log record of Snakemake."""
-        if self.common_settings.dryrun:
-            text = self.format(record)
-        else:
-            text = self._line(record, getattr(record, "event", None))
+        event = getattr(record, "event", None)
+        text = self.format(record) if self.long else self._line(record, event)
         if text:
             print(text, file=sys.stderr, flush=True)
 
     def _line(self, record: LogRecord, event: Any) -> str | None:
-        if event == LogEvent.JOB_INFO:
+        if event == LogEvent.JOB_INFO and self.common_settings.dryrun:
+            self.plan.add(record)
+        elif event == LogEvent.JOB_INFO:
             self.labels[record.jobid] = _label(record)  # type: ignore[attr-defined]
         elif event == LogEvent.JOB_FINISHED:
             self.finished.append(self.labels.get(record.job_id, ""))  # type: ignore[attr-defined]
@@ -76,6 +89,10 @@ class LogHandler(LogHandlerBase):
             return None if any(word in message for word in _AFTERMATH) else message
         elif "Nothing to be done" in str(record.msg):
             return "Nothing to be done: every result is up to date."
+        elif str(record.msg).startswith(("Lints for", "Congratulations")):
+            return record.getMessage()
+        elif "This was a dry-run" in str(record.msg):
+            return str(self.plan)
         return None
 
     def _progress(self, done: int, total: int) -> str | None:
@@ -91,6 +108,57 @@ class LogHandler(LogHandlerBase):
         self.failed.add(job)
         logs = ", ".join(str(path) for path in record.log) or "none"  # type: ignore[attr-defined]
         return f"failed: {self.labels.get(job, record.rule_name)}; log: {logs}"  # type: ignore[attr-defined]
+
+
+class Plan:
+    """What a dry run would do: for each rule how often, on what, and why."""
+
+    _MOST = 3  # names and reasons in a line
+
+    def __init__(self) -> None:
+        self.rules: dict[str, list[str]] = {}
+        self.reasons: dict[str, Counter[str]] = {}
+
+    def add(self, record: LogRecord) -> None:
+        """Note one job."""
+        rule = str(record.rule_name)  # type: ignore[attr-defined]
+        outputs = [str(file) for file in record.output]  # type: ignore[attr-defined]
+        if not outputs:  # the last rule only asks for the others
+            return
+        wildcards = dict(getattr(record, "wildcards", None) or {})
+        self.rules.setdefault(rule, []).append(" ".join(map(str, wildcards.values())))
+        self.reasons.setdefault(rule, Counter()).update(_reasons(outputs, record))
+
+    def __str__(self) -> str:
+        n = sum(map(len, self.rules.values()))
+        lines = [f"{n} job{'' if n == 1 else 's'} would run (each one: snakemake -n -p):"]
+        width = max((len(rule) for rule in self.rules), default=0)
+        for rule, names in self.rules.items():
+            why = self._most([reason for reason, _ in self.reasons[rule].most_common()])
+            about = self._most([name for name in names if name])
+            about = f" ({about})" if about else ""
+            lines.append(f"  {rule:{width}} {len(names):4}{about}: {why}")
+        return "\n".join(lines)
+
+    def _most(self, words: Sequence[str]) -> str:
+        more = len(words) - self._MOST
+        return ", ".join(words[: self._MOST]) + (f" and {more} more" if more > 0 else "")
+
+
+def _reasons(outputs: Sequence[str], record: LogRecord) -> list[str]:
+    """Why a job would run, in words of the project where it was the project that decided."""
+    for file in outputs:
+        if file in REASONS:
+            return REASONS[file]
+    reason = str(getattr(record, "reason", ""))
+    for start, words in (
+        ("Missing output files", "not made yet"),
+        ("Input files updated by another job", "follows from other jobs"),
+        ("Forced execution", "asked for"),
+    ):
+        if start in reason:
+            return [words]
+    return [reason.partition(":")[0] or "asked for"]
 
 
 def _label(record: LogRecord) -> str:

@@ -12,13 +12,14 @@ a step's code (`vinesexp.codedigest`) covers what this step uses and nothing els
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vinesexp.records.checks import Check
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign, Record
+from vinesexp.records.step_inputs import campaign_seen_by, record_seen_by
 
 if TYPE_CHECKING:
     from vinesexp.clearance.comparison import Comparison
@@ -138,6 +139,7 @@ def ingest_record(
     from vinesexp.records.checks import write_checks
     from vinesexp.records.ingest import ingest, ingest_or_refuse
 
+    campaign, record = _seen(campaign, record, step="ingest")
     step = ingest if strict else ingest_or_refuse
     checks = step(campaign, record, paths.record(record.id))
     write_checks(paths.ingest_checks(record.id), checks)
@@ -148,6 +150,7 @@ def condition_record(campaign: Campaign, record: Record, *, paths: ResultPaths) 
     """Bandpass the channels: the oscillator's motion in its band, the impacts in theirs."""
     from vinesexp.signals.condition import condition
 
+    campaign, record = _seen(campaign, record, step="condition")
     return condition(
         paths.record(record.id),
         paths.conditioned(record.id),
@@ -176,6 +179,7 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
     from vinesexp.signals.impacts.find import impacts_of_record
     from vinesexp.signals.regimes import decay_times, regime_of_record
 
+    campaign, record = _seen(campaign, record, step="impacts")
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
     impacts = impacts_of_record(
         measured,
@@ -208,6 +212,7 @@ def estimate_from_record(
     from vinesexp.records.result_columns import DECAY
     from vinesexp.records.tables import write_rows
 
+    campaign, record = _seen(campaign, record, step="estimate")
     found = estimate_record(
         record,
         campaign.known,
@@ -228,6 +233,7 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
     from vinesexp.records.result_columns import BASE, DECAY_TIMES, RECORD_REGIMES
     from vinesexp.records.tables import write_rows
 
+    campaign = campaign_seen_by("regimes", campaign)
     steps = [
         json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
         for record in campaign.records
@@ -247,6 +253,7 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
     from vinesexp.records.checks import write_checks
     from vinesexp.signals.impacts.impact_table import read_impacts
 
+    campaign = campaign_seen_by("identify", campaign)
     found = [
         estimate
         for record in campaign.records
@@ -271,6 +278,7 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
     from vinesexp.records.result_columns import BASE, DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
     from vinesexp.records.tables import read_rows
 
+    campaign = campaign_seen_by("compare", campaign)
     rows, checks = compare(
         campaign,
         read_rows(paths.identified, IDENTIFIED),
@@ -314,6 +322,7 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     """The checks of every step in one table, checks.csv, in the order of the records."""
     from vinesexp.records.checks import read_checks, write_checks
 
+    campaign = campaign_seen_by("checks", campaign)
     tables: Sequence[Path] = [
         *(paths.ingest_checks(record.id) for record in campaign.records),
         paths.identify_checks,
@@ -323,3 +332,8 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     found = [check for table in tables for check in read_checks(table)]
     write_checks(paths.checks, found)
     return found
+
+
+def _seen(campaign: Campaign, record: Record, *, step: str) -> tuple[Campaign, Record]:
+    """Campaign and row with only what the step uses."""
+    return campaign_seen_by(step, replace(campaign, records=())), record_seen_by(step, record)

@@ -7,6 +7,7 @@ the same name do not mix.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import IO
 
@@ -35,8 +36,10 @@ def hold_results(results: Path, *, campaign: Path) -> IO[str]:
             file=results,
         ) from None
     stream.seek(0)
-    owner, here = stream.read().strip(), str(campaign.resolve())
-    if owner and owner != here and Path(owner).exists():
+    owner, *near = stream.read().splitlines() or [""]
+    here, beside = str(campaign.resolve()), os.path.relpath(campaign, results)
+    # A project that was copied as a whole finds its campaign where it was: seen from the results.
+    if owner and owner != here and beside not in near and Path(owner).exists():
         stream.close()
         raise VinesexpError(
             f"holds the results of the campaign {owner}; choose another folder for {here} "
@@ -45,6 +48,6 @@ def hold_results(results: Path, *, campaign: Path) -> IO[str]:
         )
     stream.seek(0)
     stream.truncate()
-    stream.write(here + "\n")
+    stream.write(f"{here}\n{beside}\n")
     stream.flush()
     return stream

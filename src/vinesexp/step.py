@@ -25,22 +25,36 @@ def run_job(function: Callable[..., Any], job: Any, **arguments: Any) -> None:
     Parameters
     ----------
     function : callable
-        The step, as in `vinesexp.pipeline`. What it returns is the summary line of the log.
+        The step, as in `vinesexp.pipeline`. What it returns is the summary line of the log; a
+        list of files before it, ``(files, summary)``, counts to what the step wrote.
     job : snakemake
-        What Snakemake gives to a script: the params ``campaign`` and ``results`` say where both
-        are, the wildcard ``record``, where there is one, which record it is about.
+        What Snakemake gives to a script. Its param ``about`` says where campaign and results are
+        and what the result depends on, which is recorded beside it
+        (`vinesexp.records.freshness`); the wildcard ``record``, where there is one, says which
+        record it is about.
     """
     run_step(lambda: _of_campaign(function, job, arguments), log=job.log[0])
 
 
 def _of_campaign(function: Callable[..., Any], job: Any, arguments: dict[str, Any]) -> Any:
     from vinesexp.records.campaign import load_campaign
+    from vinesexp.records.freshness import file_states, write_made
     from vinesexp.records.result_paths import ResultPaths
 
-    campaign = load_campaign(Path(job.params.campaign))
+    about = job.params.about
+    campaign, paths = load_campaign(Path(about["campaign"])), ResultPaths(Path(about["results"]))
+    roots = {"results": paths.folder, "campaign": campaign.folder}
+    made = Path(about["made"])
+    made.unlink(missing_ok=True)  # a job that is killed leaves nothing that vouches for its files
+    read = dict.fromkeys(map(Path, [*job.input, *about["reads"]]))
+    inputs = file_states(read, roots=roots)
     id = getattr(job.wildcards, "record", None)
-    about = [] if id is None else [campaign.record(id)]
-    return function(campaign, *about, paths=ResultPaths(Path(job.params.results)), **arguments)
+    records = [] if id is None else [campaign.record(id)]
+    summary = function(campaign, *records, paths=paths, **arguments)
+    files, summary = summary if isinstance(summary, tuple) else ([], summary)
+    outputs = file_states([*map(Path, job.output), *files], roots=roots)
+    write_made(made, about["used"], inputs=inputs, outputs=outputs)
+    return summary
 
 
 def run_step(function: Callable[..., Any], *, log: str | Path, **arguments: Any) -> None:

@@ -14,7 +14,7 @@ from vinesexp.records.campaign import Campaign, Known, Record
 from vinesexp.records.store import create_record
 from vinesexp.replay.campaign_replay import replay_campaign
 from vinesexp.replay.measures import decay_time, measures_of
-from vinesexp.replay.motions import ON_ORBIT, replays, rig_of
+from vinesexp.replay.motions import ON_ORBIT, Replayed, replays, rig_of
 from vinesexp.replay.replay_table import replay_checks
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.theory.regime_definitions import regime_of
@@ -160,3 +160,17 @@ def test_decay_time_is_counted_from_the_largest_cycle():
     assert decay_time(t, A) == pytest.approx(np.log(4.0) / 0.5, abs=0.02)
     assert np.isnan(decay_time(t, np.ones(200)))
     assert np.isnan(decay_time(t[:1], A[:1]))
+
+
+def test_the_first_fifth_of_a_periodic_replay_is_left_out():
+    rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[])
+    motion = simulate(rig, Harmonic(G, F), Release(), duration=10.0)
+    whole = Replayed("rest", motion, (0.0,), 10.0)
+    (periodic_one,) = measures_of(whole, test="periodic", frequency=F)
+    (free,) = measures_of(whole, test="ringdown", frequency=F)
+    time, swing = periodic_one.cycles
+    assert periodic_one.amplitude == pytest.approx(swing[time >= 2.0].mean(), rel=1e-12)
+    assert free.amplitude == pytest.approx(swing.mean(), rel=1e-12)
+    assert periodic_one.amplitude > 1.1 * free.amplitude  # it rises from rest
+    assert np.isnan(periodic_one.decay_time)
+    assert (periodic_one.regime, periodic_one.spells) != ("no impact", 0.0)

@@ -1,5 +1,6 @@
-"""A tiny campaign and a way to run snakemake on it, in a folder of its own."""
+"""A tiny campaign, and ways to run and to plan the workflow on it in a folder of its own."""
 
+import contextlib
 import os
 import shutil
 import subprocess
@@ -13,9 +14,17 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 
 CAMPAIGN = """\
 title: Tiny
+known: {mass: 4.7 kg, nes_mass: 32 g}
 channels:
   displacement: {column: Laser, quantity: displacement, unit: mm}
 time: {column: Time, unit: s}
+bandpass: {low: 2 Hz, high: 40 Hz}
+"""
+
+RECORDS = """\
+record,file,test,clearance_mm,frequency_hz,added_mass_g,release_mm,exclude,note
+bare,raw/bare.csv,ringdown,,,,20,,
+added,raw/added.csv,ringdown,,,500,20,,
 """
 
 
@@ -29,6 +38,28 @@ def write_ringdown(path: Path, *, f0: float, zeta: float = 0.01, seed: int = 0) 
     path.write_text(f"Time,Laser\ns,mm\n{rows}\n", encoding="utf-8")
 
 
+STEPS = {
+    "ingest": "ingest",
+    "regime": "impacts",
+    "estimates": "estimate",
+    "identify": "identify",
+    "compare": "compare",
+}
+#: Which job makes a file of results/tiny, by the folder or the table it is in.
+JOBS = {
+    "records": lambda path: f"ingest {path.stem}",
+    "conditioned": lambda path: f"condition {path.stem}",
+    "impacts": lambda path: f"impacts {path.stem}",
+    "figures": lambda path: f"figures {path.stem}",
+    "regimes.csv": lambda path: "regimes",
+    "identified.csv": lambda path: "identify",
+    "clearances.csv": lambda path: "compare",
+    "checks.csv": lambda path: "checks",
+    "report.html": lambda path: "report",
+    "steps": lambda path: f"{STEPS[path.stem]} {path.parent.name}".removesuffix(" steps"),
+}
+
+
 class Workflow:
     """The workflow copied into a folder, so that runs, results and edits stay there."""
 
@@ -37,9 +68,8 @@ class Workflow:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        for name in ("Snakefile", "workflow", "profiles"):
-            source = REPOSITORY / name
-            (shutil.copytree if source.is_dir() else shutil.copy)(source, folder / name)
+        if not (folder / "workflow").exists():
+            shutil.copytree(REPOSITORY / "workflow", folder / "workflow")
 
     def command(self, *arguments: str) -> list[str]:
         return [sys.executable, "-m", "snakemake", "--cores", "2", *arguments]
@@ -58,21 +88,66 @@ class Workflow:
             env={**os.environ, **(environment or {})},
         )
 
+    def planned(self, **config: str) -> set[str]:
+        """Jobs that would run, as `rule record`: a dry run in this process, which is quicker."""
+        from snakemake.api import SnakemakeApi
+        from snakemake.settings.enums import Quietness, RerunTrigger
+        from snakemake.settings.types import (
+            ConfigSettings,
+            DAGSettings,
+            OutputSettings,
+            ResourceSettings,
+        )
+
+        with (
+            contextlib.chdir(self.folder),
+            SnakemakeApi(OutputSettings(dryrun=True, quiet={Quietness.ALL})) as api,
+        ):
+            made = api.workflow(
+                resource_settings=ResourceSettings(cores=1),
+                config_settings=ConfigSettings(config={"campaign": "data/tiny", **config}),
+                snakefile=self.folder / "workflow/Snakefile",
+            )
+            dag = made.dag(DAGSettings(rerun_triggers={RerunTrigger.SOFTWARE_ENV}))
+            files: list[str] = []
+            dag.execute_workflow(executor="dryrun", updated_files=files)
+        return {JOBS[path.parts[2]](path) for path in map(Path, files) if path.parts[2] in JOBS}
+
     def tiny_campaign(self, name: str = "tiny") -> Path:
         """Two ring-downs, one with 0.5 kg added to a mass of 4.7 kg."""
         folder = self.folder / "data" / name
         write_ringdown(folder / "raw/bare.csv", f0=7.862)
         write_ringdown(folder / "raw/added.csv", f0=7.862 * (4.7 / 5.2) ** 0.5, seed=1)
         (folder / "campaign.yaml").write_text(CAMPAIGN, encoding="utf-8")
-        (folder / "records.csv").write_text(
-            "record,file,test,added_mass_g\n"
-            "bare,raw/bare.csv,ringdown,\n"
-            "added,raw/added.csv,ringdown,500\n",
-            encoding="utf-8",
-        )
+        (folder / "records.csv").write_text(RECORDS, encoding="utf-8")
         return folder
+
+    def edit(self, file: str, old: str, new: str) -> None:
+        """Replace text that is there in a file of the tiny campaign."""
+        path = self.folder / "data/tiny" / file
+        text = path.read_text(encoding="utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new), encoding="utf-8")
 
 
 @pytest.fixture
 def workflow(tmp_path):
     return Workflow(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def one_run(tmp_path_factory):
+    """The tiny campaign, run once for all tests that only look, or that work on a copy."""
+    workflow = Workflow(tmp_path_factory.mktemp("finished"))
+    workflow.tiny_campaign()
+    result = workflow.run("--config", "campaign=data/tiny")
+    assert result.returncode == 0, result.stderr
+    return workflow
+
+
+@pytest.fixture
+def finished(one_run, tmp_path):
+    """A copy of the project after its run, with new times of all files."""
+    folder = tmp_path / "project"
+    shutil.copytree(one_run.folder, folder, copy_function=shutil.copyfile)
+    return Workflow(folder)

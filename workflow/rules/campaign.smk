@@ -1,49 +1,69 @@
 # The campaign that this run is about, and what its steps depend on.
 import os
-import re
 import sys
-from dataclasses import replace
-from pathlib import Path
 
 from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.workflow import Planner, accept_own_environment, read_config, shown
 
 # Steps are short processes: without compiled modules each would compile the package again.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
-CAMPAIGN_FOLDER = Path(config.get("campaign", "data/twin"))
-RESULTS = Path(config.get("results", Path("results") / CAMPAIGN_FOLDER.resolve().name))
-PATHS = ResultPaths(RESULTS)
-SCENE_FILE = CAMPAIGN_FOLDER / "scene.yaml"
-
 try:
+    CAMPAIGN_FOLDER, PATHS = read_config(config)
     CAMPAIGN = load_campaign(CAMPAIGN_FOLDER)
+    SCENE_FILE = CAMPAIGN_FOLDER / "scene.yaml"
     if SCENE_FILE.is_file():
         from vinesexp.laboratory.scene import load_scene
 
         SCENE = load_scene(SCENE_FILE)
     else:
         SCENE = None
-    if workflow.is_main_process and not workflow.dryrun:
-        from vinesexp.resultslock import hold_results
-
-        RESULTS_LOCK = hold_results(RESULTS, campaign=CAMPAIGN_FOLDER)
 except VinesexpError as error:
     sys.exit(f"vinesexp: {error}")
 
-RECORDS = [record.id for record in CAMPAIGN.records]
+accept_own_environment(workflow)
+RECORDS = {record.id: record for record in CAMPAIGN.records}
+PLANNER = Planner(workflow, CAMPAIGN, PATHS)
 
 
 wildcard_constraints:
-    record="|".join(map(re.escape, RECORDS)) or "none",
+    record="[^/]+",
+    family="[a-z]+",
 
 
-def record_text(wildcards):
-    """What a step on one record depends on, as text: its row, without its place in the table."""
-    return repr(replace(CAMPAIGN.record(wildcards.record), row=0))
+def each_record(path):
+    """A result of every record; `path` is a method of PATHS."""
+    return [path(record) for record in RECORDS]
 
 
-def each_record(pattern):
-    return expand(pattern, record=RECORDS)
+def code_of(*names, script):
+    """Digest of the code behind a step: functions or modules, and the script."""
+    return {"code": code_digest(*names, files=[workflow.source_path(f"../scripts/{script}.py")])}
+
+
+def raw_file(wildcards):
+    """The instrument file, or what says that the scene has made it; ingest says if it is missing."""
+    path = RECORDS[wildcards.record].file
+    if SCENE and path.resolve() in SIMULATED_IN:
+        return [PATHS.simulated(SIMULATED_IN[path.resolve()])]
+    # Snakemake would take braces for wildcards; the step itself reads the file, whatever its
+    # name, and its content decides, not its time.
+    named = path.is_file() and not {"{", "}"} & set(str(path))
+    return [ancient(path)] if named else []
+
+
+def shown_in(wildcards):
+    """What the figures of a family are drawn from."""
+    if wildcards.family == "results":
+        tables = PATHS.identified, PATHS.regimes, PATHS.base, PATHS.decay_times, PATHS.clearances
+        replayed = PATHS.replay, PATHS.replay_cycles
+        return [
+            *tables,
+            *replayed,
+            *each_record(PATHS.estimates),
+            *each_record(PATHS.decay),
+        ]
+    kinds = PATHS.record, PATHS.conditioned, PATHS.impacts
+    return [path for kind in kinds for path in each_record(kind)]

@@ -1,23 +1,24 @@
 # Measured optimal clearances against predicted ones; every problem found; and, for a simulated
 # campaign, what was found against the truth.
 
+COMPARE = code_of("vinesexp.pipeline:compare_clearances", script="compare")
+COLLECT_CHECKS = code_of("vinesexp.pipeline:collect_checks", script="checks")
+
 
 rule compare:
     input:
+        PLANNER.again("compare", COMPARE, PATHS.clearances),
         identified=PATHS.identified,
         regimes=PATHS.regimes,
         base=PATHS.base,
         times=PATHS.decay_times,
     output:
-        clearances=PATHS.clearances,
+        clearances=report(PATHS.clearances, category="Tables"),
         checks=PATHS.compare_checks,
     log:
-        RESULTS / "logs/compare.log",
+        PATHS.log("compare"),
     params:
-        campaign=str(CAMPAIGN_FOLDER),
-        results=str(RESULTS),
-        known=repr(CAMPAIGN.known),
-        code=code_digest("vinesexp.clearance.comparison"),
+        about=PLANNER.about("compare", COMPARE),
     message:
         "compare    measured and predicted clearances"
     script:
@@ -26,16 +27,15 @@ rule compare:
 
 rule checks:
     input:
-        records=each_record(PATHS.ingest_checks("{record}")),
+        PLANNER.again("checks", COLLECT_CHECKS, PATHS.checks),
+        records=each_record(PATHS.ingest_checks),
         summaries=[PATHS.identify_checks, PATHS.compare_checks, PATHS.replay_checks],
     output:
-        table=PATHS.checks,
+        table=report(PATHS.checks, category="Tables"),
     log:
-        RESULTS / "logs/checks.log",
+        PATHS.log("checks"),
     params:
-        campaign=str(CAMPAIGN_FOLDER),
-        results=str(RESULTS),
-        code=code_digest("vinesexp.records.checks"),
+        about=PLANNER.about("checks", COLLECT_CHECKS),
     message:
         "checks     of all steps"
     script:
@@ -43,19 +43,24 @@ rule checks:
 
 
 if SCENE:
+    SCORE = {
+        **code_of("vinesexp.laboratory.score", script="score"),
+        "truth": repr((SCENE.truth(), [(test.record, test.duration) for test in SCENE.tests])),
+    }
+    TRUTH_FILES = [CAMPAIGN_FOLDER / truth_file(test) for test in SCENE.tests]
 
     rule score:
         input:
+            PLANNER.again("score", SCORE, PATHS.truth),
+            simulated=[PATHS.simulated(group) for group in SCENE.groups],
             identified=PATHS.identified,
-            impacts=each_record(PATHS.impacts("{record}")),
+            impacts=each_record(PATHS.impacts),
         output:
-            table=PATHS.truth,
+            table=report(PATHS.truth, category="Tables"),
         log:
-            RESULTS / "logs/score.log",
+            PATHS.log("score"),
         params:
-            scene=str(SCENE_FILE),
-            truth=repr(SCENE.truth()),
-            code=code_digest("vinesexp.laboratory.score"),
+            about=PLANNER.about("score", SCORE, reads=TRUTH_FILES),
         message:
             "score      against the truth of the scene"
         script:

@@ -1,20 +1,18 @@
 # Zero-phase bandpass: the oscillator's motion, and the band in which impacts live.
 
+CONDITION = code_of("vinesexp.pipeline:condition_record", script="condition")
+
 
 rule condition:
     input:
+        PLANNER.again("condition", CONDITION, PATHS.conditioned),
         record=PATHS.record("{record}"),
     output:
         conditioned=PATHS.conditioned("{record}"),
     log:
-        RESULTS / "logs/condition/{record}.log",
+        PATHS.log("condition", "{record}"),
     params:
-        campaign=str(CAMPAIGN_FOLDER),
-        results=str(RESULTS),
-        bandpass=CAMPAIGN.bandpass,
-        frequency=lambda wildcards: CAMPAIGN.record(wildcards.record).frequency,
-        settings=lambda wildcards: repr(CAMPAIGN.record(wildcards.record).settings),
-        code=code_digest("vinesexp.signals.condition"),
+        about=PLANNER.about("condition", CONDITION),
     message:
         "condition  {wildcards.record}"
     script:

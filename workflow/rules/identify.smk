@@ -1,8 +1,12 @@
 # What one record says about M, c1, k1 and r; then all records together.
 
+ESTIMATE = code_of("vinesexp.pipeline:estimate_from_record", script="estimate")
+IDENTIFY = code_of("vinesexp.pipeline:identify", script="identify")
+
 
 rule estimate:
     input:
+        PLANNER.again("estimate", ESTIMATE, PATHS.estimates),
         record=PATHS.record("{record}"),
         conditioned=PATHS.conditioned("{record}"),
         impacts=PATHS.impacts("{record}"),
@@ -10,15 +14,9 @@ rule estimate:
         estimates=PATHS.estimates("{record}"),
         decay=PATHS.decay("{record}"),
     log:
-        RESULTS / "logs/estimate/{record}.log",
+        PATHS.log("estimate", "{record}"),
     params:
-        campaign=str(CAMPAIGN_FOLDER),
-        results=str(RESULTS),
-        depends=record_text,
-        known=repr(CAMPAIGN.known),
-        code=code_digest(
-            "vinesexp.identification.one_record", "vinesexp.identification.decay_table"
-        ),
+        about=PLANNER.about("estimate", ESTIMATE),
     message:
         "estimate   {wildcards.record}"
     script:
@@ -27,18 +25,17 @@ rule estimate:
 
 rule identify:
     input:
-        estimates=each_record(PATHS.estimates("{record}")),
+        PLANNER.again("identify", IDENTIFY, PATHS.identified),
+        estimates=each_record(PATHS.estimates),
+        impacts=each_record(PATHS.impacts),
     output:
-        identified=PATHS.identified,
-        budget=PATHS.budget,
+        identified=report(PATHS.identified, category="Tables"),
+        budget=report(PATHS.budget, category="Tables"),
         checks=PATHS.identify_checks,
     log:
-        RESULTS / "logs/identify.log",
+        PATHS.log("identify"),
     params:
-        campaign=str(CAMPAIGN_FOLDER),
-        results=str(RESULTS),
-        known=repr(CAMPAIGN.known),
-        code=code_digest("vinesexp.identification.whole_campaign"),
+        about=PLANNER.about("identify", IDENTIFY),
     message:
         "identify   M, c1, k1, r from all records"
     script:

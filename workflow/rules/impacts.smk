@@ -1,24 +1,21 @@
 # Acceleration spikes to impacts, and the regime that they and the amplitude show.
 
+IMPACTS = code_of("vinesexp.pipeline:find_impacts", script="impacts")
+COLLECT_REGIMES = code_of("vinesexp.pipeline:collect_regimes", script="regimes")
+
 
 rule impacts:
     input:
+        PLANNER.again("impacts", IMPACTS, PATHS.impacts),
         record=PATHS.record("{record}"),
         conditioned=PATHS.conditioned("{record}"),
     output:
         impacts=PATHS.impacts("{record}"),
         regime=PATHS.regime("{record}"),
     log:
-        RESULTS / "logs/impacts/{record}.log",
+        PATHS.log("impacts", "{record}"),
     params:
-        campaign=str(CAMPAIGN_FOLDER),
-        results=str(RESULTS),
-        depends=record_text,
-        code=code_digest(
-            "vinesexp.signals.impacts.find",
-            "vinesexp.signals.regimes",
-            "vinesexp.signals.base_motion",
-        ),
+        about=PLANNER.about("impacts", IMPACTS),
     message:
         "impacts    {wildcards.record}"
     script:
@@ -27,16 +24,16 @@ rule impacts:
 
 rule regimes:
     input:
-        regimes=each_record(PATHS.regime("{record}")),
+        PLANNER.again("regimes", COLLECT_REGIMES, PATHS.regimes),
+        regimes=each_record(PATHS.regime),
     output:
-        table=PATHS.regimes,
-        base=PATHS.base,
-        times=PATHS.decay_times,
+        table=report(PATHS.regimes, category="Tables"),
+        base=report(PATHS.base, category="Tables"),
+        times=report(PATHS.decay_times, category="Tables"),
     log:
-        RESULTS / "logs/regimes.log",
+        PATHS.log("regimes"),
     params:
-        campaign=str(CAMPAIGN_FOLDER),
-        results=str(RESULTS),
+        about=PLANNER.about("regimes", COLLECT_REGIMES),
     message:
         "regimes    of all records"
     script:

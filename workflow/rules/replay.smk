@@ -1,24 +1,23 @@
 # Every record simulated again with the identified rig and the base as measured.
 
+REPLAY = code_of("vinesexp.pipeline:replay_records", script="replay")
+
 
 rule replay:
     input:
+        PLANNER.again("replay", REPLAY, PATHS.replay),
         identified=PATHS.identified,
         regimes=PATHS.regimes,
         base=PATHS.base,
-        conditioned=each_record(PATHS.conditioned("{record}")),
+        conditioned=each_record(PATHS.conditioned),
     output:
-        replay=PATHS.replay,
+        replay=report(PATHS.replay, category="Tables"),
         cycles=PATHS.replay_cycles,
         checks=PATHS.replay_checks,
     log:
-        RESULTS / "logs/replay.log",
+        PATHS.log("replay"),
     params:
-        campaign=str(CAMPAIGN_FOLDER),
-        results=str(RESULTS),
-        known=repr(CAMPAIGN.known),
-        table=repr([replace(record, row=0, note="") for record in CAMPAIGN.records]),
-        code=code_digest("vinesexp.replay.campaign_replay"),
+        about=PLANNER.about("replay", REPLAY),
     message:
         "replay     every record beside the identified rig"
     script:

@@ -1,33 +1,20 @@
 # Figures of single records and of the results, and the page that holds them.
 
+FIGURES = code_of("vinesexp.figures.gallery", script="figures")
+REPORT = code_of("vinesexp.report.page", script="report")
+DESCRIPTION = [CAMPAIGN_FOLDER / name for name in ("campaign.yaml", "records.csv")]
+
 
 rule figures:
     input:
-        lambda wildcards: {
-            "records": each_record(PATHS.record("{record}"))
-            + each_record(PATHS.conditioned("{record}"))
-            + each_record(PATHS.impacts("{record}")),
-            "results": [
-                PATHS.identified,
-                PATHS.regimes,
-                PATHS.base,
-                PATHS.decay_times,
-                PATHS.clearances,
-                PATHS.replay,
-                PATHS.replay_cycles,
-            ]
-            + each_record(PATHS.estimates("{record}"))
-            + each_record(PATHS.decay("{record}")),
-        }[wildcards.family],
+        PLANNER.again("figures", FIGURES, PATHS.figures),
+        shown_in,
     output:
         manifest=PATHS.figures("{family}"),
     log:
-        RESULTS / "logs/figures/{family}.log",
+        PATHS.log("figures", "{family}"),
     params:
-        campaign=str(CAMPAIGN_FOLDER),
-        results=str(RESULTS),
-        table=repr([replace(record, row=0) for record in CAMPAIGN.records]),
-        code=code_digest("vinesexp.figures.gallery"),
+        about=PLANNER.about("figures", FIGURES),
     message:
         "figures    of the {wildcards.family}"
     script:
@@ -36,20 +23,22 @@ rule figures:
 
 rule report:
     input:
+        PLANNER.again("report", REPORT, PATHS.report),
         tables=[
-            RESULTS / f"{name}.csv"
-            for name in ("identified", "regimes", "base", "clearances", "replay", "checks")
+            PATHS.identified,
+            PATHS.regimes,
+            PATHS.base,
+            PATHS.clearances,
+            PATHS.replay,
+            PATHS.checks,
         ],
-        figures=expand(PATHS.figures("{family}"), family=["results", "records"]),
+        figures=[PATHS.figures(family) for family in ("results", "records")],
     output:
-        page=PATHS.report,
+        page=report(PATHS.report, category="Report"),
     log:
-        RESULTS / "logs/report.log",
+        PATHS.log("report"),
     params:
-        campaign=str(CAMPAIGN_FOLDER),
-        results=str(RESULTS),
-        title=CAMPAIGN.title,
-        code=code_digest("vinesexp.report.page"),
+        about=PLANNER.about("report", REPORT, reads=DESCRIPTION),
     message:
         "report     of all results"
     script:

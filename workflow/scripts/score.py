@@ -1,25 +1,17 @@
 """Identified values and impacts of a simulated campaign against its truth."""
 
-from pathlib import Path
-
 from vinesexp.laboratory.scene import load_scene
 from vinesexp.laboratory.score import score_campaign
-from vinesexp.step import run_step
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.schema import Campaign
+from vinesexp.step import run_job
 
 
-def main(scene: str, identified: str, impacts: list[str], out: str) -> str:
-    path = Path(scene)
-    scores = score_campaign(
-        load_scene(path), path.parent, Path(identified), [Path(p) for p in impacts], Path(out)
-    )
+def main(campaign: Campaign, paths: ResultPaths) -> str:
+    impacts = [paths.impacts(record.id) for record in campaign.records]
+    scene = load_scene(campaign.folder / "scene.yaml")
+    scores = score_campaign(scene, campaign.folder, paths.identified, impacts, paths.truth)
     return f"{len(scores)} scores"
 
 
-run_step(
-    main,
-    log=snakemake.log[0],
-    scene=snakemake.params.scene,
-    identified=snakemake.input.identified,
-    impacts=list(snakemake.input.impacts),
-    out=snakemake.output.table,
-)
+run_job(main, snakemake)

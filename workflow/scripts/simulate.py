@@ -2,14 +2,16 @@
 
 from pathlib import Path
 
-from vinesexp.laboratory.scene import load_scene, simulate_group
+from vinesexp.laboratory.scene import load_scene
+from vinesexp.laboratory.simulated_files import simulate_once
 from vinesexp.step import run_step
 
 
-def main(scene: str, group: str) -> str:
+def main(scene: str, group: str, code: str, note: str) -> str:
     path = Path(scene)
-    simulate_group(load_scene(path), group, path.parent)
-    return f"simulated {group}"
+    files = simulate_once(load_scene(path), group, path.parent, code=code)
+    Path(note).write_text("".join(f"{file.name}\n" for file in files), encoding="utf-8")
+    return f"simulated {len(files)} records" if files else "the files hold"
 
 
 run_step(
@@ -17,4 +19,6 @@ run_step(
     log=snakemake.log[0],
     scene=snakemake.params.scene,
     group=snakemake.params.group,
+    code=snakemake.params.code,
+    note=snakemake.output.note,
 )

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.identification.combine import counted
 from vinesexp.identification.estimate import Estimate
 from vinesexp.records.store import open_record
 from vinesexp.records.tables import Value
@@ -15,8 +16,6 @@ from vinesexp.signals.cycles import cycle_amplitudes
 
 Floats = NDArray[np.float64]
 
-#: The method of a ring-down that counts, here and in the combined values.
-METHOD = "likelihood"
 #: Terms of dA/dt = -(gamma + alpha A + beta A^2), by their names among the estimates.
 LAW = ("damping_linear", "damping_quadratic", "damping_coulomb")
 
@@ -27,11 +26,11 @@ _PASSES = 6
 
 
 def of_ringdown(found: Sequence[Estimate]) -> dict[str, Estimate]:
-    """Parameter to its estimate by the method that counts; `f0_added` as `f0`.
+    """Parameter to its estimate by the method that enters the combined values; `f0_added` as `f0`.
 
     Empty for a record that is no ring-down or gave nothing.
     """
-    own = {e.parameter.removesuffix("_added"): e for e in found if e.method == METHOD}
+    own = {e.parameter.removesuffix("_added"): e for e in counted(found)}
     return own if "f0" in own else {}
 
 

@@ -57,6 +57,19 @@ class ResultPaths:
     def _step(self, id: str, name: str) -> Path:
         return self.folder / "steps" / "records" / id / name
 
+    def made(self, step: str, id: str | None = None) -> Path:
+        """What a step used, read and wrote (`vinesexp.records.freshness`)."""
+        name = f"{step}.made.json"
+        return self.folder / "steps" / name if id is None else self._step(id, name)
+
+    def log(self, step: str, id: str | None = None) -> Path:
+        """What a step printed."""
+        return self.folder / "logs" / (f"{step}.log" if id is None else f"{step}/{id}.log")
+
+    def simulated(self, group: str) -> Path:
+        """Says that the instrument files of a group of a scene are there."""
+        return self.folder / "steps" / "simulate" / f"{group}.txt"
+
     @property
     def identify_checks(self) -> Path:
         """What was odd when all records were combined."""

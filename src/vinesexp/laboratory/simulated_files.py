@@ -1,0 +1,93 @@
+"""The instrument files of a scene in its campaign folder: made once, kept while they hold.
+
+Several runs may use one campaign at a time: one of them simulates while the others wait, and files
+that hold are left alone. Files of a measured campaign are never written over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from vinesexp.errors import VinesexpError
+from vinesexp.laboratory.bench import Scene
+from vinesexp.laboratory.scene import group_files, group_text, simulate_group, truth_file
+from vinesexp.records.freshness import file_states, why_outdated, write_made
+
+
+def made_by_simulation(folder: Path, group: str) -> Path:
+    """Record of what the files of a group were made from (`vinesexp.records.freshness`)."""
+    return folder / "truth" / ".made" / f"{group}.json"
+
+
+def what_files_depend_on(scene: Scene, group: str, *, code: str) -> Mapping[str, str]:
+    """All that the files of a group depend on, by name."""
+    return {"scene": group_text(scene, group), "code": code}
+
+
+def simulate_once(
+    scene: Scene, group: str, folder: Path, *, code: str, force: bool = False
+) -> list[Path]:
+    """Simulate the tests of a group where their files do not hold already.
+
+    Parameters
+    ----------
+    scene : Scene
+    group : str
+        One of `scene.groups`.
+    folder : Path
+        The campaign folder; `raw` and `truth` are made in it.
+    code : str
+        Digest of the code that simulates.
+    force : bool
+        Write over files that no simulation has made.
+
+    Returns
+    -------
+    list of Path
+        The raw files that were written; empty where they held.
+
+    Raises
+    ------
+    VinesexpError
+        A file is there that no simulation has made.
+    """
+    made, used = made_by_simulation(folder, group), what_files_depend_on(scene, group, code=code)
+    roots = {"campaign": folder}
+    if not why_outdated(made, used, roots=roots):
+        return []
+    files = [folder / path for path in group_files(scene, group)]
+    if not force and not (folder / "truth").is_dir():
+        refuse_measured(files)
+    made.parent.mkdir(parents=True, exist_ok=True)
+    with _alone(made.parent / "lock"):
+        if not why_outdated(made, used, roots=roots):
+            return []
+        made.unlink(missing_ok=True)
+        simulate_group(scene, group, folder)
+        truths = [folder / truth_file(test) for test in scene.groups[group]]
+        outputs = file_states([*files, *truths], roots=roots)
+        write_made(made, used, inputs={}, outputs=outputs)
+    return files
+
+
+def refuse_measured(files: list[Path]) -> None:
+    """VinesexpError for the first of `files` that is there: nobody simulated it."""
+    for file in files:
+        if file.exists():
+            raise VinesexpError(
+                "is there and was not simulated; name an empty folder, or write over it with "
+                "`vinesexp simulate --force`",
+                file=file,
+            )
+
+
+@contextmanager
+def _alone(lock: Path) -> Iterator[None]:
+    """Wait until no other process simulates into this folder."""
+    import fcntl
+
+    with lock.open("w") as stream:
+        fcntl.flock(stream, fcntl.LOCK_EX)
+        yield

@@ -1,0 +1,152 @@
+"""Whether a result is still that of its inputs: by content, not by the times of files.
+
+Each step leaves a small record beside its results: the text of everything it used, and size, times
+and digest of each file that it read and wrote. A later run compares. A file whose size and times
+are those of the record is taken for the same; any other is hashed, so that touching, copying or
+moving files costs nothing but the hashing. A result that was damaged or removed is made again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+#: Names of folders, so that records of results hold when both are moved.
+Roots = Mapping[str, Path]
+States = Mapping[str, list[Any] | None]
+
+_FORMAT = 1
+
+
+def file_states(files: Iterable[Path], *, roots: Roots) -> States:
+    """Size, times and digest of files by name; None for one that is not there.
+
+    Parameters
+    ----------
+    files : iterable of Path
+    roots : mapping
+        Name of a folder to its place; files in it are named relative to it.
+    """
+    return {
+        _relative(file, roots): [*_stat(file), _digest(file)] if file.is_file() else None
+        for file in files
+    }
+
+
+def write_made(
+    path: Path,
+    used: Mapping[str, str],
+    *,
+    inputs: States,
+    outputs: States,
+) -> None:
+    """Record what a step used, read and wrote.
+
+    Parameters
+    ----------
+    path : Path
+        The record; it appears only when complete.
+    used : mapping
+        Everything else the result depends on, by name (`vinesexp.records.step_inputs.step_text`).
+    inputs, outputs : mappings
+        `file_states` before the step and after it.
+    """
+    content = {
+        "format": _FORMAT,
+        "used": {name: _short(text) for name, text in used.items()},
+        "inputs": inputs,
+        "outputs": outputs,
+    }
+    _write(path, content)
+
+
+def why_outdated(
+    path: Path, used: Mapping[str, str], *, roots: Roots, renew: bool = False
+) -> list[str]:
+    """Reasons to run a step again, each a few words; empty where its result still holds.
+
+    Parameters
+    ----------
+    path : Path
+        What `write_made` wrote.
+    used, roots : mappings
+        As there and for `file_states`, of now.
+    renew : bool
+        Write down new times of files whose content is the same, which spares hashing them again.
+    """
+    try:
+        made = json.loads(path.read_text(encoding="utf-8"))
+        if made["format"] != _FORMAT:
+            return ["made by another version"]
+        reasons = [
+            f"{name} changed"
+            for name in dict.fromkeys([*used, *made["used"]])
+            if (_short(used[name]) if name in used else None) != made["used"].get(name)
+        ]
+        new_times = False
+        for kind, change in (("inputs", "changed"), ("outputs", "is not as the step left it")):
+            for name, state in made[kind].items():
+                file = _absolute(name, roots)
+                verdict = _compared(file, state)
+                if verdict == "same content":
+                    made[kind][name] = [*_stat(file), state[-1]]
+                    new_times = True
+                elif verdict:
+                    reasons.append(f"{file.name} {change if verdict == 'differs' else verdict}")
+        if new_times and renew and not reasons:
+            _write(path, made)
+    except FileNotFoundError:
+        return ["not made yet"]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return [f"{path.name} is damaged"]
+    return reasons
+
+
+def _compared(file: Path, state: Sequence[Any] | None) -> str:
+    """How a file differs from its recorded state; empty where even its times are the same."""
+    if file.is_file() != (state is not None):
+        return "is missing" if state is not None else "is new"
+    if state is None or _stat(file) == state[:-1]:
+        return ""
+    same = file.stat().st_size == state[0] and _digest(file) == state[-1]
+    return "same content" if same else "differs"
+
+
+def _write(path: Path, content: Mapping[str, Any]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    os.replace(partial, path)
+
+
+def _short(text: str) -> str:
+    """Long texts as their digest."""
+    return text if len(text) <= 200 else hashlib.sha256(text.encode()).hexdigest()
+
+
+def _relative(file: Path, roots: Roots) -> str:
+    absolute = Path(os.path.abspath(file))
+    for name, folder in roots.items():
+        root = Path(os.path.abspath(folder))
+        if absolute.is_relative_to(root):
+            return f"{name}:{absolute.relative_to(root).as_posix()}"
+    return f":{absolute.as_posix()}"
+
+
+def _absolute(name: str, roots: Roots) -> Path:
+    root, _, rest = name.partition(":")
+    return roots[root] / rest if root else Path(rest)
+
+
+def _stat(file: Path) -> list[int]:
+    status = file.stat()
+    return [status.st_size, status.st_mtime_ns, status.st_ctime_ns]
+
+
+def _digest(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

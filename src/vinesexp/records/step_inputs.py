@@ -1,0 +1,128 @@
+"""What each step sees of a campaign: the fields it may use, and their text.
+
+A step gets the campaign with everything else blank. So what a step uses and what decides whether
+its result is still right are the same list, and neither can be forgotten.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, fields, replace
+from operator import attrgetter
+from typing import Any
+
+from vinesexp.records.schema import Campaign, Known, Record
+
+_ROW = tuple(field.name for field in fields(Record) if field.name not in ("id", "row"))
+_MEASURED = tuple(name for name in _ROW if name != "settings")
+_ALL = tuple(field.name for field in fields(Campaign) if field.name not in ("folder", "records"))
+
+#: Fields of the campaign that a step sees, parts of a field with a dot. A step that weighs all
+#: records sees everything.
+CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
+    "ingest": ("channels", "time", "sample_rate"),
+    "condition": ("bandpass",),
+    "impacts": ("known.nes_mass",),
+    "estimate": ("known.nes_mass",),
+    "regimes": (),
+    "identify": _ALL,
+    "compare": _ALL,
+    "replay": _ALL,
+    "checks": (),
+    "score": (),
+    "figures": _ALL,
+    "report": _ALL,
+}
+
+#: Fields of a row of records.csv that a step sees: its record's row, or all rows.
+RECORD_FIELDS: Mapping[str, tuple[str, ...]] = {
+    "ingest": _MEASURED,
+    "condition": ("frequency", "settings.filter", "settings.channels"),
+    "impacts": ("test", "clearance", "release", "settings"),
+    "estimate": ("test", "clearance", "added_mass", "frequency"),
+    "regimes": (),
+    "identify": _ROW,
+    "compare": _ROW,
+    "replay": _ROW,
+    "checks": (),
+    "score": (),
+    "figures": _ROW,
+    "report": _ROW,
+}
+
+_BLANK: Mapping[str, Any] = {
+    "title": "",
+    "known": Known(),
+    "channels": {},
+    "time": None,
+    "sample_rate": None,
+    "bandpass": None,
+    "test": "",
+}
+
+
+def campaign_seen_by(step: str, campaign: Campaign) -> Campaign:
+    """The campaign with only what `step` uses; its records likewise."""
+    records = tuple(record_seen_by(step, record) for record in campaign.records)
+    return replace(campaign, records=records, **_hidden(campaign, CAMPAIGN_FIELDS[step]))
+
+
+def record_seen_by(step: str, record: Record) -> Record:
+    """The row with only what `step` uses.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> record_seen_by("condition", Record("a", Path("a.csv"), "sweep", (0.034,), row=3)).clearance
+    ()
+    """
+    return replace(record, **_hidden(record, RECORD_FIELDS[step]))
+
+
+def step_text(step: str, campaign: Campaign, record: Record | None = None) -> dict[str, str]:
+    """All that `step` uses, field by field as text; a change of any makes its result outdated.
+
+    Parameters
+    ----------
+    step : str
+        A key of `CAMPAIGN_FIELDS`.
+    campaign : Campaign
+    record : Record, optional
+        For a step on one record; without it, all rows count, as one text.
+
+    Returns
+    -------
+    dict
+        Nothing in it names a folder, so that a campaign can be moved.
+    """
+    found = {name: repr(attrgetter(name)(campaign)) for name in CAMPAIGN_FIELDS[step]}
+    if record is not None:
+        return found | _row_text(step, campaign, record)
+    rows = [(each.id, _row_text(step, campaign, each)) for each in campaign.records]
+    return found | {"records": repr(rows)}
+
+
+def _row_text(step: str, campaign: Campaign, record: Record) -> dict[str, str]:
+    found = {name: repr(attrgetter(name)(record)) for name in RECORD_FIELDS[step]}
+    if "file" in found:
+        inside = record.file.is_relative_to(campaign.folder)
+        file = record.file.relative_to(campaign.folder) if inside else record.file
+        found["file"] = file.as_posix()
+    return found
+
+
+def _hidden(thing: Campaign | Record, seen: tuple[str, ...]) -> dict[str, Any]:
+    """Blanks for all fields but those seen, and but what names things."""
+    kept = ("folder", "name", "records", "id", "file", *seen)
+    hidden = {field.name: _blank(field) for field in fields(thing) if field.name not in kept}
+    for whole, dot, part in (name.partition(".") for name in seen):
+        if dot:
+            value = attrgetter(f"{whole}.{part}")(thing)
+            hidden[whole] = replace(hidden[whole], **{part: value})
+    return hidden
+
+
+def _blank(field: Field[Any]) -> Any:
+    if field.name in _BLANK:
+        return _BLANK[field.name]
+    return field.default_factory() if field.default_factory is not MISSING else field.default

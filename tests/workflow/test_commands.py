@@ -1,0 +1,124 @@
+"""Snakemake's standard commands work on this workflow, whatever else goes on."""
+
+import csv
+import os
+import shutil
+import zipfile
+
+import pytest
+
+from vinesexp.resultslock import hold_results
+
+pytestmark = pytest.mark.workflow
+
+TINY = ("--config", "campaign=data/tiny")
+LOOKS = {
+    "dry run": ("-n", "Nothing to be done"),
+    "summary": ("--summary", "results/tiny/report.html"),
+    "drawing": ("--dag", "digraph snakemake_dag"),
+    "lint": ("--lint", "good condition"),
+}
+
+
+def test_a_look_works_while_another_run_holds_the_results_and_on_a_copy(finished):
+    """All looks at one copied project whose results are locked."""
+    with hold_results(finished.folder / "results/tiny", campaign=finished.folder / "data/tiny"):
+        before = {p: p.stat().st_mtime_ns for p in (finished.folder / "results").rglob("*")}
+        for name, (option, words) in LOOKS.items():
+            look = finished.run(option, *TINY)
+            assert look.returncode == 0, (name, look.stderr)
+            assert words in look.stdout + look.stderr, name
+        refused = finished.run(*TINY)
+    assert refused.returncode == 1
+    told = [line for line in refused.stderr.splitlines() if line.startswith("vinesexp:")]
+    assert len(told) == 1
+    assert "another run is writing here" in told[0]
+    assert "Traceback" not in refused.stderr
+    assert before == {p: p.stat().st_mtime_ns for p in (finished.folder / "results").rglob("*")}
+
+
+def test_the_report_of_snakemake_holds_the_results(one_run, tmp_path):
+    out = tmp_path / "out.zip"
+    made = one_run.run("--report", str(out), *TINY)
+    assert made.returncode == 0, made.stderr
+    names = {name.rpartition("/")[2] for name in zipfile.ZipFile(out).namelist()}
+    assert {"report.html", "identified.csv", "clearances.csv", "regimes.csv", "checks.csv"} <= names
+
+
+def test_a_dry_run_says_in_a_dozen_lines_what_would_run_and_why(finished):
+    finished.edit("campaign.yaml", "nes_mass: 32 g", "nes_mass: 33 g")
+    short = finished.run("-n", *TINY).stderr
+    lines = short.splitlines()
+    assert len(lines) <= 13
+    assert any("impacts" in line and "known.nes_mass changed" in line for line in lines)
+    assert any("identify" in line and "known changed" in line for line in lines)
+    assert not any("ingest" in line for line in lines)
+    long = finished.run("-n", "-p", *TINY).stderr
+    assert len(long.splitlines()) > 3 * len(lines)
+    assert "rule impacts" in long or "Job stats" in long
+
+
+@pytest.mark.parametrize(
+    ("config", "words"),
+    [
+        ("campain=data/tiny", "did you mean 'campaign'?"),
+        ("campaign=1e3", "campaign=./1000.0"),
+        ("results=a{b}c", "cannot hold { or }"),
+    ],
+)
+def test_a_mistake_in_config_is_one_line(workflow, config, words):
+    workflow.tiny_campaign()
+    result = workflow.run("-n", "--config", config, "--workflow-profile", "none")
+    assert result.returncode == 1
+    told = [line for line in result.stderr.splitlines() if line.startswith("vinesexp:")]
+    assert len(told) == 1
+    assert words in told[0]
+    assert "Traceback" not in result.stderr
+
+
+MODULE = """\
+module rig:
+    snakefile: "{folder}/workflow/Snakefile"
+    config: {{"campaign": "{folder}/data/tiny", "results": "{folder}/results/tiny"}}
+
+use rule * from rig as rig_*
+
+rule further:
+    default_target: True
+    input: "{folder}/results/tiny/identified.csv"
+    output: "further.csv"
+    shell: "cp {{input}} {{output}}"
+"""
+
+
+def test_another_workflow_uses_this_one_as_a_module(finished, tmp_path):
+    own = tmp_path / "own"
+    own.mkdir()
+    (own / "Snakefile").write_text(MODULE.format(folder=finished.folder), encoding="utf-8")
+    (finished.folder / "results/tiny/clearances.csv").unlink()
+    shutil.rmtree(finished.folder / "results/tiny/impacts")
+    result = finished.run("--snakefile", str(own / "Snakefile"), "--directory", str(own))
+    assert result.returncode == 0, result.stderr
+    with (own / "further.csv").open(encoding="utf-8", newline="") as stream:
+        assert "M" in {row["parameter"] for row in csv.DictReader(stream)}
+    assert (finished.folder / "results/tiny/impacts/bare.csv").is_file()
+
+
+def test_names_that_snakemake_or_a_file_system_could_mistake(workflow):
+    """Braces in names and titles, a campaign called 2024, records called like a table."""
+    tiny = workflow.tiny_campaign()
+    folder = workflow.folder / "2024"
+    os.rename(tiny, folder)
+    os.rename(folder / "raw/bare.csv", folder / "raw/b{record}.csv")
+    text = (folder / "campaign.yaml").read_text(encoding="utf-8")
+    text = text.replace("title: Tiny", "title: '{Ti}ny: {x}'")
+    (folder / "campaign.yaml").write_text(text.replace("Laser", '"La*"'), encoding="utf-8")
+    rows = (folder / "records.csv").read_text(encoding="utf-8")
+    rows = rows.replace("bare,raw/bare.csv", "identify.csv,raw/b{record}.csv")
+    (folder / "records.csv").write_text(rows.replace("20,,\n", "20,,a {note}\n"), encoding="utf-8")
+    result = workflow.run("--config", "campaign=2024")
+    assert result.returncode == 0, result.stderr
+    page = (workflow.folder / "results/2024/report.html").read_text(encoding="utf-8")
+    assert "{Ti}ny: {x}" in page
+    again = workflow.run("--config", "campaign=2024")
+    assert "Nothing to be done" in again.stderr
