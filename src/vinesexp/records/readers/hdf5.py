@@ -112,7 +112,15 @@ class Hdf5Source:
         with h5py.File(self.path, "r") as file:
             for begin in range(0, series[0].length, rows):
                 end = min(begin + rows, series[0].length)
-                yield np.stack([_read(file, one, begin, end) for one in series], axis=1)
+                try:
+                    block = np.stack([_read(file, one, begin, end) for one in series], axis=1)
+                except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
+                    raise RecordError(
+                        f"cannot be read as HDF5 ({error}); copy or export the record again",
+                        file=self.path,
+                        where=self.locate(begin),
+                    ) from None
+                yield block
 
     def locate(self, row: int) -> str:
         """``"sample 12"``, counted from 0 as in the dataset."""
