@@ -12,6 +12,7 @@ rule estimate:
         impacts=PATHS.impacts("{record}"),
     output:
         estimates=PATHS.estimates("{record}"),
+        decay=PATHS.decay("{record}"),
     log:
         PATHS.log("estimate", "{record}"),
     params:

@@ -73,9 +73,8 @@ def weigh(collisions: Collisions, *, prior: tuple[float, float] | None) -> Evide
     prior : tuple (value, error), optional
         ln(M/m) from added masses: without it a longer contact and a smaller ball look alike.
     """
-    # Records scatter more than their impacts let expect: as much as around the best first guess.
-    first = _fits(collisions, prior)
-    scale = first[_preferred(first, collisions)].scale
+    # Records may scatter more than their impacts let expect: as much as around the richest model.
+    scale = fit(collisions, tuple(EFFECTS), prior=prior).scale
     collisions = replace(
         collisions,
         sigma_r=collisions.sigma_r * math.sqrt(scale),

@@ -33,6 +33,16 @@ EFFECTS = {
     "contact_time": "s",
     "tilt": "m/s^2",
 }
+#: No rig is farther from the model than this: keeps what the records cannot tell within bounds.
+_WIDEST = {
+    "r_wall_difference": 0.5,
+    "r_speed_slope": 0.5,
+    "friction": 3.0,
+    "clearance_offset": 5e-3,
+    "contact_time": 5e-3,
+    "tilt": 3.0,
+}
+_WIDEST_R, _WIDEST_LN = 0.5, 3.0
 #: Effects that cannot be negative.
 POSITIVE = ("friction", "contact_time")
 #: Error of a record's r that the model of the displacement around an impact leaves.
@@ -40,6 +50,7 @@ _FLOOR_R = 4e-5
 #: The same of its mass ratio, relative.
 _FLOOR_M = 3e-4
 _ITERATIONS = 8
+_START = (0.6, 5.0)  # r, ln(M/m)
 _TINY = 1e-12
 
 
@@ -106,7 +117,7 @@ def fit(
         ln(M/m) from elsewhere.
     """
     p = np.zeros(2 + len(effects))
-    p[0], p[1] = 0.6, 5.0
+    p[:2] = _START
     for _ in range(_ITERATIONS):
         rest, jacobian = _weighted(collisions, effects, p, prior)
         step = np.linalg.lstsq(jacobian, -rest, rcond=None)[0]
@@ -145,12 +156,14 @@ def _weighted(
         moved[i] += step
         columns.append((_rest(c, effects, moved) - rest) / step)
     jacobian = np.stack(columns, axis=1)
+    centre = np.array([_START[0], _START[1], *([0.0] * len(effects))])
+    width = np.array([_WIDEST_R, _WIDEST_LN, *(_WIDEST[name] for name in effects)])
     if prior is not None:
-        row = np.zeros((1, p.size))
-        row[0, 1] = 1.0 / prior[1]
-        jacobian = np.concatenate([jacobian, row])
-        rest = np.append(rest, (p[1] - prior[0]) / prior[1])
-    return rest, jacobian
+        centre[1], width[1] = prior
+    return (
+        np.concatenate([rest, (p - centre) / width]),
+        np.concatenate([jacobian, np.diag(1.0 / width)]),
+    )
 
 
 def _rest(c: Collisions, effects: Sequence[str], p: FloatArray) -> FloatArray:
