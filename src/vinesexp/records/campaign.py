@@ -6,6 +6,7 @@ instrument files that are missing are told when their record is ingested.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, VinesexpError
@@ -103,7 +104,9 @@ def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
         time=description.time,
         sample_rate=description.sample_rate,
         bandpass=description.bandpass,
-        records=records,
+        records=tuple(
+            replace(record, people={**description.people, **record.people}) for record in records
+        ),
         setups=description.setups,
         people=description.people,
         settings=description.settings,
