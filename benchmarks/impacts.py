@@ -4,12 +4,12 @@
     python -m benchmarks.impacts --quick     # a few seconds, writes nothing
 
 writes docs/benchmarks/impacts.md and impacts.svg. Records are of the virtual rig
-(`detection_scenes.py`), the peers in `detection_peers.py`, the score in `detection_score.py`.
+(`detection_scenes.py`), the detectors are the package's own (`signals/impacts/detectors.py`), the
+score is in `detection_score.py`, what each part is worth in `detection_ablation.py`.
 """
 
 from __future__ import annotations
 
-import math
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -17,8 +17,14 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from benchmarks.detection_ablation import (
+    displacement,
+    halved_and_doubled,
+    parts,
+    records,
+    section,
+)
 from benchmarks.detection_page import draw, page
-from benchmarks.detection_peers import find_peaks, median_deviation, trigger
 from benchmarks.detection_scenes import (
     FloatArray,
     Record,
@@ -29,41 +35,26 @@ from benchmarks.detection_scenes import (
     twin_records,
 )
 from benchmarks.detection_score import Score, score
+from benchmarks.detectors_on_records import found_by, highpassed
 
-from vinesexp.signals.extension import continued_line
-from vinesexp.signals.filters import butterworth, settling_samples, zero_phase
+from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.impacts.candidates import find_spikes
 from vinesexp.signals.impacts.detection import detect_contacts
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "benchmarks" / "impacts.md"
 FIGURE = PAGE.with_suffix(".svg")
-LOW = 157.24  # Hz: twenty times the oscillator's frequency, as `signals.condition` takes it
 
 
-def highpassed(record: Record) -> tuple[FloatArray, float]:
-    """The acceleration as `signals.condition` filters it, and the corner."""
-    rate = record.scene.rate
-    low = min(LOW, 0.04 * rate)
-    band = butterworth(rate, low=low, high=None)
-    pad, length = settling_samples(band, remains=1e-5), max(8, math.ceil(0.01 * rate))
-    before = continued_line(record.a[:length][::-1], pad, length=length)[::-1]
-    after = continued_line(record.a[-length:], pad, length=length)
-    return zero_phase(record.a, band, before=before, after=after), low
-
-
-def ours(record: Record) -> FloatArray:
-    """This package, nothing set: the same call for every record."""
-    a, low = highpassed(record)
-    clipped = record.clipped if record.clipped.any() else None
-    return detect_contacts(a, record.scene.rate, highpass=low, clipped=clipped).time
-
-
+#: The detectors of the package by the names that the page gives them.
 METHODS: dict[str, Callable[[Record], FloatArray]] = {
-    "vinesexp": ours,
-    "find_peaks": find_peaks,
-    "STA/LTA": trigger,
-    "median deviation": median_deviation,
+    name: partial(found_by, settings=ImpactSettings(detector=detector))
+    for name, detector in {
+        "vinesexp": "template",
+        "find_peaks": "find_peaks",
+        "STA/LTA": "sta_lta",
+        "matched filter": "matched_filter",
+    }.items()
 }
 
 
@@ -133,7 +124,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         twin = run(twin_records())
         plain = Scene("", "")
         free = timing_limit(plain, 1.0, free_duration=True) / timing_limit(plain, 1.0)
-        PAGE.write_text(page(scores, twin, speeds(), free=free), encoding="utf-8")
+        on = records()
+        worth = section(parts(on), list(halved_and_doubled(on)), displacement())
+        PAGE.write_text(page(scores, twin, speeds(), worth, free=free), encoding="utf-8")
         draw(scores, twin, FIGURE)
         print(f"written: {PAGE}, {FIGURE}")
     return 0

@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from benchmarks.amplitude_damping import b_c_published_damped
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
 from vinesexp.figures.draw import style
@@ -30,7 +31,7 @@ TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 BALL, R, G = 0.032, 0.6, 0.25e-3
 #: Table 1 as printed: b, x1, x2 (mm), time to 15 mm and to 5 mm (s).
 TABLE_1 = ((20, 3.1, 12.0, 1.8, 3.7), (50, 7.8, 30.0, 1.3, 2.6), (80, 11.8, 48.2, 1.0, 3.3))
-STARTS, SEED = 40, 20190302
+STARTS, SEED = 200, 20190302
 
 
 def rig_with(b: float) -> Rig:
@@ -194,7 +195,14 @@ def times_to(motion: Motion, levels: tuple[float, ...]) -> list[float]:
     return [float(half * (np.flatnonzero(peaks > level)[-1] + 1)) for level in levels]
 
 
+def captured(motion: Motion) -> bool:
+    """Whether the ball makes two impacts a cycle, but for two, from the third to the twelfth."""
+    t = motion.impacts["time"] * TABLE_2.f0
+    return bool(((t > 2.0) & (t < 12.0)).sum() >= 18)
+
+
 def table_1() -> list[str]:
+    """Published times beside the model's and the simulated ones, captured starts apart."""
     rng = np.random.default_rng(SEED)
     lines = [
         "| b (mm) | | x1 (mm) | x2 (mm) | t to 15 mm (s) | t to 5 mm (s) |",
@@ -206,17 +214,41 @@ def table_1() -> list[str]:
         A_1, A_2 = float(manifold.A_1(R)), float(manifold.A_2(R))
         model = transient.captured_time(case, b=mine, level=[0.015, 0.005])
         places = 0.03 + mine * rng.uniform(-0.999, 0.999, STARTS)
-        runs = np.array([times_to(release(mine, float(y), 14.0), (0.015, 0.005)) for y in places])
-        low, middle, high = np.percentile(runs, [10, 50, 90], axis=0)
+        motions = [release(mine, float(y), 14.0) for y in places]
+        runs = np.array([times_to(motion, (0.015, 0.005)) for motion in motions])
+        caught = np.array([captured(motion) for motion in motions])
         lines += [
             f"| {b} | published | {x1} | {x2} | {t15} | {t5} |",
             "| | exact A_1 b, A_2 b; quadrature and passage (captured starts) "
             f"| {b * A_1:.2f} | {b * A_2:.2f} "
             f"| {model[0]:.2f} | {model[1]:.2f} |",
-            f"| | simulated, median (10 to 90 %) of {STARTS} ball positions | | "
-            f"| {middle[0]:.2f} ({low[0]:.2f} to {high[0]:.2f}) "
-            f"| {middle[1]:.2f} ({low[1]:.2f} to {high[1]:.2f}) |",
         ]
+        for name, group in (("captured", runs[caught]), ("not captured", runs[~caught])):
+            if group.size:
+                low, middle, high = np.percentile(group, [0, 50, 100], axis=0)
+                lines.append(
+                    f"| | simulated, {name}: {len(group)} of {STARTS} ball positions, median "
+                    f"(least to greatest) | | | {middle[0]:.2f} ({low[0]:.2f} to {high[0]:.2f}) "
+                    f"| {middle[1]:.2f} ({low[1]:.2f} to {high[1]:.2f}) |"
+                )
+    return lines
+
+
+def damping_that_explains() -> list[str]:
+    """Best clearance at 0.15 mm if the damping grew with amplitude, set right at 0.25 mm."""
+    rig = {"M": TABLE_2.M, "k1": TABLE_2.k1, "m": BALL, "r": R}
+    at = float(manifold.A_1(R)) * float(
+        b_c_published(G=G, eps=BALL / TABLE_2.M, lam=rig_with(1.0).lam, r=R)
+    )
+    laws = {
+        "constant, c1 = 3.02 N s/m": lambda x: TABLE_2.c1,
+        "half of it proportional to amplitude": lambda x: 0.5 * TABLE_2.c1 * (1.0 + x / at),
+        "all of it proportional to amplitude": lambda x: TABLE_2.c1 * x / at,
+    }
+    lines = ["| damping | b_c at 0.15 mm (mm) | c1 there (N s/m) |", "|---|---|---|"]
+    for name, law in laws.items():
+        found = b_c_published_damped(G=0.15e-3, c1_at=law, **rig)
+        lines.append(f"| {name} | {1e3 * found.b_c:.2f} | {found.c1:.2f} |")
     return lines
 
 
@@ -264,12 +296,24 @@ def main() -> int:
         "",
         *table_1(),
         "",
+        "## Best clearance at G = 0.15 mm: 23 mm measured, 20.4 mm predicted",
+        "",
+        "The authors name weakly nonlinear damping. Laws that agree with c1 = 3.02 N s/m where",
+        "b_c acts at 0.25 mm, an amplitude of A_1 b_c = 5.34 mm:",
+        "",
+        *damping_that_explains(),
+        "",
+        "Damping that grows with amplitude moves b_c the right way; for all of 23 mm it would have",
+        "to grow faster than in proportion to the amplitude.",
+        "",
         "## Disagreements with the published values",
         "",
         "- Table 1, b = 80 mm: x1 is printed as 11.8 mm; A_1 b = 12.57 mm.",
         "- Table 1, x2 is 0.6 b (and 48.2 for 48.0 mm); the exact A_2 b is 22 % larger.",
-        "- Table 1, b = 50 mm, time to 5 mm, and all of b = 80 mm: one start of the ball was",
-        "  published; the spread over starts is as large as the differences between the cases.",
+        "- Table 1, b = 50 mm, time to 5 mm: 2.6 s is printed, and no captured start is as fast;",
+        "  starts that are not captured take as long as the bare oscillator. The ball's start does",
+        "  not explain it.",
+        "- Table 1, b = 80 mm: whether a start is captured decides the time; one was published.",
         "- Equation [2] prints cos for sin; [23] lambda C/2 for lambda A/2; in [24]-[33] A is C.",
         "- [34], [36] give the folded singularity, not where the fixed point leaves the stable",
         "  branch (docs/theory.md, section 3).",

@@ -468,10 +468,10 @@ def main() -> int:
     n_agreed, n = int((agreed & ~none).sum()), int((~none).sum())
     best = cheapest(error, agreed)
     middle = DETUNING.index(0.0)
-    figure = draw.rung_map(
+    figure = draw.method_map(
         x=R,
         y=EPS,
-        rung=np.concatenate(
+        method=np.concatenate(
             [
                 np.moveaxis(best[:, :, :, middle], 2, 0),
                 best[None, :, :, ZETA.index(0.0065), DETUNING.index(0.01)],

@@ -22,6 +22,7 @@ FLOORS = (
     {"signals"},
     {"identification"},
     {"clearance", "design"},
+    {"replay"},
     {"pipeline", "results"},
     {"laboratory"},
     {"figures"},

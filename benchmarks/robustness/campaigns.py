@@ -12,7 +12,7 @@ from benchmarks.robustness.end_of_orbit import PULLED
 from benchmarks.robustness.measuring import measured
 from benchmarks.robustness.motion import STEP, FloatArray, move
 from benchmarks.robustness.motion import Path as Motion
-from benchmarks.robustness.rig import Body, Drive, Sensors, Sheet
+from benchmarks.robustness.rig import WORKING_SPEED, Body, Drive, Sensors, Sheet
 
 G, FREQUENCY = 0.25e-3, 7.862
 GRAVITY = 9.80665
@@ -100,7 +100,7 @@ def write_campaign(departure: Departure, folder: Path, *, seed: int = 1) -> None
         if (departure.sensors.laser or role != "displacement")
         and (departure.sensors.accelerometer or role != "acceleration")
     ]
-    lines = [f"title: {departure.name}", "known: {nes_mass: 32 g}", "channels:"]
+    lines = [f'title: "{departure.name}"', "known: {nes_mass: 32 g}", "channels:"]
     lines += [
         f"  {role}: {{column: {role}, quantity: {_QUANTITIES[role]}, unit: {_UNITS[role]}}}"
         for role in roles
@@ -157,7 +157,7 @@ def _drop(departure: Departure, folder: Path, number: int, rng: np.random.Genera
     speed = float(np.sqrt(2.0 * GRAVITY * (0.05 + 0.03 * number)))
     time, times, jumps = 0.1, [], []
     while speed > 1e-3 and time < 1.5:
-        r = body.r + body.r_slope * (speed - 1.2)
+        r = body.r + body.r_slope * (speed - WORKING_SPEED)
         times.append(time)
         jumps.append((1.0 + r) * speed * body.m / body.M)
         speed *= r

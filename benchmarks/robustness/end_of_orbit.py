@@ -14,13 +14,13 @@ import numpy as np
 from benchmarks.robustness.motion import STEP, FloatArray, move
 from benchmarks.robustness.rig import Body, Drive
 
-_SECONDS = 160.0
+_SECONDS = 110.0
 _SMALL = 3e-3  # of the amplitude: farther from the periodic motion nothing is linear
 _STILL = 1e-9  # of the amplitude: nearer, nothing is left to see
 _FEWEST = 40  # cycles
 _LASTS = 1e-5  # a modulation that shrinks no faster stays
 _CAPTURED = 0.7  # of the amplitude without a ball: with more, the ball does not hit
-_BRACKET = 1e-3  # of the clearance
+_BRACKET = 2e-3  # of the clearance
 _BELOW = (0.994, 0.998)  # of the last clearance that settled
 #: Periodic tests begin with the mass pulled out so far, m: a rubbing ball would not start else.
 PULLED = 0.010

@@ -26,14 +26,15 @@ def measured(
         Motion since long before `start`, so that an accelerometer's slow corner has settled.
     """
     x = path.x[::_EVERY].copy()
-    a = _acceleration(path, sensors, x.size)
+    a = _smooth_acceleration(path, x.size)
+    if sensors.cross_axis:
+        late = round(_RATE / (4.0 * 7.862))
+        a = a + sensors.cross_axis * np.concatenate([np.zeros(late), a[:-late]])
+    a = a + _pulses(path, sensors, x.size)
     if sensors.mode is not None:
         place, extra = _local_mode(path, sensors, x.size)
         x += place
         a += extra
-    if sensors.cross_axis:
-        late = round(_RATE / (4.0 * 7.862))
-        a = a + sensors.cross_axis * np.concatenate([np.zeros(late), a[:-late]])
     if sensors.corner is not None:
         w = 2.0 * math.pi * sensors.corner
         a = lfilter(*bilinear([1.0, 0.0], [1.0, w], _RATE), a)
@@ -70,8 +71,8 @@ def _answer(sensors: Sensors) -> tuple[FloatArray, FloatArray]:
     return t + 0.5 * _TABLE, shown / (1.0 if sensors.ring else shown[-1])
 
 
-def _acceleration(path: Path, sensors: Sensors, n: int) -> FloatArray:
-    """Mean acceleration over each sample's interval; the momentum of a contact is exact."""
+def _smooth_acceleration(path: Path, n: int) -> FloatArray:
+    """Mean acceleration over each sample's interval, without the instantaneous impacts."""
     v = path.v[1::_EVERY].copy()
     edges = STEP * (1 + _EVERY * np.arange(v.size))
     jumped = np.concatenate([[0.0], np.cumsum(path.jump)])
@@ -79,10 +80,11 @@ def _acceleration(path: Path, sensors: Sensors, n: int) -> FloatArray:
     a = np.zeros(n)
     a[1 : v.size] = np.diff(v) * _RATE
     a[0] = a[1]
-    return a + _pulses(path, sensors, n)
+    return a
 
 
 def _pulses(path: Path, sensors: Sensors, n: int) -> FloatArray:
+    """What the sensor shows of the impacts; their momentum is exact."""
     a = np.zeros(n)
     at, shown = _answer(sensors)
     width = int(_REACH * _RATE)

@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 STEP = 5e-5  # s
 _FINE = 10  # steps a step while in contact
 _FLY, _SLIDE, _FLOOR, _WALL, _CONTACT = range(5)
-_RESTS = 1e-6  # m/s: a ball that leaves a wall slower stays there
+_RESTS = 2e-5  # m/s: a ball that meets a wall slower stays there
 
 
 @dataclass(frozen=True)
@@ -79,11 +79,13 @@ def move(
         y0 = 0.0
         p[3] = p[7] = p[8] = 0.0
     elif y0 is None:
-        y0 = x0 - 0.999 * b
+        y0 = x0 + 0.999 * b
     n = round(seconds / STEP) + 1
     x, v = np.empty(n), np.empty(n)
     hits = np.empty((max(1000, int(4000 * seconds)), 4))
     count = _run(p, np.array([x0, 0.0, y0, 0.0]), x, v, hits)
+    if count < 0:
+        raise RuntimeError(f"more events than time allows, at {-count * STEP:.4f} s")
     t = STEP * np.arange(n)
     base = p[15] * np.sin(w * t) + p[17] * np.sin(p[18] * t)
     return Path(x, v, base, *(hits[:count, i].copy() for i in range(4)))
@@ -114,7 +116,7 @@ def _slopes(t, s, mode, sign, p, out):  # type: ignore[no-untyped-def]
         force -= p[11] * x * x * x
     ball = p[8]
     out[0], out[2] = v, u
-    if mode == _FLOOR or mode == _WALL:
+    if mode in (_FLOOR, _WALL):
         out[1] = (force + m * p[8]) / (M + m)
         out[3] = out[1]
         return
@@ -198,7 +200,7 @@ def _run(p, s, x, v, hits):  # type: ignore[no-untyped-def]
             mode, sign, count = _after(t, s, mode, sign, p, k, hits, count)
             events += 1
             if events > hits.shape[0] * 4 or count >= hits.shape[0] - 1:
-                return -1
+                return -n
         x[n], v[n] = s[0], s[1]
     return count
 
@@ -215,7 +217,7 @@ def _moving(s, p):  # type: ignore[no-untyped-def]
 def _after(t, s, mode, sign, p, k, hits, count):  # type: ignore[no-untyped-def]
     """What follows an event; s is changed in place by an impact."""
     apart = s[0] - s[2]
-    if mode == _FLOOR or mode == _WALL:
+    if mode in (_FLOOR, _WALL):
         slip = k[0, 1] - p[8]  # the mass pulls ahead: the ball lags behind it
         if p[7] == 0.0:
             return _FLY, 1.0, count
@@ -234,19 +236,23 @@ def _after(t, s, mode, sign, p, k, hits, count):  # type: ignore[no-untyped-def]
     before = side * (s[1] - s[3])
     if p[12] > 0.0:
         return _CONTACT, side, count
+    s[2] = s[0] - side * (p[14] - 1e-14)
     r = (p[4] if side > 0.0 else p[5]) + p[6] * (before - WORKING_SPEED)
     r = min(max(r, 0.0), 1.0)
-    impulse = (1.0 + r) * before * p[3] * p[0] / (p[3] + p[0]) * side
-    s[1] -= impulse / p[0]
-    s[3] += impulse / p[3]
-    s[2] = s[0] - side * (p[14] - 1e-14)
-    hits[count, 0], hits[count, 1] = t, side
-    hits[count, 2], hits[count, 3] = -impulse / p[0], before
-    count += 1
-    if r * before < _RESTS:
-        _slopes(t, s, _WALL, side, p, k[0])
-        if side * (k[0, 1] - p[8]) + p[7] > 0.0:
-            s[3] = s[1]
-            return _WALL, side, count
-    mode, sign = _moving(s, p)
-    return mode, sign, count
+    if before > _RESTS:
+        impulse = (1.0 + r) * before * p[3] * p[0] / (p[3] + p[0]) * side
+        s[1] -= impulse / p[0]
+        s[3] += impulse / p[3]
+        hits[count, 0], hits[count, 1] = t, side
+        hits[count, 2], hits[count, 3] = -impulse / p[0], before
+        count += 1
+        mode, sign = _moving(s, p)
+        return mode, sign, count
+    s[3] = s[1]
+    _slopes(t, s, _WALL, side, p, k[0])
+    if side * (k[0, 1] - p[8]) + p[7] > 0.0:
+        return _WALL, side, count
+    s[2] = s[0] - side * (p[14] - 1e-12)
+    if p[7] > 0.0:
+        return _SLIDE, side, count
+    return _FLY, 1.0, count

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 #: Relative speed at an impact, m/s, at which a restitution that depends on speed is `r`.
-WORKING_SPEED = 1.2
+WORKING_SPEED = 1.3
 #: Amplitude of the mass, m, at which damping and stiffness that depend on it count.
 WORKING_AMPLITUDE = 5.3e-3
 

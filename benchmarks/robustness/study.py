@@ -14,6 +14,7 @@ from benchmarks.robustness.end_of_orbit import true_end
 from vinesexp.clearance.comparison import END, Comparison
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig
+from vinesexp.identification.collision_model import EFFECTS
 from vinesexp.identification.combine import COMBINED
 from vinesexp.identification.estimate import Estimate
 from vinesexp.pipeline import CampaignResult, analyse_campaign
@@ -23,6 +24,8 @@ from vinesexp.report.verdict import headline, periodic_verdicts, release_verdict
 
 PARAMETERS = ("M", "c1", "k1", "r")
 Z95 = 1.959964
+#: Rows of identified.csv on ball, walls and contact.
+EFFECT_ROWS = ("r_wall_plus", "r_wall_minus", "jump_ratio", *EFFECTS)
 
 
 @dataclass(frozen=True)
@@ -127,6 +130,14 @@ def studied(departure: Departure, folder: Path, *, seed: int) -> Outcome:
     campaign = load_campaign(folder)
     paths = ResultPaths(folder / "results")
     found = analyse_campaign(campaign, paths=paths)
+    return scored(departure, campaign, paths, found, seed=seed)
+
+
+def scored(
+    departure: Departure, campaign: Campaign, paths: ResultPaths, found: CampaignResult, *,
+    seed: int,
+) -> Outcome:  # fmt: skip
+    """Hold the results of a campaign against the truth."""
     combined = {e.parameter: e for e in found.identified if e.method == COMBINED}
     truth = departure.body.truth()
     values = tuple(
@@ -147,11 +158,7 @@ def studied(departure: Departure, folder: Path, *, seed: int) -> Outcome:
         headline=_headline(campaign, paths, found),
         measured=_measured(row),
         named=any(word in text for text in warnings for word in departure.says),
-        effects=tuple(
-            e
-            for e in found.identified
-            if e.parameter not in {*PARAMETERS, "f0", "zeta"} and e.method == COMBINED
-        ),
+        effects=tuple(e for e in found.identified if e.parameter in EFFECT_ROWS),
     )
 
 

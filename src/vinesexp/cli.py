@@ -11,6 +11,8 @@ from vinesexp.errors import VinesexpError
 
 #: Commands, each a module of vinesexp.commands with add_arguments(parser) and run(args).
 COMMANDS = {
+    "look": "what is in instrument files, and which channel is which",
+    "init": "campaign.yaml and records.csv proposed from a folder of files",
     "check": "look a campaign over without running it",
     "design": "b_c and b_t from given rig values, with their sensitivities",
     "simulate": "records of a scene",

@@ -24,6 +24,7 @@ from vinesexp.records.step_inputs import campaign_seen_by, record_seen_by
 if TYPE_CHECKING:
     from vinesexp.clearance.comparison import Comparison
     from vinesexp.identification.estimate import Estimate
+    from vinesexp.replay.replay_table import Compared
     from vinesexp.signals.bands import Bands
     from vinesexp.signals.impacts.impact_table import Impacts
 
@@ -127,6 +128,7 @@ def analyse_campaign(campaign: Campaign, *, paths: ResultPaths) -> CampaignResul
     collect_regimes(campaign, paths=paths)
     identified = identify(campaign, paths=paths)
     clearances = compare_clearances(campaign, paths=paths)
+    replay_records(campaign, paths=paths)
     return CampaignResult(records, identified, clearances, collect_checks(campaign, paths=paths))
 
 
@@ -204,8 +206,11 @@ def estimate_from_record(
     campaign: Campaign, record: Record, *, paths: ResultPaths
 ) -> list[Estimate]:
     """What one record says about M, c1, k1 and r, each value with its standard error."""
+    from vinesexp.identification.decay_table import decay_table
     from vinesexp.identification.estimate import write_estimates
     from vinesexp.identification.one_record import estimate_record
+    from vinesexp.records.result_columns import DECAY
+    from vinesexp.records.tables import write_rows
 
     campaign, record = _seen(campaign, record, step="estimate")
     found = estimate_record(
@@ -216,6 +221,8 @@ def estimate_from_record(
         impacts=paths.impacts(record.id),
     )
     write_estimates(paths.estimates(record.id), found)
+    decay = decay_table(found, paths.conditioned(record.id)) if record.test == "ringdown" else []
+    write_rows(paths.decay(record.id), DECAY, decay)
     return found
 
 
@@ -241,9 +248,10 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
     """M, c1, k1 and r from the estimates of all records: identified.csv, budget.csv, checks."""
     from vinesexp.identification.budget import write_budget
-    from vinesexp.identification.combine import weigh
     from vinesexp.identification.estimate import read_estimates, write_identified
+    from vinesexp.identification.whole_campaign import identify_campaign
     from vinesexp.records.checks import write_checks
+    from vinesexp.signals.impacts.impact_table import read_impacts
 
     campaign = campaign_seen_by("identify", campaign)
     found = [
@@ -251,7 +259,12 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
         for record in campaign.records
         for estimate in read_estimates(paths.estimates(record.id))
     ]
-    whole = weigh(found, campaign)
+    impacts = {
+        record.id: read_impacts(paths.impacts(record.id))
+        for record in campaign.records
+        if record.clearance
+    }
+    whole = identify_campaign(found, campaign, impacts)
     write_identified(paths.identified, whole.rows)
     write_budget(paths.budget, whole.sources)
     write_checks(paths.identify_checks, whole.checks)
@@ -278,6 +291,33 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
     return rows
 
 
+def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
+    """Every record simulated again with the identified rig and the base as measured, replay.csv."""
+    from vinesexp.records.checks import write_checks
+    from vinesexp.records.result_columns import (
+        BASE,
+        IDENTIFIED,
+        RECORD_REGIMES,
+        REPLAY,
+        REPLAY_CYCLES,
+    )
+    from vinesexp.records.tables import read_rows, write_rows
+    from vinesexp.replay.campaign_replay import replay_campaign
+    from vinesexp.replay.replay_table import replay_checks
+
+    rows, cycles = replay_campaign(
+        campaign,
+        identified=read_rows(paths.identified, IDENTIFIED),
+        regimes=read_rows(paths.regimes, RECORD_REGIMES),
+        base=read_rows(paths.base, BASE),
+        conditioned={record.id: paths.conditioned(record.id) for record in campaign.records},
+    )
+    write_rows(paths.replay, REPLAY, [row.as_row() for row in rows])
+    write_rows(paths.replay_cycles, REPLAY_CYCLES, cycles)
+    write_checks(paths.replay_checks, replay_checks(rows))
+    return rows
+
+
 def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     """The checks of every step in one table, checks.csv, in the order of the records."""
     from vinesexp.records.checks import read_checks, write_checks
@@ -287,6 +327,7 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
         *(paths.ingest_checks(record.id) for record in campaign.records),
         paths.identify_checks,
         paths.compare_checks,
+        paths.replay_checks,
     ]
     found = [check for table in tables for check in read_checks(table)]
     write_checks(paths.checks, found)

@@ -67,6 +67,9 @@ class Oscillator:
         Viscous damping, N s/m, >= 0.
     k1 : float
         Stiffness, N/m, > 0.
+    k3 : float
+        Cubic stiffness, N/m^3: the spring's force is k1 z + k3 z^3, z = x - x_e. Only the
+        simulation knows it; what is linear (f0, zeta, the theory) is of small amplitudes.
 
     Examples
     --------
@@ -78,6 +81,7 @@ class Oscillator:
     M: float
     c1: float
     k1: float
+    k3: float = 0.0
 
     def __post_init__(self) -> None:
         require(math.isfinite(self.M) and self.M > 0, "mass M", self.M, "kg, above zero")
@@ -88,6 +92,7 @@ class Oscillator:
             "N s/m, zero or above",
         )
         require(math.isfinite(self.k1) and self.k1 > 0, "stiffness k1", self.k1, "N/m, above zero")
+        require(math.isfinite(self.k3), "cubic stiffness k3", self.k3, "N/m^3, a finite number")
 
     @property
     def w0(self) -> float:
@@ -123,16 +128,59 @@ class NES:
         One-sided clearance, m, > 0: the ball travels 2 b from wall to wall.
     r : float
         Restitution of relative velocity, in [0, 1].
+    b_minus, r_minus : float, optional
+        Clearance and restitution of the wall of side -1 (met at x - y = -b_minus) where it differs;
+        b and r are then those of side +1 alone.
+    r_slope : float
+        Change of r with the closing speed u, s/m: an impact has r + r_slope u, kept within [0, 1].
+    friction : float
+        Deceleration mu g of the ball as it slides or rolls over the floor of its cavity, m/s^2,
+        >= 0; at rest on the floor friction holds it up to the same value.
+    tilt : float
+        Constant acceleration of the ball towards +x, m/s^2: that of a floor that is not level. (The
+        oscillator's own weight is in its equilibrium, from which x is measured.)
+
+    Examples
+    --------
+    >>> ball = NES(m=0.032, b=0.034, r=0.65, b_minus=0.033, r_minus=0.55, r_slope=-0.1)
+    >>> ball.clearance(-1), round(ball.restitution(-1, speed=0.5), 3)
+    (0.033, 0.5)
     """
 
     m: float
     b: float
     r: float
+    b_minus: float | None = None
+    r_minus: float | None = None
+    r_slope: float = 0.0
+    friction: float = 0.0
+    tilt: float = 0.0
 
     def __post_init__(self) -> None:
         require(math.isfinite(self.m) and self.m > 0, "ball mass m", self.m, "kg, above zero")
         require(math.isfinite(self.b) and self.b > 0, "clearance b", self.b, "m, above zero")
         require(0.0 <= self.r <= 1.0, "restitution r", self.r, "a number from 0 to 1")
+        require(math.isfinite(self.r_slope), "r_slope", self.r_slope, "s/m, a finite number")
+        b, r = self.clearance(-1), self.restitution(-1)
+        require(math.isfinite(b) and b > 0, "clearance b_minus", b, "m, above zero")
+        require(0.0 <= r <= 1.0, "restitution r_minus", r, "a number from 0 to 1")
+        good = math.isfinite(self.friction) and self.friction >= 0.0
+        require(good, "friction mu g", self.friction, "m/s^2, zero or above")
+        require(math.isfinite(self.tilt), "tilt", self.tilt, "m/s^2, a finite number")
+
+    def clearance(self, side: int) -> float:
+        """Clearance to the wall of side +1 or -1, m."""
+        return self.b if side > 0 or self.b_minus is None else self.b_minus
+
+    def restitution(self, side: int, speed: float = 0.0) -> float:
+        """Restitution at the wall of side +1 or -1 for a closing speed in m/s."""
+        r = self.r if side > 0 or self.r_minus is None else self.r_minus
+        return min(max(r + self.r_slope * speed, 0.0), 1.0) if self.r_slope else r
+
+    @property
+    def rubs(self) -> bool:
+        """Whether the ball does not fly freely between impacts: friction, tilt."""
+        return self.friction != 0.0 or self.tilt != 0.0
 
     @property
     def Gamma(self) -> float:

@@ -110,14 +110,14 @@ def test_table_has_the_columns_of_the_contract_and_empty_cells(tmp_path, tests_a
     assert first["exact_mm"] == first["published_mm"] == first["error_percent"] == ""
 
 
-def test_without_M_or_r_the_prediction_is_empty_and_the_reason_told(tests_at_025):
+def test_without_M_or_r_the_prediction_is_empty_and_the_reason_given(tests_at_025):
     loaded, regimes = tests_at_025
     known = {name: v for name, v in TABLE_2.items() if name not in ("M", "k1", "c1", "r")}
     rows, checks = compare(loaded, combined(known), regimes)
     assert all(row.exact_mm is None and row.measured_mm for row in rows)
-    (told,) = checks
-    assert told.outcome == "warning"
-    assert told.detail.startswith("no b_c without M, c1, k1, r: M needs ring-downs with added")
+    (found,) = checks
+    assert found.outcome == "warning"
+    assert found.detail.startswith("no b_c without M, c1, k1, r: M needs ring-downs with added")
 
 
 def test_without_a_weighed_ball_the_prediction_asks_for_it(tests_at_025):
@@ -139,9 +139,9 @@ def test_ring_downs_alone_have_no_row_and_one_reason():
     regimes = [{"record": "a", "regime": "", "amplitude_mean_m": "0.01"}]
     rows, checks = compare(loaded, combined(TABLE_2), regimes)
     assert rows == []
-    (told,) = checks
-    assert "no usable periodic test" in told.detail
-    assert "several NESs" not in told.detail
+    (found,) = checks
+    assert "no usable periodic test" in found.detail
+    assert "several NESs" not in found.detail
 
 
 def test_only_single_nes_records_enter():
@@ -165,7 +165,7 @@ def release(b: float, x0: float = 0.02) -> Record:
     return Record(f"r{b}_{x0}", Path("x"), "transient", clearance=(1e-3 * b,), release=x0)
 
 
-def test_releases_are_told_by_release_and_level():
+def test_releases_are_grouped_by_release_and_amplitude():
     records = [release(b) for b in (10, 27, 33, 48)] + [release(b, 0.03) for b in (20, 50)]
     regimes = [regime_row(r.id, 1.0, "strongly modulated") for r in records]
     times = []

@@ -4,13 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from vinesexp.clearance.level_base import (
-    CLOCK_ERROR,
-    GAIN_ERROR,
-    LevelBase,
-    base_checks,
-    base_of_level,
-)
+from vinesexp.clearance.level_base import LevelBase, base_checks, base_of_level
+from vinesexp.records.uncertainties import EXACT, Tolerance, Uncertainties
 from vinesexp.units import Quantity
 
 
@@ -24,30 +19,41 @@ def row(record="a", **changed: float) -> dict[str, str]:
 
 def test_what_was_measured_wins_over_the_sheet():
     rows = [row(amplitude_m=a) for a in (0.224e-3, 0.226e-3)]
-    base = base_of_level(0.25e-3, {7.862}, rows, gain_error=0.0)
+    inputs = Uncertainties(base=Tolerance(), clock=Tolerance(relative=2e-5))
+    base = base_of_level(0.25e-3, {7.862}, rows, inputs=inputs)
     assert base.measured == 2
     assert base.G.value == pytest.approx(0.225e-3)
     assert base.G.std_error == pytest.approx(1e-6, rel=1e-3)  # they scatter
     assert base.frequency.value == pytest.approx(7.862)
-    assert base.frequency.std_error == pytest.approx(CLOCK_ERROR * 7.862, rel=1e-2)
+    assert base.frequency.std_error == pytest.approx(2e-5 * 7.862, rel=1e-2)
 
 
 def test_a_stated_sensitivity_error_counts_and_an_unstated_one_is_assumed():
-    stated, assumed = (
-        base_of_level(0.25e-3, {7.862}, [row()], gain_error=g).G for g in (0.04, None)
-    )
-    assert stated.std_error == pytest.approx(0.04 * 0.25e-3, rel=1e-3)
-    assert assumed.std_error == pytest.approx(GAIN_ERROR * 0.25e-3, rel=1e-3)
+    stated = Uncertainties(base=Tolerance(relative=0.04))
+    for inputs, share in ((stated, 0.04), (Uncertainties(), 0.01)):
+        G = base_of_level(0.25e-3, {7.862}, [row()], inputs=inputs).G
+        assert G.std_error == pytest.approx(share * 0.25e-3, rel=1e-3)
+
+
+def test_a_sheet_that_is_stated_as_exact_is():
+    base = base_of_level(0.25e-3, {7.862}, [], inputs=EXACT)
+    assert (base.G, base.frequency) == (Quantity(0.25e-3), Quantity(7.862))
+    assumed = base_of_level(0.25e-3, {7.862}, [], inputs=Uncertainties())
+    assert assumed.G.std_error == pytest.approx(0.02 * 0.25e-3)
+    assert assumed.frequency.std_error == pytest.approx(1e-4 * 7.862)
 
 
 def test_tests_at_different_frequencies_share_none():
-    assert base_of_level(1e-4, {7.8, 7.9}, [], gain_error=None).frequency is None
+    assert base_of_level(1e-4, {7.8, 7.9}, [], inputs=EXACT).frequency is None
     rows = [row(frequency_hz=7.8), row(frequency_hz=7.9)]
-    assert base_of_level(1e-4, {7.8}, rows, gain_error=None).frequency is None
+    assert base_of_level(1e-4, {7.8}, rows, inputs=EXACT).frequency is None
 
 
-def said(rows, nominal=0.25e-3, gain_error=None):
-    base = base_of_level(nominal, {7.862}, rows, gain_error=gain_error)
+DEFAULT = Uncertainties()
+
+
+def said(rows, nominal=0.25e-3, inputs=DEFAULT):
+    base = base_of_level(nominal, {7.862}, rows, inputs=inputs)
     return base_checks("G = 0.25 mm", nominal, {7.862}, base, rows)
 
 
@@ -75,10 +81,11 @@ def test_a_base_off_its_sheet_is_a_warning_of_its_own_name(changed, check, words
     assert words in found.detail
 
 
-def test_a_precise_sensor_notices_less():
+def test_a_precise_sensor_notices_less_but_no_trifle():
+    assert said([row(amplitude_m=0.251e-3)], inputs=EXACT) == []
     rows = [row(amplitude_m=0.254e-3)]
     assert said(rows) == []
-    assert said(rows, gain_error=0.001)[0].check == "base amplitude"
+    assert said(rows, inputs=EXACT)[0].check == "base amplitude"
 
 
 def test_without_a_frequency_on_the_sheet_none_is_compared():

@@ -14,7 +14,7 @@ from vinesexp.figures.collect.regimes_of_tests import _cycle_edges
 from vinesexp.figures.draw import style
 from vinesexp.figures.draw.methods import estimates_by_method
 from vinesexp.figures.draw.regime_strips import Strip, regime_strips
-from vinesexp.figures.draw.traces import band, sequence
+from vinesexp.figures.draw.traces import band, columns_of, sequence
 from vinesexp.figures.numbers import with_error
 from vinesexp.records.store import create_record, open_record
 from vinesexp.theory.regime_definitions import REGIMES
@@ -104,7 +104,7 @@ _DEUTAN = np.array([[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234,
         ("measured", "exact"),
     ],
 )
-def test_colours_that_meet_in_a_figure_are_told_apart_by_all_readers(seen, one, other):
+def test_colours_that_meet_in_a_figure_are_distinct_to_all_readers(seen, one, other):
     from matplotlib.colors import to_rgb
 
     def linear(name: str) -> np.ndarray:
@@ -151,3 +151,19 @@ def test_a_value_reads_back_to_within_a_tenth_of_its_error(value, share):
     # Errors above ten are shown to whole units.
     assert abs(shown - value) <= max(0.06 * share * value, 0.51 * (10.0**-power))
     assert error == pytest.approx(share * value, rel=0.06, abs=0.51 * 10.0**-power)
+
+
+@settings(deadline=None, max_examples=40)
+@given(frequency=st.floats(0.5, 200.0), length=st.floats(5.0, 200.0), phase=st.floats(0.0, 1.0))
+def test_a_steady_motion_looks_steady(frequency, length, phase):
+    """However the cycles of a record and the columns of a figure go together."""
+    rate = 40.0 * frequency
+    t = np.arange(int(rate * length)) / rate
+    x = np.sin(2.0 * np.pi * (frequency * t + phase))
+    columns = columns_of(frequency * length)
+    _, low, high = band(t, x, columns=columns)
+    if columns != 560:  # a part is a cycle or more: its top is that of the sine
+        assert high[:-1].min() > 0.98
+        assert low[:-1].max() < -0.98
+    else:  # cycles are wide enough to be seen
+        assert columns >= 8 * frequency * length

@@ -64,7 +64,8 @@ def check(folder, capsys):
     code = main(["check", str(folder)])
     printed = capsys.readouterr()
     assert printed.err == ""
-    return code, printed.out.splitlines()
+    lines = printed.out.splitlines()
+    return code, [line for line in lines if ": ok: " not in line and not line.startswith("next:")]
 
 
 def test_the_good_campaign_passes(folder, capsys):
@@ -251,6 +252,38 @@ def test_a_missing_file_of_the_campaign_is_told(name, folder, capsys):
     code, lines = check(folder, capsys)
     assert code == 1
     assert any(f"{name}: is missing" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a: &a [x, x]\nb: &b [*a, *a]\n", "an alias"),
+        ("a: " + "[" * 3000 + "]" * 3000, "larger than any description"),
+        ("a: " + "9" * 5000 + "\nchannels: {}\n", "unknown key 'a'"),
+        ("a: &a\n  b: *a\n", "an alias"),
+        ("#" * 2_000_000, "larger than any description"),
+    ],
+)
+def test_a_description_that_swells_is_told(text, words, folder, capsys):
+    (folder / "campaign.yaml").write_text(text)
+    code, lines = check(folder, capsys)
+    assert code == 1
+    assert any(words in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (",,,\n,,,\n", "holds no words"),
+        (f'record,file,test\n"{"x" * 200_000}",a,b\n', "cannot be read as a table"),
+        ("record,file,test\na\0b,raw/good.csv,periodic\n", "records.csv"),
+    ],
+)
+def test_a_table_of_any_bytes_is_told(text, words, folder, capsys):
+    (folder / "records.csv").write_text(text)
+    code, lines = check(folder, capsys)
+    assert code == 1
+    assert any(words in line for line in lines)
 
 
 def test_a_missing_folder_is_told(tmp_path, capsys):

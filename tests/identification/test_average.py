@@ -63,3 +63,25 @@ def test_estimates_without_error_are_no_division_by_zero():
 @pytest.mark.parametrize(("freedom", "point"), [(1, 12.706), (10, 2.228), (11, 2.201), (40, 2.021)])
 def test_points_of_student(freedom, point):
     assert student_95(freedom) == pytest.approx(point, abs=3e-3)
+
+
+@pytest.mark.parametrize(("apart", "widened"), [(2.90, False), (2.97, True)])
+def test_chance_once_in_twenty_times_is_no_disagreement(apart, widened):
+    """chi^2 of two is apart^2/2; it is widened from 1 + 1.64 sqrt 2 + 1 = 4.32 on."""
+    mean = weighted_mean([0.0, apart], [1.0, 1.0])
+    assert (mean.spread > 0.0) == widened
+    assert (mean.error > 0.71) == widened
+
+
+def test_the_interval_of_two_groups_ends_a_tenth_beyond_them():
+    values = [0.58] * 20 + [0.62] * 20
+    mean = weighted_mean(values, [1e-6] * 40)
+    assert mean.value == pytest.approx(0.6)
+    assert mean.error * COVERAGE_95 == pytest.approx(1.1 * 0.02)
+
+
+def test_one_odd_record_among_many_makes_no_group():
+    mean = weighted_mean([0.6] * 19 + [0.62], [1e-6] * 20)
+    assert mean.value == pytest.approx(0.601)
+    scatter = float(np.std([0.6] * 19 + [0.62], ddof=1)) / np.sqrt(20)
+    assert mean.error == pytest.approx(scatter * student_95(19) / COVERAGE_95, rel=1e-6)

@@ -129,6 +129,27 @@ def test_sources_that_exclude_one_another_are_a_part_of_their_own():
     assert "find out which source is wrong" in budget_rows([both])[0]["note"]
 
 
+def test_the_note_says_what_would_be_left_without_the_largest_part():
+    source = Source(Estimate("M", 4.7, 0.03, "kg", "combined"), {"clock": 0.04})
+    row = budget_rows([source])[0]
+    assert (row["source"], row["contribution"]) == ("clock", 0.04)
+    assert row["share"] == pytest.approx(0.64)
+    assert "to 0.03 at best: a better clock" in row["note"]
+
+
+def test_gain_and_clearance_move_r_in_opposite_directions():
+    estimate = Estimate("r", 0.6, 0.0, "1", "impacts", ("x",))
+    parts = parts_of_impacts(estimate, clearance=0.03, ball=0.0, inputs=Uncertainties())
+    assert parts["displacement gain"] == pytest.approx(-0.32 * 0.01)
+    assert parts["clearance"] == pytest.approx(0.32 * 5e-5 / 0.03)
+
+
+def test_two_loads_are_enough_for_M():
+    loads = {"bare": 0.0, "a200": 0.2}
+    found = added_mass(estimates(loads), loads)[0]
+    assert found.estimate.value == pytest.approx(M, rel=1e-9)
+
+
 def test_shares_sum_to_one_and_the_largest_names_a_remedy():
     whole = weigh(estimates(), campaign(Uncertainties()))
     for source in whole.sources:

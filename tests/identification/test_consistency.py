@@ -159,3 +159,11 @@ def test_what_no_rig_can_have_is_a_finding_and_no_value(parameter, value, kept):
     rows, checks = combine(found, campaign())
     assert bool([e for e in rows if e.parameter == parameter]) == kept
     assert bool([c for c in checks if c.check == "impossible"]) != kept
+
+
+def test_a_trend_is_judged_with_the_errors_of_its_points():
+    """An unsure record off the straight line hides no drift of the sure ones."""
+    names = tuple(f"d{i}" for i in range(6))
+    found = decays([F0 * (1 + 4e-3 * i / 5) for i in range(6)])
+    found[2] = replace(found[2], value=F0 * 1.02, std_error=0.2)
+    assert said(found, campaign(decays=names), "drifts with the order of the records")

@@ -80,5 +80,30 @@ def test_a_knock_before_the_drop_and_a_missed_bounce_are_left_out() -> None:
 
 
 def test_one_bounce_is_not_enough() -> None:
-    with pytest.raises(AnalysisError, match="bounces with shrinking flights, expected 3 or more"):
+    with pytest.raises(
+        AnalysisError,
+        match="0 flights of a bouncing ball that shrink alike",
+    ):
         restitution_of_bounces(np.array([0.1, 0.3]), np.full(2, 1e-6))
+
+
+def test_two_flights_give_no_r_since_nothing_tests_them() -> None:
+    times = 0.1 + 0.3 * np.array([0.0, 1.0, 1.6])
+    with pytest.raises(AnalysisError, match="2 flights of a bouncing ball"):
+        restitution_of_bounces(times, np.full(3, 1e-6))
+
+
+def test_flights_that_disagree_widen_the_error_or_give_no_r() -> None:
+    even = 0.1 + 0.3 * np.concatenate([[0.0], np.cumsum(0.6 ** np.arange(5))])
+    flights = np.diff(even) * np.array([1.0, 1.03, 0.98, 1.02, 0.97])
+    uneven = 0.1 + np.concatenate([[0.0], np.cumsum(flights)])
+    quiet, scattered = (restitution_of_bounces(t, np.full(t.size, 1e-6)) for t in (even, uneven))
+    assert quiet.error < 1e-5
+    assert scattered.error > 3e-3
+    assert abs(scattered.r - 0.6) < 3.0 * scattered.error
+
+
+def test_the_ringing_of_a_shock_is_no_bouncing_ball() -> None:
+    ringing = 1.0 + 0.0086 * np.concatenate([[0.0], np.cumsum(0.97 ** np.arange(8))])
+    with pytest.raises(AnalysisError, match="ringing of a shock"):
+        restitution_of_bounces(ringing, np.full(9, 1e-5))

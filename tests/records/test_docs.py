@@ -6,12 +6,13 @@ from pathlib import Path
 import pytest
 
 from vinesexp.records.campaign import TESTS, load_campaign
+from vinesexp.records.channel_section import CHANNEL_KEYS
 from vinesexp.records.checks import OUTCOMES
-from vinesexp.records.description import CHANNEL_KEYS, KEYS
+from vinesexp.records.description import KEYS, PEOPLE_KEYS
 from vinesexp.records.ingest import read_channels
 from vinesexp.records.readers import READERS, open_source
 from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, TimeColumn
-from vinesexp.records.table import COLUMNS
+from vinesexp.records.table import COLUMNS, PEOPLE
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -21,7 +22,7 @@ def test_every_key_column_and_test_has_its_row(word):
     assert re.search(rf"^\| `{word}` \|", (DOCS / "campaign.md").read_text(), re.MULTILINE)
 
 
-@pytest.mark.parametrize("word", [*ROLES, *ACCEPTABLE])
+@pytest.mark.parametrize("word", [*ROLES, *ACCEPTABLE, *PEOPLE, *PEOPLE_KEYS])
 def test_every_role_and_defect_is_told(word):
     assert f"`{word}`" in (DOCS / "campaign.md").read_text()
 
@@ -63,7 +64,7 @@ def test_the_examples_are_campaigns(tmp_path):
     blocks = re.findall(r"```(yaml|csv)\n(.*?)```", (DOCS / "campaign.md").read_text(), re.S)
     table = next(text for kind, text in blocks if kind == "csv")
     examples = [text for kind, text in blocks if kind == "yaml"]
-    assert len(examples) == 2
+    assert len(examples) == 3
     for text in examples:
         (tmp_path / "campaign.yaml").write_text(text)
         (tmp_path / "records.csv").write_text(table)

@@ -18,6 +18,7 @@ def test_a_full_campaign_gets_every_figure(full):
         "manifold",
         "ringdown_fit",
         "ringdown_added_mass",
+        "replay",
         "identified",
         "record_ringdown",
         "record_periodic",
@@ -35,7 +36,7 @@ def test_a_full_campaign_gets_every_figure(full):
 
 def test_ring_downs_alone_get_theirs_and_no_empty_panel(bare):
     names = [entry.name for entry in bare.drawn]
-    assert names == ["ringdown_fit", "identified", "record_ringdown"]
+    assert names == ["ringdown_fit", "replay", "identified", "record_ringdown"]
 
 
 def test_a_campaign_without_a_usable_record_gets_none(nothing):

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benchmarks import amplitude_damping
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vinesexp.errors import ParameterError
-from vinesexp.theory import damping, sensitivity
 from vinesexp.theory import optimal_clearance as clearance
+from vinesexp.theory import sensitivity
 from vinesexp.theory.intervals import predict_periodic, predict_transient
 from vinesexp.units import Quantity
 
@@ -156,10 +157,10 @@ def test_amplitude_dependent_damping_solves_both_at_once() -> None:
     def c1_at(x: float) -> float:
         return 3.02 * (1.0 + 60.0 * x)
 
-    for solve in (damping.b_c_published_damped, damping.b_c_exact_damped):
+    for solve in (amplitude_damping.b_c_published_damped, amplitude_damping.b_c_exact_damped):
         found = solve(G=0.15e-3, c1_at=c1_at, **rig)
         assert found.c1 == pytest.approx(c1_at(found.amplitude))
-        if solve is damping.b_c_exact_damped:
+        if solve is amplitude_damping.b_c_exact_damped:
             again = clearance.b_c_exact(G=0.15e-3, c1=found.c1, **rig)
         else:
             lam = found.c1 / (0.032 * (1.147e4 / 4.7) ** 0.5)

@@ -58,6 +58,12 @@ def shown_in(wildcards):
     """What the figures of a family are drawn from."""
     if wildcards.family == "results":
         tables = PATHS.identified, PATHS.regimes, PATHS.base, PATHS.decay_times, PATHS.clearances
-        return [*tables, *each_record(PATHS.estimates)]
+        replayed = PATHS.replay, PATHS.replay_cycles
+        return [
+            *tables,
+            *replayed,
+            *each_record(PATHS.estimates),
+            *each_record(PATHS.decay),
+        ]
     kinds = PATHS.record, PATHS.conditioned, PATHS.impacts
     return [path for kind in kinds for path in each_record(kind)]

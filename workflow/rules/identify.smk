@@ -12,6 +12,7 @@ rule estimate:
         impacts=PATHS.impacts("{record}"),
     output:
         estimates=PATHS.estimates("{record}"),
+        decay=PATHS.decay("{record}"),
     log:
         PATHS.log("estimate", "{record}"),
     params:
@@ -26,6 +27,7 @@ rule identify:
     input:
         PLANNER.again("identify", IDENTIFY, PATHS.identified),
         estimates=each_record(PATHS.estimates),
+        impacts=each_record(PATHS.impacts),
     output:
         identified=report(PATHS.identified, category="Tables"),
         budget=report(PATHS.budget, category="Tables"),

@@ -29,6 +29,7 @@ rule report:
             PATHS.regimes,
             PATHS.base,
             PATHS.clearances,
+            PATHS.replay,
             PATHS.checks,
         ],
         figures=[PATHS.figures(family) for family in ("results", "records")],

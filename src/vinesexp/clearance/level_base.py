@@ -10,19 +10,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vinesexp.records.checks import Check
+from vinesexp.records.uncertainties import Uncertainties
 from vinesexp.units import Quantity
 
 Rows = Sequence[Mapping[str, str]]
 
-#: Relative standard uncertainty of the base channel's sensitivity where campaign.yaml states none
-#: (``400 +- 4 mV/mm``): data sheets of displacement sensors and accelerometers say 1 to 2 %.
-GAIN_ERROR = 0.01
-#: The same of a base amplitude that nobody measured: what a shaker's display is good for.
-SHEET_ERROR = 0.02
-#: Relative standard uncertainty of a clock: of an oscilloscope, and of a generator's display.
-CLOCK_ERROR, SHEET_CLOCK_ERROR = 2e-5, 1e-4
+#: Relative standard uncertainty of a base amplitude and a frequency that nobody measured: what the
+#: displays of a shaker and its generator are good for. Of a base that is stated as exact: zero.
+SHEET_ERROR, SHEET_CLOCK_ERROR = 0.02, 1e-4
 #: Standard errors from which on measured and sheet differ.
 DIFFERS = 3.0
+#: Share by which a base amplitude may be off without a word: what a lab sets it to.
+NEGLIGIBLE = 5e-3
 #: Shares from which on the base is worth a warning: harmonics, wander, dip.
 HARMONICS, WANDER, DIP = 0.05, 0.02, 0.05
 
@@ -44,7 +43,7 @@ class LevelBase:
 
 
 def base_of_level(
-    nominal: float, frequencies: set[float], rows: Rows, *, gain_error: float | None
+    nominal: float, frequencies: set[float], rows: Rows, *, inputs: Uncertainties
 ) -> LevelBase:
     """Mean of the measured rows, else the sheet.
 
@@ -56,20 +55,21 @@ def base_of_level(
         Those of the sheet, Hz.
     rows : sequence of mappings
         Of base.csv, of the level's records.
-    gain_error : float or None
-        Relative standard uncertainty that the base channel states; None: `GAIN_ERROR`.
+    inputs : Uncertainties
+        Of the base channel's sensitivity and of the clock.
 
     Examples
     --------
-    >>> base = base_of_level(0.25e-3, {7.86}, [], gain_error=None)
+    >>> base = base_of_level(0.25e-3, {7.86}, [], inputs=Uncertainties())
     >>> base.G.std_error, base.frequency.value, base.measured
     (5e-06, 7.86, 0)
     """
     sheet = frequencies.pop() if len(frequencies) == 1 else None
     if not rows:
-        at = None if sheet is None else Quantity(sheet, SHEET_CLOCK_ERROR * sheet)
-        return LevelBase(Quantity(nominal, SHEET_ERROR * nominal), at)
-    gain = GAIN_ERROR if gain_error is None else gain_error
+        share = SHEET_ERROR if inputs.base.of(1.0) else 0.0
+        at = None if sheet is None else Quantity(sheet, _sheet_clock(inputs) * sheet)
+        return LevelBase(Quantity(nominal, share * nominal), at)
+    gain, clock = inputs.base.of(1.0), inputs.clock.of(1.0)
     G, noise = _mean([(float(r["amplitude_m"]), float(r["amplitude_error_m"])) for r in rows])
     amplitude = Quantity(G, math.hypot(noise, gain * G))
     f, noise = _mean([(float(r["frequency_hz"]), float(r["frequency_error_hz"])) for r in rows])
@@ -77,9 +77,13 @@ def base_of_level(
     shared = _spread([float(r["frequency_hz"]) for r in rows]) < 1e-3 * f
     return LevelBase(
         amplitude,
-        Quantity(f, math.hypot(noise, CLOCK_ERROR * f)) if shared else None,
+        Quantity(f, math.hypot(noise, clock * f)) if shared else None,
         len(rows),
     )
+
+
+def _sheet_clock(inputs: Uncertainties) -> float:
+    return SHEET_CLOCK_ERROR if inputs.clock.of(1.0) else 0.0
 
 
 def _mean(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -113,7 +117,7 @@ def base_checks(
     if not rows:
         return checks
     off = base.G.value / nominal - 1.0
-    if abs(base.G.value - nominal) > DIFFERS * base.G.std_error:
+    if abs(off) > max(DIFFERS * base.G.std_error / nominal, NEGLIGIBLE):
         checks.append(
             Check("", "base amplitude", "warning",
                   f"{name}: the base channel shows {1e3 * base.G.value:.4g} mm, "

@@ -91,8 +91,6 @@ def periodic_levels(campaign: Campaign, regimes: Rows, base: Rows) -> list[Perio
         Rows of regimes.csv and base.csv.
     """
     measured = {row["record"]: row for row in base}
-    channel = campaign.channels.get("base")
-    gain_error = channel.gain_error if channel else None
     groups: dict[float, list[tuple[Record, Tested]]] = {}
     for record, row in single_nes(campaign, regimes, "periodic"):
         if record.base_amplitude and row.get("amplitude_mean_m"):
@@ -107,7 +105,7 @@ def periodic_levels(campaign: Campaign, regimes: Rows, base: Rows) -> list[Perio
             G,
             {record.frequency[0] for record in records if record.frequency},
             [measured[record.id] for record in records if record.id in measured],
-            gain_error=gain_error,
+            inputs=campaign.known.uncertainties,
         )
         levels.append(Periodic(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
     return levels

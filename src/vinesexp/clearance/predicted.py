@@ -17,11 +17,9 @@ from numpy.typing import NDArray
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Known
+from vinesexp.records.uncertainties import EXACT, Uncertainties
 from vinesexp.rig import RIG_VALUES
-from vinesexp.units import Quantity
-
-#: Half width of a 95 % interval in standard errors.
-COVERAGE_95 = 1.959963984540054
+from vinesexp.units import COVERAGE_95, Quantity
 
 Floats = NDArray[np.float64]
 
@@ -50,12 +48,15 @@ class IdentifiedRig:
     Attributes
     ----------
     values : of those of `NEEDED` that are known.
-    f0, zeta : natural frequency, Hz, and damping ratio where identified.
+    f0, zeta : natural frequency, Hz, and damping ratio where identified, at the amplitude of the
+        periodic tests.
+    inputs : what the lab set, and how well: the release of a transient test.
     """
 
     values: Mapping[str, Quantity]
     f0: Quantity | None = None
     zeta: Quantity | None = None
+    inputs: Uncertainties = EXACT
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -105,7 +106,7 @@ def identified_rig(identified: Sequence[Mapping[str, str]], known: Known) -> Ide
     }
     if known.nes_mass:
         values["m"] = known.nes_mass[0]
-    return IdentifiedRig(values, found.get("f0"), found.get("zeta"))
+    return IdentifiedRig(values, found.get("f0"), found.get("zeta"), known.uncertainties)
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,14 @@ def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
 
     _require(rig, ("r",))
     found = predict_transient(x0=x0, values=rig.values, covariance=rig.covariance)
-    return Predicted(found.published, found.exact, found.low, found.high)
+    # b_t is in proportion to the release.
+    more = COVERAGE_95 * found.exact * rig.inputs.release.of(x0) / x0 if x0 else 0.0
+    return Predicted(
+        found.published,
+        found.exact,
+        found.exact - math.hypot(found.exact - found.low, more),
+        found.exact + math.hypot(found.high - found.exact, more),
+    )
 
 
 def _require(rig: IdentifiedRig, names: Sequence[str]) -> None:

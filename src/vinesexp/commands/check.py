@@ -7,6 +7,7 @@ passes here passes there.
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
@@ -15,6 +16,9 @@ from pathlib import Path
 from vinesexp.records.campaign import Campaign, campaign_problems, load_campaign
 from vinesexp.records.checks import Check
 from vinesexp.records.ingest import ingest_or_refuse
+from vinesexp.records.store import open_record
+
+_LOOKED_AT = 1 << 22  # samples of a channel
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a line per problem and a summary; 1 where anything cannot be used, else 0."""
+    """Print what each record holds, a summary and the next step; 1 if any cannot be used."""
     problems = campaign_problems(args.path)
     if problems:
         for problem in problems:
@@ -34,24 +38,63 @@ def run(args: argparse.Namespace) -> int:
         return 1
     campaign = load_campaign(args.path)
     outcomes: Counter[str] = Counter()
-    for check in _checks(campaign):
-        outcomes[check.outcome] += 1
-        if check.outcome != "ok":
-            print(f"{check.record}: {check.outcome}: {check.detail}", flush=True)
+    for number, checks in enumerate(_checks(campaign), start=1):
+        _clear()
+        for check, more in checks:
+            outcomes[check.outcome] += 1
+            print(f"{check.record}: {check.outcome}: {check.detail}{more}", flush=True)
+        _progress(number, len(campaign.records))
+    _clear()
     print(_summary(campaign, outcomes))
+    print(_advice(args.path, outcomes))
     return 1 if outcomes["refused"] else 0
 
 
-def _checks(campaign: Campaign) -> Iterator[Check]:
+def _checks(campaign: Campaign) -> Iterator[list[tuple[Check, str]]]:
+    """What was found in each record, and what more there is to say of it."""
     simulated = (campaign.folder / "scene.yaml").is_file()
     with tempfile.TemporaryDirectory(prefix="vinesexp-check-") as folder:
         out = Path(folder) / "record.nc"
         for record in campaign.records:
             if simulated and not record.exclude and not record.file.exists():
                 detail = f"{record.file} is not there yet; the run makes it from scene.yaml"
-                yield Check(record.id, "simulate", "warning", detail)
+                yield [(Check(record.id, "simulate", "warning", detail), "")]
                 continue
-            yield from ingest_or_refuse(campaign, record, out)
+            found = ingest_or_refuse(campaign, record, out)
+            yield [(check, _reach(out) if check.outcome == "ok" else "") for check in found]
+
+
+def _reach(path: Path) -> str:
+    """How far each channel of a record moves about its mean, in the unit of a bench."""
+    told = []
+    with open_record(path) as view:
+        for role in view.roles:
+            values = view.read(role, 0, _LOOKED_AT)
+            far = float(abs(values - values.mean()).max())
+            length = view.quantity(role) == "displacement"
+            told.append(f"{role} +-{1e3 * far:.3g} mm" if length else f"{role} +-{far:.3g} m/s^2")
+        seconds = view.n / view.sample_rate
+    return f"; {seconds:.4g} s, {', '.join(told)}"
+
+
+def _progress(number: int, of: int) -> None:
+    if sys.stderr.isatty():  # pragma: no cover
+        print(f"{number} of {of} records", end="", file=sys.stderr, flush=True)
+
+
+def _clear() -> None:
+    if sys.stderr.isatty():  # pragma: no cover
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+
+def _advice(path: Path, outcomes: Counter[str]) -> str:
+    run = f"snakemake --config campaign={path}"
+    if outcomes["refused"]:
+        return (
+            "next: correct what is refused, or write exclude: yes and the reason as note in its "
+            f"row; {run} runs the others"
+        )
+    return f"next: {run}"
 
 
 def _summary(campaign: Campaign, outcomes: Counter[str]) -> str:

@@ -24,14 +24,17 @@ BOTTOM, TOP = 0.12, 2.5
 #: Clearances in a closer look, and how many minima are looked at in each round.
 CLOSER, MINIMA = 7, (2, 1)
 #: Candidates of each criterion that are judged afresh, at full length.
-FINALISTS = 4
-#: The search runs are shorter by this factor than those that judge.
+FINALISTS = 6
+#: The search runs watch the settled motion for a shorter time, by this factor.
 HASTE = 2.0
-#: Rigs whose run takes more cycles than this get fewer starts, down to a third.
-CYCLES = 3000.0
-#: Percentile that the robust clearance makes least, and the standard errors of the share of
-#: starts by which a higher one is asked for: the percentile jumps where that share is captured.
-PERCENTILE, MARGIN = 90.0, 1.3
+#: Rigs whose run takes this many cycles get 8 phases and 20 starts a clearance in the search;
+#: others more or fewer in proportion, between these bounds.
+CYCLES, FEWEST, MOST = 2000.0, 0.25, 3.0
+#: Percentile that the robust clearance makes least.
+PERCENTILE = 90.0
+#: Standard errors of the share of starts by which the last judgement asks for a higher percentile:
+#: it jumps where that share is captured, and the lowest of several noisy values is too low.
+MARGIN = 0.7
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ class Effort:
         """From the length of a run: the time of an answer stays about the same."""
         conditions = len(task.grid())
         f = 0.5 * sum(task.frequencies)
-        share = min(max(CYCLES / (duration_of(task.rig(b), f)[1] * f), 0.3), 1.5)
+        share = min(max(CYCLES / (duration_of(task.rig(b), f)[1] * f), FEWEST), MOST)
         phases = max(round(8 * share / conditions), 2)
         return cls(
             phases=phases, starts=max(round(20 * share), 10), fresh=max(round(56 * share), 24)
@@ -67,7 +70,12 @@ def largest_criterion(found: Responses, runs_each: int, conditions: int) -> Floa
 
 
 def robust_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
-    """90th percentile over starts of the mean amplitude, with a margin for their number (m)."""
+    """90th percentile over starts of the mean amplitude (m)."""
+    return np.asarray(np.percentile(found.mean.reshape(-1, runs_each), PERCENTILE, axis=1))
+
+
+def cautious_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
+    """`robust_criterion` with a margin for the number of starts (m)."""
     share = PERCENTILE / 100.0
     margin = 100.0 * MARGIN * float(np.sqrt(share * (1.0 - share) / runs_each))
     q = min(PERCENTILE + margin, 99.0)
@@ -130,7 +138,12 @@ class Least:
 
 
 def least(
-    grid: FloatArray, starts: Starts, fresh: Starts, criteria: Sequence[Criterion], conditions: int
+    grid: FloatArray,
+    starts: Starts,
+    fresh: Starts,
+    criteria: Sequence[Criterion],
+    judges: Sequence[Criterion],
+    conditions: int,
 ) -> Least:
     """Scan, closer looks, fresh judgement, for criteria that share their starts.
 
@@ -140,8 +153,9 @@ def least(
         Clearances of the scan, m.
     starts, fresh : callable
         Clearance to its runs: those to search with, and those to judge the finalists by.
-    criteria : sequence of callable
-        Of `mean_criterion`, `largest_criterion`, `robust_criterion`.
+    criteria, judges : sequence of callable
+        To search by, and to judge the finalists by: of `mean_criterion`, `largest_criterion`,
+        `robust_criterion` and `cautious_criterion`.
     conditions : int
         Conditions among the runs of `starts` and of `fresh`.
     """
@@ -151,7 +165,7 @@ def least(
         looked, _ = sampled(b, starts, criteria, conditions, HASTE)
         curves = [c.joined(more) for c, more in zip(curves, looked, strict=True)]
     lowest = [curve.b[np.argsort(curve.value)[:FINALISTS]] for curve in curves]
-    judged, _ = sampled(np.concatenate(lowest), fresh, criteria, conditions, 1.0)
+    judged, _ = sampled(np.concatenate(lowest), fresh, judges, conditions, 1.0)
     best = [float(one.b[one.value.argmin()]) for one in judged]
     return Least(best, curves, scan)
 
@@ -200,6 +214,7 @@ def search(
         lambda b: wall_starts(task, b, phases=effort.phases),
         lambda b: wall_starts(task, b, phases=2 * effort.phases, shift=0.25),
         [mean_criterion, largest_criterion],
+        [mean_criterion, largest_criterion],
         conditions,
     )
     random = least(
@@ -207,6 +222,7 @@ def search(
         lambda b: random_starts(task, b, starts=effort.starts, seed=seed),
         lambda b: random_starts(task, b, starts=effort.fresh, seed=seed + 1),
         [robust_criterion],
+        [cautious_criterion],
         1,
     )
     return Found(rest.b[0], rest.b[1], random.b[0], rest, random, grid, effort)

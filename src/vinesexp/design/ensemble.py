@@ -18,10 +18,10 @@ import numpy as np
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig
+from vinesexp.solver.arrays import ball_table, parameters
 from vinesexp.solver.chatter import REMAINDER
 from vinesexp.solver.drive import drive_table
 from vinesexp.solver.kernel import run
-from vinesexp.solver.motion import ball_table, parameters
 from vinesexp.solver.response import H_PHASE, prepare
 from vinesexp.solver.series import ORDER
 from vinesexp.solver.statistics import add_amplitudes
@@ -29,8 +29,8 @@ from vinesexp.theory.manifold import FloatArray
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0
-#: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-4.
-BARE = 4.0
+#: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-5.
+BARE = 5.0
 #: No run is shorter than this many cycles to settle and to be judged (of each).
 SHORTEST = 60.0
 #: No run is longer than this many cycles in all: five seconds of one core see a thousand of them.
@@ -123,7 +123,7 @@ def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = 
     runs : sequence of Run
         All with the same number of balls.
     haste : float
-        Settling and window are shortened by this factor: for a first look.
+        The window is shortened by this factor, for a first look; the time to settle is not.
     workers : int, optional
         Threads; by default one per core.
 
@@ -162,7 +162,8 @@ def _one(
 ) -> tuple[float, float, float]:
     """(mean, largest, impacts per cycle) of one run."""
     o, base = one.rig.oscillator, one.base
-    settle, duration = (t / haste for t in duration_of(one.rig, base.frequency))
+    settle, duration = duration_of(one.rig, base.frequency)
+    duration = settle + (duration - settle) / haste
     key = (o.M, o.c1, o.k1, base.amplitude, base.frequency)
     if key not in tables:
         _check(one)

@@ -10,7 +10,7 @@ _SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 def with_error(value: float, std_error: float, unit: str = "") -> str:
     """`value ± std_error` with two digits of the error, and as many places of the value.
 
-    Small numbers are told in thousandths or millionths: nobody counts zeros.
+    Small numbers are written in thousandths or millionths: nobody counts zeros.
 
     Examples
     --------

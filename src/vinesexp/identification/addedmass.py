@@ -56,18 +56,17 @@ def added_mass(
     basis = np.stack([np.ones(len(used)), loaded], axis=1)
     slope = float(_line(basis, period, np.diag(error**2))[0][1])
     mounting, weighing = _of_loads(loaded, period, slope, inputs)
-    own = np.diag(error**2)
-    covariance = own + sum(
-        np.outer(part, part) for part in (*mounting.values(), *weighing.values())
-    )
+    shared = np.zeros((len(used), len(used)))
+    for part in (*mounting.values(), *weighing.values()):
+        shared += np.outer(part, part)
+    # What scatters beyond all that is known of is taken for an error of single ring-downs.
+    scatter = period * _scatter(basis, period, np.diag(error**2) + shared)
+    covariance = np.diag(error**2 + scatter**2) + shared
     c, gain = _line(basis, period, covariance)
     M = float(c[0] / c[1])
     by_period = np.array([1.0 / c[1], -M / c[1]]) @ gain  # dM/d(period) of each ring-down
-    rest = period - basis @ c
-    scatter = _scatter(float(rest @ np.linalg.solve(covariance, rest)), len(used) - 2)
-    # What scatters beyond all that is known of is taken for an error of single ring-downs.
-    unknown = (scatter**2 - 1.0) * float(by_period @ covariance @ by_period)
-    by_records = math.sqrt(float(by_period @ own @ by_period) + unknown)
+    few = student_95(max(1, len(used) - 2)) / COVERAGE_95
+    by_records = math.sqrt(float(by_period**2 @ (error**2 + (few * scatter) ** 2)))
     value = Estimate(
         "M", M, by_records, "kg", "added mass", tuple(e.records[0] for e in used)
     )  # fmt: skip
@@ -77,7 +76,7 @@ def added_mass(
         for load, part in group.items()
         if part.any()
     }
-    alone = np.sqrt(np.diag(covariance))
+    alone = np.sqrt(error**2 + np.diag(shared))
     return Source(value, parts), _off_the_line(used, loaded, period, alone)
 
 
@@ -94,11 +93,26 @@ def _of_loads(
     return mounting, weighing
 
 
-def _scatter(chi2: float, freedom: int) -> float:
-    """By how much errors grow where the points lie off the line more than once in twenty times."""
-    if freedom <= 0 or chi2 <= freedom + 1.64 * math.sqrt(2.0 * freedom) + 1.0:
-        return 1.0
-    return math.sqrt(chi2 / freedom) * max(1.0, student_95(freedom) / COVERAGE_95)
+def _scatter(basis: FloatArray, period: FloatArray, covariance: FloatArray) -> float:
+    """Relative scatter of single squared periods off the line, by the method of Mandel and Paule.
+
+    0 where chi^2 is no larger than it is by chance once in twenty times.
+    """
+    freedom = period.size - 2
+
+    def chi2(scatter: float) -> float:
+        whole = covariance + np.diag((scatter * period) ** 2)
+        rest = period - basis @ _line(basis, period, whole)[0]
+        unit = np.sqrt(np.diag(whole))
+        return float(rest / unit @ np.linalg.solve(whole / np.outer(unit, unit), rest / unit))
+
+    if freedom <= 0 or chi2(0.0) <= freedom + 1.64 * math.sqrt(2.0 * freedom) + 1.0:
+        return 0.0
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if chi2(middle) > freedom else (low, middle)
+    return 0.5 * (low + high)
 
 
 def mass_from_added(

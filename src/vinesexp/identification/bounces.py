@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 
-FloatArray = NDArray[np.float64]
-
-_FEWEST = 3
+_FEWEST = 3  # flights: two give any r, the third tests it
+_ALIKE = 0.25  # by which the ratios of successive flights may differ, relative
+_SHORTEST = 0.02  # s, of the first flight: a bounce of half a millimetre; shorter is ringing
+_SURE = 0.1  # standard error of r from which on the flights do not agree
 _ITERATIONS = 20
+#: Half-width of 68 % of Student's t over that of a normal variable, for 1, 2, 3 ... degrees of
+#: freedom: a scatter taken from few flights is uncertain itself.
+_STUDENT = (1.837, 1.321, 1.197, 1.142, 1.111, 1.091, 1.077, 1.067)
 
 
 @dataclass(frozen=True)
@@ -39,11 +44,14 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
     Returns
     -------
     Bounces
+        The error follows the scatter of the flights about the fit where that is larger than the
+        errors of the times.
 
     Raises
     ------
     AnalysisError
-        Fewer than three impacts whose flights shrink.
+        Fewer than three flights that shrink alike, flights as short as ringing, or an r that they
+        do not agree on.
 
     Examples
     --------
@@ -52,10 +60,43 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
     0.6
     """
     t, error = _longest_run(times, errors)
-    if t.size < _FEWEST:
+    flights = np.diff(t)
+    if flights.size < _FEWEST:
         raise AnalysisError(
-            f"{t.size} bounces with shrinking flights, expected {_FEWEST} or more to give r"
+            f"{flights.size} flights of a bouncing ball that shrink alike (in {times.size} hits), "
+            f"expected {_FEWEST} or more to give r"
         )
+    if flights[0] < _SHORTEST:
+        raise AnalysisError(
+            f"the longest flight between hits lasts {1e3 * flights[0]:.3g} ms, expected "
+            f"{1e3 * _SHORTEST:.3g} ms or more: this is the ringing of a shock, not a bouncing ball"
+        )
+    p, covariance, chi2 = _fitted(t, error)
+    freedom = t.size - 3
+    spread = chi2 / freedom
+    scale = 1.0 if spread <= 1.0 else math.sqrt(spread) * student(freedom)
+    found = float(scale * np.sqrt(covariance[2, 2]))
+    if not (0.0 < p[2] < 1.0 and found < _SURE * p[2]):
+        raise AnalysisError(
+            f"the flights between hits do not agree on r: {p[2]:.3g} +- {found:.2g} from "
+            f"{flights.size} of them"
+        )
+    return Bounces(float(p[2]), found, t.size, float(p[1]))
+
+
+def student(freedom: int) -> float:
+    """By how much a standard error grows that is taken from a scatter of few degrees of freedom.
+
+    Examples
+    --------
+    >>> student(1), student(100)
+    (1.837, 1.0)
+    """
+    return _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else 1.0
+
+
+def _fitted(t: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """First time, first flight and r by Gauss-Newton; their covariance; chi^2."""
     flights = np.diff(t)
     r = float(np.exp(np.polyfit(np.arange(flights.size), np.log(flights), 1)[0]))
     k = np.arange(t.size)
@@ -70,10 +111,8 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
         p = p + step
         if np.abs(step[2]) < 1e-13:
             break
-    covariance = np.linalg.inv(jacobian.T @ jacobian)
-    freedom = max(1, t.size - 3)
-    scale = max(1.0, float(rest @ rest) / freedom)
-    return Bounces(float(p[2]), float(np.sqrt(scale * covariance[2, 2])), t.size, float(p[1]))
+    covariance = np.asarray(np.linalg.inv(jacobian.T @ jacobian), dtype=np.float64)
+    return p, covariance, float(rest @ rest)
 
 
 def _longest_run(times: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -81,12 +120,12 @@ def _longest_run(times: FloatArray, errors: FloatArray) -> tuple[FloatArray, Flo
 
     Ratios must also be alike: a missed bounce makes one flight far too long.
     """
-    if times.size < 2:
-        return times, errors
+    if times.size < 3:
+        return times[:0], errors[:0]
     flights = np.diff(times)
     ratio = flights[1:] / flights[:-1]
     typical = float(np.median(ratio[ratio < 1.0])) if (ratio < 1.0).any() else 0.0
-    good = (ratio < 1.0) & (np.abs(ratio - typical) < 0.25 * max(typical, 0.2))
+    good = (ratio < 1.0) & (np.abs(ratio - typical) < _ALIKE * max(typical, 0.2))
     best, start = (0, 0), 0
     for i, fine in enumerate([*good.tolist(), False]):
         if not fine:

@@ -26,7 +26,16 @@ from vinesexp.identification.working_amplitude import at_working_amplitude
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
 
-__all__ = ["BEST", "COMBINED", "Identified", "combine", "combined", "mass_from_added", "weigh"]
+__all__ = [
+    "BEST",
+    "COMBINED",
+    "Identified",
+    "combine",
+    "combined",
+    "counted",
+    "mass_from_added",
+    "weigh",
+]
 
 COMBINED = "combined"
 #: The method of a record that counts; the cheaper ones are shown beside it. A record has an
@@ -130,6 +139,15 @@ def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
     ]
 
 
+def counted(found: Sequence[Estimate]) -> list[Estimate]:
+    """The estimates of single records that the combined values are made of.
+
+    Whoever shows a value of one record shows one of these: the others are cheaper methods, for
+    comparison. Values that depend on amplitude hold at their `amplitude`.
+    """
+    return [e for e in found if e.method in BEST]
+
+
 def combined(rows: Sequence[Estimate], parameter: str) -> Estimate | None:
     """The combined row of a parameter."""
     return next((e for e in rows if e.parameter == parameter and e.method == COMBINED), None)
@@ -140,7 +158,7 @@ def _by_method(
 ) -> _Part:
     """A row for every method, and the combined one from the methods that count."""
     own = [e for e in found if e.parameter == parameter]
-    rows, checks, counted = [], [], []
+    rows, checks, sources = [], [], []
     for method in dict.fromkeys(e.method for e in own):
         alike = [e for e in own if e.method == method]
         value, mean = mean_of(alike, method=method)
@@ -149,13 +167,13 @@ def _by_method(
             parts["amplitude"] = spread[parameter]
         source = Source(value, parts)
         rows.append(source.total)
-        if method in BEST:
+        if counted(alike):
             checks += records_agree(alike, mean, campaign)
-            counted.append(source)
-    if not counted:
+            sources.append(source)
+    if not sources:
         return _Part(rows, checks, None)
-    total, _ = combined_source(counted, method=COMBINED)
-    return _Part([*rows, total.total], [*checks, *sources_agree(counted)], total)
+    total, _ = combined_source(sources, method=COMBINED)
+    return _Part([*rows, total.total], [*checks, *sources_agree(sources)], total)
 
 
 def _parts(

@@ -25,6 +25,8 @@ _FEWEST = 10  # impacts with a flight before and after
 _CERTAIN = 0.9  # that an impact is one, and of this ball
 _OUTLYING = 4.0  # robust standard deviations
 _APART = 0.02  # periods to the nearest other impact: a pair disturbs each other's jump
+_WALLS_DIFFER = 1e-3  # in r: from there on the mean of the walls is r, however often each is hit
+_LEVER = 30.0  # spread of speeds over their error, from which on r over speed is told
 _LONGEST = 0.9  # periods: a longer flight may hide an impact
 
 
@@ -42,6 +44,16 @@ class Flights:
         Oscillator's velocity, m/s.
     jump, jump_error : arrays (n,)
         Of the oscillator's velocity, m/s.
+    side : array (n,)
+        +1 where x - y = +b.
+    time_before, time_after : arrays (n,)
+        How long the flights last, s.
+    v_previous, v_next : arrays (n,)
+        Oscillator's velocity where the flight before began and where the one after ends, m/s.
+    jump_acceleration, jump_displacement : arrays (n,)
+        What either channel says of the jump, m/s; NaN where it says nothing.
+    clearance : array (n,)
+        On the sheet, m.
     """
 
     index: IntArray
@@ -51,6 +63,14 @@ class Flights:
     v_after: FloatArray
     jump: FloatArray
     jump_error: FloatArray
+    side: FloatArray
+    time_before: FloatArray
+    time_after: FloatArray
+    v_previous: FloatArray
+    v_next: FloatArray
+    jump_acceleration: FloatArray
+    jump_displacement: FloatArray
+    clearance: FloatArray
 
     def keep(self, chosen: NDArray[np.bool_]) -> Flights:
         return Flights(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
@@ -95,9 +115,24 @@ def flights_of(impacts: Impacts, *, nes: int, b: float, period: float) -> Flight
     rows = own[inner]
     v = impacts.v_before_m_s[rows]
     jump = impacts.velocity_jump_m_s[rows]
+    before, after = own[inner - 1], own[inner + 1]
     return Flights(
-        rows, u[inner - 1], u[inner], v, v + jump, jump, impacts.velocity_jump_error_m_s[rows]
-    )  # fmt: skip
+        index=rows,
+        u_before=u[inner - 1],
+        u_after=u[inner],
+        v_before=v,
+        v_after=v + jump,
+        jump=jump,
+        jump_error=impacts.velocity_jump_error_m_s[rows],
+        side=side[inner].astype(np.float64),
+        time_before=dt[inner - 1],
+        time_after=dt[inner],
+        v_previous=impacts.v_before_m_s[before] + impacts.velocity_jump_m_s[before],
+        v_next=impacts.v_before_m_s[after],
+        jump_acceleration=impacts.jump_acceleration_m_s[rows],
+        jump_displacement=impacts.jump_displacement_m_s[rows],
+        clearance=np.full(rows.size, b),
+    )
 
 
 @dataclass(frozen=True)
@@ -139,15 +174,17 @@ def mass_ratio(flights: Flights) -> MassRatio:
 
 @dataclass(frozen=True)
 class Restitution:
-    """r: mean, its standard error, scatter of single impacts, dependence on impact speed.
+    """r: mean of both walls, its standard error, scatter of single impacts, dependence on speed.
 
     Attributes
     ----------
     r, error : float
     scatter : float
-        Standard deviation from impact to impact.
+        Standard deviation from impact to impact, around each wall's own mean.
+    walls : tuple of float
+        r at the walls +1 and -1; NaN where a wall was not hit.
     slope, slope_error : float
-        Change of r per m/s of relative speed.
+        Change of r per m/s of relative speed; NaN where speeds differ too little to tell.
     speed : float
         Median relative speed, m/s.
     count : int
@@ -156,6 +193,7 @@ class Restitution:
     r: float
     error: float
     scatter: float
+    walls: tuple[float, float]
     slope: float
     slope_error: float
     speed: float
@@ -163,7 +201,9 @@ class Restitution:
 
 
 def restitution(flights: Flights) -> Restitution:
-    """Relative velocity after over before, averaged robustly over impacts.
+    """Relative velocity after over before, averaged robustly over the impacts of each wall.
+
+    An impact is an outlier among those of its own wall: two walls of different r are no outliers.
 
     Raises
     ------
@@ -173,31 +213,68 @@ def restitution(flights: Flights) -> Restitution:
     _require(flights)
     before = flights.v_before - flights.u_before
     after = flights.v_after - flights.u_after
-    r = -after / before
-    centre = float(np.median(r))
-    spread = 1.4826 * float(np.median(np.abs(r - centre)))
-    keep = np.abs(r - centre) <= _OUTLYING * max(spread, 1e-12)
+    keep = _alike(-after / before, flights.side)
     shared = (flights.u_after[:-1] == flights.u_before[1:]) & keep[:-1] & keep[1:]
-    before, after, r = np.abs(before[keep]), np.abs(after[keep]), r[keep]
+    before, after, side = np.abs(before[keep]), np.abs(after[keep]), flights.side[keep]
+    walls = tuple(_ratio(after[side == s], before[side == s]) for s in (1.0, -1.0))
     # Errors of speed are the same for all: least squares of after over before.
-    value = float((after * before).sum() / (before * before).sum())
-    rest = after - value * before
-    freedom = max(1, r.size - 1)
+    value = _ratio(after, before)
+    own = np.where(side > 0.0, walls[0], walls[1])
+    if abs(walls[0] - walls[1]) > _WALLS_DIFFER:
+        value = 0.5 * (walls[0] + walls[1])
+    else:
+        own = np.full(before.size, value)
+    rest = after - own * before
+    freedom = max(1, before.size - 1)
     # The flight between two impacts enters both: their misfits go together.
     parts = np.zeros(keep.size)
     parts[keep] = before * rest
     alone = float((parts**2).sum())
     together = alone + 2.0 * float((parts[:-1] * parts[1:])[shared].sum())
-    variance = max(together, 0.5 * alone) * r.size / freedom
+    variance = max(together, 0.5 * alone) * before.size / freedom
     error = float(np.sqrt(variance) / (before**2).sum())
-    lever = before - before.mean()
-    spread_of_speed = float((lever**2).sum())
-    slope = float((lever * r).sum() / spread_of_speed) if spread_of_speed > 0 else 0.0
-    scatter = float(r.std(ddof=1))
-    slope_error = scatter / np.sqrt(spread_of_speed) if spread_of_speed > 0 else np.inf
+    single = rest / before
+    slope, slope_error = _slope(before, rest)
     return Restitution(
-        value, error, scatter, slope, float(slope_error), float(np.median(before)), r.size
-    )
+        value, error, float(single.std(ddof=1)), (walls[0], walls[1]), slope, slope_error,
+        float(np.median(before)), before.size,
+    )  # fmt: skip
+
+
+def _alike(r: FloatArray, side: FloatArray) -> NDArray[np.bool_]:
+    """Impacts that are no outliers among those of their wall."""
+    keep = np.zeros(r.size, dtype=bool)
+    for wall in (1.0, -1.0):
+        own = side == wall
+        if own.any():
+            centre = float(np.median(r[own]))
+            spread = 1.4826 * float(np.median(np.abs(r[own] - centre)))
+            keep[own] = np.abs(r[own] - centre) <= _OUTLYING * max(spread, 1e-12)
+    return keep
+
+
+def _ratio(after: FloatArray, before: FloatArray) -> float:
+    return float((after * before).sum() / (before * before).sum()) if before.size else np.nan
+
+
+def _slope(before: FloatArray, rest: FloatArray) -> tuple[float, float]:
+    """Change of r per m/s, from what is left of the speeds after; NaN where it cannot be told.
+
+    A speed with an error is too high where it seems high, and r then seems low: where speeds
+    differ by little more than their errors, a slope would be found where there is none.
+    """
+    lever = before - before.mean()
+    noise = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
+    if float(lever.std()) < _LEVER * noise:
+        return np.nan, np.nan
+    # rest = slope (w - mean) w: regress on that.
+    basis = lever * before
+    basis = basis - basis.mean()
+    norm = float((basis**2).sum())
+    slope = float((basis * rest).sum()) / norm
+    left = rest - rest.mean() - slope * basis
+    error = float(np.sqrt((left**2).sum() / max(1, rest.size - 2) / norm))
+    return slope, error
 
 
 def _require(flights: Flights) -> None:

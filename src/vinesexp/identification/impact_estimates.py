@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,6 +21,26 @@ _SMOOTH = 1e-5
 def impact_estimates(
     record: Record, known: Known, impacts: Impacts, frequency: float, agreement: Agreement | None
 ) -> list[Estimate]:
+    """r of each ball, and M where the ball is weighed.
+
+    Parameters
+    ----------
+    record : Record
+        With its clearances.
+    known : Known
+        Weighed balls.
+    impacts : Impacts
+    frequency : float
+        Of the oscillation, Hz.
+    agreement : Agreement, optional
+        Of acceleration and displacement: their gain and lag enter the errors.
+
+    Returns
+    -------
+    list of Estimate
+        `r`, `r_scatter`, `r_slope` and `M`, numbered for several balls; or `nothing` with the
+        reason.
+    """
     found: list[Estimate] = []
     several = len(record.clearance) > 1
     for number, b in enumerate(record.clearance, start=1):
@@ -44,16 +65,14 @@ def _of_flights(
     # What the lag of the displacement leaves unknown moves all velocities together.
     late = 0.0 if agreement is None else agreement.lag_error
     moved = (2.0 * np.pi * frequency) ** 2 * late * impacts.x_m[flights.index]
-    shifted = Flights(
-        flights.index, flights.u_before, flights.u_after, flights.v_before + moved,
-        flights.v_after + moved, flights.jump, flights.jump_error,
-    )  # fmt: skip
+    shifted = replace(flights, v_before=flights.v_before + moved, v_after=flights.v_after + moved)
     systematic = math.hypot(restitution(shifted).r - r.r, _SMOOTH)
     rows = [
         (name, r.r, math.hypot(r.error, systematic), "1"),
         (f"{name}_scatter", r.scatter, r.scatter / math.sqrt(2.0 * r.count), "1"),
-        (f"{name}_slope", r.slope, r.slope_error, "s/m"),
     ]
+    if math.isfinite(r.slope):
+        rows.append((f"{name}_slope", r.slope, r.slope_error, "s/m"))
     if mass is not None:
         ratio = mass_ratio(flights)
         M = mass / ratio.eps

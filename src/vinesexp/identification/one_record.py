@@ -46,8 +46,9 @@ def estimate_record(
         `zeta_added` where a mass was added, the same with `_at` over amplitude;
         `damping_linear`, `damping_quadratic`, `damping_coulomb`, `stiffening`, `frequency_slope`
         and `beat` of a decay; `working_amplitude` of a periodic test; `accelerometer_gain` and
-        `channel_lag` of the channels; `content`, a digest of the samples as its note. A record that
-        gives nothing has an entry `nothing` with the reason as its note.
+        `channel_lag` of the channels, `accelerometer_corner` of one that is
+        AC-coupled; `content`, a digest of the samples as its note. A record that gives nothing has
+        an entry `nothing` with the reason as its note.
     """
     with open_record(measured) as view, open_record(conditioned) as band:
         if view.refused is not None:
@@ -110,4 +111,6 @@ def _agreement(record: Record, agreement: Agreement) -> list[Estimate]:
         ("accelerometer_gain", agreement.gain, agreement.gain_error, "1"),
         ("channel_lag", agreement.lag, agreement.lag_error, "s"),
     ]
+    if agreement.corner > 0.0:
+        rows.append(("accelerometer_corner", agreement.corner, agreement.corner_error, "Hz"))
     return estimates_of(record, "channels", rows)

@@ -36,7 +36,25 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
                 "said to be"
             )
             checks.append(Check(e.records[0], "gain", "warning", detail))
-    return [*checks, *_lags([e for e in found if e.parameter == "channel_lag"])]
+    corners = [e for e in found if e.parameter == "accelerometer_corner"]
+    lags = [e for e in found if e.parameter == "channel_lag"]
+    if corners:  # elsewhere the phase at one frequency may be the corner's
+        shown = {e.records[0] for e in corners}
+        lags = [e for e in lags if e.records[0] in shown]
+    return [*checks, *_corner(corners), *_lags(lags)]
+
+
+def _corner(corners: Sequence[Estimate]) -> list[Check]:
+    """One line on an AC-coupled accelerometer."""
+    if not corners:
+        return []
+    middle = sorted(e.value for e in corners)[len(corners) // 2]
+    detail = (
+        f"the accelerometer is AC-coupled with a corner near {middle:.3g} Hz (median of "
+        f"{len(corners)} records): its phase at the oscillation is no lag, and was not taken for "
+        "one; a DC-coupled sensor or a lower corner would leave less to correct"
+    )
+    return [Check("", "corner", "warning", detail)]
 
 
 def _lags(lags: Sequence[Estimate]) -> list[Check]:

@@ -16,13 +16,14 @@ import numpy as np
 
 from vinesexp.identification.estimate import Estimate
 from vinesexp.records.campaign import Campaign
-from vinesexp.records.checks import Check
+from vinesexp.records.checks import Check, Outcome
 
 #: Amplitudes around the smallest one tested at which the optimum may work.
 _AROUND = (0.8, 1.25)
 _SHIFT_UNSURE = 0.3  # of the shift of a sweep: its resonance has all amplitudes up to its own
 _FEW = 1e-9  # relative: a curve that varies by less is flat
 _SIGNIFICANT = 4.0  # standard errors that f0 has to change by
+_STRONG = 0.03  # of zeta: beyond, a warning
 _LEAST_CHANGE = 1e-4  # of f0 that is reported
 
 
@@ -56,11 +57,20 @@ class _Curve:
     error: np.ndarray
 
     def at(self, amplitude: float) -> tuple[float, float]:
-        log = math.log(amplitude)
-        return (
-            float(np.interp(log, np.log(self.amplitude), self.value)),
-            float(np.interp(log, np.log(self.amplitude), self.error)),
-        )
+        """Value by the cubic through four points over log amplitude, error by a straight line."""
+        log, points = math.log(amplitude), np.log(self.amplitude)
+        log = min(max(log, float(points[0])), float(points[-1]))
+        error = float(np.interp(log, points, self.error))
+        if self.flat:
+            return float(self.value[0]), error
+        first = min(max(int(np.searchsorted(points, log)) - 2, 0), max(points.size - 4, 0))
+        near = slice(first, first + 4)
+        gaps = points[near] - log
+        weights = [
+            math.prod(-other / (own - other) for k, other in enumerate(gaps) if k != i)
+            for i, own in enumerate(gaps)
+        ]
+        return float(np.dot(weights, self.value[near])), error
 
     @property
     def flat(self) -> bool:
@@ -87,10 +97,20 @@ def at_working_amplitude(found: Sequence[Estimate], campaign: Campaign) -> Worki
     spread = {}
     for name in ("f0", "zeta"):
         own = [curve for (_, parameter), curve in curves.items() if parameter == name]
-        if own:  # a range that is equally likely throughout
-            ends = [[curve.at(a)[0] for a in np.geomspace(low, high, 9)] for curve in own]
-            spread[name] = float(np.mean(np.ptp(ends, axis=1))) / math.sqrt(12.0)
+        if own:
+            spread[name] = float(np.mean([_spread(curve, low, high) for curve in own]))
     return Working(moved, amplitude, spread, _said(found, curves, amplitude))
+
+
+def _spread(curve: _Curve, low: float, high: float) -> float:
+    """Standard uncertainty of a value that depends on amplitude.
+
+    Any amplitude of the range is equally likely; and whether an orbit is stable is decided by what
+    changes with amplitude (the increment v + A dv/dA), which is as far off again.
+    """
+    values = [curve.at(a)[0] for a in np.geomspace(low, high, 9)]
+    increment = (values[-1] - values[0]) / math.log(high / low) if high > low else 0.0
+    return math.hypot(float(np.ptp(values)) / math.sqrt(12.0), increment / math.sqrt(3.0))
 
 
 def _curves(found: Sequence[Estimate]) -> dict[tuple[str, str], _Curve]:
@@ -163,13 +183,14 @@ def _said(
             continue
         there, here = curve.at(top), curve.at(amplitude)
         change = there[0] - here[0]
+        outcome: Outcome = "warning" if abs(change) > _STRONG * here[0] else "ok"
         if name == "zeta" and terms:
             detail = (
                 f"damping depends on amplitude ({' and '.join(terms)} part): zeta = "
                 f"{here[0]:.4g} at {1e3 * amplitude:.3g} mm, where it is used, and {there[0]:.4g} "
                 f"at {1e3 * top:.3g} mm"
             )
-            checks.append(Check(record, "damping", "ok", detail))
+            checks.append(Check(record, "damping", outcome, detail))
         big = abs(change) > max(_SIGNIFICANT * max(there[1], here[1]), _LEAST_CHANGE * here[0])
         if name == "f0" and big:
             stiff = "stiffens" if change * (top - amplitude) > 0.0 else "softens"

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vinesexp.identification.combine import combine, combined
+from vinesexp.identification.combine import combined
 from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.laboratory.campaign_files import campaign_text, records_text
 from vinesexp.laboratory.scene import Scene, load_scene, simulate_group
 from vinesexp.pipeline import analyse_record
@@ -89,8 +90,9 @@ def rehearse(scene_file: Path, *, groups: Sequence[str] | None = None) -> Rehear
     paths = ResultPaths(folder)
     found = [analyse_record(campaign, r, paths=paths, strict=True) for r in campaign.records]
     estimates = [estimate for result in found for estimate in result.estimates]
-    rows, checks = combine(estimates, campaign)
+    impacts = {result.record.id: result.impacts for result in found if result.record.clearance}
+    whole = identify_campaign(estimates, campaign, impacts)
     return Rehearsal(
         *(folder, scene, campaign, {result.record.id: result.regime for result in found}),
-        *(tuple(estimates), tuple(rows), tuple(checks)),
+        *(tuple(estimates), tuple(whole.rows), tuple(whole.checks)),
     )

@@ -89,6 +89,7 @@ def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
             folder,
             allow_outside=description.allow_outside,
             n_masses=len(description.known.nes_mass),
+            setups=tuple(description.setups),
             problems=table_problems,
             settings=description.settings,
         )
@@ -103,6 +104,8 @@ def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
         sample_rate=description.sample_rate,
         bandpass=description.bandpass,
         records=records,
+        setups=description.setups,
+        people=description.people,
         settings=description.settings,
     )
     return campaign, [*problems.found, *description_problems.found, *table_problems.found]

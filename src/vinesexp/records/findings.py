@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from vinesexp.errors import RecordError
 from vinesexp.records.checks import Check
+from vinesexp.records.joined import AnySamples
 from vinesexp.records.quality import Stretch, frozen, periods, saturated
-from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Channel, Record
 from vinesexp.records.store import RecordView
 
@@ -32,7 +32,10 @@ _DEFECTS = {
 
 
 def look_over(
-    view: RecordView, record: Record, channels: Mapping[str, Channel], samples: Samples
+    view: RecordView,
+    record: Record,
+    channels: Mapping[str, Channel],
+    samples: AnySamples,
 ) -> list[Check]:
     """Refuse a stored record for its defects, or tell its size and what is odd about it.
 
@@ -89,7 +92,7 @@ def _period(view: RecordView, record: Record) -> float | None:
     return view.n / held
 
 
-def _told(view: RecordView, samples: Samples, runs: list[Stretch], defect: str) -> str:
+def _told(view: RecordView, samples: AnySamples, runs: list[Stretch], defect: str) -> str:
     worst = max(runs, key=lambda run: run.length)
     at = view.time(worst.start, worst.start + 1)[0]
     place = samples.source.locate(samples.trimmed[0] + worst.start)
@@ -108,7 +111,7 @@ def _judge(record: Record, channel: Channel, defect: str, told: str) -> Check:
     )
 
 
-def _trimmed(record: Record, samples: Samples) -> list[Check]:
+def _trimmed(record: Record, samples: AnySamples) -> list[Check]:
     before, after = samples.trimmed
     told = [
         f"{count} row{'' if count == 1 else 's'} at the {end}"

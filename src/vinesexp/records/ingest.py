@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import traceback
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ import numpy as np
 from vinesexp.errors import RecordError
 from vinesexp.records.checks import Check
 from vinesexp.records.findings import look_over
+from vinesexp.records.joined import AnySamples, JoinedSamples
 from vinesexp.records.readers import Floats, open_source
 from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Campaign, Channel, Record, TimeColumn
@@ -29,8 +31,13 @@ def ingest_or_refuse(campaign: Campaign, record: Record, out: Path) -> list[Chec
     try:
         return ingest(campaign, record, out)
     except RecordError as error:
-        write_refused(out, str(error), _attributes(campaign, record))
-        return [Check(record.id, "ingest", "refused", str(error))]
+        told = str(error)
+    except Exception as error:  # one file that nobody foresaw must not stop the others
+        traceback.print_exc()  # in a step of the workflow: into its log
+        reason = " ".join(str(error).split())[:200]
+        told = f"{record.file}: cannot be read ({type(error).__name__}: {reason})"
+    write_refused(out, told, _attributes(campaign, record))
+    return [Check(record.id, "ingest", "refused", told)]
 
 
 def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
@@ -58,32 +65,38 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
         reason = record.note or "no reason given"
         write_refused(out, f"excluded: {reason}", _attributes(campaign, record))
         return [Check(record.id, "exclude", "excluded", reason)]
-    samples = Samples(
-        open_source(record.file),
-        campaign.channels,
-        time=campaign.time,
-        sample_rate=campaign.sample_rate,
-    )
+    setup = campaign.setup_of(record)
+    samples: AnySamples
+    if record.more_files:
+        samples = JoinedSamples((record.file, *record.more_files), setup)
+    else:
+        samples = Samples(
+            open_source(record.file),
+            setup.channels,
+            time=setup.time,
+            sample_rate=setup.sample_rate,
+        )
     if not samples.quantities:
         raise RecordError("none of the campaign's channels is in it", file=record.file)
     out = Path(out)
     unseen = out.with_name(f".{out.name}.{os.getpid()}.new")
-    attributes = {**_attributes(campaign, record), "source_sha256": _digest(record.file)}
+    attributes = {**_attributes(campaign, record), "source_sha256": _digest(record)}
     try:
         try:
             _write(unseen, samples, attributes)
         except UnevenClockError as uneven:
+            assert isinstance(samples, Samples)  # joined ones are even
             samples.resample(uneven)
             _write(unseen, samples, attributes)
         with open_record(unseen) as view:
-            found = look_over(view, record, campaign.channels, samples)
+            found = look_over(view, record, setup.channels, samples)
         os.replace(unseen, out)
     finally:
         unseen.unlink(missing_ok=True)
     return found
 
 
-def _write(path: Path, samples: Samples, attributes: Mapping[str, Any]) -> None:
+def _write(path: Path, samples: AnySamples, attributes: Mapping[str, Any]) -> None:
     with create_record(
         path,
         sample_rate=samples.sample_rate,
@@ -118,32 +131,36 @@ def read_channels(
         As for `ingest`.
     """
     samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
-    try:
-        blocks = list(samples.blocks())
-    except UnevenClockError as uneven:
-        samples.resample(uneven)
-        blocks = list(samples.blocks())
+    blocks = samples.whole()
     values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
     return samples.sample_rate, samples.start, values
 
 
 def _attributes(campaign: Campaign, record: Record) -> dict[str, Any]:
     """What results say about where they come from; paths relative, so that folders can move."""
-    inside = record.file.is_relative_to(campaign.folder)
-    source = record.file.relative_to(campaign.folder) if inside else record.file
+    folder = campaign.folder
+    names = [
+        (path.relative_to(folder) if path.is_relative_to(folder) else path).as_posix()
+        for path in (record.file, *record.more_files)
+    ]
     return {
         "record": record.id,
         "test": record.test,
-        "source": source.as_posix(),
+        "source": ";".join(names),
         "clearance_m": list(record.clearance) or None,
         "base_amplitude_m": record.base_amplitude,
         "frequency_hz": list(record.frequency) if record.frequency else None,
         "added_mass_kg": record.added_mass,
         "release_m": record.release,
         "note": record.note or None,
+        "setup": record.setup or None,
+        **{f"people_{key}": text for key, text in {**campaign.people, **record.people}.items()},
     }
 
 
-def _digest(path: Path) -> str:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+def _digest(record: Record) -> str:
+    digests = []
+    for path in (record.file, *record.more_files):
+        with path.open("rb") as stream:
+            digests.append(hashlib.file_digest(stream, "sha256").hexdigest())
+    return ";".join(digests)

@@ -112,6 +112,30 @@ CLEARANCES = Table("clearances", "compare", (
            "edge of what was tried", needed=False),
 ))  # fmt: skip
 
+#: Every record beside what the identified rig does from several starts: one row a number.
+REPLAY = Table("replay", "replay", (
+    _RECORD,
+    Column("quantity", "amplitude, impacts per cycle, regime, spells or decay time"),
+    Column("unit", "SI; 1 for a count"),
+    Column("measured", "of the record; empty where it shows none"),
+    Column("replayed", "mean over the replays of its regime; the regimes of all starts"),
+    _number("low", "", "smallest of these replays", ".6g"),
+    _number("high", "", "largest", ".6g"),
+    _number("deviation", "1", "measured over replayed, minus one", ".3g"),
+    Column("outcome", "ok, differs, not measured or not replayed"),
+    Column("starts", "where starts give different regimes: which gives which"),
+))  # fmt: skip
+
+#: Amplitude of each cycle of each record, measured and replayed.
+REPLAY_CYCLES = Table("replay_cycles", "replay", (
+    _RECORD,
+    _number("time_s", "s", "middle of the cycle from the beginning of the record", ".6g"),
+    _number("measured_m", "m", "half swing", ".5g"),
+    _number("replayed_m", "m", "median over the starts", ".5g"),
+    _number("replayed_low_m", "m", "smallest", ".5g"),
+    _number("replayed_high_m", "m", "largest", ".5g"),
+))  # fmt: skip
+
 CHECKS = Table("checks", "checks", (
     Column("record", "id of the record; empty: the whole campaign"),
     Column("check", "what was looked at"),
@@ -143,4 +167,15 @@ DECAY = Table("decay", "estimate", (
 ))  # fmt: skip
 
 #: The tables of one results folder, in the order in which they are made.
-TABLES = (IMPACTS, IDENTIFIED, BUDGET, RECORD_REGIMES, BASE, DECAY_TIMES, CLEARANCES, CHECKS, TRUTH)
+TABLES = (
+    IMPACTS,
+    IDENTIFIED,
+    BUDGET,
+    RECORD_REGIMES,
+    BASE,
+    DECAY_TIMES,
+    CLEARANCES,
+    REPLAY,
+    CHECKS,
+    TRUTH,
+)

@@ -50,6 +50,10 @@ class ResultPaths:
         """What the record says about M, c1, k1 and r."""
         return self._step(id, "estimates.json")
 
+    def decay(self, id: str) -> Path:
+        """Amplitude of a ring-down beside what was identified from it; no row for other tests."""
+        return self._step(id, "decay.csv")
+
     def _step(self, id: str, name: str) -> Path:
         return self.folder / "steps" / "records" / id / name
 
@@ -102,6 +106,21 @@ class ResultPaths:
     @property
     def clearances(self) -> Path:
         return self.folder / "clearances.csv"
+
+    @property
+    def replay(self) -> Path:
+        """Every record beside what the identified rig does."""
+        return self.folder / "replay.csv"
+
+    @property
+    def replay_cycles(self) -> Path:
+        """The same cycle by cycle, for figures."""
+        return self.folder / "steps" / "replay_cycles.csv"
+
+    @property
+    def replay_checks(self) -> Path:
+        """Which records the identified rig does not replay."""
+        return self.folder / "steps" / "replay.csv"
 
     @property
     def checks(self) -> Path:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -14,6 +13,7 @@ from vinesexp.records.readers import Floats, Source
 from vinesexp.records.readers.labels import SEQUENCE
 from vinesexp.records.resampling import Resampler
 from vinesexp.records.rows import Rows
+from vinesexp.records.sampling import stated_sampling
 from vinesexp.records.schema import SI_UNITS, Channel, TimeColumn
 from vinesexp.records.timebase import Clock, UnevenClockError
 from vinesexp.units import UNITS
@@ -60,7 +60,8 @@ class Samples:
         self.warnings: list[tuple[str, str]] = []
         self.rows = 0
         self._conversions = list(self._found(channels))
-        self._interval, self._start = self._stated_sampling(sample_rate)
+        columns = [source.columns[c.index] for c in self._conversions]
+        self._interval, self._start = stated_sampling(source, columns, given=sample_rate)
         self.quantities = {c.channel.role: c.channel.quantity for c in self._conversions}
         self._time = None if sample_rate is not None else self._time_index(time)
         size = time.size if time is not None else self._own_size()
@@ -113,6 +114,14 @@ class Samples:
             told = f"times stray by up to {self._clock.stray:.2g} samples from a uniform clock, "
             self.warnings.append(("time", told + "which is passed over"))
         self._compare_with_header()
+
+    def whole(self) -> list[dict[str, Floats]]:
+        """All blocks at once, resampled where the clock is uneven."""
+        try:
+            return list(self.blocks())
+        except UnevenClockError as uneven:
+            self.resample(uneven)
+            return list(self.blocks())
 
     def resample(self, uneven: UnevenClockError) -> None:
         """Have `blocks`, from the beginning again, give samples on a uniform clock."""
@@ -217,39 +226,6 @@ class Samples:
                     f"{1 / self.sample_rate:g} s; the times are used",
                 )
             )
-
-    def _stated_sampling(self, given: float | None) -> tuple[float | None, float]:
-        """Interval and start that the file states for the channels asked for."""
-        source = self.source
-        columns = [source.columns[c.index] for c in self._conversions]
-        intervals = {c.name: c.interval for c in columns if c.interval is not None}
-        if not intervals:
-            return source.sample_interval, source.start
-        if given is not None:
-            return next(iter(intervals.values())), 0.0
-        unclear = next((name for name, dt in intervals.items() if math.isnan(dt)), None)
-        if unclear is not None:
-            raise RecordError(
-                f"'{unclear}' states two different samplings; correct the file, or give "
-                "'sample_rate' in campaign.yaml",
-                file=source.path,
-            )
-        least, most = min(intervals.values()), max(intervals.values())
-        if most > least * (1.0 + 1e-6):
-            told = ", ".join(f"'{name}' {1 / dt:g} Hz" for name, dt in intervals.items())
-            raise RecordError(
-                f"channels of different sample rates ({told}); resample them to one, or leave "
-                "one out",
-                file=source.path,
-            )
-        starts = [source.start if c.start is None else c.start for c in columns]
-        if max(starts) - min(starts) > 0.01 * least:
-            told = ", ".join(f"'{c.name}' {s:.9g} s" for c, s in zip(columns, starts, strict=True))
-            raise RecordError(
-                f"channels that begin at different times ({told}); export them together",
-                file=source.path,
-            )
-        return least, starts[0]
 
     def _own_size(self) -> float:
         """Size of the unit of the column that the format itself defines as times, s."""

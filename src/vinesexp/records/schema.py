@@ -102,6 +102,15 @@ class TimeColumn:
 
 
 @dataclass(frozen=True)
+class Setup:
+    """How to read the files of some records: channels, and times or a sample rate (Hz)."""
+
+    channels: Mapping[str, Channel]
+    time: TimeColumn | None = None
+    sample_rate: float | None = None
+
+
+@dataclass(frozen=True)
 class Record:
     """One row of records.csv, SI.
 
@@ -123,6 +132,12 @@ class Record:
         Of the campaign, with what the row changes.
     row : int
         Line of records.csv.
+    more_files : tuple of Path
+        Where the record's channels are in several files: those after the first.
+    setup : str
+        Which of the campaign's `setups`; empty: the campaign's own channels.
+    people : mapping
+        Cells of columns for people (operator, date, ...), carried and not used.
     """
 
     id: str
@@ -137,6 +152,9 @@ class Record:
     note: str = ""
     settings: Settings = field(default_factory=Settings)
     row: int = 0
+    more_files: tuple[Path, ...] = ()
+    setup: str = ""
+    people: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -155,6 +173,10 @@ class Campaign:
         (low, high), Hz.
     settings : Settings
         Numbers that steer the stages; a record may change them once more.
+    setups : mapping
+        Further ways to read files, by the name that records call them by.
+    people : mapping
+        Keys for people (operator, date, ...), carried and not used.
     """
 
     folder: Path
@@ -167,6 +189,13 @@ class Campaign:
     bandpass: tuple[float, float] | None
     records: tuple[Record, ...] = field(default=())
     settings: Settings = field(default_factory=Settings)
+    setups: Mapping[str, Setup] = field(default_factory=dict)
+    people: Mapping[str, str] = field(default_factory=dict)
+
+    def setup_of(self, record: Record) -> Setup:
+        """How to read a record's files."""
+        standard = Setup(self.channels, self.time, self.sample_rate)
+        return self.setups.get(record.setup, standard)
 
     def record(self, id: str) -> Record:
         """The record called `id`; CampaignError with the nearest name where there is none."""

@@ -8,15 +8,24 @@ from __future__ import annotations
 
 import csv
 import io
-import math
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from vinesexp.errors import ParameterError, nearest
+from vinesexp.errors import nearest
 from vinesexp.records.problems import Problems
-from vinesexp.records.schema import TESTS, Record
+from vinesexp.records.schema import Record
+from vinesexp.records.table_cells import (
+    read_clearance,
+    read_exclude,
+    read_file,
+    read_frequency,
+    read_id,
+    read_least,
+    read_number,
+    read_setup,
+    read_test,
+)
 from vinesexp.settings.overrides import changed_by_text
 from vinesexp.settings.stages import Settings
 
@@ -31,20 +40,29 @@ COLUMNS = (
     "release_mm",
     "exclude",
     "settings",
+    "setup",
     "note",
 )
+#: Columns for people: text, carried into the records and never used in them.
+PEOPLE = (
+    "operator",
+    "date",
+    "time",
+    "instrument",
+    "place",
+    "temperature",
+    "temperature_c",
+    "humidity",
+    "comment",
+    "notes",
+)
 REQUIRED = COLUMNS[:3]
-_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
-_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)  # Windows devices
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_YES = {"": False, "no": False, "n": False, "false": False, "0": False}
-_YES |= {"yes": True, "y": True, "true": True, "1": True}
 T = TypeVar("T")
 
 
 def read_table(
     file: Path, folder: Path, *, allow_outside: bool, n_masses: int, problems: Problems,
-    settings: Settings | None = None,
+    settings: Settings | None = None, setups: tuple[str, ...] = (),
 ) -> tuple[Record, ...]:  # fmt: skip
     """Read records.csv; what is wrong goes to `problems`, the rows that are right come back.
 
@@ -58,6 +76,8 @@ def read_table(
         How many NES masses campaign.yaml gives; more than one must suffice for every record.
     settings : Settings, optional
         Of the campaign; a row may change them.
+    setups : tuple of str
+        Names under `setups` in campaign.yaml.
     """
     settings = Settings() if settings is None else settings
     rows = _rows(file, problems)
@@ -77,7 +97,9 @@ def read_table(
             )
             continue
         row = {name: cell.strip() for name, cell in zip(header, cells, strict=False)}
-        record = _record(row, line, folder, comma, allow_outside, n_masses, settings, problems)
+        record = _record(
+            row, line, folder, comma, allow_outside, n_masses, settings, setups, problems
+        )
         # Names that differ only in case would share a file on many disks.
         key = row.get("record", "").lower()
         if key and key in lines:
@@ -118,10 +140,20 @@ def _rows(
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=False)
     body: list[tuple[int, list[str]]] = []
     line = 1
-    for cells in reader:
-        if any(cell.strip() for cell in cells):
-            body.append((line, cells))
-        line = reader.line_num + 1
+    try:
+        for cells in reader:
+            if any(cell.strip() for cell in cells):
+                body.append((line, cells))
+            line = reader.line_num + 1
+    except csv.Error as error:
+        problems.add(
+            f"cannot be read as a table ({error}); look for a quote that is not closed",
+            where=f"line {line}",
+        )
+        return None
+    if not body:
+        problems.add(f"holds no words; its first line names the columns: {','.join(COLUMNS)}")
+        return None
     header = [cell.strip() for cell in body[0][1]]
     while header and not header[-1]:
         header.pop()
@@ -131,7 +163,7 @@ def _rows(
 def _header_is_right(header: list[str], problems: Problems) -> bool:
     before = len(problems.found)
     for name in header:
-        if name not in COLUMNS:
+        if name not in COLUMNS and name not in PEOPLE and not name.startswith("x_"):
             problems.add(f"unknown column '{name}'; {nearest(name, COLUMNS)}", where="line 1")
     for name in sorted({name for name in header if header.count(name) > 1}):
         problems.add(f"column '{name}' is there twice; remove one", where="line 1")
@@ -149,6 +181,7 @@ def _record(
     allow_outside: bool,
     n_masses: int,
     settings: Settings,
+    setups: tuple[str, ...],
     problems: Problems,
 ) -> Record | None:
     before = len(problems.found)
@@ -167,100 +200,27 @@ def _record(
         return cell(column, read, None)
 
     def number(text: str) -> float:
-        return _number(text, comma)
+        return read_number(text, comma)
 
+    def path(text: str) -> tuple[Path, ...]:
+        return tuple(read_file(one.strip(), folder, allow_outside) for one in text.split(";"))
+
+    files = required("file", path)
     record = Record(
-        id=required("record", _id) or "",
-        file=required("file", lambda text: _file(text, folder, allow_outside)) or folder,
-        test=required("test", _test) or "",
-        clearance=cell("clearance_mm", lambda text: _clearance(text, number, n_masses), ()),
-        base_amplitude=cell("base_amplitude_mm", lambda text: _least(text, number) / 1e3, None),
-        frequency=cell("frequency_hz", lambda text: _frequency(text, number), None),
-        added_mass=cell("added_mass_g", lambda text: _least(text, number) / 1e3, None),
+        id=required("record", read_id) or "",
+        file=files[0] if files else folder,
+        test=required("test", read_test) or "",
+        clearance=cell("clearance_mm", lambda text: read_clearance(text, number, n_masses), ()),
+        base_amplitude=cell("base_amplitude_mm", lambda text: read_least(text, number) / 1e3, None),
+        frequency=cell("frequency_hz", lambda text: read_frequency(text, number), None),
+        added_mass=cell("added_mass_g", lambda text: read_least(text, number) / 1e3, None),
         release=cell("release_mm", lambda text: number(text) / 1e3, None),
-        exclude=cell("exclude", _exclude, False),
+        exclude=cell("exclude", read_exclude, False),
         settings=cell("settings", lambda text: changed_by_text(settings, text), settings),
         note=row.get("note", ""),
         row=line,
+        more_files=files[1:] if files else (),
+        setup=cell("setup", lambda text: read_setup(text, setups), ""),
+        people={name: text for name, text in row.items() if name not in COLUMNS and text},
     )
     return record if len(problems.found) == before else None
-
-
-def _number(text: str, comma: bool) -> float:
-    plain = text.strip()
-    if "," in plain:
-        if not comma:
-            raise ParameterError(
-                f"found '{text}', expected a number with a decimal point (a comma parts the "
-                "columns of this table)"
-            )
-        plain = plain.replace(",", ".")
-    if not _NUMBER.fullmatch(plain) or not math.isfinite(float(plain)):
-        raise ParameterError(f"found '{text}', expected a number without a unit")
-    return float(plain)
-
-
-def _least(text: str, number: Callable[[str], float]) -> float:
-    value = number(text)
-    if value < 0.0:
-        raise ParameterError(f"found '{text}', expected zero or above")
-    return value
-
-
-def _clearance(text: str, number: Callable[[str], float], n_masses: int) -> tuple[float, ...]:
-    values = tuple(number(part) for part in text.split(";"))
-    if any(value <= 0.0 for value in values):
-        raise ParameterError(
-            f"found '{text}', expected clearances above zero (empty: NES removed or blocked)"
-        )
-    if 1 < n_masses < len(values):
-        raise ParameterError(
-            f"{len(values)} clearances, but campaign.yaml gives {n_masses} masses under "
-            "known.nes_mass; give one mass for all or one for each"
-        )
-    return tuple(value / 1e3 for value in values)
-
-
-def _frequency(text: str, number: Callable[[str], float]) -> tuple[float, float]:
-    parts = [number(part) for part in text.split(":")]
-    if len(parts) > 2 or any(part <= 0.0 for part in parts):
-        raise ParameterError(
-            f"found '{text}', expected a frequency above zero or a range such as 7.2:8.4"
-        )
-    return parts[0], parts[-1]
-
-
-def _id(text: str) -> str:
-    if not _ID.fullmatch(text) or text.endswith(".") or _RESERVED.fullmatch(text):
-        raise ParameterError(
-            f"found '{text}', expected a name of letters, digits and _ . + - that can be a "
-            "file's name"
-        )
-    if len(text) > 100:
-        raise ParameterError(f"the name has {len(text)} characters, expected at most 100")
-    return text
-
-
-def _test(text: str) -> str:
-    if text not in TESTS:
-        close = nearest(text, TESTS)
-        raise ParameterError(f"unknown test '{text}'; {close}")
-    return text
-
-
-def _exclude(text: str) -> bool:
-    answer = _YES.get(text.lower())
-    if answer is None:
-        raise ParameterError(f"found '{text}', expected yes or no (the reason goes to note)")
-    return answer
-
-
-def _file(text: str, folder: Path, allow_outside: bool) -> Path:
-    path = folder / text
-    # Links are followed: what counts is where the file is, not how it is written.
-    if not allow_outside and not path.resolve().is_relative_to(folder.resolve()):
-        raise ParameterError(
-            f"'{text}' leaves the campaign folder; move the file into it, or write "
-            "'allow_outside: yes' in campaign.yaml"
-        )
-    return path

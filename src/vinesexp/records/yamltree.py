@@ -12,6 +12,10 @@ from typing import Any
 
 from vinesexp.records.problems import Problems
 
+_LARGEST = 1 << 20  # characters
+_MOST = 20_000  # keys and values
+_DEEPEST = 20  # levels
+
 
 @dataclass
 class Section:
@@ -32,7 +36,12 @@ def read_yaml(file: Path, problems: Problems) -> Section | None:
     import yaml
 
     try:
+        if file.exists() and not file.is_file():
+            problems.add("is no plain file")
+            return None
         text = file.read_text(encoding="utf-8-sig")
+        if not _is_modest(text, problems, yaml):
+            return None
         node = yaml.compose(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     except FileNotFoundError:
         problems.add("is missing; docs/campaign.md says what it holds")
@@ -59,6 +68,29 @@ def read_yaml(file: Path, problems: Problems) -> Section | None:
     return top
 
 
+def _is_modest(text: str, problems: Problems, yaml: Any) -> bool:
+    """Whether a description is of a size that a person writes: aliases can swell without end."""
+    depth = deepest = count = 0
+    if len(text) <= _LARGEST:
+        for event in yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
+            depth += isinstance(event, yaml.CollectionStartEvent)
+            depth -= isinstance(event, yaml.CollectionEndEvent)
+            deepest, count = max(depth, deepest), count + 1
+            if isinstance(event, yaml.AliasEvent):
+                line = f"line {event.start_mark.line + 1}"
+                problems.add("an alias (*name); write the value itself, or in quotes", where=line)
+                return False
+            if deepest > _DEEPEST or count > _MOST:
+                break
+    if len(text) > _LARGEST or deepest > _DEEPEST or count > _MOST:
+        problems.add(
+            f"is larger than any description (more than {_LARGEST >> 20} MB, {_MOST} entries or "
+            f"{_DEEPEST} levels); docs/campaign.md says what it holds"
+        )
+        return False
+    return True
+
+
 def _reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or getattr(error, "reason", None) or str(error)
 
@@ -83,6 +115,6 @@ def _build(node: Any, path: str, problems: Problems, yaml: Any) -> Any:
         return [_build(item, path, problems, yaml) for item in node.value]
     if node.tag == "tag:yaml.org,2002:null":
         return None
-    if node.tag == "tag:yaml.org,2002:int" and node.value.isdigit():
+    if node.tag == "tag:yaml.org,2002:int" and node.value.isdigit() and len(node.value) < 10:
         return int(node.value)
     return str(node.value)

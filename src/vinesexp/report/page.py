@@ -14,11 +14,21 @@ from vinesexp.figures.entry import Drawn
 from vinesexp.figures.gallery import listed
 from vinesexp.figures.numbers import significant, with_error
 from vinesexp.records.campaign import Campaign
-from vinesexp.records.result_columns import BASE, CHECKS, CLEARANCES, IDENTIFIED, RECORD_REGIMES
+from vinesexp.records.result_columns import (
+    BASE,
+    BUDGET,
+    CHECKS,
+    CLEARANCES,
+    IDENTIFIED,
+    RECORD_REGIMES,
+    REPLAY,
+)
 from vinesexp.records.tables import read_rows
+from vinesexp.report.budget_rows import budget_table
 from vinesexp.report.errorbars import coverage_table
 from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
+from vinesexp.report.replay_verdict import replay_verdict
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
 from vinesexp.theory.regime_definitions import REGIMES
 
@@ -91,8 +101,9 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     """Everything the template shows, finished."""
     tables = {
         table.name: read_rows(results / f"{table.name}.csv", table)
-        for table in (IDENTIFIED, RECORD_REGIMES, BASE, CLEARANCES, CHECKS)
+        for table in (IDENTIFIED, RECORD_REGIMES, BASE, CLEARANCES, REPLAY, CHECKS)
     }
+    budget = results / "budget.csv"
     records = [record.file for record in campaign.records]
     description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
     processed = processed_records(campaign, results)
@@ -127,6 +138,8 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "first": min(figures, key=_early, default=None),
         "headings": TESTS,
         "coverage": coverage_table(),
+        "budget": budget_table(read_rows(budget, BUDGET) if budget.is_file() else []),
+        "replay": replay_verdict(tables["replay"], tables["checks"]),
         "written": SYMBOLS,
         "processed": processed,
         "changed_settings": changed_settings(campaign),
@@ -148,12 +161,12 @@ def _verdict(
 ) -> dict[str, Any]:
     levels = periodic_levels(campaign, tables["regimes"], tables["base"])
     rig = identified_rig(tables["identified"], campaign.known)
-    periodic = periodic_verdicts(levels, tables["clearances"], rig)
+    periodic = periodic_verdicts(levels, tables["clearances"], rig, tables["replay"])
     releases = release_verdicts(tables["clearances"])
     return {
         "periodic": periodic,
         "releases": releases,
-        "headline": headline(periodic, releases, parameters),
+        "headline": headline(periodic, releases, parameters, tables["checks"]),
     }
 
 

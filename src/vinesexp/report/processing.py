@@ -1,4 +1,4 @@
-"""How each record was processed: length, sampling, bands, impacts; for whoever doubts a number."""
+"""How each record was processed: length, sampling, bands, impacts; for checking a number."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.records.campaign import Campaign
-from vinesexp.records.store import open_record
+from vinesexp.records.store import RecordView, open_record
 from vinesexp.settings.overrides import differences
 
 
@@ -44,19 +44,16 @@ def processed_records(campaign: Campaign, results: Path) -> list[Processed]:
         with open_record(results / f"conditioned/{record.id}.nc") as view:
             if view.refused is not None or not view.n:
                 continue
-            told = view.attributes
+            found_in, drop = view.attributes, record.test == "drop"
             found.append(
                 Processed(
                     record=record.id,
                     length=f"{view.n / view.sample_rate:.4g} s",
                     sample_rate=f"{1e-3 * view.sample_rate:.4g} kHz",
-                    oscillation=_hertz(told.get("oscillation_hz")),
-                    motion_band=_band(told, "displacement")
-                    if "displacement" in view.roles
-                    else "–",
-                    impact_band=_band(told, "acceleration")
-                    if "acceleration" in view.roles
-                    else "–",
+                    # What a drop test's bands follow is the ringing of its impacts.
+                    oscillation="–" if drop else _hertz(found_in.get("oscillation_hz")),
+                    motion_band=_band(view, "displacement") if not drop else "–",
+                    impact_band=_band(view, "acceleration"),
                     impacts=_count(results / f"impacts/{record.id}.csv"),
                     sha256=sha256,
                 )
@@ -77,8 +74,13 @@ def _hertz(value: Any) -> str:
     return f"{float(value):.4g}" if value is not None else "–"
 
 
-def _band(told: dict[str, Any], role: str) -> str:
-    low, high = told.get(f"{role}_low_hz"), told.get(f"{role}_high_hz")
+def _band(view: RecordView, role: str) -> str:
+    """Edges of what a channel keeps, those that its sampling can hold; a dash without it."""
+    if role not in view.roles:
+        return "–"
+    low, high = (view.attributes.get(f"{role}_{end}_hz") for end in ("low", "high"))
+    if high is not None and float(high) >= 0.5 * view.sample_rate:
+        high = None
     if low is None and high is None:
         return "all"
     if high is None:

@@ -15,6 +15,7 @@ from vinesexp.clearance.levels import Periodic
 from vinesexp.clearance.predicted import IdentifiedRig, predicted_lowest
 from vinesexp.figures.numbers import millimetres, with_interval
 from vinesexp.records.tables import number
+from vinesexp.report.caveats import branch_note, likely_causes
 
 Row = Mapping[str, str]
 _NO_ROW: Row = {}
@@ -29,6 +30,7 @@ class PeriodicVerdict:
     level : ``G = 0.25 mm``.
     lowest, lowest_within : clearance of lowest amplitude, and where it lies for sure (`within`).
     lowest_bound : ``at most`` and the like where it is the edge of what was tried.
+    branch : which starts lead to another motion than the one whose end b_c is.
     end_within : where permanent two impacts per cycle end.
     exact, published : predicted b_c.
     exact_lowest : predicted clearance of lowest amplitude.
@@ -46,12 +48,16 @@ class PeriodicVerdict:
     sentence: str
     agrees: bool | None
     lowest_bound: str = ""
+    branch: str = ""
 
 
 def periodic_verdicts(
-    levels: Sequence[Periodic], clearances: Sequence[Row], rig: IdentifiedRig
+    levels: Sequence[Periodic],
+    clearances: Sequence[Row],
+    rig: IdentifiedRig,
+    replay: Sequence[Row] = (),
 ) -> list[PeriodicVerdict]:
-    """One verdict a base amplitude, from the rows of clearances.csv."""
+    """One verdict a base amplitude, from the rows of clearances.csv and replay.csv."""
     rows = {row["level"]: row for row in clearances if row["test"] == "periodic"}
     verdicts = []
     for level in levels:
@@ -70,6 +76,7 @@ def periodic_verdicts(
                 sentence=sentence,
                 agrees=agrees,
                 lowest_bound=row.get("bound", ""),
+                branch=branch_note(level, replay),
             )
         )
     return verdicts
@@ -186,8 +193,9 @@ def headline(
     periodic: Sequence[PeriodicVerdict],
     releases: Sequence[ReleaseVerdict],
     parameters: Mapping[str, str],
+    checks: Sequence[Row] = (),
 ) -> str:
-    """The campaign in one or two sentences.
+    """The campaign in a few sentences.
 
     Parameters
     ----------
@@ -195,6 +203,8 @@ def headline(
         Verdicts; the last periodic one with a measured optimum is reported, a bracketed one first.
     parameters : mapping
         Combined values as text, by name.
+    checks : sequence of mappings
+        Rows of checks.csv: where prediction and measurement disagree they may say why.
     """
     measured = [verdict for verdict in periodic if verdict.lowest]
     bracketed = [verdict for verdict in measured if not verdict.lowest_bound]
@@ -206,7 +216,7 @@ def headline(
             text += f"; b_c is predicted at {last.exact} mm." if last.exact else "."
         elif last.exact:
             text += f" b_c is predicted at {last.exact} mm."
-        return text
+        return text + _disagreements(periodic, checks)
     reached = [verdict for verdict in releases if verdict.within]
     bracketed_releases = [verdict for verdict in reached if not verdict.bound]
     if reached:
@@ -230,6 +240,14 @@ def headline(
     return f"No best clearance can be reported: {reason}. " + (
         f"The records give {found}." if found else "The records give no parameter either."
     )
+
+
+def _disagreements(periodic: Sequence[PeriodicVerdict], checks: Sequence[Row]) -> str:
+    """Where prediction and measurement exclude one another, and what may be why."""
+    apart = [f"{v.level} ({v.sentence})" for v in periodic if v.agrees is False]
+    if not apart:
+        return ""
+    return f" Prediction and measurement disagree at {'; '.join(apart)}; {likely_causes(checks)}."
 
 
 _EDGE = {

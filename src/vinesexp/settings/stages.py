@@ -15,6 +15,7 @@ DETECTORS = ("template", "find_peaks", "sta_lta", "matched_filter")
 _TABLE = "docs/benchmarks/impacts.md"
 _ABLATION = "docs/benchmarks/impacts.md"
 _CONDITION = "tests/signals/test_condition.py"
+_DROP = "tests/hard_cases/test_drop_records.py"
 _FIND = "tests/signals/impacts/test_find.py"
 
 
@@ -46,6 +47,11 @@ class FilterSettings:
     slowest: float = number(
         0.5, "lower edge without an oscillation: slower is drift of the sensor",
         measured="tests/signals/test_real_shocks.py", low=0.0, high=1e4, of="frequency",
+    )  # fmt: skip
+
+    drop_low: float = number(
+        100.0, "lower edge in a drop test: below are hum, handling and the bench",
+        measured=_DROP, low=0.0, high=1e5, of="frequency",
     )  # fmt: skip
 
 
@@ -151,6 +157,28 @@ class ImpactSettings:
 
 
 @dataclass(frozen=True)
+class DropSettings:
+    """Drop tests whose hits ring for longer than a template."""
+
+    ring: float = number(
+        8e-3, "hits that ring longer (to a tenth) are found by their onsets, not by a template",
+        measured=_DROP, low=0.0, high=10.0, of="time",
+    )  # fmt: skip
+    window: float = number(
+        1e-3, "window of the level: shorter than any flight, longer than a swing of the ringing",
+        measured=_DROP, low=1e-5, high=0.1, of="time",
+    )  # fmt: skip
+    rest: float = number(
+        20e-3, "an onset exceeds all that was heard for so long before it: ringing beats and fades",
+        measured=_DROP, low=1e-3, high=10.0, of="time",
+    )  # fmt: skip
+    rise: float = number(
+        3.0, "by which factor it does: beats of the ringing do not",
+        measured=_DROP, low=1.1, high=1000.0, of="level before",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
 class SlopeSettings:
     """Velocity jumps from the displacement."""
 
@@ -229,6 +257,16 @@ class RegimeSettings:
         low=0.0, high=0.9, of="largest amplitude",
     )  # fmt: skip
 
+    smallest_ball: float = number(
+        1e-3, "no regime is stated where a ball this light (times 1 + r) could hit unseen",
+        measured="tests/signals/test_visibility.py", low=1e-6, high=1.0,
+        of="mass of the oscillator",
+    )  # fmt: skip
+    seen_share: float = number(
+        0.2, "where this many impacts a cycle are found, they can be seen",
+        measured="tests/signals/test_visibility.py", low=0.0, high=10.0, of="impacts a cycle",
+    )  # fmt: skip
+
 
 @dataclass(frozen=True, repr=False)
 class Settings:
@@ -237,6 +275,7 @@ class Settings:
     filter: FilterSettings = field(default_factory=FilterSettings)
     channels: ChannelSettings = field(default_factory=ChannelSettings)
     impacts: ImpactSettings = field(default_factory=ImpactSettings)
+    drop: DropSettings = field(default_factory=DropSettings)
     slopes: SlopeSettings = field(default_factory=SlopeSettings)
     attribution: AttributionSettings = field(default_factory=AttributionSettings)
     regimes: RegimeSettings = field(default_factory=RegimeSettings)

@@ -14,6 +14,7 @@ from vinesexp.signals.means import channel_means
 Band = tuple[float | None, float | None]
 
 _SPECTRUM = 1 << 19  # points that the oscillator's frequency is looked for in
+_LOOKED_AT = ("displacement", "acceleration", "base")
 _TOP = 0.475  # of the sample rate: a corner above does nothing but harm
 _PERIODS = 3.0  # of the slowest thing that a record without an oscillation keeps
 
@@ -38,13 +39,15 @@ def default_bands(
     bandpass: tuple[float, float] | None = None,
     duration: float = math.inf,
     settings: FilterSettings | None = None,
+    drop: bool = False,
 ) -> Bands:
     """Bands that follow the oscillator.
 
     Displacement: a quarter to five times its frequency, or what the user says; nothing beyond the
     Nyquist frequency. Acceleration: everything above twenty times its frequency, but never less
     than the upper 23 of 25 parts of what the sample rate holds; without an oscillation everything
-    that three periods fit into. `settings` holds these numbers.
+    that three periods fit into. A drop test (`drop`): everything above hum and handling, of every
+    channel. `settings` holds these numbers.
 
     Examples
     --------
@@ -56,6 +59,9 @@ def default_bands(
     (2.0, None)
     """
     numbers = FilterSettings() if settings is None else settings
+    if drop:
+        low = min(numbers.drop_low, numbers.impacts_low_most * sample_rate)
+        return Bands(None, (low or None, None), (low or None, None))
     if frequency is None:
         slow = min(max(_PERIODS / duration, numbers.slowest), 0.01 * sample_rate)
         return Bands(None, bandpass or (None, None), (slow or None, None))
@@ -70,11 +76,21 @@ def default_bands(
 
 
 def oscillation_of(record: RecordView) -> float | None:
-    """Frequency (Hz) of the record's displacement; None without one or where nothing moves."""
-    if "displacement" not in record.roles:
+    """Frequency (Hz) of the oscillator in a record; None where nothing oscillates.
+
+    Of the displacement, else of the acceleration, else of the base: one channel suffices, if it is
+    said to be of a rig that oscillates. A drop test has no oscillation: what is heard is the
+    ringing of the wall.
+    """
+    test = record.attributes.get("test")
+    if test == "drop":
         return None
     k = max(1, record.n // _SPECTRUM)
-    try:
-        return dominant_frequency(channel_means(record, "displacement", k), record.sample_rate / k)
-    except AnalysisError:
-        return None
+    looked_at = _LOOKED_AT if test else _LOOKED_AT[:1]
+    for role in (role for role in looked_at if role in record.roles):
+        means = channel_means(record, role, k)
+        try:
+            return dominant_frequency(means, record.sample_rate / k, quantity=record.quantity(role))
+        except AnalysisError:
+            continue
+    return None

@@ -10,17 +10,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import FloatArray
 from vinesexp.records.store import RecordView
+from vinesexp.signals.channel_phase import PhaseLaw, phase_law, second_derivative_beside
 from vinesexp.signals.means import channel_means
 
 _POINTS = 40  # a period
+_FINER = 400  # a period, where impacts are looked at: they alias into what is coarser
 _BAND = (0.8, 1.2)  # of the oscillation
 
 
@@ -34,12 +35,17 @@ class Agreement:
         1 where both are calibrated; negative where one channel has the wrong sign.
     lag, lag_error : float
         By which the displacement comes late beside the acceleration, s.
+    corner, corner_error : float
+        Below which an AC-coupled accelerometer loses the motion, Hz; 0 where it shows none, NaN
+        where the record cannot part a corner from a lag.
     """
 
     gain: float
     gain_error: float
     lag: float
     lag_error: float
+    corner: float = math.nan
+    corner_error: float = math.nan
 
     def as_attributes(self) -> dict[str, object]:
         """For the attributes of a file; `agreement_in` reads them."""
@@ -81,7 +87,7 @@ def compare_channels(
     f = np.fft.rfftfreq(n, step)
     near = (f > _BAND[0] * frequency) & (f < _BAND[1] * frequency)
     w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
-    A, Y = _both(acceleration[:n], displacement[:n], step, w, near)
+    A, Y = second_derivative_beside(acceleration[:n], displacement[:n], step, w, near)
     power = float((np.abs(Y) ** 2).sum())
     if power == 0.0 or near.sum() < 4:
         return None
@@ -98,34 +104,36 @@ def compare_channels(
     return Agreement(gain, error, lag, error / (abs(gain) * middle))
 
 
-def _both(
-    a: FloatArray, x: FloatArray, step: float, w: FloatArray, near: BoolArray
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Tapered transforms of a and of x''. The latter without derivatives of x: by parts,
-
-    the integral of p exp(-iwt) x'' is that of (p'' - 2iw p' - w^2 p) exp(-iwt) x, exactly, as the
-    taper p and its slope vanish at both ends. So a decay or a swell does no harm.
-    """
-    n = a.size
-    phase = 2.0 * np.pi * (np.arange(n) + 0.5) / n
-    rate = 2.0 * np.pi / (n * step)
-    taper, slope, bend = (
-        0.5 - 0.5 * np.cos(phase),
-        0.5 * rate * np.sin(phase),
-        0.5 * rate**2 * np.cos(phase),
-    )
-    x = x - x.mean()
-    A = np.fft.rfft((a - a.mean()) * taper)[near]
-    X, X1, X2 = (np.fft.rfft(x * window)[near] for window in (taper, slope, bend))
-    return A, X2 - 2j * w * X1 - w**2 * X
-
-
 def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
     """Compare the two channels of a record; None where one is missing."""
     if not {"acceleration", "displacement"} <= set(record.roles):
         return None
     k = max(1, int(record.sample_rate / (_POINTS * frequency)))
-    acceleration, displacement = (
-        channel_means(record, role, k) for role in ("acceleration", "displacement")
-    )
-    return compare_channels(acceleration, displacement, k / record.sample_rate, frequency=frequency)
+    found = compare_channels(*_means(record, k), k / record.sample_rate, frequency=frequency)
+    if found is None:
+        return None
+    k = max(1, int(record.sample_rate / (_FINER * frequency)))
+    law = phase_law(
+        *_means(record, k), k / record.sample_rate, frequency=frequency,
+        lag=found.lag, lag_error=found.lag_error,
+    )  # fmt: skip
+    return found if law is None else _with_corner(found, law, frequency)
+
+
+def _means(record: RecordView, k: int) -> tuple[FloatArray, FloatArray]:
+    return channel_means(record, "acceleration", k), channel_means(record, "displacement", k)
+
+
+def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement:
+    """What the phase over all frequencies says of the phase at one.
+
+    A corner that is there takes its part of the phase and of the gain; the lag is then that of all
+    frequencies. Without one the oscillation alone knows the lag better.
+    """
+    if not law.has_corner:
+        return replace(found, corner=0.0, corner_error=law.corner_error)
+    held = 1.0 / math.hypot(1.0, law.corner / frequency)
+    return Agreement(
+        found.gain / held, found.gain_error / held, law.lag, law.lag_error,
+        law.corner, law.corner_error,
+    )  # fmt: skip

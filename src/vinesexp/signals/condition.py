@@ -75,6 +75,7 @@ def condition(
             bandpass=bandpass,
             duration=record.n / record.sample_rate,
             settings=settings.filter,
+            drop=record.attributes.get("test") == "drop",
         )
         limits = Range(0.0)
         if "acceleration" in record.roles:

@@ -2,25 +2,45 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 
+#: Power of a line over the median around it that noise does not reach: of a million lines of white
+#: noise the largest is ln(1e6)/ln(2) = 20 medians high.
+_STANDS_OUT = 60.0
+_AROUND = 4.0  # a line is compared with those from a quarter to four times its frequency
+_OWN = 1.3  # what lies closer than this factor may be the peak's own skirt
+_LOBE = 3  # lines of the untapered spectrum that a Hann window smears one over
+_FEWEST = 4  # lines that a median is taken of
+_FINEST = 2.5  # samples a period: a peak closer to the Nyquist frequency may be an alias
+_SHARE = 0.01  # of the velocity that the oscillation holds, in an acceleration
+_TRIED = 2000  # peaks that are looked at, the strongest first
+#: Power of the frequency that turns each quantity into velocity.
+TO_VELOCITY = {"displacement": 1, "velocity": 0, "acceleration": -1}
 
-def dominant_frequency(x: FloatArray, sample_rate: float) -> float:
-    """Frequency of the strongest oscillation, drift put aside.
 
-    The highest peak of the Hann-windowed spectrum weighted by frequency (amplitude of velocity):
-    slow drift is strong in displacement and weak in velocity. Good to a few hundredths of
-    1/duration; a place to start from, not an estimate of f0.
+def dominant_frequency(
+    x: FloatArray, sample_rate: float, *, quantity: str = "displacement"
+) -> float:
+    """Frequency of the strongest oscillation, drift and noise put aside.
+
+    Of the lines of the Hann-windowed spectrum that stand out of the lines around them, the one with
+    the largest velocity: drift is strong in displacement and weak in velocity, and noise, however
+    strong at high frequencies, stands out nowhere. Good to a few hundredths of 1/duration; a place
+    to start from, not an estimate of f0.
 
     Parameters
     ----------
     x : array
-        Displacement, any unit.
+        Any unit.
     sample_rate : float
         Hz.
+    quantity : str
+        What x is, a key of `TO_VELOCITY`.
 
     Returns
     -------
@@ -30,7 +50,7 @@ def dominant_frequency(x: FloatArray, sample_rate: float) -> float:
     Raises
     ------
     AnalysisError
-        Fewer than 16 samples, or nothing moves.
+        Fewer than 16 samples, nothing moves, or nothing stands out of the noise.
 
     Examples
     --------
@@ -46,17 +66,50 @@ def dominant_frequency(x: FloatArray, sample_rate: float) -> float:
     centred = x - x.mean()
     centred -= ramp * (centred @ ramp / (ramp @ ramp))
     if not np.any(np.abs(centred) > 1e-12 * np.abs(x).max()):
-        raise AnalysisError("the displacement does not move; there is no oscillation to follow")
+        raise AnalysisError("nothing moves in it; there is no oscillation to follow")
     size = fast_length(n)
-    spectrum = np.abs(np.fft.rfft(centred * np.hanning(n), size))
-    spectrum *= np.arange(spectrum.size)
+    power = np.abs(np.fft.rfft(centred * np.hanning(n), size)) ** 2
+    line = np.maximum(np.arange(power.size), 1)
+    velocity = power * line.astype(np.float64) ** (2 * TO_VELOCITY[quantity])
     # Less than one and a half periods in the record is drift, not oscillation.
-    first = min(int(np.ceil(1.5 * size / n)), spectrum.size - 2)
-    peak = first + int(np.argmax(spectrum[first:-1]))
-    here = np.log(spectrum[max(peak - 1, 0) : peak + 2] + np.finfo(float).tiny)
+    first = min(math.ceil(1.5 * size / n), power.size - 2)
+    last = min(power.size - 1, math.ceil(size / _FINEST))
+    peak = _strongest_that_stands_out(power, velocity, first, last, lobe=_LOBE * size / n)
+    if peak is not None and quantity != "displacement":
+        band = slice(math.floor(0.9 * peak), math.ceil(1.1 * peak) + 1)
+        if velocity[band].sum() < _SHARE * velocity[first:last].sum():
+            peak = None  # a line of hum in a record of other things
+    if peak is None:
+        raise AnalysisError("no oscillation stands out of its noise")
+    here = np.log(velocity[max(peak - 1, 0) : peak + 2] + np.finfo(float).tiny)
     bend = here[0] - 2.0 * here[1] + here[2]
     shift = 0.5 * (here[0] - here[2]) / bend if bend < 0.0 else 0.0
     return float((peak + min(max(shift, -0.5), 0.5)) * sample_rate / size)
+
+
+def _strongest_that_stands_out(
+    power: FloatArray, velocity: FloatArray, first: int, last: int, *, lobe: float
+) -> int | None:
+    """Line of largest velocity among the local peaks that stand out; None where none does."""
+    inner = np.arange(max(first, 1), min(last, power.size - 1))
+    top = (velocity[inner] >= velocity[inner - 1]) & (velocity[inner] >= velocity[inner + 1])
+    peaks = inner[top]
+    for peak in peaks[np.argsort(-velocity[peaks], kind="stable")][:_TRIED]:
+        if power[peak] > _STANDS_OUT * _around(power, int(peak), lobe):
+            return int(peak)
+    return None
+
+
+def _around(power: FloatArray, peak: int, lobe: float) -> float:
+    """Median power of the lines below or above a peak, the larger of the two.
+
+    Its own skirt is left out; where too few lines lie on a side, the other one decides.
+    """
+    skirt = max(lobe, (_OWN - 1.0) * peak)
+    below = power[math.ceil(peak / _AROUND) : max(0, math.floor(peak - skirt))]
+    above = power[math.ceil(peak + skirt) : math.ceil(_AROUND * peak + 4.0 * lobe)]
+    medians = [float(np.median(side)) for side in (below, above) if side.size >= _FEWEST]
+    return max(medians) if medians else math.inf
 
 
 def fast_length(n: int) -> int:

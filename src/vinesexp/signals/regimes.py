@@ -15,6 +15,7 @@ from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.cycles import cycles_from, time_to_level
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.transition import transition_of
+from vinesexp.signals.visibility import could_be_seen
 from vinesexp.theory.regime_definitions import activation_spells, regime_of
 
 #: Amplitudes of a release that times are reported for, as shares of the release.
@@ -44,7 +45,8 @@ def regime_of_record(
         ``captured`` (share of cycles with one impact on either side), ``spells`` and
         ``spell_mean_s`` (of such cycles in a row), and for a release ``captured_until_s``,
         ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and ``transition_m`` (amplitude where
-        the ball is lost). None or absent where it cannot be known.
+        the ball is lost). None or absent where it cannot be known: a record that could not show
+        impacts, for its noise or its sampling, has no regime.
     """
     row: dict[str, str | float | None] = {
         "record": record.id,
@@ -61,13 +63,14 @@ def regime_of_record(
         time, amplitude = _amplitudes(view, float(frequency))
         length = view.n / view.sample_rate
         start = view.start
+        seen = _seen(record, view, impacts, float(frequency))
     if amplitude.size == 0:
         return row
     begin = record.settings.regimes.settling * length if record.test == "periodic" else 0.0
     steady = amplitude[time >= begin]
     row["amplitude_mean_m"] = float(steady.mean())
     row["amplitude_max_m"] = float(steady.max())
-    if record.clearance:
+    if record.clearance and seen:
         end = length
         if record.test == "transient":
             end = min(record.settings.regimes.first_cycles / float(frequency), length)
@@ -76,6 +79,18 @@ def regime_of_record(
         )
         row |= _spells(record, impacts, 1.0 / float(frequency), start, (time, amplitude))
     return row
+
+
+def _seen(record: Record, view: RecordView, impacts: Impacts, frequency: float) -> bool:
+    """Whether the record would show impacts if there were any: what is not seen is unknown."""
+    if not record.clearance:
+        return True
+    cycles = max(1.0, view.n / view.sample_rate * frequency)
+    if impacts.n / cycles > record.settings.regimes.seen_share:
+        return True
+    return could_be_seen(
+        view, clearance=min(record.clearance), frequency=frequency, settings=record.settings
+    )
 
 
 def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | float | None]]:

@@ -11,14 +11,22 @@ from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig
 from vinesexp.solver.state import (
+    B_PLUS,
     CLEARANCE,
     COLUMNS,
     FREE,
     MASS,
+    R_MINUS,
+    R_PLUS,
+    R_SLOPE,
     RESTITUTION,
     RHO,
+    RUB,
     SIDE,
     STATE,
+    TILT,
+    UNSET,
+    WAY,
     D,
     U,
 )
@@ -26,10 +34,20 @@ from vinesexp.solver.state import (
 FloatArray = NDArray[np.float64]
 
 
+def is_plain(rig: Rig) -> bool:
+    """Whether the loop of `kernel.py` serves: its balls fly freely, its r and spring are constant.
+
+    Clearances that differ between the two walls are plain: only the width of a cavity matters.
+    """
+    return rig.oscillator.k3 == 0.0 and all(
+        not nes.rubs and nes.r_slope == 0.0 and nes.restitution(-1) == nes.r for nes in rig.nes
+    )
+
+
 def parameters(rig: Rig, damping: WeakDamping) -> FloatArray:
-    """Mass, viscous, stiffness, quadratic and Coulomb damping, in the order of `series.py`."""
+    """Mass, damping, stiffness, quadratic and Coulomb damping, cubic stiffness (`series.py`)."""
     o = rig.oscillator
-    return np.array([o.M, o.c1, o.k1, damping.quadratic, damping.coulomb])
+    return np.array([o.M, o.c1, o.k1, damping.quadratic, damping.coulomb, o.k3])
 
 
 def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
@@ -40,22 +58,26 @@ def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
             raise ParameterError(
                 f"{name} has {len(values)} values, expected {n}: one per NES (or none at all)"
             )
-    y0 = np.array(release.y0 or [release.x0] * n, dtype=np.float64)
+    centre = [release.x0 - 0.5 * (nes.b - nes.clearance(-1)) for nes in rig.nes]
+    y0 = np.array(release.y0 or centre, dtype=np.float64)
     vy0 = np.array(release.vy0 or [0.0] * n, dtype=np.float64)
     table = np.zeros((n, COLUMNS))
     for i, nes in enumerate(rig.nes):
         w = release.x0 - y0[i]
-        side = 1.0 if w >= 0.0 else -1.0
-        gap = nes.b - abs(w)
-        rounding = 4.0 * np.finfo(np.float64).eps * (abs(release.x0) + abs(y0[i]) + nes.b)
+        side = 1 if w >= 0.5 * (nes.b - nes.clearance(-1)) else -1
+        b = nes.clearance(side)
+        gap = b - side * w
+        rounding = 4.0 * np.finfo(np.float64).eps * (abs(release.x0) + abs(y0[i]) + b)
         if gap < -rounding:
             raise ParameterError(
                 f"ball {i} starts at x - y = {w:.9g} m, outside its cavity: "
-                f"expected at most the clearance b = {nes.b:.9g} m to either side"
+                f"expected from {-nes.clearance(-1):.9g} to {nes.b:.9g} m, its clearances"
             )
         # Within rounding of the wall means on it: 0.034 - 0.0 and b need not agree in the last bit.
         gap = 0.0 if gap <= rounding else gap
-        table[i, [MASS, CLEARANCE, RESTITUTION]] = nes.m, nes.b, nes.r
+        half, r = 0.5 * (nes.b + nes.clearance(-1)), (nes.r, nes.restitution(-1), nes.r_slope)
+        table[i, [MASS, CLEARANCE, RESTITUTION, B_PLUS]] = nes.m, half, nes.restitution(side), nes.b
+        table[i, [R_PLUS, R_MINUS, R_SLOPE, RUB, TILT, WAY]] = *r, nes.friction, nes.tilt, UNSET
         table[i, [D, SIDE, RHO, STATE, U]] = gap, side, release.v0 - vy0[i], FREE, vy0[i]
     return table, y0
 
@@ -63,14 +85,15 @@ def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
 def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray | None:
     """Table of the closed form where there is a good one, else None: power series then.
 
-    Not for weakly nonlinear damping, a base that is not harmonic, an oscillator near or beyond
-    critical damping, or a resonance so sharp that the particular response would dwarf the motion.
+    Not for weakly nonlinear damping or stiffness, a base that is not harmonic, an oscillator near
+    or beyond critical damping, or a resonance so sharp that the particular response would dwarf
+    the motion.
     """
     from vinesexp.solver.response import prepare
 
-    if not isinstance(base, Harmonic | None) or damping != WeakDamping():
-        return None
     o = rig.oscillator
+    if not isinstance(base, Harmonic | None) or damping != WeakDamping() or o.k3 != 0.0:
+        return None
     amplitude, frequency, phase = 0.0, o.f0, 0.0
     if isinstance(base, Harmonic) and base.amplitude > 0.0:
         amplitude, frequency, phase = base.amplitude, base.frequency, base.phase

@@ -21,13 +21,18 @@ MODULES = (
     "contact",
     "events",
     "flight",
+    "hold",
     "hop",
     "kernel",
+    "nonlinear",
     "response",
+    "rubbing",
+    "rubchatter",
     "search",
     "series",
     "state",
     "statistics",
+    "stickslip",
     "walls",
 )
 

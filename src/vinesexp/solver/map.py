@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig, checked
-from vinesexp.solver.arrays import ball_table, closed_form, parameters
+from vinesexp.solver.arrays import ball_table, closed_form, is_plain, parameters
 
 FloatArray = NDArray[np.float64]
 
@@ -81,6 +81,11 @@ def amplitude_map(
     G = checked(levels, "base amplitude", "m, above zero", closed=False)
     if len(rig.nes) != 1:
         raise ParameterError(f"the rig has {len(rig.nes)} NESs: expected one for an amplitude map")
+    if not is_plain(rig) or rig.nes[0].b_minus is not None:
+        raise ParameterError(
+            "the NES has friction, tilt or walls that differ, or its spring is cubic: an amplitude "
+            "map is of a plain rig; simulate its cells one by one"
+        )
     if not 0.0 <= settle < duration:
         raise ParameterError(f"settle = {settle}: expected from 0 to below the duration {duration}")
     out = np.empty((3, G.size, b.size))

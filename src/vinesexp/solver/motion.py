@@ -13,7 +13,18 @@ from vinesexp.excitation import Base, Release, WeakDamping
 from vinesexp.rig import Rig
 from vinesexp.solver.arrays import parameters
 from vinesexp.solver.drive import base_motion, drive_table
-from vinesexp.solver.state import IMPACT, REST_END, REST_START, START
+from vinesexp.solver.state import (
+    IMPACT,
+    L_A,
+    L_APART,
+    L_FORCE,
+    L_MASS,
+    LOG_COLUMNS,
+    REST_END,
+    REST_START,
+    RUBBING_LOG_COLUMNS,
+    START,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -35,8 +46,9 @@ class Motion:
         impacts by which a chatter ends (all within 1e-8 of a radian) are not listed; a rest starts
         where they accumulate.
     rests : dict of arrays
-        ``start``, ``end`` (s), ``nes``, ``side``: the spells in which a ball rests on a wall. A
-        spell that lasts to the end of the run ends at `duration`.
+        ``start``, ``end`` (s), ``nes``, ``side``: the spells in which a ball rests on a wall, or is
+        held by friction somewhere between the walls (side 0). A spell that lasts to the
+        end of the run ends at `duration`.
     """
 
     rig: Rig
@@ -44,7 +56,9 @@ class Motion:
     duration: float
     damping: WeakDamping
     release: Release
-    events: FloatArray = field(repr=False)  # time, x, v_before, v_after, vy_before, vy_after
+    events: FloatArray = field(
+        repr=False
+    )  # time, x, v_before, v_after, vy_before, vy_after; state.py
     labels: IntArray = field(repr=False)  # kind, nes, side
 
     @cached_property
@@ -57,7 +71,7 @@ class Motion:
             "time": columns[0],
             "nes": labels[1],
             "side": labels[2],
-            **dict(zip(names, columns[1:], strict=True)),
+            **dict(zip(names, columns[1:LOG_COLUMNS], strict=True)),
         }
 
     @cached_property
@@ -83,7 +97,9 @@ class Motion:
 
     @cached_property
     def _nodes(self) -> FloatArray:
-        """After each event: time, x, v, mass that moves with the oscillator."""
+        """After each event: time, x, v, mass that moves with the oscillator, force on it."""
+        if self._rubs:
+            return np.ascontiguousarray(self.events[:, [0, 1, 3, L_MASS, L_FORCE]])
         m = np.array([nes.m for nes in self.rig.nes] + [0.0])
         kind, nes = self.labels[:, 0], self.labels[:, 1]
         change = np.where(kind == REST_START, m[nes], 0.0) - np.where(kind == REST_END, m[nes], 0.0)
@@ -91,10 +107,12 @@ class Motion:
         # Rests come and go in full, so the sum is exact up to rounding; none resting is M itself.
         resting = np.cumsum((kind == REST_START).astype(np.int64) - (kind == REST_END))
         mass[resting == 0] = self.rig.oscillator.M
-        return np.column_stack([self.events[:, 0], self.events[:, 1], self.events[:, 3], mass])
+        t, x, v = self.events[:, 0], self.events[:, 1], self.events[:, 3]
+        return np.column_stack([t, x, v, mass])
 
     def _evaluate(self, t: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         from vinesexp.solver.events import sample
+        from vinesexp.solver.nonlinear import sample_loaded
 
         times = self._times(t)
         flat = times.ravel()
@@ -105,7 +123,8 @@ class Motion:
         out = np.empty((3, flat.size))
         kind, table = drive_table(self.base_drive)
         flat = np.ascontiguousarray(flat)
-        sample(parameters(self.rig, self.damping), kind, table, self._nodes, flat, *out)
+        evaluate = sample_loaded if self._rubs else sample
+        evaluate(parameters(self.rig, self.damping), kind, table, self._nodes, flat, *out)
         if order is not None:
             back = np.empty_like(out)
             back[:, order] = out
@@ -144,16 +163,30 @@ class Motion:
         times = np.atleast_1d(self._times(t))
         y, vy = np.empty((2, len(self.rig.nes), times.size))
         x, v = self.at(times) if (self.labels[:, 0] == REST_START).any() else (times, times)
-        for i, nes in enumerate(self.rig.nes):
+        for i in range(len(self.rig.nes)):
             mine = self.labels[:, 1] == i
-            kind, side = self.labels[mine, 0], self.labels[mine, 2]
-            rows = self.events[mine]
-            at_wall = rows[:, 1] - side * nes.b
-            place = np.where(kind == START, rows[:, 4], at_wall)  # a start row holds y itself
+            rows, kind = self.events[mine], self.labels[mine, 0]
+            apart = self._apart(i, mine)
+            place = np.where(kind == START, rows[:, 4], rows[:, 1] - apart)  # a start row holds y
             last = np.searchsorted(rows[:, 0], times, side="right") - 1
-            y[i] = place[last] + rows[last, 5] * (times - rows[last, 0])
+            since = times - rows[last, 0]
+            y[i] = place[last] + rows[last, 5] * since
             vy[i] = rows[last, 5]
+            if self._rubs:
+                y[i] += 0.5 * rows[last, L_A] * since**2
+                vy[i] += rows[last, L_A] * since
             rests = kind[last] == REST_START
-            y[i, rests] = x[rests] - side[last][rests] * nes.b
+            y[i, rests] = x[rests] - apart[last][rests]
             vy[i, rests] = v[rests]
         return y, vy
+
+    def _apart(self, i: int, mine: NDArray[np.bool_]) -> FloatArray:
+        """x - y of ball i at its events."""
+        if self._rubs:
+            return np.asarray(self.events[mine, L_APART])
+        side, nes = self.labels[mine, 2], self.rig.nes[i]
+        return np.asarray(side * np.where(side > 0, nes.b, nes.clearance(-1)))
+
+    @property
+    def _rubs(self) -> bool:
+        return bool(self.events.shape[1] == RUBBING_LOG_COLUMNS)

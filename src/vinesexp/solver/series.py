@@ -27,8 +27,8 @@ FloatArray = NDArray[np.float64]
 ORDER = 20
 THETA = 1.25
 
-# Oscillator parameters in one array: mass, viscous, stiffness, quadratic, Coulomb.
-P_M, P_C, P_K, P_QUADRATIC, P_COULOMB = 0, 1, 2, 3, 4
+# Oscillator parameters in one array: mass, viscous, stiffness, quadratic, Coulomb, cubic stiffness.
+P_M, P_C, P_K, P_QUADRATIC, P_COULOMB, P_CUBIC = 0, 1, 2, 3, 4, 5
 
 # Base motion as a table: one row a piece. Chirp: start, amplitude, phase, omega, chirp rate.
 # Polynomial: start, then the coefficients of x_e in time since the start.

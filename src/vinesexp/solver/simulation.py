@@ -7,6 +7,7 @@ the impact times are searched for (`search.py` says why none can be missed).
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +15,15 @@ from numpy.typing import NDArray
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.excitation import Base, Measured, Release, WeakDamping
 from vinesexp.rig import Rig, require
-from vinesexp.solver.arrays import ball_table, closed_form, parameters
+from vinesexp.solver.arrays import ball_table, closed_form, is_plain, parameters
 from vinesexp.solver.drive import drive_table
 from vinesexp.solver.motion import Motion
-from vinesexp.solver.state import U
+from vinesexp.solver.state import L_MASS, LOG_COLUMNS, RUBBING_LOG_COLUMNS, U
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Labels = NDArray[np.int32]
+Loop = Callable[[FloatArray, FloatArray, FloatArray, Labels], int]
 
 CHUNK = 4096  # rows of the log that are filled at a time
 
@@ -98,32 +101,23 @@ def _run(
     remainder: float | None, balls: FloatArray, y0: FloatArray, general: bool,
 ) -> tuple[FloatArray, IntArray]:  # fmt: skip
     """Run to the end in chunks of the log; all its rows, the start rows first."""
-    from vinesexp.solver.chatter import REMAINDER
-    from vinesexp.solver.kernel import run
-    from vinesexp.solver.series import ORDER
-
-    n = len(rig.nes)
-    kind, table = drive_table(base)
-    par = parameters(rig, damping)
-    limit = REMAINDER if remainder is None else remainder
-    response = None if general else closed_form(rig, base, damping)
-    closed, work = response is not None, np.zeros((4, ORDER + 1))
-    if response is None:
-        response = np.ones((4, 9))
+    n, plain = len(rig.nes), is_plain(rig)
     state = np.array([0.0, 0.0, release.x0, release.v0])
-    rows = max(n, 1)
-    start, start_labels = np.zeros((rows, 6)), np.zeros((rows, 3), dtype=np.int32)
+    rows, width = max(n, 1), LOG_COLUMNS if plain else RUBBING_LOG_COLUMNS
+    start, start_labels = np.zeros((rows, width)), np.zeros((rows, 3), dtype=np.int32)
     start[:, 1], start[:, 2:4] = release.x0, release.v0
     start[:n, 4], start[:n, 5] = y0, balls[:, U]
+    if not plain:
+        start[:, L_MASS] = rig.oscillator.M
     start_labels[:, 1] = np.arange(rows)
     numbers, labels = [start], [start_labels]
+    loop = _plain_loop if plain else _rubbing_loop
+    fill = loop(rig, base, damping, duration, remainder, general)
     while state[0] < duration:
-        size = CHUNK + 4 * n
-        log, log_labels = np.empty((size, 6)), np.empty((size, 3), dtype=np.int32)
-        count, used = run(
-            closed, response, par, kind, table, duration, limit, state, balls, log, log_labels, work
-        )
-        if used < 0:
+        size = CHUNK + 8 * n
+        log, log_labels = np.empty((size, width)), np.empty((size, 3), dtype=np.int32)
+        count = fill(state, balls, log, log_labels)
+        if count < 0:
             raise AnalysisError(
                 f"the motion comes to a stop at t = {state[0]:.9g} s: balls with r = 1 or close to "
                 "it bounce faster than any clock resolves; give them a lower restitution"
@@ -131,3 +125,47 @@ def _run(
         numbers.append(log[:count])
         labels.append(log_labels[:count])
     return np.concatenate(numbers), np.concatenate(labels).astype(np.int64)
+
+
+def _plain_loop(
+    rig: Rig, base: Base | None, damping: WeakDamping, duration: float, remainder: float | None,
+    general: bool,
+) -> Loop:  # fmt: skip
+    """The loop of `kernel.py`: fills a log from a state, -1 where time has stopped."""
+    from vinesexp.solver.chatter import REMAINDER
+    from vinesexp.solver.kernel import run
+    from vinesexp.solver.series import ORDER
+
+    kind, table = drive_table(base)
+    par, limit = parameters(rig, damping), REMAINDER if remainder is None else remainder
+    response = None if general else closed_form(rig, base, damping)
+    closed, work = response is not None, np.zeros((4, ORDER + 1))
+    if response is None:
+        response = np.ones((4, 9))
+
+    def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: Labels) -> int:
+        count, used = run(
+            closed, response, par, kind, table, duration, limit, state, balls, log, labels, work
+        )
+        return -1 if used < 0 else count
+
+    return fill
+
+
+def _rubbing_loop(
+    rig: Rig, base: Base | None, damping: WeakDamping, duration: float, remainder: float | None,
+    general: bool,
+) -> Loop:  # fmt: skip
+    """The loop of `rubbing.py`; there is no closed form of it, so `general` changes nothing."""
+    from vinesexp.solver.chatter import REMAINDER
+    from vinesexp.solver.rubbing import run_rubbing
+    from vinesexp.solver.series import ORDER
+
+    kind, table = drive_table(base)
+    par, limit = parameters(rig, damping), REMAINDER if remainder is None else remainder
+    work = np.zeros((4, ORDER + 1))
+
+    def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: Labels) -> int:
+        return run_rubbing(par, kind, table, duration, limit, state, balls, log, labels, work)
+
+    return fill

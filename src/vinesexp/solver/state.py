@@ -23,7 +23,7 @@ T_HIGH, T_LOW, X_NOW, V_NOW = 0, 1, 2, 3
 # Columns of the table of balls.
 MASS = 0  # kg
 CLEARANCE = 1  # half of the way from wall to wall, m
-RESTITUTION = 2  # r at the wall met at x - y = +b
+RESTITUTION = 2  # r of the impact at hand
 D = 3  # gap to the wall `SIDE`, m
 SIDE = 4  # +1: the wall met at x - y = +b
 RHO = 5  # x' - y', m/s; SIDE*RHO > 0 closes the gap
@@ -35,12 +35,26 @@ U = 10  # y' of a ball in flight, m/s
 GAP, RATE = 11, 12  # gap to `SIDE` and its rate at the point a search has reached
 LAST, EXPECTED = 13, 14  # times of the last and of the next contact, the latter a guess
 MET = 15  # side of the last contact, 0 before the first
-COLUMNS = 16
+R_PLUS, R_MINUS, R_SLOPE = 16, 17, 18  # r at either wall for a slow impact, its slope in s/m
+B_PLUS = 19  # clearance to the wall of side +1, m
+RUB, TILT = 20, 21  # friction mu g and tilt, m/s^2
+A = 22  # y'' of a ball in flight, m/s^2
+WAY = 23  # sign of x' - y' that friction acts by; 0 while held, UNSET before the first decision
+TURN = 24  # time at which x' - y' comes to zero, after the start of the step, s
+COLUMNS = 25
 
 FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
+STUCK = 3.0  # held by friction somewhere on the floor
+UNSET = 2.0
 
 # Kinds of rows in the log of events.
 START, IMPACT, REST_START, REST_END = 0, 1, 2, 3
+SLIDE = 4  # friction begins to act, or turns about
+
+# Columns of the log: time, x, x' before and after, y' before and after; of balls that rub also
+# x - y, and after the event y'', the force on the oscillator and the mass that moves with it.
+LOG_COLUMNS, RUBBING_LOG_COLUMNS = 6, 10
+L_APART, L_A, L_FORCE, L_MASS = 6, 7, 8, 9
 
 
 @compiled

@@ -10,6 +10,7 @@ impact to impact of the full system, for a handful of captured balls (54).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -80,6 +81,7 @@ class Passage:
     end_tau1: FloatArray
 
 
+@lru_cache(maxsize=64)  # b*(level) asks for the same flight once per clearance
 def passage(
     *, eps: float, lam: float, r: float, lanes: int = 24, after: float = 6.0, points: int = 240
 ) -> Passage:

@@ -1,4 +1,4 @@
-"""The slow flow on the SIM: fixed points and their stability, threshold F_c, frequency response.
+"""The slow flow on the SIM: fixed points and their stability, threshold F_c.
 
 Amplitude A and phase rho follow docs/theory.md (17, 18), the paper's (23) with its slip corrected
 (lambda A/2, not lambda C/2). Fixed points for a given F and sigma are the roots of a quartic in
@@ -221,55 +221,3 @@ def slow_end(*, lam: float, r: float, sigma: float = 0.0) -> SlowEnd:
         )
     i = int(np.where(stable, F, np.inf).argmin())
     return SlowEnd(F=float(F[i]), C=float(C[i]), kind="fold" if i == 0 else "saddle-node")
-
-
-@dataclass(frozen=True)
-class FrequencyResponse:
-    """Stable amplitude and regime over detuning, in clearances; NaN where no stable motion exists.
-
-    Attributes
-    ----------
-    sigma : detuning.
-    A : amplitude of the stable fixed point with two symmetric impacts.
-    bare : amplitude of the oscillator whose ball touches no wall.
-    regime : a name of `vinesexp.theory.regime_definitions.REGIMES` for each sigma.
-    """
-
-    sigma: FloatArray
-    A: FloatArray
-    bare: FloatArray
-    regime: list[str]
-
-
-def frequency_response(sigma: ArrayLike, *, F: float, lam: float, r: float) -> FrequencyResponse:
-    """Regime and amplitude at each detuning, by slow flow (docs/theory.md, 24).
-
-    A stable fixed point gives two symmetric impacts; one past T2 two asymmetric ones; else,
-    where the bare oscillator can reach the fold, strongly modulated response; else chaos below
-    T1 (with F < F_c no motion stays at the fold, so no other case is left).
-
-    Examples
-    --------
-    >>> frequency_response([-40.0, 0.0], F=1.2, lam=1.91, r=0.6).regime
-    ['chaos below T1', 'two symmetric']
-    """
-    from vinesexp.theory.regime_definitions import Regime
-
-    detuning = np.atleast_1d(np.asarray(sigma, dtype=np.float64))
-    with np.errstate(divide="ignore"):
-        bare = F / np.hypot(lam, 2.0 * detuning)  # unbounded at an undamped resonance
-    A = np.full(detuning.shape, np.nan)
-    names = []
-    for i, s in enumerate(detuning):
-        points = fixed_points(F=F, sigma=float(s), lam=lam, r=r)
-        stable = [p for p in points if p.stable]
-        if stable:
-            A[i] = stable[-1].A
-            names.append(Regime.TWO_SYMMETRIC.value)
-        elif any(p.branch == "right" for p in points):
-            names.append(Regime.TWO_ASYMMETRIC.value)
-        elif bare[i] >= A_1(r):
-            names.append(Regime.MODULATED.value)
-        else:
-            names.append(Regime.CHAOS.value)
-    return FrequencyResponse(sigma=detuning, A=A, bare=bare, regime=names)

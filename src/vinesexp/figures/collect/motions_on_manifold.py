@@ -46,9 +46,9 @@ def draw_manifold(
     """Releases and modulated responses on the SIM of the identified restitution."""
     if not {"M", "k1", "r", "m"} <= set(rig.values):
         return
-    told = {row["record"]: row["regime"] for row in regimes}
+    regime_of = {row["record"]: row["regime"] for row in regimes}
     shown = []
-    for record in _chosen(campaign, told):
+    for record in _chosen(campaign, regime_of):
         motion = projected(record, results, rig)
         if motion.C.size >= _FEWEST:
             shown.append(motion)
@@ -63,14 +63,14 @@ def draw_manifold(
     yield manifold_figure(shown, r=rig.values["r"].value), Drawn("manifold", "transient", caption)
 
 
-def _chosen(campaign: Campaign, told: Mapping[str, str]) -> list[Record]:
+def _chosen(campaign: Campaign, regime_of: Mapping[str, str]) -> list[Record]:
     """Releases over the range of clearances, and a strongly modulated periodic test."""
     single = [r for r in campaign.records if len(r.clearance) == 1 and not r.exclude]
     releases = sorted((r for r in single if r.test == "transient"), key=lambda r: r.clearance)
     if len(releases) > 2:
         releases = [releases[len(releases) // 2], releases[-1]]
     modulated = [
-        r for r in single if r.test == "periodic" and told.get(r.id) == "strongly modulated"
+        r for r in single if r.test == "periodic" and regime_of.get(r.id) == "strongly modulated"
     ]
     return [*releases, *modulated[-1:]][:_MOST]
 

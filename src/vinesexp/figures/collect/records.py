@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.figures.draw.impact_shapes import Marks, impacts_on_acceleration
-from vinesexp.figures.draw.traces import COLUMNS, Trace, amplitudes, overview
+from vinesexp.figures.draw.traces import Trace, amplitudes, columns_of, overview
 from vinesexp.figures.entry import Drawn
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.store import RecordView, open_record
@@ -76,10 +76,14 @@ def extremes(view: RecordView, role: str, parts: int) -> tuple[Floats, Floats, F
     return middle, low, high
 
 
-def whole(view: RecordView, role: str) -> Trace:
-    """A channel over the whole record, in the unit that is shown, as smallest and largest."""
+def whole(view: RecordView, role: str, *, frequency: float) -> Trace:
+    """A channel over the whole record, in the unit that is shown, as smallest and largest.
+
+    `frequency` of the oscillation, Hz; 0 where there is none.
+    """
     name, factor = _SHOWN[role]
-    time, low, high = extremes(view, role, COLUMNS)
+    cycles = frequency * view.n / view.sample_rate
+    time, low, high = extremes(view, role, columns_of(cycles))
     return Trace(name, time, factor * low, factor * high)
 
 
@@ -98,14 +102,23 @@ def amplitude(view: RecordView, name: str) -> Trace:
 
 
 def _overview(record: Record, results: Path) -> tuple[Figure, Drawn]:
+    frequency = _oscillation(record, results)
     with open_record(results / f"records/{record.id}.nc") as view:
-        traces = [whole(view, role) for role in _SHOWN if role in view.roles]
+        traces = [whole(view, role, frequency=frequency) for role in _SHOWN if role in view.roles]
     caption = (
         f"Record {record.id} as measured: calibrated, nothing filtered. Look for drift, clipping "
         "and gaps."
     )
     figure = overview(traces, title=f"{record.id}: {_set_up(record)}")
     return figure, Drawn(f"record_{record.test}", record.test, caption)
+
+
+def _oscillation(record: Record, results: Path) -> float:
+    """Frequency that the record was conditioned with, Hz; 0 for a drop test."""
+    if record.test == "drop":
+        return 0.0
+    with open_record(results / f"conditioned/{record.id}.nc") as view:
+        return float(view.attributes.get("oscillation_hz") or 0.0)
 
 
 def marks_of(record: Record, results: Path) -> Marks:
@@ -127,7 +140,7 @@ def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
                 *("displacement", view.time(begin, end)),
                 1e3 * view.read("displacement", begin, end),
             )
-        trace = whole(view, "acceleration")
+        trace = whole(view, "acceleration", frequency=_oscillation(record, results))
     figure = impacts_on_acceleration(
         *(trace, zoom, marks),
         title=f"{record.id}: {_set_up(record)}, {marks.time.size} impacts",

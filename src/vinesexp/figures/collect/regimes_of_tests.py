@@ -27,9 +27,9 @@ _MOST = 60
 def draw_regimes(
     campaign: Campaign, results: Path, regimes: Sequence[Mapping[str, str]]
 ) -> Iterator[tuple[Figure, Drawn]]:
-    """One strip a periodic test whose regime is told in regimes.csv."""
-    told = {row["record"]: row["regime"] for row in regimes if row["regime"]}
-    records = [r for r in campaign.records if r.test == "periodic" and r.id in told]
+    """One strip a periodic test with a regime in regimes.csv."""
+    regime_of = {row["record"]: row["regime"] for row in regimes if row["regime"]}
+    records = [r for r in campaign.records if r.test == "periodic" and r.id in regime_of]
     records.sort(key=lambda r: (len(r.clearance), r.base_amplitude or 0.0, r.clearance))
     groups: dict[str, list[Strip]] = {}
     for record in records[:_MOST]:
@@ -38,7 +38,7 @@ def draw_regimes(
         name = " + ".join(f"{1e3 * b:g}" for b in record.clearance) + " mm"
         counts = _impacts_per_cycle(record, results)
         if counts.size:
-            groups.setdefault(title, []).append(Strip(name, told[record.id], counts))
+            groups.setdefault(title, []).append(Strip(name, regime_of[record.id], counts))
     if not groups:
         return
     caption = (

@@ -160,7 +160,7 @@ def optimum_over_level(valleys: Sequence[Valley]) -> Figure:
     valleys : sequence of Valley
         With an exact b_c each.
     """
-    figure, (axis,) = new_figure(height=2.9)
+    figure, (axis,) = new_figure(height=3.2)
     known = [valley for valley in valleys if valley.exact is not None]
     for valley in known:
         exact, low, high = valley.exact or (1.0, 1.0, 1.0)
@@ -175,35 +175,31 @@ def optimum_over_level(valleys: Sequence[Valley]) -> Figure:
         if valley.published is not None:
             away = 100.0 * (valley.published / exact - 1.0)
             axis.plot([G - width, G + width], [away, away], "--", color=COLOURS["published"])
-            if valley is known[0]:
-                label(
-                    *(axis, "published $b_c$", (G - width, away)),
-                    colour=COLOURS["published"],
-                    shift=(-4, 3),
-                    ha="right",
-                )
-        _deviation(axis, valley, exact, named=valley is known[-1])
+        _deviation(axis, valley, exact)
     axis.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
-    label(
-        *(axis, "exact $b_c$", (1.0, 0.0)),
-        colour=COLOURS["exact"],
-        shift=(-2, 7),
-        ha="right",
-        xycoords=axis.get_yaxis_transform(),
-    )
+    handles = [
+        axis.plot([], [], mark, color=COLOURS[colour], markersize=4.5, label=name)[0]
+        for mark, colour, name in (
+            ("-", "exact", "exact $b_c$, 95 % interval shaded"),
+            ("--", "published", "published $b_c$"),
+            ("s", "strongly modulated", "end of two impacts per cycle"),
+            ("o", "measured", "lowest amplitude"),
+        )
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8)
     axis.set_xlabel("base amplitude G (mm)")
     axis.set_ylabel("clearance from the exact $b_c$ (%)")
     span = max(v.G for v in known) - min(v.G for v in known) or 1.0
-    axis.set_xlim(known[0].G - 0.25 * span, known[-1].G + 0.45 * span)
+    axis.set_xlim(known[0].G - 0.25 * span, known[-1].G + 0.25 * span)
     axis.margins(y=0.15)
     return figure
 
 
-def _deviation(axis: Axes, valley: Valley, exact: float, *, named: bool) -> None:
+def _deviation(axis: Axes, valley: Valley, exact: float) -> None:
     """Both measured clearances of one base amplitude, with their brackets."""
-    for kind, name, marker, colour in (
-        (valley.lowest, "lowest amplitude", "o", "measured"),
-        (valley.end, "end of two impacts per cycle", "s", "strongly modulated"),
+    for kind, marker, colour in (
+        (valley.lowest, "o", "measured"),
+        (valley.end, "s", "strongly modulated"),
     ):
         if kind is None or math.isinf(kind[2] - kind[1]):
             continue  # a bound is no point
@@ -215,8 +211,7 @@ def _deviation(axis: Axes, valley: Valley, exact: float, *, named: bool) -> None
             capsize=3,
             markersize=4.5,
         )
-        text = f"{kind[0]:.1f} mm" + (f"\n{name}" if named else "")
-        label(axis, text, (valley.G, value), colour=COLOURS[colour], shift=(9, 0))
+        label(axis, f"{kind[0]:.1f} mm", (valley.G, value), colour=COLOURS[colour], shift=(9, 0))
 
 
 @dataclass(frozen=True)

@@ -55,6 +55,9 @@ def estimates_by_method(rows: Sequence[Row], values: Mapping[str, str]) -> Figur
     for axis, name in zip(axes, shown, strict=True):
         _panel(axis, methods[name], combined[name])
         axis.set_title(f"{SYMBOLS.get(name, name.replace('_', ' '))} = {values[name]}")
+    at = (1.0, 1.0)
+    label(axes[0], "combined", at, colour=COLOURS["exact"], shift=(0, 4), ha="right", va="bottom",
+          xycoords="axes fraction")  # fmt: skip
     return figure
 
 
@@ -80,6 +83,3 @@ def _panel(axis: Axes, rows: Sequence[Row], combined: Row) -> None:
     axis.margins(x=0.12)
     axis.ticklabel_format(axis="x", useOffset=False)
     axis.set_xlabel(f"from the combined value ({unit})", fontsize=8, labelpad=1)
-    label(
-        axis, "combined", (0.0, len(rows) - 0.3), colour=COLOURS["exact"], shift=(3, 4), va="bottom"
-    )

@@ -128,9 +128,9 @@ def added_mass_line(
     axis.plot(reach, 1e4 * (M + reach) / k1, color=COLOURS["exact"])
     axis.plot(loads, 1e4 * periods, "o", color=COLOURS["measured"])
     axis.plot(-M, 0.0, "o", color=COLOURS["exact"], markerfacecolor="white")
-    label(axis, f"−M = −{M:.4g} kg", (-M, 0.0), colour=COLOURS["exact"], shift=(6, -9))
+    label(axis, f"−M = −{M:.4g} kg", (-M, 0.0), colour=COLOURS["exact"], shift=(8, -1), va="top")
     axis.set_xlabel("added mass (kg)")
     axis.set_ylabel("1/(2πf)² (10⁻⁴ s²)")
     axis.set_title(M_text)
-    axis.set_ylim(bottom=-0.9)
+    axis.set_ylim(bottom=-0.2 * axis.get_ylim()[1])  # room for the name of the intercept
     return figure

@@ -1,6 +1,6 @@
 """One look for every figure: the same colour for the same thing, and files that come out the same.
 
-Colours are from the palette of Okabe and Ito, told apart by readers of every colour vision.
+Colours are from the palette of Okabe and Ito, distinct to readers of every colour vision.
 Measured values are points, theory is lines.
 """
 

@@ -228,29 +228,29 @@ def regimes_of_release(panels: Sequence[Mapping[str, Any]], *, title: str = "") 
     return figure
 
 
-def rung_map(
+def method_map(
     *,
     x: ArrayLike,
     y: ArrayLike,
-    rung: ArrayLike,
+    method: ArrayLike,
     names: Sequence[str],
     x_label: str,
     y_label: str,
     titles: Sequence[str],
 ) -> Figure:
-    """Which rung is good to 1 %: one panel an index of the last axis of `rung`.
+    """Which method is good to 1 %: one panel an index of the first axis of `method`.
 
     Parameters
     ----------
     x, y : array_like
         Grid values (drawn as categories).
-    rung : array_like of int, shape (panels, len(y), len(x))
-        Index into `names`, -1 where no rung applies.
+    method : array_like of int, shape (panels, len(y), len(x))
+        Index into `names`, -1 where no method applies.
     """
     from matplotlib.colors import BoundaryNorm, ListedColormap
     from matplotlib.patches import Patch
 
-    grid = np.asarray(rung)
+    grid = np.asarray(method)
     shades = [
         style.COLOURS["no impact"],
         *(style.COLOURS[name] for name in ("published", "two asymmetric", "exact")),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -27,13 +28,36 @@ class Trace:
     """One channel to be drawn: times, s, and values in the unit to be shown.
 
     Where `high` is given, `values` are the smallest and `high` the largest in each part of a
-    trace that was too long to be read at once.
+    trace that was too long to be read at once. `columns` is in how many parts a long trace is
+    drawn (`columns_of`).
     """
 
     name: str
     time: Floats
     values: Floats
     high: Floats | None = None
+    columns: int = COLUMNS
+
+
+#: Columns that a cycle takes at least where it is to be seen as one.
+_A_CYCLE = 8
+
+
+def columns_of(cycles: float) -> int:
+    """In how many parts a trace of so many cycles is drawn.
+
+    Where a cycle has too few columns to be seen, a part is a cycle: in shorter ones the largest and
+    smallest sample would beat with the oscillation, and a steady motion look modulated.
+
+    Examples
+    --------
+    >>> columns_of(10.0), columns_of(400.0), columns_of(3000.0), columns_of(0.0)
+    (560, 400, 500, 560)
+    """
+    if cycles * _A_CYCLE <= COLUMNS:
+        return COLUMNS
+    whole = math.ceil(cycles / COLUMNS)  # cycles in a part
+    return max(int(cycles / whole), 1)
 
 
 def band(time: Floats, values: Floats, *, columns: int = COLUMNS) -> tuple[Floats, Floats, Floats]:
@@ -57,7 +81,7 @@ def draw_trace(axis: Axes, trace: Trace, *, colour: str) -> None:
         axis.plot(trace.time, trace.values, color=colour, linewidth=0.9)
         return
     if trace.high is None:
-        time, low, high = band(trace.time, trace.values)
+        time, low, high = band(trace.time, trace.values, columns=trace.columns)
     else:
         time, low, high = trace.time, trace.values, trace.high
     axis.fill_between(time, low, high, color=colour, linewidth=0.4)

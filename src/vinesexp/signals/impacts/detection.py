@@ -140,7 +140,7 @@ def _learnt(
 
 def _all_spikes(stream: Stream, settings: ImpactSettings) -> Spikes:
     parts = []
-    for begin in range(0, stream.n, CHUNK):
+    for begin in range(0, max(1, stream.n), CHUNK):
         found = find_spikes(
             stream.samples(begin, min(stream.n, begin + CHUNK)), stream.sample_rate,
             threshold=settings.faint * settings.threshold, noise_floor=stream.noise_floor,

@@ -21,6 +21,7 @@ from vinesexp.signals.impacts.attribution import attribute
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.detectors import detect
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
+from vinesexp.signals.impacts.onsets import detect_onsets, ring_time
 from vinesexp.signals.impacts.slopes import (
     SlopeChanges,
     coarse_displacement,
@@ -28,6 +29,8 @@ from vinesexp.signals.impacts.slopes import (
     weighted,
 )
 from vinesexp.signals.impacts.stream import Stream
+
+_HEARD = ("acceleration", "displacement", "base")  # channels of a drop test, the best first
 
 
 def impacts_of_record(
@@ -60,11 +63,13 @@ def impacts_of_record(
     """
     with open_record(Path(record_nc)) as record, open_record(Path(conditioned_nc)) as conditioned:
         impacts = no_impacts()
-        wanted = bool(clearance) or test == "drop"
-        if wanted and record.refused is None and "acceleration" in record.roles:
+        wanted = bool(clearance)
+        if record.refused is None and test == "drop":
+            impacts = find_drop(record, conditioned, settings=settings)
+        elif wanted and record.refused is None and "acceleration" in record.roles:
             impacts = find_impacts(
                 record, conditioned, clearance=clearance, nes_mass=nes_mass,
-                oscillates=test != "drop", frequency=frequency, settings=settings,
+                frequency=frequency, settings=settings,
             )  # fmt: skip
     write_impacts(out_csv, impacts)
     return impacts
@@ -72,15 +77,15 @@ def impacts_of_record(
 
 def find_impacts(
     record: RecordView, conditioned: RecordView, *,
-    clearance: Sequence[float] = (), nes_mass: Sequence[float] = (), oscillates: bool = True,
+    clearance: Sequence[float] = (), nes_mass: Sequence[float] = (),
     frequency: float | None = None, settings: Settings | None = None,
 ) -> Impacts:  # fmt: skip
     """Impacts of an open record; see `impacts_of_record`."""
     settings = Settings() if settings is None else settings
     if frequency is None:
         frequency = conditioned.attributes.get("oscillation_hz")
-    motion = float(frequency) if oscillates and frequency else None
-    stream = acceleration_of(record, conditioned, settings.channels)
+    motion = float(frequency) if frequency else None
+    stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
     found = detect(stream, settings.impacts, frequency=motion)
     slopes, sign = None, 1.0
     if settings.slopes.use and motion and "displacement" in record.roles and found.time.size:
@@ -93,24 +98,45 @@ def find_impacts(
     )  # fmt: skip
 
 
-def acceleration_of(
-    record: RecordView, conditioned: RecordView, settings: ChannelSettings
+def find_drop(
+    record: RecordView, conditioned: RecordView, *, settings: Settings | None = None
+) -> Impacts:
+    """Hits of a dropped ball, in whichever channel there is: only times matter.
+
+    Short contacts are found by their template; hits that ring for long, by their onsets.
+    """
+    settings = Settings() if settings is None else settings
+    role = next((role for role in _HEARD if role in record.roles), None)
+    if role is None:
+        return no_impacts()
+    stream = stream_of_channel(record, conditioned, role, settings.channels)
+    if ring_time(stream, settings.impacts, settings.drop) > settings.drop.ring:
+        found = detect_onsets(stream, settings.impacts, settings.drop)
+    else:
+        found = detect(stream, settings.impacts)
+    return attribute(_table(found, None, sign=1.0, start=record.start), clearance=())
+
+
+def stream_of_channel(
+    record: RecordView, conditioned: RecordView, role: str, settings: ChannelSettings
 ) -> Stream:
-    """The highpassed acceleration of a record, with what its sensor could not show left out."""
-    limits = range_in(conditioned.attributes, "acceleration")
+    """The highpassed channel of a record, with what its sensor could not show left out."""
+    limits = range_in(conditioned.attributes, role)
+
+    kind = "acceleration" if role == "acceleration" else "displacement"
 
     def read(begin: int, end: int) -> FloatArray:
-        raw = read_unstuck(record, "acceleration", limits, begin, end, stuck=settings.stuck)
+        raw = read_unstuck(record, role, limits, begin, end, stuck=settings.stuck)
         known = np.isfinite(raw)
-        a = conditioned.read("acceleration", begin, end)
+        a = conditioned.read(role, begin, end)
         return a if known.all() else np.where(known, a, np.nan)
 
     def clipped(begin: int, end: int) -> BoolArray:
-        return limits.beyond(record.read("acceleration", begin, end))
+        return limits.beyond(record.read(role, begin, end))
 
     return Stream(
         read, conditioned.n, conditioned.sample_rate,
-        highpass=conditioned.attributes.get("acceleration_low_hz"),
+        highpass=conditioned.attributes.get(f"{kind}_low_hz"),
         noise_floor=0.5 * limits.resolution, clipped=clipped if limits.clips else None,
     )  # fmt: skip
 
@@ -142,7 +168,7 @@ def _table(found: Detection, slopes: SlopeChanges | None, *, sign: float, start:
     return Impacts(
         time_s=start + found.time,
         nes=np.zeros(n, dtype=np.int64),
-        side=-np.sign(jump).astype(np.int64),
+        side=-np.sign(np.nan_to_num(jump)).astype(np.int64),
         velocity_jump_m_s=jump,
         peak_acceleration_m_s2=found.peak,
         confidence=found.confidence,

@@ -43,8 +43,7 @@ def detect_by_peaks(
 
     What `scipy.signal.find_peaks(height=..., distance=...)` gives, by blocks.
     """
-    width = max(1, round(0.5 * settings.contact * stream.sample_rate))
-    found = _tops(stream, settings, lambda a: running_mean(a, width), limit=settings.threshold)
+    found = _tops(stream, settings, _smoothing(stream, settings), limit=settings.threshold)
     return _detection(found, stream, settings, frequency, limit=settings.threshold)
 
 
@@ -77,7 +76,10 @@ def detect_by_average_ratio(
     short = max(1, round(settings.short_average * rate))
     long = max(short + 1, round(settings.long_average * rate))
 
-    def ratio(a: FloatArray) -> FloatArray:
+    smoothed = _smoothing(stream, settings)
+
+    def ratio(raw: FloatArray) -> FloatArray:
+        a = smoothed(raw)
         total = np.concatenate([[0.0], np.cumsum(a * a)])
         end = np.maximum(np.arange(a.size) - short, 1)  # the impact itself is not yet in it
         begin = np.maximum(end - long, 0)
@@ -86,8 +88,14 @@ def detect_by_average_ratio(
         power[: short + long // 2] = 0.0  # nothing to compare with yet
         return np.asarray(np.sqrt(power))
 
-    found = _tops(stream, settings, ratio, limit=settings.ratio, in_noise=False)
+    found = _tops(stream, settings, ratio, limit=settings.ratio, in_noise=False, placed_by=smoothed)
     return _detection(found, stream, settings, frequency, limit=settings.ratio)
+
+
+def _smoothing(stream: Stream, settings: ImpactSettings) -> Score:
+    """Means over half a contact, of an odd number of samples: nothing is shifted."""
+    width = 2 * round(0.25 * settings.contact * stream.sample_rate) + 1
+    return lambda a: running_mean(a, width)
 
 
 def contact_template(stream: Stream, settings: ImpactSettings) -> Template:
@@ -122,14 +130,17 @@ def refined(size: FloatArray, peaks: IntArray) -> FloatArray:
 
 
 def _tops(
-    stream: Stream, settings: ImpactSettings, score: Score, *, limit: float, in_noise: bool = True
-) -> _Tops:
+    stream: Stream, settings: ImpactSettings, score: Score, *, limit: float, in_noise: bool = True,
+    placed_by: Score | None = None,
+) -> _Tops:  # fmt: skip
     """Tops of the score over the limit, none closer than `settings.apart` to a higher one.
 
-    With `in_noise` the score is taken in standard deviations of its own noise.
+    With `in_noise` the score is taken in standard deviations of its own noise. A score that does
+    not show where in it the impact lies is given another one, `placed_by`, that does.
     """
     template = contact_template(stream, settings)
     reach = settings.apart * stream.sample_rate
+    near = max(1, round(max(settings.short_average, settings.contact) * stream.sample_rate))
     margin = int(settings.long_average * stream.sample_rate + reach) + 2 * template.last + 2
     parts = []
     for begin in stream.chunks():
@@ -142,12 +153,23 @@ def _tops(
             size = size / _noise(value, known, 0.0)
         peaks = _peaks(size, limit)
         peaks = strongest(peaks, size[peaks], reach=reach)
-        place = refined(size, peaks) if peaks.size else np.empty(0)
+        place = np.empty(0)
+        if peaks.size:
+            shown = size if placed_by is None else np.abs(placed_by(a))
+            place = refined(shown, peaks if placed_by is None else _highest(shown, peaks, near))
         mine = (place + low >= begin - 0.5) & (place + low < begin + CHUNK - 0.5)
         peaks, place = peaks[mine], place[mine]
         height, largest = _heights(a, place, template)
         parts.append(_Tops(place + low, size[peaks], height, noise[peaks], largest))
+    if not parts:
+        return _Tops(*(np.empty(0) for _ in fields(_Tops)))
     return _Tops(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(_Tops)))
+
+
+def _highest(size: FloatArray, peaks: IntArray, near: int) -> IntArray:
+    """Highest sample within `near` samples of each peak."""
+    around = np.clip(peaks[:, np.newaxis] + np.arange(-near, near + 1), 0, size.size - 1)
+    return np.asarray(around[np.arange(peaks.size), np.argmax(size[around], axis=1)])
 
 
 def _noise(a: FloatArray, known: np.ndarray, floor: float) -> FloatArray:
@@ -183,6 +205,9 @@ def _detection(
     share = height_error / np.maximum(np.abs(found.height), 1e-300)
     shaky = template.shape.duration / np.pi * share
     close = np.diff(found.place) < 2.0 * template.shape.duration
+    crowded = np.zeros(found.place.size, dtype=bool)
+    crowded[1:] |= close
+    crowded[:-1] |= close
     near = [(max(0, i - 2), min(stream.n, i + 3)) for i in np.rint(found.place).astype(np.int64)]
     return Detection(
         time=found.place * dt,
@@ -192,8 +217,7 @@ def _detection(
         peak=found.peak,
         strength=found.score,
         confidence=normal_cdf(found.score - limit),
-        crowded=np.append(close, [False] * bool(found.place.size))
-        | np.append([False] * bool(found.place.size), close),
+        crowded=crowded,
         clipped=np.array([stream.beyond(*span).any() for span in near], dtype=bool),
         template=template,
         interval=dt,

@@ -1,0 +1,165 @@
+"""`vinesexp init`: campaign.yaml and records.csv proposed from a folder of instrument files.
+
+Everything uncertain is marked for a person to look at; what no file can tell is left open, and the
+run refuses it until it is filled in. Nothing that is there is overwritten.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import sys
+from pathlib import Path
+
+from vinesexp.errors import CampaignError, RecordError
+from vinesexp.records.proposal import OPEN, Proposal, ProposedChannel, propose
+from vinesexp.records.survey import FileView, view_file
+
+_COLUMNS = (
+    "record",
+    "file",
+    "test",
+    "clearance_mm",
+    "base_amplitude_mm",
+    "frequency_hz",
+    "added_mass_g",
+    "release_mm",
+    "exclude",
+    "note",
+)
+_OUTPUT = {
+    "displacement": ("V/mm", "0.5 V/mm"),
+    "base": ("V/mm", "0.5 V/mm"),
+    "acceleration": ("mV/g", "100 mV/g"),
+}
+_SKIPPED = {".md", ".pdf", ".png", ".jpg", ".svg", ".py", ".m", ".docx", ".yaml", ".yml", ".json"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The folder of files."""
+    parser.add_argument("folder", type=Path, help="folder with instrument files, in it or below")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the two files into the folder; 1 where nothing in it could be read."""
+    folder: Path = args.folder
+    if not folder.is_dir():
+        raise CampaignError("is not a folder; name the one with the instrument files", file=folder)
+    for name in ("campaign.yaml", "records.csv"):
+        if (folder / name).exists():
+            raise CampaignError("is there already and stays as it is", file=folder / name)
+    views, others = _views(folder)
+    if not views:
+        for line in others:
+            print(line)
+        raise CampaignError("holds no instrument file that can be read", file=folder)
+    proposal = propose(folder, views)
+    if sys.stdin.isatty():  # pragma: no cover
+        _ask(proposal)
+    texts = {
+        "campaign.yaml": campaign_text(folder, proposal),
+        "records.csv": records_text(proposal),
+    }
+    for name, text in texts.items():
+        with (folder / name).open("x", encoding="utf-8", newline="\n") as stream:
+            stream.write(text)
+    _tell(folder, proposal, others)
+    return 0
+
+
+def campaign_text(folder: Path, proposal: Proposal) -> str:
+    """campaign.yaml, with a reason beside every line that is not certain."""
+    title = folder.resolve().name.replace('"', "'")
+    lines = [
+        "# Proposed by `vinesexp init`: look at every line. A `?` stops the run until it is filled",
+        "# in. docs/campaign.md explains the keys.",
+        f'title: "{title}"',
+        "#known:",
+        "#  nes_mass: 32 g        # weigh the ball; without it no clearance is predicted",
+        "channels:",
+    ]
+    for channel in proposal.channels:
+        lines += _channel_lines(channel)
+    if not proposal.channels:
+        lines += ["  # no channel could be told; name them here"]
+    if proposal.has_wav:
+        lines.append("# In WAV files 1 is full scale: say what it means, as file_unit: 10 V.")
+    if proposal.time is not None:
+        lines.append(f'time: {{column: "{proposal.time}", unit: s}}   # look: is the unit right?')
+    elif proposal.has_no_times:
+        told = ", ".join(proposal.has_no_times[:3])
+        lines.append(f"sample_rate: {OPEN} Hz   # FILL IN: {told} have no times")
+    return "\n".join(lines) + "\n"
+
+
+def _channel_lines(channel: ProposedChannel) -> list[str]:
+    column = channel.pattern if channel.pattern.isdigit() else f'"{channel.pattern}"'
+    quantity = "acceleration" if channel.role == "acceleration" else "displacement"
+    if channel.unit is not None:
+        value, mark = f'unit: "{channel.unit}"', "" if channel.sure else "look: "
+    else:
+        unit, example = _OUTPUT[channel.role]
+        value = f'sensitivity: "{channel.sensitivity or f"{OPEN} {unit}"}"'
+        mark = "" if channel.sensitivity else f"FILL IN, such as {example}; "
+    optional = ", optional: yes" if channel.optional else ""
+    entry = f"{{column: {column}, quantity: {quantity}, {value}{optional}}}"
+    return [f"  # {channel.role}: {mark}{channel.why}", f"  {channel.role}: {entry}"]
+
+
+def records_text(proposal: Proposal) -> str:
+    """records.csv; the note of a row says what it is proposed for and what is open in it."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(_COLUMNS)
+    for record in proposal.records:
+        note = record.why
+        if record.open:
+            note += "; FILL IN, if it applies: " + " ".join(record.open)
+        row = {"record": record.record, "file": record.file, "test": record.test, "note": note}
+        row |= record.cells
+        if record.test == OPEN:
+            row |= {"test": "ringdown", "exclude": "yes"}
+        writer.writerow([row.get(column, "") for column in _COLUMNS])
+    return stream.getvalue()
+
+
+def _views(folder: Path) -> tuple[list[FileView], list[str]]:
+    views: list[FileView] = []
+    others: list[str] = []
+    paths = sorted(p for p in folder.rglob("*") if p.is_file() and not p.name.startswith("."))
+    for path in paths:
+        if path.suffix.lower() in _SKIPPED:
+            continue
+        try:
+            view = view_file(path)
+        except RecordError as error:
+            others.append(f"left out: {error}")
+            continue
+        views.append(view)
+        rate = "rate unknown" if view.rate is None else f"{view.rate:g} Hz"
+        print(f"{path.relative_to(folder)}: {view.format}, {rate}, {len(view.signals)} signals")
+    return views, others
+
+
+def _ask(proposal: Proposal) -> None:  # pragma: no cover
+    """Ask for the sensitivities that no file states; an empty answer leaves one open."""
+    for channel in proposal.channels:
+        if channel.unit is None:
+            example = _OUTPUT[channel.role][1]
+            question = f"sensitivity of {channel.role} ({channel.pattern}), such as {example}: "
+            channel.sensitivity = input(question).strip() or None
+
+
+def _tell(folder: Path, proposal: Proposal, others: list[str]) -> None:
+    for line in others:
+        print(line)
+    for channel in proposal.channels:
+        print(f"{channel.role}: column '{channel.pattern}', because {channel.why}")
+    counted: dict[str, int] = {}
+    for record in proposal.records:
+        counted[record.test] = counted.get(record.test, 0) + 1
+    tests = ", ".join(f"{count} {'unclear' if t == OPEN else t}" for t, count in counted.items())
+    print(f"{len(proposal.records)} records: {tests}")
+    print(f"written: {folder / 'campaign.yaml'}, {folder / 'records.csv'}; fill in what is marked,")
+    print(f"then: vinesexp check {folder}")

@@ -1,0 +1,134 @@
+"""`vinesexp look`: what is in instrument files, before anything is said about them."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.errors import CampaignError, VinesexpError
+from vinesexp.records.readers import Floats
+from vinesexp.records.roles import Guess, guess_roles, label_of
+from vinesexp.records.survey import ColumnView, FileView, view_file
+
+_BARS = " ▁▂▃▄▅▆▇█"
+_WIDTH = 32
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Files, and where a picture of them goes."""
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="instrument files")
+    parser.add_argument("--plot", type=Path, metavar="PICTURE", help="draw them: .png, .svg, .pdf")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print every column of every file; 1 if one of them could not be read."""
+    if args.plot is not None and args.plot.exists():
+        raise CampaignError("is there already; name another file", file=args.plot)
+    views: list[FileView] = []
+    failed = 0
+    for path in args.files:
+        try:
+            views.append(view_file(path))
+        except VinesexpError as error:
+            print(f"vinesexp look: {error}", file=sys.stderr)
+            failed += 1
+    guesses = guess_roles(views)
+    for view in views:
+        print("\n".join(describe(view, guesses)))
+    if args.plot is not None and views:
+        draw(views, args.plot)
+    return 1 if failed else 0
+
+
+def describe(view: FileView, guesses: dict[str, Guess]) -> list[str]:
+    """Lines about one file: format, rate, a row a column, and what each may be."""
+    length = max((len(column.values) for column in view.columns), default=0)
+    rate = "sample rate unknown" if view.rate is None else f"{view.rate:.6g} Hz"
+    seconds = "" if view.rate is None else f", {length / view.rate:.4g} s"
+    lines = [f"{view.path}: {view.format}, {length} rows, {rate}{seconds}"]
+    width = max([len(column.name) for column in view.columns] + [4])
+    for column in view.columns:
+        head = f"  {column.index:>2} {column.name:<{width}} {column.unit or '-':<6}"
+        lines.append(f"{head} {_told(column)}")
+        guess = guesses.get(label_of(column))
+        if column.kind == "signal" and guess is not None:
+            lines.append(f"     {'':<{width}} {guess.role}? {guess.why}")
+    return lines + [f"  not read: {problem}" for problem in view.problems]
+
+
+def small_plot(values: Floats) -> str:
+    """Rms of the signal along the record, as a row of bars.
+
+    Examples
+    --------
+    >>> small_plot(np.concatenate((np.zeros(320), np.tile([-1.0, 1.0], 160))))[::8]
+    '  ██'
+    """
+    if len(values) < _WIDTH:
+        return ""
+    x = values - np.median(values)
+    levels = [float(np.sqrt(np.mean(part**2))) for part in np.array_split(x, _WIDTH)]
+    top = max(levels) or 1.0
+    return "".join(_BARS[round(level / top * (len(_BARS) - 1))] for level in levels)
+
+
+def _told(column: ColumnView) -> str:
+    finite = column.finite
+    span = f"{finite.min():.4g} to {finite.max():.4g}"
+    if column.kind == "time":
+        return f"times, {span}"
+    if column.kind == "counter":
+        return f"row numbers, {span}"
+    if column.kind == "constant":
+        return f"constant, {finite[0]:.6g}"
+    frequency, _ = column.peak()
+    unit = "Hz" if column.rate else "cycles a sample"
+    return f"{span}, strongest at {frequency:.4g} {unit} |{small_plot(finite)}|"
+
+
+def draw(views: list[FileView], path: Path) -> None:
+    """A picture: every signal of every file over time, and its spectrum beside it."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    rows = [(view, column) for view in views for column in view.signals][:40]
+    if not rows:
+        raise CampaignError("no signal to draw", file=path)
+    figure, axes = plt.subplots(
+        len(rows), 2, figsize=(10, 1.0 + 1.5 * len(rows)), squeeze=False, layout="constrained"
+    )
+    for (view, column), (left, right) in zip(rows, axes, strict=True):
+        rate = column.rate or 1.0
+        step = max(len(column.values) // 4000, 1)
+        shown = column.values[: len(column.values) // step * step].reshape(-1, step)
+        times = np.arange(len(shown)) * step / rate
+        left.fill_between(
+            times, np.nanmin(shown, axis=1), np.nanmax(shown, axis=1), linewidth=0.6, color="C0"
+        )
+        left.set_title(f"{view.path.name}: {column.name or column.index}", fontsize=8, loc="left")
+        left.set_ylabel(column.unit or "", fontsize=8)
+        frequencies, amplitudes = column.spectrum()
+        # Some thousand points are enough, of which none may miss a peak.
+        group = max(len(amplitudes) // 4000, 1)
+        count = len(amplitudes) // group * group
+        right.loglog(
+            frequencies[:count].reshape(-1, group)[1:, 0],
+            amplitudes[:count].reshape(-1, group)[1:].max(axis=1),
+            linewidth=0.7,
+        )
+        for axis in (left, right):
+            axis.tick_params(labelsize=7)
+    known = all(column.rate for _, column in rows)
+    axes[-1][0].set_xlabel("time (s)" if known else "sample", fontsize=8)
+    axes[-1][1].set_xlabel("frequency (Hz)" if known else "cycles a sample", fontsize=8)
+    try:
+        figure.savefig(path, dpi=110)
+    except (OSError, ValueError) as error:
+        raise CampaignError(f"cannot be drawn there ({error})", file=path) from None
+    finally:
+        plt.close(figure)

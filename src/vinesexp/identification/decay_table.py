@@ -1,0 +1,118 @@
+"""decay.csv of a ring-down: its amplitude, cycle by cycle, beside what was identified from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.identification.combine import counted
+from vinesexp.identification.estimate import Estimate
+from vinesexp.records.store import open_record
+from vinesexp.records.tables import Value
+from vinesexp.signals.cycles import cycle_amplitudes
+
+Floats = NDArray[np.float64]
+
+#: Terms of dA/dt = -(gamma + alpha A + beta A^2), by their names among the estimates.
+LAW = ("damping_linear", "damping_quadratic", "damping_coulomb")
+
+_MOST = 4_000_000  # samples of one decay
+_FEWEST = 3  # cycles
+_FADED = 0.03  # of the first amplitude: the rest is noise
+_PASSES = 6
+
+
+def of_ringdown(found: Sequence[Estimate]) -> dict[str, Estimate]:
+    """Parameter to its estimate by the method that enters the combined values; `f0_added` as `f0`.
+
+    Empty for a record that is no ring-down or gave nothing.
+    """
+    own = {e.parameter.removesuffix("_added"): e for e in counted(found)}
+    return own if "f0" in own else {}
+
+
+def decay_table(found: Sequence[Estimate], conditioned: Path) -> list[dict[str, Value]]:
+    """Rows of decay.csv: amplitude of each cycle, by the law of damping, and by its viscous mean.
+
+    Parameters
+    ----------
+    found : sequence of Estimate
+        Of the record.
+    conditioned : Path
+        conditioned/<id>.nc.
+    """
+    own = of_ringdown(found)
+    if "zeta" not in own:
+        return []
+    f0 = own["f0"].value
+    with open_record(conditioned) as view:
+        if view.refused is not None or "displacement" not in view.roles:
+            return []
+        x = view.read("displacement", 0, _MOST)
+        time, swing = cycle_amplitudes(x, view.sample_rate, f0)
+        start = view.start
+    time, swing = time[np.isfinite(swing)], swing[np.isfinite(swing)]  # no cycle with a gap
+    if swing.size < _FEWEST:
+        return []
+    first = min(int(np.argmax(swing)) + 1, swing.size - 1)  # the release itself is no cycle
+    gone = np.flatnonzero(swing[first:] < _FADED * swing[first])
+    last = first + int(gone[0]) if gone.size else swing.size
+    time, swing = time[first:last], swing[first:last]
+    viscous = (own["zeta"].value * 2.0 * np.pi * f0, 0.0, 0.0)
+    law = _law(own, viscous)
+    since = time - time[0]
+    columns = (start + time, swing, decay_by(since, swing, law), decay_by(since, swing, viscous))
+    names = ("time_s", "amplitude_m", "law_m", "viscous_m")
+    return [dict(zip(names, map(float, row), strict=True)) for row in zip(*columns, strict=True)]
+
+
+def _law(own: Mapping[str, Estimate], viscous: Sequence[float]) -> Sequence[float]:
+    if not any(name in own for name in LAW[1:]):
+        return viscous
+    return [own[name].value if name in own else 0.0 for name in LAW]
+
+
+def decay_by(time: Floats, amplitude: Floats, law: Sequence[float]) -> Floats:
+    """The decay by a law from the start that misses the amplitudes least.
+
+    Parameters
+    ----------
+    time, amplitude : ndarray, shape (n,)
+        s from the start; m.
+    law : (alpha, beta, gamma)
+        dA/dt = -(gamma + alpha A + beta A^2); 1/s, 1/(m s), m/s.
+
+    Examples
+    --------
+    >>> t = np.linspace(0.0, 5.0, 50)
+    >>> found = decay_by(t, 0.02 / (1.0 + 0.3 * t), (0.0, 15.0, 0.0))  # beta A0 = 0.3/s
+    >>> bool(np.allclose(found, 0.02 / (1.0 + 0.3 * t), rtol=1e-6))
+    True
+    """
+    start = float(amplitude[0])
+    for _ in range(_PASSES):
+        now, nudged = (_run(time, A, law) for A in (start, start * (1.0 + 1e-4)))
+        slope = (nudged - now) / (1e-4 * start)
+        start = max(start + float(slope @ (amplitude - now) / (slope @ slope)), 0.1 * start)
+    return _run(time, start, law)
+
+
+def _run(time: Floats, start: float, law: Sequence[float]) -> Floats:
+    """The law from `start`, by Runge-Kutta steps of fourth order from cycle to cycle."""
+    alpha, beta, gamma = law
+
+    def rate(A: float) -> float:
+        return -(gamma + alpha * A + beta * A * A) if A > 0.0 else 0.0
+
+    A, found = start, [start]
+    for h in np.diff(time):
+        k1 = rate(A)
+        k2 = rate(A + 0.5 * h * k1)
+        k3 = rate(A + 0.5 * h * k2)
+        k4 = rate(A + h * k3)
+        A = max(A + h * (k1 + 2.0 * (k2 + k3) + k4) / 6.0, 0.0)
+        found.append(A)
+    return np.array(found)

@@ -1,0 +1,182 @@
+"""Impacts of all records held against one another, before anything is combined.
+
+Accelerometer against laser, wall against wall, record against record, speed against speed. Where
+they agree, the estimates of the single records stand as they are. Where they do not, the cause is
+named, and one estimate for all records takes their place, with an error that holds what the
+sources show.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.identification.addedmass import added_mass
+from vinesexp.identification.collision_evidence import Evidence, weigh
+from vinesexp.identification.collision_model import EFFECTS, collisions_of
+from vinesexp.identification.collision_words import effect_checks, ratio_check, sensor_check
+from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.flights import Flights, flights_of
+from vinesexp.identification.jump_ratio import common_ratio, ratio_of
+from vinesexp.identification.sensor_fault import Fault, fault_of, mended
+from vinesexp.records.campaign import Campaign
+from vinesexp.records.checks import Check
+from vinesexp.signals.impacts.impact_table import Impacts
+
+METHOD = "impacts"
+_FEWEST = 10
+#: Collisions of a record; more add nothing to what a whole record may be off by.
+_ENOUGH = 300
+#: Relative error of M by added masses below which no scale in a lab goes.
+_SCALES = 3e-3
+#: The nominal period, s, where nothing tells f0: only flights too long to be one are left out.
+_NO_PERIOD = math.inf
+
+
+@dataclass(frozen=True)
+class Consistent:
+    """Estimates that can be combined, what else the impacts show, and what is to be said.
+
+    Attributes
+    ----------
+    estimates : list of Estimate
+        Of all records; r and M of impacts replaced by one each where the records disagree.
+    effects : list of Estimate
+        Rows of identified.csv on ball, walls and contact.
+    checks : list of Check
+    """
+
+    estimates: list[Estimate]
+    effects: list[Estimate]
+    checks: list[Check]
+
+
+def consistent_impacts(
+    found: Sequence[Estimate], campaign: Campaign, impacts: Mapping[str, Impacts]
+) -> Consistent:
+    """Hold the impacts of a campaign against one another.
+
+    Parameters
+    ----------
+    found : sequence of Estimate
+        Of all records (`identification.one_record.estimate_record`).
+    campaign : Campaign
+    impacts : mapping
+        Record id to its impact table; only tests with one ball are looked at.
+    """
+    flights = _flights(found, campaign, impacts)
+    if not flights:
+        return Consistent(list(found), [], [])
+    ids = tuple(flights)
+    prior = _prior(found, campaign)
+    ratios = [one for one in map(ratio_of, flights.values()) if one is not None]
+    ratio = common_ratio(ratios)
+    gain = _gain(found, ids)
+    fault = fault_of(list(flights.values()), ratio=ratio, gain=gain, prior=prior)
+    collisions = collisions_of(
+        [mended(f, fault) for f in flights.values()],
+        r_error=fault.r_error if fault else 0.0,
+        mass_error=fault.mass_error if fault else 0.0,
+    )
+    evidence = weigh(collisions, prior=prior)
+    effects = _effect_rows(evidence, ids)
+    if ratio is not None:
+        effects.append(Estimate("jump_ratio", ratio.ratio, ratio.error, "1", METHOD, ids))
+    checks = [*effect_checks(evidence), *ratio_check(ratio, fault), *sensor_check(fault)]
+    if fault is None and not evidence.best.effects:
+        return Consistent(list(found), effects, checks)
+    return Consistent(_replaced(found, campaign, evidence, fault, ids), effects, checks)
+
+
+def _flights(
+    found: Sequence[Estimate], campaign: Campaign, impacts: Mapping[str, Impacts]
+) -> dict[str, Flights]:
+    """Of every record with one ball that shows enough of them."""
+    f0 = sorted(e.value for e in found if e.parameter == "f0")
+    flights = {}
+    for record in campaign.records:
+        if record.id not in impacts or len(record.clearance) != 1 or record.exclude:
+            continue
+        frequency = f0[len(f0) // 2] if f0 else np.mean(record.frequency or (0.0,))
+        period = 1.0 / float(frequency) if frequency else _NO_PERIOD
+        own = flights_of(impacts[record.id], nes=1, b=record.clearance[0], period=period)
+        own = own.keep(_whole(own))
+        if own.index.size >= _FEWEST:
+            # Every second one would be of one wall.
+            flights[record.id] = own.keep(np.arange(own.index.size) % _stride(own.index.size) == 0)
+    return flights
+
+
+def _whole(flights: Flights) -> NDArray[np.bool_]:
+    """Where everything is known."""
+    total = flights.v_before + flights.v_previous + flights.v_next + flights.jump
+    return np.asarray(np.isfinite(total))
+
+
+def _stride(n: int) -> int:
+    """An odd number: what is left of n collisions is enough, and of both walls."""
+    return 2 * (n // (2 * _ENOUGH)) + 1
+
+
+def _prior(found: Sequence[Estimate], campaign: Campaign) -> tuple[float, float] | None:
+    """ln(M/m) from added masses and the weighed ball."""
+    if not campaign.known.nes_mass:
+        return None
+    loads = {record.id: record.added_mass or 0.0 for record in campaign.records}
+    source, _ = added_mass(found, loads, campaign.known.uncertainties)
+    if source is None:
+        return None
+    M = source.total
+    ball = campaign.known.nes_mass[0]
+    error = math.hypot(M.std_error / M.value, _SCALES, ball.std_error / ball.value)
+    return math.log(M.value / ball.value), error
+
+
+def _gain(found: Sequence[Estimate], ids: Sequence[str]) -> tuple[float, float] | None:
+    """Accelerometer's gain beside the laser's over the oscillation: median and its error."""
+    own = [e for e in found if e.parameter == "accelerometer_gain" and e.records[0] in ids]
+    if not own:
+        return None
+    values = np.abs([e.value for e in own])
+    spread = 1.4826 * float(np.median(np.abs(values - np.median(values))))
+    error = math.hypot(spread, float(np.median([e.std_error for e in own])))
+    return float(np.median(values)), error / math.sqrt(len(own))
+
+
+def _effect_rows(evidence: Evidence, ids: tuple[str, ...]) -> list[Estimate]:
+    """Chosen effects as estimates; walls that differ as one r each."""
+    rows = []
+    for name in evidence.best.effects:
+        value, error = evidence.best.of(name)
+        if name == "r_wall_difference":
+            for wall, sign in (("plus", 0.5), ("minus", -0.5)):
+                own = math.hypot(0.5 * error, evidence.r_error)
+                rows.append(
+                    Estimate(f"r_wall_{wall}", evidence.r + sign * value, own, "1", METHOD, ids)
+                )
+        else:
+            rows.append(Estimate(name, value, error, EFFECTS[name], METHOD, ids))
+    return rows
+
+
+def _replaced(
+    found: Sequence[Estimate], campaign: Campaign, evidence: Evidence, fault: Fault | None,
+    ids: tuple[str, ...],
+) -> list[Estimate]:  # fmt: skip
+    """One r and one M of all records with one ball, in the place of those of the single ones."""
+    kept = [
+        e
+        for e in found
+        if not (e.method == METHOD and e.parameter in ("r", "M") and set(e.records) <= set(ids))
+    ]
+    r_error = math.hypot(evidence.r_error, fault.r_error if fault else 0.0)
+    kept.append(Estimate("r", evidence.r, r_error, "1", METHOD, ids))
+    if any(e.parameter == "M" and e.method == METHOD for e in found):
+        M = campaign.known.nes_mass[0].value * math.exp(evidence.ln_ratio)
+        relative = math.hypot(evidence.ln_ratio_error, fault.mass_error if fault else 0.0)
+        kept.append(Estimate("M", M, M * relative, "kg", METHOD, ids))
+    return kept

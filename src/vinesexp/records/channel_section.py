@@ -1,0 +1,192 @@
+"""The parts of campaign.yaml that say how to find each channel: `channels`, `time`, `setups`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from vinesexp.errors import ParameterError, nearest
+from vinesexp.records.problems import Problems
+from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, Setup, TimeColumn
+from vinesexp.records.yamlsections import positive, refuse_unknown, subsection, yes_or_no
+from vinesexp.records.yamltree import Section
+from vinesexp.units import (
+    UNITS,
+    parse_quantity,
+    parse_sensitivity,
+    relative_error,
+    unit_size,
+)
+
+CHANNEL_KEYS = (
+    "column",
+    "quantity",
+    "unit",
+    "sensitivity",
+    "offset",
+    "file_unit",
+    "optional",
+    "accept",
+)
+SETUP_KEYS = ("channels", "time", "sample_rate")
+
+
+def read_setups(top: Section, standard: Setup, problems: Problems) -> dict[str, Setup]:
+    """Further sets of channels by name; what one leaves out is as in the campaign itself."""
+    section = subsection(top, "setups", problems)
+    if section is None:
+        return {}
+    found: dict[str, Setup] = {}
+    for name in section.values:
+        entry = subsection(section, name, problems)
+        if entry is None:
+            continue
+        refuse_unknown(entry, SETUP_KEYS, problems)
+        channels = dict(standard.channels)
+        if "channels" in entry.values:
+            channels |= read_channels_section(entry, problems)
+        time, rate = standard.time, standard.sample_rate
+        if "time" in entry.values:
+            time, rate = read_time(entry, problems), None
+        elif "sample_rate" in entry.values:
+            time, rate = None, positive(entry, "sample_rate", "frequency", problems)
+        found[name] = replace(standard, channels=channels, time=time, sample_rate=rate)
+    return found
+
+
+def read_channels_section(top: Section, problems: Problems) -> dict[str, Channel]:
+    section = subsection(top, "channels", problems)
+    if section is None or not section.values:
+        problems.add(
+            "no channels; say under 'channels' how to find each of " + ", ".join(ROLES),
+            where=top.where("channels") if "channels" in top.values else None,
+        )
+        return {}
+    refuse_unknown(section, tuple(ROLES), problems)
+    found: dict[str, Channel] = {}
+    for role in ROLES:
+        if role in section.values:
+            entry = subsection(section, role, problems)
+            if entry is None:
+                if section.values[role] is None:
+                    problems.add(
+                        "is empty; give column, quantity and unit or sensitivity",
+                        where=section.where(role),
+                    )
+                continue
+            before = len(problems.found)
+            channel = _channel(role, entry, section.where(role), problems)
+            if channel is not None and len(problems.found) == before:
+                found[role] = channel
+    return found
+
+
+def _channel(role: str, entry: Section, where: str, problems: Problems) -> Channel | None:
+    refuse_unknown(entry, CHANNEL_KEYS, problems)
+    column = _column(entry, where, problems)
+    quantity = _quantity(role, entry, where, problems)
+    unit, sensitivity = entry.values.get("unit"), entry.values.get("sensitivity")
+    if (unit is None) == (sensitivity is None):
+        problems.add(
+            f"{'no unit' if unit is None else 'both unit and sensitivity'}; give either 'unit' "
+            "(the file is in physical units) or 'sensitivity' (instrument output per measured "
+            "unit), exactly one",
+            where=where,
+        )
+        return None
+    if column is None or quantity is None:
+        return None
+    gain_error = None
+    with problems.at(entry.where("unit" if sensitivity is None else "sensitivity")):
+        if sensitivity is None:
+            output, scale = str(unit), unit_size(str(unit), quantity)
+        else:
+            scale = 1.0 / parse_sensitivity(sensitivity, quantity)
+            gain_error = relative_error(sensitivity)
+            measured = str(sensitivity).partition("/")[0].split()[-1:]
+            output = "C" if measured and measured[0] in UNITS["charge"] else "V"
+        return Channel(
+            role=role,
+            column=column,
+            quantity=quantity,
+            scale=scale,
+            offset=_output(entry, "offset", output, quantity, problems) or 0.0,
+            unit=output,
+            sensitivity=sensitivity is not None,
+            file_size=_output(entry, "file_unit", output, quantity, problems),
+            optional=yes_or_no(entry, "optional", problems),
+            accept=_accept(entry, problems),
+            gain_error=gain_error,
+        )
+    return None
+
+
+def _quantity(role: str, entry: Section, where: str, problems: Problems) -> str | None:
+    quantity = entry.values.get("quantity")
+    allowed = ROLES[role]
+    if quantity in allowed:
+        return str(quantity)
+    found = "no quantity" if quantity is None else f"found '{quantity}'"
+    problems.add(
+        f"{found}; {role} is given as quantity: {' or '.join(allowed)}",
+        where=where if quantity is None else entry.where("quantity"),
+    )
+    return None
+
+
+def _column(entry: Section, where: str, problems: Problems) -> str | int | None:
+    column = entry.values.get("column")
+    if isinstance(column, int) and column >= 0:
+        return column
+    if isinstance(column, str) and column.strip():
+        return column.strip()
+    found = "no column" if column is None else f"found '{column}'"
+    problems.add(
+        f"{found}; give the column's name, a pattern such as 'Laser*', or its number from 0",
+        where=where if column is None else entry.where("column"),
+    )
+    return None
+
+
+def _output(entry: Section, key: str, unit: str, quantity: str, problems: Problems) -> float | None:
+    """A value in units of the channel's output: volts, coulombs, or the physical unit itself.
+
+    `file_unit` may be a bare unit (``mV``) or carry a number (``10 V``: a WAV's full scale).
+    """
+    text = entry.values.get(key)
+    if text is None:
+        return None
+    measured = {"V": "voltage", "C": "charge"}.get(unit, quantity)
+    with problems.at(entry.where(key)):
+        bare = key == "file_unit" and str(text) in UNITS[measured]
+        value = parse_quantity(f"1 {text}" if bare else text, measured).value
+        if key == "file_unit" and value <= 0.0:
+            raise ParameterError(f"found '{text}', expected a unit of {measured}")
+        return value / unit_size(unit, measured)
+    return None
+
+
+def _accept(entry: Section, problems: Problems) -> tuple[str, ...]:
+    given = entry.values.get("accept")
+    words = given if isinstance(given, list) else [] if given is None else [given]
+    for word in words:
+        if word not in ACCEPTABLE:
+            problems.add(
+                f"found '{word}'; {nearest(str(word), ACCEPTABLE)}", where=entry.where("accept")
+            )
+    return tuple(str(word) for word in words)
+
+
+def read_time(top: Section, problems: Problems) -> TimeColumn | None:
+    section = subsection(top, "time", problems)
+    if section is None:
+        return None
+    refuse_unknown(section, ("column", "unit"), problems)
+    column = _column(section, top.where("time"), problems)
+    unit = section.values.get("unit")
+    if unit is None:
+        problems.add("no unit; give the unit of the times, such as s", where=top.where("time"))
+        return None
+    with problems.at(section.where("unit")):
+        size = unit_size(str(unit), "time")
+        return None if column is None else TimeColumn(column, str(unit), size)
+    return None

@@ -1,0 +1,183 @@
+"""What is in one instrument file: every column with its unit, rate, range and strongest motion.
+
+For a person who looks at a file before describing it, and for the proposal of a campaign. Nothing
+is calibrated or refused here; what stands in the way of a reading is reported as a problem.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers import Floats, Source, open_source
+from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
+from vinesexp.units import UNITS
+
+_MOST = 1 << 21  # samples of a column that are looked at
+_TIME_NAME = re.compile(
+    r"(?:.*/)?(time|zeit|temps|tempo|t|x_value|second|seconds)\b", re.IGNORECASE
+)
+
+
+@dataclass(frozen=True)
+class ColumnView:
+    """One column of a file.
+
+    Parameters
+    ----------
+    index, name, unit
+        Number, name and unit as the file states them.
+    kind : str
+        ``time``, ``counter`` (row numbers), ``constant`` or ``signal``.
+    values : array
+        Its samples as they stand in the file, NaN where missing.
+    rate : float or None
+        Hz, where it is known.
+    """
+
+    index: int
+    name: str
+    unit: str | None
+    kind: str
+    values: Floats
+    rate: float | None
+
+    @property
+    def finite(self) -> Floats:
+        """The samples that are numbers."""
+        return self.values[np.isfinite(self.values)]
+
+    def peak(self) -> tuple[float, float]:
+        """Frequency of the strongest motion (Hz; cycles a sample without a rate), its amplitude."""
+        frequencies, amplitudes = self.spectrum()
+        if len(amplitudes) < 3:
+            return 0.0, 0.0
+        at = int(np.argmax(amplitudes[1:])) + 1
+        return float(frequencies[at]), float(amplitudes[at])
+
+    def spectrum(self) -> tuple[Floats, Floats]:
+        """Frequencies and amplitudes of the samples without their straight line."""
+        return self._spectrum
+
+    @cached_property
+    def _spectrum(self) -> tuple[Floats, Floats]:
+        x = self.finite
+        n = len(x)
+        if n < 8:
+            return np.zeros(0), np.zeros(0)
+        ramp = np.linspace(-1.0, 1.0, n)
+        x = x - x.mean() - ramp * (float(ramp @ x) / float(ramp @ ramp))
+        window = np.hanning(n)
+        amplitudes = 2.0 * np.abs(np.fft.rfft(x * window)) / window.sum()
+        frequencies = np.fft.rfftfreq(n).astype(np.float64) * float(self.rate or 1.0)
+        return frequencies, np.asarray(amplitudes, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class FileView:
+    """One instrument file.
+
+    Parameters
+    ----------
+    path, format
+        The file, and what it is in words.
+    columns : tuple of ColumnView
+        Those of numbers.
+    rate : float or None
+        Sample rate, Hz, where the file or its column of times tells.
+    time : int or None
+        Number of the column of times.
+    problems : tuple of str
+        What could not be read.
+    """
+
+    path: Path
+    format: str
+    columns: tuple[ColumnView, ...]
+    rate: float | None
+    time: int | None
+    problems: tuple[str, ...] = field(default=())
+
+    @property
+    def signals(self) -> tuple[ColumnView, ...]:
+        """The columns that move and are no times."""
+        return tuple(column for column in self.columns if column.kind == "signal")
+
+
+def view_file(path: Path) -> FileView:
+    """Read a file and find what its columns are.
+
+    Raises
+    ------
+    RecordError
+        The file cannot be opened as columns of numbers.
+    """
+    source = open_source(path)
+    read: dict[int, Floats] = {}
+    problems: list[str] = []
+    for index in range(len(source.columns)):
+        try:
+            read[index] = _values(source, index)
+        except RecordError as error:
+            problems.append(str(error))
+    time, rate = _time_and_rate(source, read)
+    columns = []
+    for index, values in read.items():
+        column = source.columns[index]
+        own = 1.0 / column.interval if column.interval and column.interval > 0.0 else rate
+        kind = "time" if index == time else _kind(values, column.unit)
+        if kind != "empty":
+            columns.append(ColumnView(index, column.name, column.unit, kind, values, own))
+    return FileView(path, source.format, tuple(columns), rate, time, tuple(problems))
+
+
+def _values(source: Source, index: int) -> Floats:
+    blocks, count = [], 0
+    for block in source.blocks([index]):
+        blocks.append(marks_to_infinity(block[:, 0]))
+        count += len(block)
+        if count >= _MOST:
+            break
+    return np.concatenate(blocks)[:_MOST] if blocks else np.zeros(0)
+
+
+def _kind(values: Floats, unit: str | None) -> str:
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return "empty"
+    if np.ptp(finite) == 0.0:
+        return "constant"
+    steps = np.diff(finite)
+    if unit == SEQUENCE or (len(steps) > 2 and steps.min() == steps.max() == 1.0):
+        return "counter"
+    return "signal"
+
+
+def _time_and_rate(source: Source, read: dict[int, Floats]) -> tuple[int | None, float | None]:
+    """The column of times and the rate: as the format says, else a ramp called so."""
+    candidates = [] if source.time_column is None else [source.time_column]
+    candidates += [j for j in read if _TIME_NAME.match(source.columns[j].name)]
+    # A ramp in the first column, without a name or under any name, is the times most likely.
+    candidates += [0] if 0 in read and source.columns[0].unit != SEQUENCE else []
+    for j in candidates:
+        finite = read[j][np.isfinite(read[j])] if j in read else np.zeros(0)
+        steps = np.diff(finite)
+        if len(steps) < 3 or steps.min() < 0.0 or steps.mean() <= 0.0:
+            continue
+        if float(np.std(steps)) > 0.6 * float(steps.mean()):
+            continue
+        named = _TIME_NAME.match(source.columns[j].name) or source.columns[j].unit in UNITS["time"]
+        if not named and steps.min() == steps.max() == 1.0:
+            continue  # row numbers
+        size = UNITS["time"].get(source.columns[j].unit or "s", 1.0)
+        rate = (len(finite) - 1) / (float(finite[-1] - finite[0]) * size)
+        return j, float(f"{rate:.6g}")
+    if source.sample_interval:
+        return None, float(f"{1.0 / source.sample_interval:.9g}")
+    intervals = {c.interval for c in source.columns if c.interval and c.interval > 0.0}
+    return None, 1.0 / intervals.pop() if len(intervals) == 1 else None

@@ -1,0 +1,189 @@
+"""replay.csv: every record beside its replays, number by number, and where they differ.
+
+Replays fall into groups by their regime. A record is compared with the group of its own regime
+where there is one, else with the nearest: which start it had is unknown.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vinesexp.records.checks import Check
+from vinesexp.records.schema import Record
+from vinesexp.records.tables import Value, number
+from vinesexp.replay.measures import Measures
+
+#: Shares by which a measured number may miss its replays: clearances are known no better.
+TOLERANCE = {"amplitude": 0.03, "impacts per cycle": 0.05, "decay time": 0.05, "spells": 0.3}
+#: Standard deviations over the replays of one regime that come on top.
+SCATTER = 3.0
+_UNITS = {"amplitude": "m", "impacts per cycle": "1", "decay time": "s", "spells": "1"}
+_FEW_SPELLS = 3.0  # that a short record may have more or less
+#: Numbers that decide whether a record is replayed, by test; the others are shown.
+DECISIVE = {
+    "periodic": ("amplitude", "regime"),
+    "transient": ("decay time",),
+    "ringdown": ("decay time",),
+}
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One row of replay.csv.
+
+    Attributes
+    ----------
+    measured, replayed : as in the table; of several replays the mean.
+    low, high : smallest and largest of the replays that it is compared with.
+    deviation : measured over replayed, minus one; None for words.
+    outcome : ``ok``, ``differs``, ``not measured`` or ``not replayed``.
+    starts : where starts give different regimes, which gives which.
+    decisive : whether a difference says that the rig does not replay the record.
+    """
+
+    record: str
+    quantity: str
+    unit: str
+    measured: str | float | None
+    replayed: str | float | None
+    low: float | None
+    high: float | None
+    deviation: float | None
+    outcome: str
+    starts: str = ""
+    decisive: bool = False
+
+    def as_row(self) -> dict[str, Value]:
+        """As a row of replay.csv."""
+        return {name: value for name, value in vars(self).items() if name != "decisive"}
+
+
+def compared(
+    record: Record, row: Mapping[str, str], decay: float, found: Sequence[Measures]
+) -> list[Compared]:
+    """Rows of one record.
+
+    Parameters
+    ----------
+    record : Record
+    row : mapping
+        Its row of regimes.csv.
+    decay : float
+        Measured decay time, s; NaN where there is none.
+    found : sequence of Measures
+        Of all replays.
+    """
+    groups = _groups(record, row, found)
+    decisive = DECISIVE[record.test]
+
+    def of(quantity: str, measured: float | None, value: Callable[[Measures], float]) -> Compared:
+        values = [[v for one in own if math.isfinite(v := value(one))] for own in groups]
+        return _number(
+            record.id, quantity, measured, [v for v in values if v], quantity in decisive
+        )
+
+    rows = []
+    if record.test == "periodic":
+        rows.append(of("amplitude", number(row["amplitude_mean_m"]), lambda m: m.amplitude))
+    else:
+        measured = decay if math.isfinite(decay) else None
+        rows.append(of("decay time", measured, lambda m: m.decay_time))
+    if record.clearance:
+        per_cycle = number(row["impacts_per_cycle"])
+        rows.append(of("impacts per cycle", per_cycle, lambda m: m.impacts_per_cycle))
+        rows.append(_regime(record.id, row["regime"], found, "regime" in decisive))
+    if len(record.clearance) == 1:
+        rows.append(of("spells", number(row.get("spells")), lambda m: m.spells))
+    return rows
+
+
+def _groups(
+    record: Record, row: Mapping[str, str], found: Sequence[Measures]
+) -> list[list[Measures]]:
+    """Replays that are alike; without those whose ball rests where the record's did not.
+
+    Periodic replays are alike by their regime, and those of the record's own count alone where
+    there are any. A release depends on where the ball lay: each replay is its own.
+    """
+    moving = [one for one in found if one.impacts_per_cycle > 0.0]
+    if number(row.get("impacts_per_cycle")) and moving:
+        found = moving
+    if record.test != "periodic":
+        return [[one] for one in found]
+    by_regime: dict[str, list[Measures]] = {}
+    for one in found:
+        by_regime.setdefault(one.regime, []).append(one)
+    own = by_regime.get(row.get("regime", ""))
+    return [own] if own else list(by_regime.values())
+
+
+def _number(
+    record: str,
+    quantity: str,
+    measured: float | None,
+    groups: Sequence[Sequence[float]],
+    decisive: bool,
+) -> Compared:
+    unit = _UNITS[quantity]
+    if not groups:
+        return Compared(record, quantity, unit, measured, None, None, None, None, "not replayed")
+    nearest = min(groups, key=lambda own: abs(float(np.mean(own)) - (measured or 0.0)))
+    centre, low, high = float(np.mean(nearest)), min(nearest), max(nearest)
+    if measured is None:
+        return Compared(record, quantity, unit, None, centre, low, high, None, "not measured")
+    allowed = SCATTER * float(np.std(nearest)) + TOLERANCE[quantity] * abs(centre)
+    if quantity == "spells":
+        allowed = max(allowed, _FEW_SPELLS)
+    outcome = "differs" if abs(measured - centre) > allowed else "ok"
+    deviation = measured / centre - 1.0 if centre else None
+    return Compared(
+        record, quantity, unit, measured, centre, low, high, deviation, outcome, "", decisive
+    )
+
+
+def _regime(record: str, measured: str, found: Sequence[Measures], decisive: bool) -> Compared:
+    by_regime: dict[str, list[str]] = {}
+    for one in found:
+        by_regime.setdefault(one.regime, []).append(one.start)
+    starts = ""
+    if len(by_regime) > 1:
+        starts = "; ".join(
+            f"{regime}: {', '.join(dict.fromkeys(names))}" for regime, names in by_regime.items()
+        )
+    outcome = "not measured" if not measured else "ok" if measured in by_regime else "differs"
+    words = "; ".join(by_regime)
+    return Compared(
+        *(record, "regime", "", measured or None, words, None, None, None, outcome, starts),
+        decisive=decisive,
+    )
+
+
+def replay_checks(rows: Sequence[Compared]) -> list[Check]:
+    """One warning for each record that its own rig does not replay."""
+    checks = []
+    for record in dict.fromkeys(row.record for row in rows):
+        own = [r for r in rows if r.record == record and r.outcome == "differs"]
+        if not any(r.decisive for r in own):
+            continue
+        detail = "; ".join(_in_words(r) for r in own)
+        checks.append(
+            Check(record, "replay", "warning",
+                  f"the identified rig does not move as this record: {detail}")
+        )  # fmt: skip
+    return checks
+
+
+def _in_words(row: Compared) -> str:
+    if row.quantity == "regime":
+        return f"regime {row.measured}, replayed {row.replayed}"
+    size, unit = (1e3, " mm") if row.unit == "m" else (1.0, " s" if row.unit == "s" else "")
+    assert isinstance(row.measured, float)
+    assert row.low is not None
+    assert row.high is not None
+    low, high = (f"{size * value:.3g}" for value in (row.low, row.high))
+    span = low if low == high else f"{low} to {high}"
+    return f"{row.quantity} {size * row.measured:.3g}{unit}, replayed {span}{unit}"

@@ -1,0 +1,159 @@
+"""A delay between two channels, told from the AC coupling of one of them.
+
+At a single frequency both are a phase. Over frequency a delay grows as w lag, and the lead of an
+AC-coupled sensor, one pole at the corner fc, falls as atan(fc/f). Impacts give the mass motion far
+above its oscillation, where the two part.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vinesexp.arrays import BoolArray, FloatArray
+
+_CYCLES = 12.0  # periods in a segment: a line then is a twelfth of f0 wide
+_RANGE = (1.6, 12.0)  # of the oscillation: lines that are compared with it
+_FEWEST = 8  # segments
+_TOPS = 3  # lines of which a top is the highest; between tops the oscillation leaks in
+_LINES = 2  # tops, fewest
+_COHERENT = 0.5  # squared coherence that a line must have
+_SURE = 5.0  # standard errors from which on a corner is there
+_STEPS = 20
+#: What the forms of contact and sensor leave in records without a corner, in periods and in f0.
+_LAG_FLOOR, _CORNER_FLOOR = 1e-4, 5e-4
+
+
+@dataclass(frozen=True)
+class PhaseLaw:
+    """Lag of the displacement (s) and corner of the acceleration (Hz), with standard errors."""
+
+    lag: float
+    lag_error: float
+    corner: float
+    corner_error: float
+
+    @property
+    def has_corner(self) -> bool:
+        """Whether the acceleration is surely AC-coupled."""
+        return self.corner > _SURE * self.corner_error
+
+
+def phase_law(
+    acceleration: FloatArray, displacement: FloatArray, step: float, *, frequency: float,
+    lag: float, lag_error: float,
+) -> PhaseLaw | None:  # fmt: skip
+    """Fit lag and corner to the phase between two channels.
+
+    Parameters
+    ----------
+    acceleration, displacement : arrays (n,)
+        On the same time axis, `step` s apart; any units.
+    step : float
+        At most a 25th of the oscillation's period.
+    frequency : float
+        Of the oscillation, Hz.
+    lag, lag_error : float
+        The phase at the oscillation, taken for a lag of the displacement, s.
+
+    Returns
+    -------
+    PhaseLaw or None
+        None where the record is too short, or where the mass moves at its oscillation alone.
+
+    Examples
+    --------
+    >>> t = np.arange(100_000) / 2000.0
+    >>> w, late = 2 * np.pi * 8.0 * np.array([1, 3, 5]), 1e-4
+    >>> a = sum(np.cos(one * t) for one in w)
+    >>> x = sum(-np.cos(one * (t - late)) / one**2 for one in w)
+    >>> noise = np.random.default_rng(0).standard_normal((2, t.size))
+    >>> law = phase_law(a + 1e-3 * noise[0], x + 1e-7 * noise[1], 1 / 2000.0, frequency=8.0,
+    ...                 lag=late, lag_error=1e-6)
+    >>> abs(law.lag - late) < 3e-6, law.has_corner
+    (True, False)
+    """
+    size = round(_CYCLES / (frequency * step))
+    n = min(acceleration.size, displacement.size)
+    begins = range(0, n - size + 1, size // 2)
+    if len(begins) < _FEWEST or size < 16:
+        return None
+    f = np.fft.rfftfreq(size, step)
+    near = (f > _RANGE[0] * frequency) & (f < min(_RANGE[1] * frequency, 0.4 / step))
+    w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
+    cross = np.zeros(w.size, dtype=np.complex128)
+    power_a, power_x = np.zeros(w.size), np.zeros(w.size)
+    for begin in begins:
+        piece = slice(begin, begin + size)
+        A, X = second_derivative_beside(acceleration[piece], displacement[piece], step, w, near)
+        cross += A * X.conj()
+        power_a += np.abs(A) ** 2
+        power_x += np.abs(X) ** 2
+    coherence = np.abs(cross) ** 2 / np.maximum(power_a * power_x, 1e-300)
+    padded = np.pad(power_a, _TOPS)
+    tops = np.lib.stride_tricks.sliding_window_view(padded, 2 * _TOPS + 1).max(axis=1)
+    use = (coherence > _COHERENT) & (power_a == tops)
+    # Halves overlap: independent segments are about 0.9 of them.
+    error = np.sqrt((1.0 - coherence[use]) / (2.0 * coherence[use] * 0.9 * len(begins)) + 1e-14)
+    sign = -1.0 if float((cross.real / np.maximum(power_x, 1e-300))[use].sum()) < 0.0 else 1.0
+    phase = np.angle(sign * cross[use])
+    if use.sum() < _LINES:
+        return None
+    own = 2.0 * math.pi * frequency
+    law = _fitted(
+        np.append(w[use], own), np.append(phase, own * lag), np.append(error, own * lag_error)
+    )
+    return (
+        None
+        if law is None
+        else replace(
+            law,
+            lag_error=math.hypot(law.lag_error, _LAG_FLOOR / frequency),
+            corner_error=math.hypot(law.corner_error, _CORNER_FLOOR * frequency),
+        )
+    )
+
+
+def second_derivative_beside(
+    a: FloatArray, x: FloatArray, step: float, w: FloatArray, near: BoolArray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Tapered transforms of a and of x''. The latter without derivatives of x: by parts,
+
+    the integral of p exp(-iwt) x'' is that of (p'' - 2iw p' - w^2 p) exp(-iwt) x, exactly, as the
+    taper p and its slope vanish at both ends. So a decay or a swell does no harm.
+    """
+    n = a.size
+    phase = 2.0 * np.pi * (np.arange(n) + 0.5) / n
+    rate = 2.0 * np.pi / (n * step)
+    taper, slope, bend = (
+        0.5 - 0.5 * np.cos(phase),
+        0.5 * rate * np.sin(phase),
+        0.5 * rate**2 * np.cos(phase),
+    )
+    x = x - x.mean()
+    A = np.fft.rfft((a - a.mean()) * taper)[near]
+    X, X1, X2 = (np.fft.rfft(x * window)[near] for window in (taper, slope, bend))
+    return A, X2 - 2j * w * X1 - w**2 * X
+
+
+def _fitted(w: FloatArray, phase: FloatArray, error: FloatArray) -> PhaseLaw | None:
+    """Weighted Gauss-Newton on phase = w lag + atan(wc/w); errors grow with the misfit."""
+    p = np.zeros(2)  # lag, and corner in rad/s
+    for _ in range(_STEPS):
+        model = w * p[0] + np.arctan(p[1] / w)
+        rest = (np.angle(np.exp(1j * (phase - model)))) / error
+        columns = np.stack([w, w / (w * w + p[1] ** 2)], axis=1) / error[:, np.newaxis]
+        change = np.linalg.lstsq(columns, rest, rcond=None)[0]
+        p = p + change
+        p[1] = max(p[1], -0.2 * float(w.min()))
+        if abs(change[1]) < 1e-9 * float(w.min()):
+            break
+    matrix = columns.T @ columns
+    if np.linalg.cond(matrix / np.outer(np.sqrt(np.diag(matrix)), np.sqrt(np.diag(matrix)))) > 1e8:
+        return None
+    scale = max(1.0, float(rest @ rest) / max(1, w.size - 2))
+    errors = np.sqrt(scale * np.diag(np.linalg.inv(matrix)))
+    turn = 2.0 * math.pi
+    return PhaseLaw(float(p[0]), float(errors[0]), float(p[1] / turn), float(errors[1] / turn))

@@ -1,0 +1,180 @@
+"""Power series of an oscillator that is not linear, or carries a constant force besides.
+
+The recursion of `series.py` with three terms more, z = x - x_e:
+
+    M (n+1)(n+2) X_(n+2) = ... + F [n = 0] - d q (z'^2)_n - d f [n = 0] - k3 (z^3)_n,
+
+with d the sign of z', quadratic damping q, Coulomb friction f, cubic stiffness k3 and the force F
+of balls that rub. The squares and the cube are Cauchy products. These series have a radius of
+convergence that is not known beforehand, so a segment also ends where its last two coefficients say
+that what is cut off could exceed 1e-18 of the motion; that estimate, not a proof, is what bounds
+the error here. It also ends where z' changes its sign, which is a root found like a contact.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.solver.compiled import compiled, entry
+from vinesexp.solver.search import first_root
+from vinesexp.solver.series import (
+    ORDER,
+    P_C,
+    P_COULOMB,
+    P_CUBIC,
+    P_K,
+    P_QUADRATIC,
+    THETA,
+    curvature,
+    expand_base,
+    own_rate,
+    piece_at,
+    slope,
+    value,
+)
+
+FloatArray = NDArray[np.float64]
+
+CUT_OFF = 1e-18  # of the motion
+AT_REST = 1e-13  # z' over the speeds it is the difference of: no more than their rounding
+
+
+@compiled
+def is_at_rest(par: FloatArray, mass: float, E: FloatArray, X: FloatArray) -> bool:
+    """Whether the oscillator moves with the base, so that Coulomb friction may hold it there."""
+    if par[P_COULOMB] == 0.0:
+        return False
+    speed = abs(X[1]) + abs(E[1]) + own_rate(mass, par[P_C], par[P_K]) * abs(X[0])
+    rests: bool = abs(X[1] - E[1]) <= AT_REST * speed
+    return rests
+
+
+@compiled
+def spring_force(par: FloatArray, E: FloatArray, X: FloatArray) -> float:
+    """Force of the spring on the oscillator, N."""
+    z = X[0] - E[0]
+    force: float = -z * (par[P_K] + par[P_CUBIC] * z * z)
+    return force
+
+
+@compiled
+def fill_nonlinear(
+    par: FloatArray, mass: float, force: float, direction: float, E: FloatArray, X: FloatArray
+) -> None:
+    """Coefficients X_2... from X_0, X_1; `direction` is the sign of z'."""
+    c, k = par[P_C], par[P_K]
+    quadratic, cubic = direction * par[P_QUADRATIC], par[P_CUBIC]
+    square = np.empty(X.shape[0])
+    for n in range(X.shape[0] - 2):
+        pull = k * (E[n] - X[n]) + c * (n + 1) * (E[n + 1] - X[n + 1])
+        if n == 0:
+            pull += force - direction * par[P_COULOMB]
+        if quadratic != 0.0:
+            rate2 = 0.0
+            for j in range(n + 1):
+                rate2 += (
+                    (j + 1) * (X[j + 1] - E[j + 1]) * (n - j + 1) * (X[n - j + 1] - E[n - j + 1])
+                )
+            pull -= quadratic * rate2
+        if cubic != 0.0:
+            square[n], cube = 0.0, 0.0
+            for j in range(n + 1):
+                square[n] += (X[j] - E[j]) * (X[n - j] - E[n - j])
+            for j in range(n + 1):
+                cube += square[j] * (X[n - j] - E[n - j])
+            pull -= cubic * cube
+        X[n + 2] = pull / (mass * (n + 1) * (n + 2))
+
+
+@compiled
+def follow_base(
+    par: FloatArray, mass: float, pull: float, E: FloatArray, X: FloatArray, limit: float
+) -> float:
+    """Series of an oscillator that Coulomb friction holds to the base; how far it does, s.
+
+    `pull` is what the friction has to balance now, all but the inertia.
+    """
+    P = np.empty(X.shape[0])
+    for n in range(1, X.shape[0]):
+        X[n] = E[n]
+    excess = pull - mass * 2.0 * E[2]
+    sign = 1.0 if excess >= 0.0 else -1.0
+    reach = limit
+    for side in (sign, -sign):
+        for n in range(X.shape[0] - 2):
+            P[n] = side * mass * (n + 1) * (n + 2) * E[n + 2]
+        P[0] += par[P_COULOMB] - side * pull
+        P[X.shape[0] - 2] = P[X.shape[0] - 1] = 0.0
+        reach = min(reach, first_root(P, 0, limit))
+    return max(reach, 1e-15 * limit)
+
+
+@compiled
+def expand_loaded(
+    par: FloatArray, mass: float, force: float, kind: int, table: FloatArray, piece: int,
+    since: float, x: float, v: float, E: FloatArray, X: FloatArray,
+) -> float:  # fmt: skip
+    """Fill the series of x_e and x at (x, v) under a constant force; how far it holds, s."""
+    rate = expand_base(kind, table[piece], since, E)
+    X[0], X[1] = x, v
+    limit: float = THETA / max(rate, own_rate(mass, par[P_C], par[P_K]))
+    direction, rests = math.copysign(1.0, X[1] - E[1]), is_at_rest(par, mass, E, X)
+    damped = par[P_QUADRATIC] != 0.0 or par[P_COULOMB] != 0.0
+    if rests:
+        X[1] = E[1]
+        pull = force + spring_force(par, E, X)
+        if abs(pull - mass * 2.0 * E[2]) <= par[P_COULOMB]:
+            return follow_base(par, mass, pull, E, X, limit)
+        direction = math.copysign(1.0, pull - mass * 2.0 * E[2])
+    if not damped:
+        direction = 0.0
+    fill_nonlinear(par, mass, force, direction, E, X)
+    reach, top = limit, X.shape[0] - 1
+    if damped or par[P_CUBIC] != 0.0:
+        scale, power = 0.0, 1.0
+        for n in range(top + 1):
+            scale, power = max(scale, abs(X[n]) * power), power * limit
+        last = max(abs(X[top]), abs(X[top - 1]) * limit)
+        if last > 0.0:
+            reach = min(reach, (CUT_OFF * scale / last) ** (1.0 / top))
+    if not damped:
+        return reach
+    P = np.empty(X.shape[0])
+    for n in range(top):
+        P[n] = direction * (n + 1) * (X[n + 1] - E[n + 1])
+    P[top] = 0.0
+    # The least step keeps the search from standing still; it stays within what counts as at rest.
+    return max(min(reach, first_root(P, 1 if rests else 0, reach)), 1e-15 * limit)
+
+
+@entry
+def sample_loaded(
+    par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
+    x: FloatArray, v: FloatArray, a: FloatArray,
+) -> None:  # fmt: skip
+    """`events.sample` for these: rows (time, x, v, mass, force) in `nodes`, times sorted."""
+    E, X = np.empty(ORDER + 1), np.empty(ORDER + 1)
+    node, last = 0, nodes.shape[0] - 1
+    t, t_end, reach, piece = nodes[0, 0], nodes[0, 0], 0.0, 0
+    here, speed = nodes[0, 1], nodes[0, 2]
+    for i in range(times.shape[0]):
+        while times[i] >= t_end:
+            if t_end > nodes[0, 0]:
+                here, speed = value(X, t_end - t, 0), slope(X, t_end - t, 1)
+            t = t_end
+            while node < last and nodes[node + 1, 0] <= t:
+                node += 1
+                here, speed = nodes[node, 1], nodes[node, 2]
+            piece = piece_at(table, t)
+            mass, force, since = nodes[node, 3], nodes[node, 4], t - table[piece, 0]
+            reach = expand_loaded(par, mass, force, kind, table, piece, since, here, speed, E, X)
+            t_end = max(t + reach, np.nextafter(t, math.inf))
+            if node < last:
+                t_end = min(t_end, nodes[node + 1, 0])
+            if piece + 1 < table.shape[0]:
+                t_end = min(t_end, table[piece + 1, 0])
+        s = times[i] - t
+        x[i], v[i], a[i] = value(X, s, 0), slope(X, s, 1), curvature(X, s)

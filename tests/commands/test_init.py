@@ -1,0 +1,145 @@
+"""`vinesexp init`: a folder of files becomes a campaign, but for what no file tells."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from vinesexp.cli import main
+from vinesexp.records.campaign import campaign_problems, load_campaign
+from vinesexp.records.ingest import ingest_or_refuse
+from vinesexp.records.proposal import has_shocks
+
+SCENE = """\
+title: Small twin
+seed: 3
+rig: {mass: 4.7 kg, damping: 3.02 N s/m, stiffness: 1.147e4 N/m, nes_mass: 32 g, restitution: 0.6}
+sensors:
+  base: {sensitivity: 400 mV/mm, noise: 2 um, range: 2.5 mm}
+  displacement: {sensitivity: 40 mV/mm, noise: 6 um, bandwidth: 5 kHz, range: 25 mm}
+  acceleration: {sensitivity: 20 mV/g, noise: 0.3 m/s^2, pulse: 0.4 ms, range: 50 g}
+oscilloscope: {sample_rate: 10 kHz, bits: 14, full_scale: 1 V}
+groups:
+  a:
+    test: ringdown
+    duration: 10 s
+    oscilloscope: {format: oscilloscope-csv}
+    records: {ring: {release: 20 mm}}
+  b:
+    test: transient
+    duration: 8 s
+    release: 20 mm
+    ball_start: wall -1
+    oscilloscope: {format: matlab}
+    records: {release_b24: {clearance: 24 mm}}
+  c:
+    test: periodic
+    duration: 12 s
+    settle: 20 s
+    base_amplitude: 0.25 mm
+    frequency: 7.862 Hz
+    ball_start: wall -1
+    oscilloscope: {format: hdf5}
+    records: {steady_b30: {clearance: 30 mm}, steady_b38: {clearance: 38 mm}}
+  d:
+    test: sweep
+    duration: 40 s
+    base_amplitude: 0.25 mm
+    frequency: [7.2 Hz, 8.4 Hz]
+    oscilloscope: {format: wav}
+    records: {sweep_without: {}}
+  e:
+    test: drop
+    duration: 1.5 s
+    oscilloscope: {format: tab}
+    records: {drop_1: {height: 50 mm}}
+"""
+TESTS = {
+    "ring": "ringdown",
+    "release_b24": "transient",
+    "steady_b30": "periodic",
+    "steady_b38": "periodic",
+    "sweep_without": "sweep",
+    "drop_1": "drop",
+}
+
+
+@pytest.fixture(scope="module")
+def twin(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("twin")
+    (folder / "scene.yaml").write_text(SCENE)
+    assert main(["simulate", str(folder / "scene.yaml"), str(folder / "out")]) == 0
+    return folder / "out/raw"
+
+
+def test_shuffled_names_and_suffixes_give_a_campaign_after_the_marked_fields(
+    twin, tmp_path, capsys
+):
+    files = sorted(twin.iterdir())
+    order = np.random.default_rng(1).permutation(len(files))
+    meant = {}
+    (tmp_path / "raw").mkdir()
+    for k, file in enumerate(files[i] for i in order):
+        meant[f"m{k}"] = TESTS[file.stem]
+        shutil.copy(file, tmp_path / f"raw/m{k}{files[k].suffix}")
+    assert main(["init", str(tmp_path)]) == 0
+    capsys.readouterr()
+    # What no file tells stops the run until it is filled in, and nothing else does.
+    told = [str(problem) for problem in campaign_problems(tmp_path)]
+    assert len(told) == 3
+    assert all("found '? " in problem for problem in told)
+    yaml = tmp_path / "campaign.yaml"
+    text = yaml.read_text()
+    for role, sensitivity in (
+        ("base", "400 mV/mm"),
+        ("displacement", "40 mV/mm"),
+        ("acceleration", "20 mV/g"),
+    ):
+        line = next(line for line in text.splitlines() if line.startswith(f"  {role}:"))
+        old = line.split('sensitivity: "')[1].split('"')[0]
+        text = text.replace(line, line.replace(old, sensitivity))
+    yaml.write_text(text)
+    campaign = load_campaign(tmp_path)
+    columns = {role: channel.column for role, channel in campaign.channels.items()}
+    assert columns == {"base": "CH1*", "displacement": "CH2*", "acceleration": "CH3*"}
+    assert {record.id: record.test for record in campaign.records} == meant
+    for record in campaign.records:
+        checks = ingest_or_refuse(campaign, record, tmp_path / "a.nc")
+        assert {check.outcome for check in checks} <= {"ok", "warning"}, checks
+        if record.test == "sweep":
+            assert record.frequency == pytest.approx((7.2, 8.4), abs=0.05)
+        elif record.test == "periodic":
+            assert record.frequency[0] == pytest.approx(7.862, abs=0.002)
+
+
+def test_names_that_carry_values_are_read_and_nothing_is_overwritten(twin, tmp_path, capsys):
+    for name, new in (
+        ("steady_b30.h5", "run_G0.25mm_b34.5mm.h5"),
+        ("ring.csv", "ring_x0=20mm.csv"),
+    ):
+        shutil.copy(twin / name, tmp_path / new)
+    assert main(["init", str(tmp_path)]) == 0
+    rows = (tmp_path / "records.csv").read_text().splitlines()
+    assert rows[1].startswith("ring_x0_20mm,ring_x0=20mm.csv,ringdown,,,,,20,,")
+    assert rows[2].startswith("run_G0.25mm_b34.5mm,run_G0.25mm_b34.5mm.h5,periodic,34.5,0.25,7.86")
+    before = (tmp_path / "campaign.yaml").read_text()
+    (tmp_path / "records.csv").unlink()
+    assert main(["init", str(tmp_path)]) == 1
+    assert "is there already and stays as it is" in capsys.readouterr().err
+    assert (tmp_path / "campaign.yaml").read_text() == before
+    assert not (tmp_path / "records.csv").exists()
+
+
+def test_a_folder_without_instrument_files_is_told(tmp_path, capsys):
+    (tmp_path / "notes.txt").write_text("hello\nworld\n")
+    assert main(["init", str(tmp_path)]) == 1
+    assert "no instrument file that can be read" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_shocks_are_told_from_smooth_motion_and_noise():
+    rng = np.random.default_rng(0)
+    smooth = np.sin(np.arange(5000) / 20.0) + 1e-3 * rng.standard_normal(5000)
+    assert not has_shocks(smooth)
+    smooth[1000::900] += 0.5
+    assert has_shocks(smooth)

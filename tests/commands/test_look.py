@@ -1,0 +1,64 @@
+"""`vinesexp look`: every column, and what it may be."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from vinesexp.cli import main
+
+RATE, N = 1000.0, 8000
+T = np.arange(N) / RATE
+RNG = np.random.default_rng(3)
+BASE = 0.2 * np.sin(2 * np.pi * 8.0 * T) + 1e-4 * RNG.standard_normal(N)
+LASER = 3.0 * np.sin(2 * np.pi * 8.0 * T) * (1.0 + 0.5 * np.sin(2 * np.pi * 0.4 * T))
+LASER += 1e-3 * RNG.standard_normal(N)
+SHOCKS = np.zeros(N)
+SHOCKS[60::125] = 40.0
+ACC = -2.5 * LASER + np.convolve(SHOCKS, np.hanning(7), "same") + 0.05 * RNG.standard_normal(N)
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "a.csv"
+    table = np.stack([T, ACC, BASE, LASER], axis=1)
+    np.savetxt(path, table, fmt="%.6f", delimiter=",", header="Time (s),P,Q,R", comments="")
+    return path
+
+
+def test_columns_are_told_with_rate_range_and_peak(file, capsys):
+    assert main(["look", str(file)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == f"{file}: text, 8000 rows, 1000 Hz, 8 s"
+    assert "0 Time (s) s      times, 0 to 7.999" in lines[1]
+    shown = {line.split()[1]: line for line in lines if "strongest at" in line}
+    assert set(shown) == {"P", "Q", "R"}
+    assert all("strongest at 8 Hz" in line for line in shown.values())
+
+
+def test_physics_tells_the_channels_apart(file, capsys):
+    main(["look", str(file)])
+    lines = capsys.readouterr().out.splitlines()
+    roles = {
+        before.split()[1]: after.split("?")[0].strip()
+        for before, after in pairwise(lines)
+        if "?" in after
+    }
+    assert roles == {"P": "acceleration", "Q": "base", "R": "displacement"}
+
+
+def test_a_picture_is_drawn_and_none_overwritten(file, tmp_path, capsys):
+    picture = tmp_path / "a.png"
+    assert main(["look", str(file), "--plot", str(picture)]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert main(["look", str(file), "--plot", str(picture)]) == 1
+    assert "is there already" in capsys.readouterr().err
+
+
+def test_a_file_that_cannot_be_read_does_not_stop_the_others(file, tmp_path, capsys):
+    (tmp_path / "b.csv").write_text("hello\nworld\n")
+    assert main(["look", str(tmp_path / "b.csv"), str(file), str(tmp_path / "c.csv")]) == 1
+    printed = capsys.readouterr()
+    assert "8000 rows" in printed.out
+    assert "no line of numbers" in printed.err
+    assert "no such file" in printed.err

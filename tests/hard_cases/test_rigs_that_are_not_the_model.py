@@ -1,0 +1,175 @@
+"""Rigs that are not the model: the values are right, or what is wrong is said.
+
+Motion comes from a simulator of the benchmarks that shares nothing with the package's own. Most
+rigs are taken from their impact tables on; what needs raw records is marked slow.
+"""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+M, R = 4.7, 0.6
+
+
+def departure(**changes):
+    """A small plan: three clearances around b_c and one release."""
+    from benchmarks.robustness.campaigns import Plan
+    from benchmarks.robustness.departures import one
+
+    found = one("a rig", (), **changes)
+    return replace(found, plan=Plan(periodic=(28.0, 33.0, 38.0), releases=(24.0,)))
+
+
+def consistent(*, pulse=1.0, slope=1.0, loads=True, gain=None, **changes):
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.impact_consistency import consistent_impacts
+
+    return consistent_impacts(
+        *tables_of(departure(**changes), pulse=pulse, slope=slope, loads=loads, gain=gain)
+    )
+
+
+def effects(found):
+    return {e.parameter: e for e in found.effects if e.parameter != "jump_ratio"}
+
+
+def r_of(found):
+    return next(e for e in found.estimates if e.parameter == "r" and e.method == "impacts")
+
+
+def says(found, *words):
+    return any(all(word in c.detail for word in words) for c in found.checks)
+
+
+def holds(estimate, truth, *, errors=4.0):
+    return abs(estimate.value - truth) < errors * estimate.std_error
+
+
+def test_the_plain_rig_stays_plain():
+    found = consistent()
+    assert effects(found) == {}
+    assert found.checks == []
+    ratio = next(e for e in found.effects if e.parameter == "jump_ratio")
+    assert holds(ratio, 1.0)
+    assert ratio.std_error < 5e-3
+
+
+@pytest.mark.parametrize("friction", [pytest.param(0.05, marks=pytest.mark.slow), 0.3, 1.0])
+def test_a_ball_that_rubs_is_told_by_its_friction(friction):
+    found = consistent(body_friction=friction)
+    assert set(effects(found)) == {"friction"}
+    assert holds(effects(found)["friction"], friction)
+    assert holds(r_of(found), R)
+    assert r_of(found).std_error < 1e-2 * R
+    assert says(found, "rubs on its floor", "friction")
+
+
+@pytest.mark.parametrize(
+    ("plus", "minus"), [pytest.param(0.62, 0.58, marks=pytest.mark.slow), (0.65, 0.55)]
+)
+def test_no_wall_is_an_outlier_of_the_other(plus, minus):
+    found = consistent(body_r=plus, body_r_minus=minus)
+    assert set(effects(found)) == {"r_wall_plus", "r_wall_minus"}
+    assert holds(effects(found)["r_wall_plus"], plus)
+    assert holds(effects(found)["r_wall_minus"], minus)
+    assert holds(r_of(found), R)
+    assert says(found, "two walls differ")
+
+
+@pytest.mark.parametrize("slope", [pytest.param(-0.05, marks=pytest.mark.slow), -0.15])
+def test_r_over_impact_speed_is_told(slope):
+    found = consistent(body_r_slope=slope)
+    assert set(effects(found)) == {"r_speed_slope"}
+    assert holds(effects(found)["r_speed_slope"], slope)
+    assert abs(r_of(found).value - R) < 2.0 * r_of(found).std_error
+    assert says(found, "impact speed")
+
+
+def test_a_cavity_that_slopes():
+    found = consistent(body_tilt=0.2)
+    assert set(effects(found)) == {"tilt"}
+    assert holds(effects(found)["tilt"], 0.2)
+    assert holds(r_of(found), R)
+
+
+def test_a_clearance_off_the_sheet_is_not_blamed_on_the_added_masses():
+    found = consistent(sheet_clearance=5e-4)
+    assert set(effects(found)) == {"clearance_offset"}
+    assert holds(effects(found)["clearance_offset"], 5e-4)
+    assert holds(r_of(found), R)
+    assert says(found, "clearance_mm")
+    assert not says(found, "added_mass_g")
+
+
+def test_friction_and_walls_at_once():
+    found = consistent(body_friction=0.2, body_r=0.63, body_r_minus=0.57)
+    assert set(effects(found)) == {"r_wall_plus", "r_wall_minus", "friction"}
+    assert holds(r_of(found), R)
+
+
+def test_a_contact_that_rings_gives_way_to_the_displacement():
+    found = consistent(pulse=1.2)
+    assert effects(found) == {}
+    assert holds(r_of(found), R)
+    assert says(found, "1.19", "contact that rings") or says(found, "1.20", "contact that rings")
+
+
+def test_a_local_mode_that_spoils_both_sensors_widens_r():
+    found = consistent(pulse=1.32, slope=0.9)
+    assert holds(r_of(found), R)
+    assert r_of(found).std_error > 2e-4
+    assert says(found, "local mode")
+
+
+def test_jumps_that_disagree_without_another_source_of_M_say_so():
+    found = consistent(pulse=1.2, loads=False)
+    assert holds(r_of(found), R)
+    assert says(found, "local mode")
+
+
+def test_a_wrong_laser_gain_is_found_by_the_added_masses():
+    found = consistent(sensors_laser_gain=1.03, gain=1 / 1.03)
+    assert holds(r_of(found), R)
+    assert says(found, "displacement is", "too large")
+
+
+def test_a_wrong_accelerometer_gain_is_found_by_the_added_masses():
+    found = consistent(pulse=1.03, gain=1.03)
+    assert holds(r_of(found), R)
+    assert says(found, "accelerometer's gain is off")
+
+
+def test_a_wrong_gain_that_nothing_decides_widens_r():
+    found = consistent(sensors_laser_gain=1.03, gain=1 / 1.03, loads=False)
+    assert holds(r_of(found), R)
+    assert says(found, "nothing tells which sensitivity is wrong")
+
+
+def test_one_record_with_r_constant_has_no_slope_over_speed():
+    """Errors of speed are no dependence on speed."""
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.flights import flights_of, restitution
+
+    _, campaign, tables = tables_of(departure())
+    for record in campaign.records:
+        if record.clearance:
+            flights = flights_of(tables[record.id], nes=1, b=record.clearance[0], period=0.1272)
+            found = restitution(flights)
+            assert math.isnan(found.slope) or abs(found.slope) < 4.0 * found.slope_error
+            assert abs(found.r - R) < 1e-4
+
+
+def test_walls_of_one_record():
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.flights import flights_of, restitution
+
+    _, campaign, tables = tables_of(departure(body_r=0.65, body_r_minus=0.55))
+    record = campaign.records[0]
+    flights = flights_of(tables[record.id], nes=1, b=record.clearance[0], period=0.1272)
+    found = restitution(flights)
+    assert found.r == pytest.approx(0.6, abs=1e-3)  # 0.65 where the other wall is thrown out
+    assert found.walls == pytest.approx((0.65, 0.55), abs=1e-3)

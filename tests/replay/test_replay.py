@@ -1,0 +1,162 @@
+"""Replays of simulated records: a rig replays its own records, and not those of another."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+from vinesexp.clearance.level_base import LevelBase
+from vinesexp.errors import AnalysisError
+from vinesexp.records.campaign import Campaign, Known, Record
+from vinesexp.records.store import create_record
+from vinesexp.replay.campaign_replay import replay_campaign
+from vinesexp.replay.measures import decay_time, measures_of
+from vinesexp.replay.motions import ON_ORBIT, replays, rig_of
+from vinesexp.replay.replay_table import replay_checks
+from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.theory.regime_definitions import regime_of
+from vinesexp.units import Quantity
+
+F, G = 7.862, 0.25e-3
+TABLE_2 = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6}
+RATE = 400.0
+
+
+def periodic(b: float, **changed) -> Record:
+    return Record(**{"id": f"b{b}", "file": Path("x"), "test": "periodic", "clearance": (1e-3 * b,),
+                     "base_amplitude": G, "frequency": (F, F)} | changed)  # fmt: skip
+
+
+def motion_of(record: Record, values=TABLE_2, duration=30.0, settle=20.0):
+    """Displacement and row of regimes.csv of a test, as a perfect measurement gives them."""
+    rig = rig_of(record, values, (0.032,))
+    drive, x0 = None, record.release or 0.0
+    if record.test == "periodic":
+        drive = Harmonic(G, F)
+    else:
+        settle = 0.0
+    state = Release(x0, 0.0, [x0 - 0.99 * ball.b for ball in rig.nes])
+    motion = simulate(rig, drive, state, duration=settle + duration)
+    x, _ = motion.at(settle + np.arange(int(RATE * duration)) / RATE)
+    time, swing = cycle_amplitudes(x, RATE, F)
+    row = {"record": record.id, "regime": "", "impacts_per_cycle": "", "spells": ""}
+    if rig.nes:
+        hits = motion.impacts
+        count = regime_of(hits["time"], hits["side"], period=1 / F, start=settle + 0.2 * duration,
+                          end=settle + duration)  # fmt: skip
+        row |= {"regime": count.regime.value, "impacts_per_cycle": str(count.impacts_per_cycle)}
+    row["amplitude_mean_m"] = str(float(swing[time > 0.2 * duration].mean()))
+    return x, row
+
+
+def replayed(folder: Path, records: list[Record], *, truth=TABLE_2, identified=TABLE_2):
+    regimes, conditioned = [], {}
+    for record in records:
+        x, row = motion_of(record, truth)
+        regimes.append(row)
+        conditioned[record.id] = folder / f"{record.id}.nc"
+        with create_record(
+            conditioned[record.id], sample_rate=RATE, quantities={"displacement": "displacement"},
+            attributes={"oscillation_hz": F},
+        ) as writer:  # fmt: skip
+            writer.append({"displacement": x})
+    known = Known(nes_mass=(Quantity(0.032),))
+    campaign = Campaign(folder, "c", "C", known, {}, None, None, None, tuple(records))
+    rows = [
+        {"parameter": name, "value": str(value), "std_error": "0", "method": "combined"}
+        for name, value in identified.items()
+    ]
+    return replay_campaign(
+        campaign, identified=rows, regimes=regimes, base=[], conditioned=conditioned
+    )
+
+
+RECORDS = [
+    periodic(30.0),
+    periodic(38.0),
+    Record("rel", Path("x"), "transient", clearance=(0.03,), release=0.02),
+    Record("rd", Path("x"), "ringdown", release=0.02),
+    Record("added", Path("x"), "ringdown", release=0.02, added_mass=0.4),
+]
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    return replayed(tmp_path_factory.mktemp("own"), RECORDS)
+
+
+def test_a_rig_replays_its_own_records(own):
+    rows, cycles = own
+    assert replay_checks(rows) == []
+    assert {row.outcome for row in rows} <= {"ok", "not measured"}
+    by = {(row.record, row.quantity): row for row in rows}
+    assert abs(by["b30.0", "amplitude"].deviation) < 2e-3
+    assert by["b30.0", "impacts per cycle"].measured == pytest.approx(2.0, abs=0.01)
+    assert abs(by["rel", "decay time"].deviation) < 0.02
+    assert abs(by["rd", "decay time"].deviation) < 5e-3
+    assert abs(by["added", "decay time"].deviation) < 5e-3
+    assert by["b38.0", "regime"].measured == "strongly modulated"
+    assert {row["record"] for row in cycles} == {record.id for record in RECORDS}
+
+
+def test_cycles_of_a_permanent_response_lie_on_each_other(own):
+    _, cycles = own
+    mine = [row for row in cycles if row["record"] == "b30.0"]
+    assert len(mine) == pytest.approx(30.0 * F, abs=2)
+    for row in mine:
+        assert row["replayed_low_m"] <= row["replayed_m"] <= row["replayed_high_m"]
+        assert row["measured_m"] == pytest.approx(row["replayed_m"], rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "record", "words"),
+    [
+        ({"r": 0.75}, RECORDS[0], "amplitude"),
+        ({"c1": 4.0}, RECORDS[3], "decay time"),
+        ({"M": 5.6, "k1": 1.147e4 * 5.6 / 4.7}, RECORDS[4], "decay time"),
+    ],
+)
+def test_another_rig_does_not(tmp_path, wrong, record, words):
+    rows, _ = replayed(tmp_path, [record], identified=TABLE_2 | wrong)
+    (check,) = replay_checks(rows)
+    assert (check.record, check.check, check.outcome) == (record.id, "replay", "warning")
+    assert f"the identified rig does not move as this record: {words} " in check.detail
+
+
+def test_an_excluded_record_and_unknown_values_are_left_out(tmp_path):
+    assert replayed(tmp_path, [periodic(30.0, exclude=True)]) == ([], [])
+    unknown = {"M": 4.7, "c1": 3.02, "k1": 1.147e4}
+    assert replayed(tmp_path, [periodic(30.0)], identified=unknown) == ([], [])
+
+
+def test_what_a_rig_needs_is_named():
+    with pytest.raises(AnalysisError, match="no replay without M, k1, r"):
+        rig_of(periodic(30.0), {"c1": 1.0}, (0.03,))
+    with pytest.raises(AnalysisError, match="no replay without m"):
+        rig_of(periodic(30.0), TABLE_2, ())
+    two = rig_of(periodic(30.0, clearance=(0.02, 0.03)), TABLE_2 | {"r_2": 0.5}, (0.03, 0.04))
+    assert [(ball.m, ball.b, ball.r) for ball in two.nes] == [(0.03, 0.02, 0.6), (0.04, 0.03, 0.5)]
+    assert pytest.approx(5.1) == rig_of(RECORDS[4], TABLE_2, ()).oscillator.M
+
+
+def test_the_predicted_orbit_is_one_of_the_starts_and_stays():
+    record = periodic(33.0)
+    rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.033, r=0.6)])
+    base = LevelBase(Quantity(G), Quantity(F))
+    found = {one.start: one for one in replays(record, rig, base=base, release=0.0, length=20.0)}
+    (on_orbit,) = measures_of(found[ON_ORBIT], test="periodic", frequency=F)
+    assert on_orbit.regime == "two symmetric"
+    assert on_orbit.amplitude == pytest.approx(5.27e-3, rel=0.01)
+    assert on_orbit.spells == 1.0
+    assert len(measures_of(found["ball at wall +1"], test="periodic", frequency=F)) == 3
+
+
+def test_decay_time_is_counted_from_the_largest_cycle():
+    t = np.arange(200) / 10.0
+    A = np.where(t < 2.0, 0.1, np.exp(-0.5 * (t - 2.0)))  # the record begins before the release
+    assert decay_time(t, A) == pytest.approx(np.log(4.0) / 0.5, abs=0.02)
+    assert np.isnan(decay_time(t, np.ones(200)))
+    assert np.isnan(decay_time(t[:1], A[:1]))

@@ -1,0 +1,67 @@
+"""No two texts of a figure lie over each other."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+
+from vinesexp.figures.gallery import FAMILIES
+
+#: Points that two boxes may share: a box is a little larger than its letters.
+SLACK = 1.5
+
+
+def texts(figure):
+    """Every visible text that holds something, with its box in points."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    scale = 72.0 / figure.dpi
+    outside = {
+        label
+        for axes in figure.axes
+        for axis in (axes.xaxis, axes.yaxis)
+        for tick in axis.get_major_ticks()
+        if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
+        for label in (tick.label1, tick.label2)
+    }
+    found = []
+    for text in figure.findobj(Text):
+        if not text.get_visible() or not text.get_text().strip() or text in outside:
+            continue
+        box = text.get_window_extent(renderer)
+        found.append((text.get_text(), *(scale * edge for edge in box.extents)))
+    return found
+
+
+def overlapping(figure):
+    def over(a, b):
+        across = min(a[3], b[3]) - max(a[1], b[1])
+        up = min(a[4], b[4]) - max(a[2], b[2])
+        return across > SLACK and up > SLACK
+
+    return [(a[0], b[0]) for a, b in combinations(texts(figure), 2) if over(a, b)]
+
+
+@pytest.mark.parametrize("family", sorted(FAMILIES))
+@pytest.mark.parametrize("campaign", ["full", "bare"])
+def test_texts_of_figures_do_not_overlap(family, campaign, request):
+    made = request.getfixturevalue(campaign)
+    found = {
+        entry.name: pairs
+        for figure, entry in FAMILIES[family](made.campaign, made.results)
+        if (pairs := overlapping(figure))
+    }
+    assert found == {}
+
+
+def test_texts_that_do_overlap_are_noticed():
+    from vinesexp.figures.draw.style import new_figure
+
+    figure, (axis,) = new_figure()
+    axis.text(0.5, 0.5, "one thing")
+    axis.text(0.52, 0.5, "another")
+    assert overlapping(figure) == [("one thing", "another")]

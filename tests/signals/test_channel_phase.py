@@ -1,0 +1,85 @@
+"""An AC-coupled accelerometer is not a late displacement."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from vinesexp import Harmonic, Release
+from vinesexp.records.store import create_record, open_record
+from vinesexp.signals.channel_agreement import agreement_in
+from vinesexp.signals.condition import condition
+from vinesexp.signals.impacts.find import impacts_of_record
+
+G25 = Harmonic(0.25e-3, 7.862)
+F0 = 7.862
+
+
+def ac_coupled(a: np.ndarray, *, corner: float, rate: float = 1e4) -> np.ndarray:
+    """One pole: what a charge amplifier or an IEPE supply leaves of an acceleration."""
+    w = 2.0 * np.pi * corner
+    numerator, denominator = signal.bilinear([1.0, 0.0], [1.0, w], fs=rate)
+    return np.asarray(signal.lfilter(numerator, denominator, a))
+
+
+def stored(path: Path, channels: dict[str, np.ndarray]) -> Path:
+    kinds = {
+        role: "acceleration" if role == "acceleration" else "displacement" for role in channels
+    }
+    with create_record(path, sample_rate=1e4, quantities=kinds) as writer:
+        writer.append(channels)
+    return path
+
+
+@pytest.mark.parametrize(("corner", "late"), [(0.5, 0.0), (0.1, 0.0), (1.0, 1.5e-4)])
+def test_a_corner_is_told_from_a_lag(corner: float, late: float, measure, tmp_path: Path) -> None:
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=30.0, skew={"displacement": -late})
+    channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
+    channels["acceleration"] = ac_coupled(channels["acceleration"], corner=corner)
+    cut = {role: x[50_000:] for role, x in channels.items()}  # the filter has settled
+    path = stored(tmp_path / "ac.nc", cut)
+    condition(path, tmp_path / "c.nc", f0_hint=F0)
+    with open_record(tmp_path / "c.nc") as view:
+        found = agreement_in(view.attributes)
+    assert found is not None
+    assert found.corner == pytest.approx(corner, abs=5.0 * found.corner_error)
+    assert found.corner_error < 0.1 * corner
+    assert abs(found.lag - late) < 3.0 * found.lag_error
+    assert found.lag_error < 3e-5  # atan(0.5/7.862)/w: taken for a lag it would be 1.3 ms
+    assert found.gain == pytest.approx(1.0, abs=2e-3)
+
+
+def test_places_at_impacts_are_right_behind_an_ac_coupled_sensor(measure, tmp_path: Path) -> None:
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=30.0)
+    channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
+    channels["acceleration"] = ac_coupled(channels["acceleration"], corner=0.5)
+    cut = {role: x[50_000:] for role, x in channels.items()}
+    path = stored(tmp_path / "ac.nc", cut)
+    condition(path, tmp_path / "c.nc", f0_hint=F0)
+    found = impacts_of_record(path, tmp_path / "c.nc", tmp_path / "i.csv", clearance=(0.03,))
+    seen = record.time > 5.0
+    assert found.n == seen.sum()
+    inner = slice(1, -1)
+    error = found.v_before_m_s - record.v_before[seen]
+    # 1.3 ms late at 3 Hz-wide slopes of 25 m/s^2 the velocity would be off by 30 mm/s
+    assert np.abs(error[inner]).max() < 3e-3
+
+
+def test_a_lag_without_a_corner_stays_a_lag(measure, tmp_path: Path) -> None:
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0, skew={"displacement": -1.5e-4})
+    condition(record.path, tmp_path / "c.nc", f0_hint=F0)
+    with open_record(tmp_path / "c.nc") as view:
+        found = agreement_in(view.attributes)
+    assert found is not None
+    assert found.corner == 0.0
+    assert found.lag == pytest.approx(1.5e-4, abs=3e-6)
+
+
+def test_without_impacts_corner_and_lag_cannot_be_parted(measure, tmp_path: Path) -> None:
+    record = measure(drive=G25, start=10.0, duration=20.0, release=Release(x0=0.005))
+    condition(record.path, tmp_path / "c.nc", f0_hint=F0)
+    with open_record(tmp_path / "c.nc") as view:
+        found = agreement_in(view.attributes)
+    assert found is not None
+    assert np.isnan(found.corner)

@@ -1,0 +1,72 @@
+"""What was not seen is unknown: records that cannot show impacts have no regime."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp import Harmonic
+from vinesexp.records.schema import Record
+from vinesexp.records.store import create_record
+from vinesexp.signals.condition import condition
+from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.signals.regimes import regime_of_record
+
+F0 = 7.862
+
+
+def regime(channels: dict[str, np.ndarray], rate: float, folder: Path, *, b: float = 0.03):
+    kinds = {role: role for role in channels}
+    with create_record(folder / "r.nc", sample_rate=rate, quantities=kinds) as writer:
+        writer.append(channels)
+    condition(folder / "r.nc", folder / "c.nc", f0_hint=F0)
+    record = Record("r", folder / "r.csv", "periodic", clearance=(b,))
+    found = impacts_of_record(folder / "r.nc", folder / "c.nc", folder / "i.csv", clearance=(b,))
+    row = regime_of_record(
+        record, measured=folder / "r.nc", conditioned=folder / "c.nc", impacts=found
+    )
+    return row, found
+
+
+def driven(measure) -> dict[str, np.ndarray]:
+    record = measure(b=[0.03], drive=Harmonic(0.25e-3, F0), start=10.0, duration=20.0)
+    return {role: record.channels[role] for role in ("displacement", "acceleration")}
+
+
+def test_a_record_that_shows_them_has_its_regime(measure, tmp_path: Path) -> None:
+    row, found = regime(driven(measure), 1e4, tmp_path)
+    assert found.n > 250
+    assert row["regime"] == "two symmetric"
+
+
+@pytest.mark.parametrize("rate", [100.0, 200.0])
+def test_sampled_too_slowly(rate: float, measure, tmp_path: Path) -> None:
+    step = round(1e4 / rate)
+    slow = {role: x.reshape(-1, step).mean(axis=1) for role, x in driven(measure).items()}
+    row, found = regime(slow, rate, tmp_path)
+    assert found.n < 30
+    assert row["regime"] is None
+    assert row["amplitude_mean_m"] == pytest.approx(5.8e-3, rel=0.03)
+
+
+def test_hidden_in_noise(measure, tmp_path: Path) -> None:
+    channels = driven(measure)
+    noise = np.random.default_rng(1).standard_normal(channels["acceleration"].size)
+    channels["acceleration"] = channels["acceleration"] + 60.0 * noise
+    row, found = regime(channels, 1e4, tmp_path)
+    assert found.n < 30
+    assert row["regime"] is None
+
+
+def test_without_an_acceleration(measure, tmp_path: Path) -> None:
+    row, _ = regime({"displacement": driven(measure)["displacement"]}, 1e4, tmp_path)
+    assert row["regime"] is None
+    assert row["amplitude_max_m"] is not None
+
+
+def test_a_quiet_record_without_impacts_says_so(measure, tmp_path: Path) -> None:
+    record = measure(drive=Harmonic(0.25e-3, F0), start=10.0, duration=20.0)
+    channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
+    row, found = regime(channels, 1e4, tmp_path)
+    assert found.n == 0
+    assert row["regime"] == "no impact"
