@@ -11,8 +11,8 @@ from vinesexp.records.checks import OUTCOMES
 from vinesexp.records.description import KEYS, PEOPLE_KEYS
 from vinesexp.records.ingest import read_channels
 from vinesexp.records.readers import READERS, open_source
+from vinesexp.records.records_csv import COLUMNS, PEOPLE
 from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, TimeColumn
-from vinesexp.records.table import COLUMNS, PEOPLE
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

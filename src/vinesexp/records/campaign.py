@@ -11,6 +11,7 @@ from pathlib import Path
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.records.description import Description, read_description
 from vinesexp.records.problems import Problems
+from vinesexp.records.records_csv import read_table
 from vinesexp.records.schema import (
     ROLES,
     SI_UNITS,
@@ -21,7 +22,6 @@ from vinesexp.records.schema import (
     Record,
     TimeColumn,
 )
-from vinesexp.records.table import read_table
 
 __all__ = [
     "ROLES",
