@@ -41,7 +41,26 @@ def test_results_can_go_to_a_folder(record, tmp_path, capsys):
     words = ["impacts", str(record), "-a", "1", "--acceleration-unit", "20 mV/g"]
     assert main([*words, "--out", str(out)]) == 0
     assert "18 impacts" in capsys.readouterr().out
-    assert (out / "scope.csv").read_text().startswith("time_s,")
+    assert (out / "scope.impacts.csv").read_text().startswith("time_s,")
+
+
+def test_no_file_is_written_over(record, tmp_path, capsys):
+    """In the folder of the raw file, and for a second time: one line, exit code 1."""
+    words = ["impacts", str(record), "-a", "1", "--acceleration-unit", "20 mV/g"]
+    raw = record.read_bytes()
+    assert main([*words, "--out", str(record.parent)]) == 0
+    assert record.read_bytes() == raw
+    table = record.parent / "scope.impacts.csv"
+    table.write_text("mine")
+    capsys.readouterr()
+    assert main([*words, "--out", str(record.parent)]) == 1
+    shown = capsys.readouterr().err
+    assert shown.count("\n") == 1
+    assert "is there already" in shown
+    assert table.read_text() == "mine"
+    assert main([*words, "--out", str(record.parent), "--force"]) == 0
+    assert table.read_text().startswith("time_s,")
+    assert {path.name for path in record.parent.iterdir()} == {"scope.csv", table.name}
 
 
 @pytest.mark.parametrize(

@@ -31,8 +31,8 @@ CAMPAIGN_CHANGES = {
     "sample_rate": 1e3,
     "bandpass": None,
     "settings": Settings(impacts=ImpactSettings(threshold=7.0)),
-    "setups": {"far": Setup({"base": replace(CHANNEL, scale=3.0)})},
-    "people": {"operator": "Ada"},
+    "setups": {"second": Setup({"base": CHANNEL})},
+    "people": {"operator": "A"},
 }
 RECORD_CHANGES = {
     "file": Path("camp/b.csv"),
@@ -46,8 +46,8 @@ RECORD_CHANGES = {
     "note": "odd",
     "settings": Settings(impacts=ImpactSettings(threshold=7.0)),
     "more_files": (Path("camp/c.csv"),),
-    "setup": "far",
-    "people": {"operator": "Bob"},
+    "setup": "second",
+    "people": {"operator": "A"},
 }
 
 
@@ -83,12 +83,20 @@ def test_a_step_sees_a_key_exactly_where_its_text_has_it(name):
     assert "report" in text
 
 
-@pytest.mark.parametrize("name", sorted(set(RECORD_CHANGES) - {"file"}))
+@pytest.mark.parametrize("name", sorted(set(RECORD_CHANGES) - {"file", "more_files"}))
 def test_a_step_sees_a_column_exactly_where_its_text_has_it(name):
     record = replace(RECORD, **{name: RECORD_CHANGES[name]})
     text, seen = changed_by(replace(CAMPAIGN, records=(record,)), record)
     assert text == seen
     assert "report" in text
+
+
+def test_another_file_concerns_its_ingest_and_what_weighs_all_records():
+    for name in ("file", "more_files"):
+        record = replace(RECORD, **{name: RECORD_CHANGES[name]})
+        text, _ = changed_by(replace(CAMPAIGN, records=(record,)), record)
+        assert "ingest" in text
+        assert not {"condition", "impacts", "estimate"} & text
 
 
 def test_balls_matter_to_impacts_and_the_weighed_mass_does_not():

@@ -7,6 +7,7 @@ numbers are the same.
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import tempfile
 from pathlib import Path
@@ -44,7 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sample-rate", metavar="RATE", help="'10 kHz', where the file has no times"
     )
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="write FOLDER/<file>.csv")
+    parser.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="write FOLDER/<file>.impacts.csv"
+    )
+    parser.add_argument(
+        "--force", action="store_true", help="write over tables of impacts that are there"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -53,23 +59,41 @@ def run(args: argparse.Namespace) -> int:
     failed = 0
     for path in args.files:
         try:
+            table = None if args.out is None else _table_for(path, args)
             text = _impacts_table(path, channels, args)
         except VinesexpError as error:
             print(f"vinesexp impacts: {error}", file=sys.stderr)
             failed += 1
             continue
-        if args.out is None:
+        if table is None:
             if len(args.files) > 1:
                 print(f"# {path}")
             sys.stdout.write(text)
         else:
-            args.out.mkdir(parents=True, exist_ok=True)
-            (args.out / f"{path.stem}.csv").write_text(text, encoding="utf-8")
+            _write(table, text)
             print(f"{path}: {text.count(chr(10)) - 1} impacts")
         if text.count("\n") < 2:
             told = "no impacts found; vinesexp look shows what is in the file"
             print(f"vinesexp impacts: {path}: {told}", file=sys.stderr)
     return 1 if failed else 0
+
+
+def _table_for(path: Path, args: argparse.Namespace) -> Path:
+    """Where the impacts of a file go: never over anything that is there but by --force."""
+    table: Path = args.out / f"{path.stem}.impacts.csv"
+    if table.exists() and (not args.force or table.resolve() in map(Path.resolve, args.files)):
+        raise VinesexpError(
+            "is there already; name another folder, or write over it with --force", file=table
+        )
+    return table
+
+
+def _write(table: Path, text: str) -> None:
+    """The table appears only when complete."""
+    table.parent.mkdir(parents=True, exist_ok=True)
+    partial = table.with_name(f".{table.name}.{os.getpid()}.part")
+    partial.write_text(text, encoding="utf-8")
+    os.replace(partial, table)
 
 
 def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Namespace) -> str:
