@@ -375,3 +375,11 @@ def test_without_f0_or_zeta_the_values_are_independent():
     known = rig()
     assert IdentifiedRig(known.values, None, known.zeta).covariance is None
     assert IdentifiedRig(known.values, known.f0, None).covariance is None
+
+
+def test_levels_are_apart_unless_they_differ_by_rounding():
+    amplitudes = (0.15e-3, 0.15e-3 * (1.0 + 1e-12), 0.16e-3)
+    records = [periodic(20 + i, id=f"r{i}", base_amplitude=G) for i, G in enumerate(amplitudes)]
+    regimes = [regime_row(record.id, 5.0, "two symmetric") for record in records]
+    levels = periodic_levels(campaign(records), regimes, [])
+    assert [[test.record for test in level.tests] for level in levels] == [["r0", "r1"], ["r2"]]
