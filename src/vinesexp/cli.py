@@ -14,7 +14,7 @@ COMMANDS = {
     "look": "what is in instrument files, and which channel is which",
     "init": "campaign.yaml and records.csv proposed from a folder of files",
     "check": "look a campaign over without running it",
-    "design": "b_c and b_t from given rig values, with their sensitivities",
+    "design": "what clearance to build and what it gives; b_c and b_t with sensitivities",
     "simulate": "records of a scene",
     "impacts": "impacts in one file",
 }

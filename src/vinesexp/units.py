@@ -67,6 +67,8 @@ UNITS: dict[str, dict[str, float]] = {
         "lbf s/ft": 4.4482216152605 / 0.3048,
     },
     "quadratic damping": {"N s^2/m^2": 1.0, "N s2/m2": 1.0, "kg/m": 1.0},
+    "cubic stiffness": {"N/m^3": 1.0, "N/m3": 1.0, "N/mm^3": 1e9},
+    "restitution slope": {"s/m": 1.0, "s/mm": 1e3},
     "stiffness": {
         "N/m": 1.0,
         "kN/m": 1e3,

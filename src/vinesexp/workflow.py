@@ -197,8 +197,8 @@ class Planner:
         return step_text(step, self.campaign, None if id is None else self.records[id])
 
     def _raw(self, step: str, wildcards: Any) -> list[Path]:
-        """The instrument file that a step reads; where it is missing, ingest says so."""
-        return [self.records[wildcards.record].file] if step == "ingest" else []
+        """The instrument files that a step reads; where one is missing, ingest says so."""
+        return list(self.records[wildcards.record].files) if step == "ingest" else []
 
     def _made(self, step: str, wildcards: Any) -> Path:
         family = getattr(wildcards, "family", None)

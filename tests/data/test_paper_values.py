@@ -61,7 +61,8 @@ def test_the_twin_is_the_rig_of_table_2():
     t = table_2()
     scene = load_scene(PAPER.parent / "twin" / "scene.yaml")
     assert scene.oscillator == Oscillator(M=t["M"], c1=t["c1"], k1=t["k1"])
-    assert scene.balls == ((pytest.approx(t["m"], rel=1e-15), t["r"]),)
+    (ball,) = scene.balls
+    assert (ball.m, ball.r) == (pytest.approx(t["m"], rel=1e-15), t["r"])
 
 
 def test_table_1_is_folds_times_clearance_but_for_the_misprint():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vinesexp import Harmonic, Oscillator, Release, simulate
+from vinesexp.design import best_clearance
 from vinesexp.design.absorber import den_hartog, equal_mass_den_hartog, equal_mass_optimal
 from vinesexp.design.advice import advise, as_json, orbit_and_rest, theory_of, warnings_of
 from vinesexp.design.ensemble import Run, responses
@@ -93,6 +94,9 @@ def test_the_advice_beats_what_was_tried_by_hand(off_resonance: dict[str, object
     best = advice.least_mean  # type: ignore[attr-defined]
     assert 1e3 * best.rest_mean < 2.87 * 1.02
     assert best.b == pytest.approx(13.25e-3, rel=0.1)
+    working = advice.working  # type: ignore[attr-defined]
+    assert working.low <= G <= working.high
+    assert working.activation <= G
     robust = advice.robust  # type: ignore[attr-defined]
     assert robust.random_p90 <= best.random_p90 * 1.001
     fresh = responses(random_starts(task_at(8.1), robust.b, starts=200, seed=999))
@@ -100,9 +104,14 @@ def test_the_advice_beats_what_was_tried_by_hand(off_resonance: dict[str, object
     assert robust.random_mean == pytest.approx(fresh.mean.mean(), rel=0.05)
 
 
-def test_the_same_seed_gives_the_same_answer(off_resonance: dict[str, object]) -> None:
-    again = as_json(advise(task_at(8.1)))
-    assert again == off_resonance["json"]
+def test_the_same_seed_gives_the_same_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(best_clearance, "COARSE", 6)
+    monkeypatch.setattr(best_clearance, "MOST", 0.3)
+    task, ends = task_at(8.1), (5e-3, 30e-3)
+    first, again, other = (best_clearance.search(task, ends=ends, seed=s) for s in (4, 4, 5))
+    assert (first.least_mean, first.robust) == (again.least_mean, again.robust)
+    assert (first.random.scan.mean == again.random.scan.mean).all()
+    assert (first.random.scan.mean != other.random.scan.mean).any()
 
 
 def test_uncertain_values_are_drawn_within_their_errors() -> None:
@@ -126,6 +135,9 @@ def test_a_band_is_judged_over_its_frequencies_and_levels() -> None:
     assert len(task.grid()) == 21
     assert {f for _, f in task.grid()} >= {7.7, 8.1}
     assert task.largest_bare() == pytest.approx(task.bare(G, TABLE_2.f0))
+    low, high = task.bare(0.15e-3, 7.7), task.bare(G, TABLE_2.f0)
+    assert low < task.mean_bare() < 0.8 * high
+    assert task_at(8.0).mean_bare() == task_at(8.0).largest_bare()
 
 
 def test_den_hartog_levels_the_two_peaks_of_an_undamped_host() -> None:

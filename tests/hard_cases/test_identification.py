@@ -125,6 +125,26 @@ def test_a_likelihood_that_contradicts_the_amplitudes_does_not_win():
     assert abs(found.f0 - F0) < 3 * found.f0_error
 
 
+@pytest.mark.parametrize("seconds", [0.5, 3.0])
+@pytest.mark.parametrize(
+    ("f0", "zeta", "share"),
+    [(30.0, 0.03, 0.2), (12.0, 0.02, 0.1), (20.0, 0.005, 0.4)],
+)
+def test_a_strong_third_mode_on_a_short_record_misleads_nobody(f0, zeta, share, seconds):
+    """A likelihood that leaves a tenth of the motion neither wins nor refuses a plain decay."""
+    t = np.arange(round(seconds * RATE)) / RATE
+    w = 2 * np.pi * f0
+    x = np.exp(-zeta * w * t) * np.cos(w * t)
+    x += share * np.exp(-0.01 * 3.1 * w * t) * np.cos(3.1 * w * t + 1.0) + 0.02 * t
+    x += 1e-3 * np.random.default_rng(0).standard_normal(t.size)
+    found = fitted(1e-2 * x, frequency=1.03 * f0)
+    true = f0 / np.sqrt(1 - zeta**2)
+    assert abs(found.f0 - true) < 4 * found.f0_error + 1e-5 * true
+    assert abs(found.zeta - zeta) < 4 * found.zeta_error
+    assert found.f0 == pytest.approx(true, rel=5e-3)
+    assert found.zeta == pytest.approx(zeta, rel=0.1)
+
+
 SCENE = """\
 title: Channels
 seed: 3

@@ -488,6 +488,77 @@ def test_many_impacts_on_the_exact_orbit(count):
     np.testing.assert_allclose(np.diff(motion.impacts["time"][-10:]), h, rtol=1e-11 * count / 1e4)
 
 
+@pytest.mark.parametrize("power", range(1, 13))
+@pytest.mark.parametrize("more", [{"tilt": 1.0}, {"tilt": 1.0, "friction": 0.25}])
+def test_a_ball_that_only_just_reaches_a_wall_is_not_missed(power, more):
+    """Thrown up a slope to the wall or a share of 1e-1 ... 1e-12 short of it and beyond."""
+    floor, start = Oscillator(M=1e20, c1=0.0, k1=1.0), -0.005
+    uphill = more["tilt"] + more.get("friction", 0.0)
+    wall = NES(m=0.03, b=0.02, r=0.6, b_minus=0.03, **{**more, "tilt": -more["tilt"]})
+    for factor, touches in ((1.0 - 10.0**-power, False), (1.0 + 10.0**-power, True)):
+        speed = math.sqrt(2.0 * uphill * (0.03 - start) * factor)
+        motion = simulate(Rig(floor, nes=[wall]), None, Release(y0=[start], vy0=[speed]), 0.5)
+        reached = motion.impacts["time"].size > 0 and motion.impacts["side"][0] == -1
+        assert reached == touches, factor
+
+
+def test_a_wall_that_is_never_reached_does_not_matter():
+    """A cavity so wide to one side that the ball never gets there, and one wider still."""
+    runs = [
+        simulate(
+            Rig(TABLE2, nes=[NES(m=0.032, b=0.010, r=0.6, b_minus=far, r_minus=0.1, tilt=-5.0)]),
+            DRIVE, Release(y0=[0.02]), 6.0,
+        )
+        for far in (0.5, 0.9)
+    ]  # fmt: skip
+    one, two = (run.impacts for run in runs)
+    assert one["time"].size > 20
+    assert set(one["side"].tolist()) == {1}
+    np.testing.assert_allclose(one["time"][:20], two["time"][:20], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("r", [0.0, 1e-300, 1.0])
+def test_a_ball_that_rubs_ends_every_chatter(r):
+    """With friction even an elastic ball comes to rest on a tilted floor."""
+    floor = Oscillator(M=1e20, c1=0.0, k1=1.0)
+    ball = NES(m=0.03, b=0.02, r=r, friction=0.3, tilt=-1.0)
+    motion = simulate(Rig(floor, nes=[ball]), None, Release(y0=[0.0]), 10.0)
+    assert motion.rests["start"].size == 1
+    assert motion.rests["side"][0] == 1
+    assert motion.rests["end"][0] == 10.0
+
+
+def test_friction_at_the_edge_of_holding():
+    """Base acceleration as large as mu g to the last digits: it holds, or slips and is caught."""
+    stiff = Oscillator.from_modal(M=1.0, f0=500.0, zeta=0.5)  # follows its base
+    base = Harmonic(1e-3, 5.0)
+    rig = Rig(stiff, nes=[NES(m=1e-6, b=1.0, r=0.5, friction=1e9)])
+    peak = np.abs(
+        simulate(rig, base, Release(), 1.0).acceleration(np.linspace(0.5, 1, 99999))
+    ).max()
+    for factor in (1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1.0 + 1e-3):
+        edge = Rig(stiff, nes=[NES(m=1e-6, b=1.0, r=0.5, friction=peak * factor)])
+        motion = simulate(edge, base, Release(), 3.0)
+        held = (motion.rests["end"] - motion.rests["start"]).sum()
+        assert held > 2.9
+        assert np.abs(motion.ball(3.0)[0][0, 0] - motion.at(3.0)[0]) < 1e-3
+
+
+def test_a_start_outside_an_asymmetric_cavity_is_refused():
+    rig = Rig(TABLE2, nes=[NES(m=0.032, b=0.03, r=0.6, b_minus=0.02)])
+    with pytest.raises(ParameterError, match=r"expected from -0.02 to 0.03 m, its clearances"):
+        simulate(rig, DRIVE, Release(y0=[0.0201]), 1.0)
+    assert simulate(rig, DRIVE, Release(y0=[-0.0299]), 0.01).impacts["time"].size == 0
+
+
+def test_a_map_of_a_rig_that_is_not_plain_is_refused():
+    from vinesexp.solver.map import amplitude_map
+
+    rig = Rig(TABLE2, nes=[NES(m=0.032, b=0.03, r=0.6, friction=0.1)])
+    with pytest.raises(ParameterError, match="map is of a plain rig"):
+        amplitude_map(rig, frequency=7.8, clearances=[0.03], levels=[1e-4], duration=1.0)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

@@ -13,11 +13,11 @@ from vinesexp.identification.budget import (
     Source,
     budget_rows,
     combined_source,
-    parts_of_impacts,
     product,
 )
 from vinesexp.identification.combine import weigh
 from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.known_inputs import parts_of_impacts
 from vinesexp.records.schema import Campaign, Known, Record
 from vinesexp.records.uncertainties import EXACT, Tolerance, Uncertainties
 from vinesexp.units import Quantity

@@ -61,7 +61,7 @@ def test_a_scene_is_understood_in_si(tmp_path):
     scene = scene_of(tmp_path)
     assert list(scene.groups) == ["free", "driven", "fall"]
     assert scene.oscillator.M == 4.7
-    assert scene.balls == ((0.032, 0.6),)
+    assert [(ball.m, ball.r) for ball in scene.balls] == [(0.032, 0.6)]
     test = scene.groups["driven"][1]
     assert test.clearance == pytest.approx((0.023, 0.034), rel=1e-15)
     assert test.release_state().y0 == pytest.approx((0.0, -0.005), rel=1e-12)
@@ -203,6 +203,91 @@ def test_the_file_holds_the_exact_motion(tmp_path):
     assert np.abs(rows[:, 2] - 40.0 * exact).max() <= 0.5 * step + 5.1e-6
 
 
+DEPARTED = (
+    SCENE.replace(
+        "restitution: 0.6}",
+        "restitution: [0.65, 0.6], restitution_minus: 0.55, restitution_slope: -0.1 s/m, "
+        "friction: 0.05 m/s^2, tilt: [2 mg, -2 mg], cubic_stiffness: 3e5 N/m^3}",
+    )
+    .replace("noise: 6 um", "noise: 6 um, gain_error: 3 %")
+    .replace("pulse: 0.4 ms", "pulse: 0.4 ms, gain_uncertainty: 2 %, ac_corner: 0.5 Hz")
+    .replace("{clearance: 30 mm}", "{clearance: 30 mm, clearance_minus: 28 mm}")
+)
+
+
+def test_a_scene_can_depart_from_the_model_wall_by_wall(tmp_path):
+    scene = scene_of(tmp_path, DEPARTED)
+    one, two = scene.groups["driven"]
+    ball = scene.rig(one).nes[0]
+    assert (ball.b, ball.clearance(-1)) == (0.03, 0.028)
+    assert (ball.r, ball.restitution(-1)) == (0.65, 0.55)
+    assert ball.restitution(1, speed=0.5) == pytest.approx(0.6, rel=1e-14)
+    assert ball.friction == 0.05
+    assert ball.tilt == pytest.approx(2e-3 * 9.80665, rel=1e-14)
+    assert [n.tilt > 0.0 for n in scene.rig(two).nes] == [True, False]
+    assert scene.rig(one).oscillator.k3 == 3e5
+    assert one.release_state().y0[0] == 0.028  # wall -1: y - x = +28 mm
+    assert scene.truth()["r"] == pytest.approx(0.6, rel=1e-14)
+
+
+def test_the_middle_of_an_asymmetric_cavity_is_between_its_walls(tmp_path):
+    for minus, y in (("20 mm", -0.005), ("40 mm", 0.005)):
+        text = SCENE.replace(
+            "{clearance: 30 mm}",
+            f"{{clearance: 30 mm, clearance_minus: {minus}, ball_start: middle}}",
+        )
+        start = scene_of(tmp_path, text).groups["driven"][0].release_state()
+        assert start.y0[0] == pytest.approx(y, rel=1e-12)
+
+
+def test_what_was_really_there_is_said_beside_the_true_impacts(tmp_path):
+    scene = scene_of(tmp_path, DEPARTED)
+    simulate_group(scene, "driven", tmp_path)
+    lines = (tmp_path / "truth" / "driven_30.bench.csv").read_text(encoding="ascii").splitlines()
+    said = {tuple(line.split(",")[:2]): float(line.split(",")[2]) for line in lines[1:]}
+    assert said["restitution", "nes 1 wall -1"] == 0.55
+    assert said["clearance", "nes 1 wall -1"] == 0.028
+    assert said["friction", "nes 1"] == 0.05
+    assert said["cubic_stiffness", "oscillator"] == 3e5
+    assert said["gain", "displacement"] == 1.03
+    assert said["ac_corner", "acceleration"] == 0.5
+    drawn = said["gain", "acceleration"]
+    assert drawn == scene.groups["free"][0].sensors["acceleration"].gain
+    assert 0.9 < drawn < 1.1
+    assert drawn != 1.0
+    truth = np.genfromtxt(tmp_path / "truth" / "driven_30.csv", delimiter=",", names=True)
+    assert truth["time_s"].size > 5
+    assert not list((tmp_path / "truth").glob(".*"))
+
+
+def test_a_plain_test_has_no_departures(tmp_path):
+    scene = scene_of(tmp_path)
+    simulate_group(scene, "driven", tmp_path)
+    assert not list((tmp_path / "truth").glob("*.bench.csv"))
+
+
+def test_the_sheet_states_the_uncertainty_of_a_gain_and_not_its_error(tmp_path):
+    from vinesexp.laboratory.campaign_files import campaign_text
+
+    text = campaign_text(scene_of(tmp_path, DEPARTED))
+    assert "sensitivity: 20 +- 0.4 mV/g" in text
+    assert "sensitivity: 40 mV/mm" in text
+
+
+def test_the_example_of_departures_in_the_documentation_is_a_scene(tmp_path):
+    text = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
+    block = text[text.index("## What departs from the model") :]
+    block = block[: block.index("| key |")]
+    rig = "\n".join(line[4:] for line in block.splitlines() if line.startswith("    "))
+    plain = "\n".join(line for line in SCENE.splitlines() if not line.startswith("rig:"))
+    scene = scene_of(tmp_path, plain.replace("seed: 7", f"seed: 7\n{rig}"))
+    ball = scene.balls[0]
+    assert (ball.r, ball.r_minus, ball.r_slope) == (0.65, 0.55, -0.1)
+    assert ball.friction == 0.3
+    assert ball.tilt == pytest.approx(0.049033, rel=1e-4)
+    assert scene.oscillator.k3 == 5e5
+
+
 WRONG = [
     ("seed: 7", "sede: 7", "line 2, key sede: unknown key 'sede'; did you mean 'seed'?"),
     ("seed: 7", "seed: soon", "key seed: found 'soon', expected a whole number"),
@@ -234,6 +319,16 @@ WRONG = [
     ("fall_1:", "'../fall':", "can be no file's name"),
     ("      fall_1: {height: 50 mm}\n", "", "has no records"),
     ("duration: 2 s", "duration: 2 mm", "expected a unit of time"),
+    ("0.6}", "0.6, friction: 0.05}", "key rig.friction: the unit is missing"),
+    ("0.6}", "0.6, friction: -0.05 m/s^2}", "acceleration of zero or more"),
+    ("0.6}", "0.6, restitution_minus: 1.2}", "expected a number from 0 to 1"),
+    ("0.6}", "0.6, tilt: [1 mg, 2 mg, 3 mg], friction: [1 mg, 2 mg]}", "2 values for 3 balls"),
+    (", nes_mass: 32 g, restitution: 0.6", ", tilt: 1 mg", "key rig.tilt: there is no ball"),
+    ("{clearance: 30 mm}", "{clearance: 30 mm, clearance_minus: [1 mm, 2 mm]}", "2 for 1 clear"),
+    ("pulse: 0.4 ms", "pulse: 0.4 ms, mode: {frequency: 90 Hz}", "mode.share: is missing"),
+    ("pulse: 0.4 ms", "pulse: 0.4 ms, mode: {freq: 90 Hz}", "did you mean 'frequency'?"),
+    ("noise: 6 um", "noise: 6 um, gain_error: -100 %", "such a sensor shows nothing"),
+    ("noise: 6 um", "noise: 6 um, ac_corner: 1 Hz", "unknown key 'ac_corner'"),
     ("seed: 7", "seed: [7", "scene.yaml, line"),
 ]
 
@@ -284,6 +379,7 @@ def test_every_key_is_documented():
         *scene_sensors.LASER_KEYS,
         *scene_sensors.ACCELEROMETER_KEYS,
         *scene_sensors.OSCILLOSCOPE_KEYS,
+        *scene_sensors.MODE_KEYS,
         *FORMATS,
     }
     assert sorted(key for key in keys if f"`{key}`" not in text) == []

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vinesexp.laboratory.modes import Mode
 from vinesexp.laboratory.sensors import (
     Accelerometer,
     Laser,
@@ -122,3 +123,62 @@ def test_accelerometer_clips():
         noise=generator(),
     )
     assert volts.max() == 50.0
+
+
+def accelerated(sensor, acceleration, t=T, jumps=(), **more):
+    times = np.linspace(1.0, 1.5, len(jumps))
+    return accelerometer_volts(
+        sensor, acceleration, t, times=times, jumps=np.asarray(jumps, dtype=float), dt=DT,
+        noise=generator(), **more,
+    )  # fmt: skip
+
+
+def test_a_wrong_gain_scales_what_is_measured_and_not_the_offset():
+    laser = Laser(sensitivity=40.0, offset=0.5, gain=1.03)
+    volts = laser_volts(laser, wave, T, dt=DT, noise=generator())
+    np.testing.assert_allclose(volts, 0.5 + 1.03 * 40.0 * wave(T), rtol=1e-13)
+
+
+def test_an_ac_coupling_leads_in_phase_and_shows_nothing_constant():
+    """A sine long after its beginning: gain and phase of if/(if + fc); a constant dies away."""
+    f, corner = 2.0, 0.5
+    sensor = Accelerometer(sensitivity=1.0, pulse=4e-4, ac_corner=corner)
+    t = 12.0 + np.arange(5000) * DT
+    volts = accelerated(sensor, lambda t: 3.0 + np.sin(2 * math.pi * f * t), t)
+    H = 1j * f / (1j * f + corner)
+    exact = abs(H) * np.sin(2 * math.pi * f * t + np.angle(H))
+    # straight lines between samples: (w dt)^2/8
+    np.testing.assert_allclose(volts, exact, atol=2e-7)
+    early = accelerated(sensor, lambda t: np.full_like(t, 3.0))
+    assert early[0] == pytest.approx(3.0, rel=1e-3)  # the step of the release is seen
+    assert early[3183] == pytest.approx(3.0 * math.exp(-1.0), rel=1e-3)
+
+
+def test_blocks_of_an_ac_coupled_accelerometer_fit_together():
+    sensor = Accelerometer(sensitivity=1.0, pulse=4e-4, ac_corner=5.0)
+    jumps = [0.02, -0.03, 0.01]
+    whole = accelerated(sensor, wave, jumps=jumps)
+    late = accelerated(sensor, wave, t=T[9000:], jumps=jumps)
+    np.testing.assert_allclose(whole[9000:], late, atol=1e-9 * np.abs(whole).max())
+
+
+def test_cross_axis_sensitivity_shows_a_share_of_the_base():
+    w = 2.0 * math.pi * 8.0
+    sensor = Accelerometer(sensitivity=1.0, pulse=4e-4, cross_axis=0.05)
+    volts = accelerated(sensor, np.zeros_like, base_velocity=lambda t: 1e-3 * w * np.cos(w * t))
+    exact = -0.05 * 1e-3 * w * w * np.sin(w * T)
+    assert np.abs(volts - exact).max() < 1e-5 * np.abs(exact).max()
+
+
+def test_both_sensors_see_a_local_mode():
+    mode = Mode(frequency=100.0, share=0.3)
+    times, jumps = np.array([1.0]), np.array([0.02])
+    laser = Laser(sensitivity=1.0, mode=mode)
+    q = laser_volts(laser, np.zeros_like, T, dt=DT, noise=generator(), times=times, jumps=jumps)
+    assert np.abs(q[:10000]).max() == 0.0
+    assert q.max() == pytest.approx(0.3 * 0.02 / (2 * math.pi * 100.0), rel=0.05)
+    plain = Accelerometer(sensitivity=1.0, pulse=4e-4)
+    ringing = Accelerometer(sensitivity=1.0, pulse=4e-4, mode=mode)
+    one, two = (accelerated(s, np.zeros_like, jumps=[0.02]) for s in (plain, ringing))
+    assert two[9990:10004].sum() > 1.2 * one[9990:10004].sum()
+    assert two.sum() == pytest.approx(one.sum(), rel=1e-4)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vinesexp.records.schema import Campaign, Channel, Known, Record, TimeColumn
+from vinesexp.records.schema import Campaign, Channel, Known, Record, Setup, TimeColumn
 from vinesexp.records.step_inputs import (
     CAMPAIGN_FIELDS,
     campaign_seen_by,
@@ -31,6 +31,8 @@ CAMPAIGN_CHANGES = {
     "sample_rate": 1e3,
     "bandpass": None,
     "settings": Settings(impacts=ImpactSettings(threshold=7.0)),
+    "setups": {"far": Setup({"base": replace(CHANNEL, scale=3.0)})},
+    "people": {"operator": "Ada"},
 }
 RECORD_CHANGES = {
     "file": Path("camp/b.csv"),
@@ -43,6 +45,9 @@ RECORD_CHANGES = {
     "exclude": True,
     "note": "odd",
     "settings": Settings(impacts=ImpactSettings(threshold=7.0)),
+    "more_files": (Path("camp/c.csv"),),
+    "setup": "far",
+    "people": {"operator": "Bob"},
 }
 
 

@@ -70,3 +70,9 @@ def test_a_quiet_record_without_impacts_says_so(measure, tmp_path: Path) -> None
     row, found = regime(channels, 1e4, tmp_path)
     assert found.n == 0
     assert row["regime"] == "no impact"
+
+
+def test_the_displacement_alone_shows_that_no_ball_hits(measure, tmp_path: Path) -> None:
+    record = measure(drive=Harmonic(0.25e-3, F0), start=10.0, duration=20.0, noise=0.2)
+    row, _ = regime({"displacement": record.channels["displacement"]}, 1e4, tmp_path)
+    assert row["regime"] == "no impact"

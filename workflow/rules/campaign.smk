@@ -44,14 +44,15 @@ def code_of(*names, script):
 
 
 def raw_file(wildcards):
-    """The instrument file, or what says that the scene has made it; ingest says if it is missing."""
-    path = RECORDS[wildcards.record].file
-    if SCENE and path.resolve() in SIMULATED_IN:
-        return [PATHS.simulated(SIMULATED_IN[path.resolve()])]
+    """The instrument files, or what says that the scene has made it; ingest says if it is missing."""
+    paths = RECORDS[wildcards.record].files
+    made = [path.resolve() for path in paths if SCENE and path.resolve() in SIMULATED_IN]
+    if made:
+        return [PATHS.simulated(SIMULATED_IN[path]) for path in made]
     # Snakemake would take braces for wildcards; the step itself reads the file, whatever its
     # name, and its content decides, not its time.
-    named = path.is_file() and not {"{", "}"} & set(str(path))
-    return [ancient(path)] if named else []
+    named = [path for path in paths if path.is_file() and not {"{", "}"} & set(str(path))]
+    return [ancient(path) for path in named]
 
 
 def shown_in(wildcards):

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.design.task import Task, mean_of_cycle
 from vinesexp.rig import Oscillator
-from vinesexp.theory.manifold import FloatArray
 
 #: Error of the absorber's frequency that the comparison includes.
 DETUNING = 0.05

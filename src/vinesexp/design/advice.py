@@ -64,7 +64,9 @@ class Changed:
 
 @dataclass(frozen=True)
 class Range:
-    """Levels (m) between which a clearance works from rest, and at which it is first captured."""
+    """Levels (m) around the given one at which a clearance works from rest, and the least level
+    at which half of the starts from rest are captured; None where there is none.
+    """
 
     activation: float | None
     low: float | None
@@ -78,12 +80,14 @@ class Advice:
     Attributes
     ----------
     bare : amplitude of the oscillator alone, the largest over the ranges designed for.
+    bare_mean : its mean over the ranges, with which mean amplitudes are compared.
     published, exact : b_c at the greatest level and the middle frequency; None: no stable orbit.
     orbit : amplitude of the exact orbit at 0.98 b_c, and what a start from rest gives there.
     """
 
     task: Task
     bare: float
+    bare_mean: float
     published: float
     exact: float | None
     orbit: tuple[float, float] | None
@@ -126,6 +130,7 @@ def advise(task: Task, *, seed: int = 1) -> Advice:
     return Advice(
         task=task,
         bare=bare,
+        bare_mean=task.mean_bare(),
         published=published,
         exact=exact,
         orbit=None
@@ -236,11 +241,17 @@ def working_range(task: Task, found: Found) -> Range:
     gain = found.rest.scan.mean.mean(axis=1)[::-1] / task.bare(G, task.frequencies[0])
     captured = found.rest.scan.captured.mean(axis=1)[::-1]
     active = np.flatnonzero(captured >= 0.5)
-    works = np.flatnonzero(gain <= WORKS)
+    works = gain <= WORKS
+    low = high = int(np.abs(levels - G).argmin())
+    while low > 0 and works[low - 1]:
+        low -= 1
+    while high < works.size - 1 and works[high + 1]:
+        high += 1
+    here = bool(works[np.abs(levels - G).argmin()])
     return Range(
         activation=float(levels[active[0]]) if active.size else None,
-        low=float(levels[works[0]]) if works.size else None,
-        high=float(levels[works[-1]]) if works.size else None,
+        low=float(levels[low]) if here else None,
+        high=float(levels[high]) if here else None,
     )
 
 
@@ -275,7 +286,7 @@ def warnings_of(advice: Advice) -> list[str]:
                 if not best.centre_touched
                 else f"with the {name} clearance a ball at rest mid-cavity is never touched"
             )
-    if advice.least_mean.rest_mean > 0.95 * advice.bare:
+    if advice.least_mean.rest_mean > 0.95 * advice.bare_mean:
         said.append("no clearance takes more than 5 % off the bare amplitude: the ball hardly acts")
     return said
 
@@ -294,7 +305,7 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         others = ("captured", "captured_rest", "centre_touched")
         found: dict[str, object] = {f"{n}_mm": mm(getattr(one, n)) for n in lengths}
         found |= {n: getattr(one, n) for n in others}
-        found["reduction"] = 1.0 - one.rest_mean / advice.bare
+        found["reduction"] = 1.0 - one.rest_mean / advice.bare_mean
         found["over_b_c_published"] = one.b / advice.published
         found["over_b_c_exact"] = None if advice.exact is None else one.b / advice.exact
         return found
@@ -317,6 +328,7 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         "amplitude_max_mm": mm(robust.random_max),
         "bare_amplitude_mm": mm(advice.bare),
         "tmd_amplitude_mm": mm(advice.den_hartog.amplitude),
+        "bare_mean_mm": mm(advice.bare_mean),
         "clearance_ratios": list(task.ratios),
         "least_mean": judged(advice.least_mean),
         "least_max": judged(advice.least_max),

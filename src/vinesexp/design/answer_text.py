@@ -75,21 +75,23 @@ def _build_lines(advice: Advice) -> list[str]:
             _over(one.b, advice.exact),
             f"{1e3 * one.rest_mean:.3f}",
             f"{1e3 * one.rest_max:.3f}",
-            f"{100 * (1 - one.rest_mean / advice.bare):.0f} %",
+            f"{100 * (1 - one.rest_mean / advice.bare_mean):.0f} %",
             f"{100 * one.captured_rest:.0f} %",
         )
         lines.append(f"  {name:26}" + "".join(f"{c:>12}" for c in cells))
     heads = ("b (mm)", "mean", "90 % below", "largest", "less", "captured", "mid-cavity")
     lines.append(f"  {'from random starts':26}" + "".join(f"{h:>12}" for h in heads))
     for name, one in rows:
-        lines.append(f"  {name:26}" + "".join(f"{c:>12}" for c in _random_cells(one, advice.bare)))
+        lines.append(
+            f"  {name:26}" + "".join(f"{c:>12}" for c in _random_cells(one, advice.bare_mean))
+        )
     if len(advice.task.ratios) > 1:
         for name, one in rows:
             each = ", ".join(f"{1e3 * one.b * ratio:.3f}" for ratio in advice.task.ratios)
             lines.append(f"  {name}: clearances of the balls {each} mm")
     lines += [
         "  amplitudes in mm, once settled; less: mean against the bare oscillator's",
-        f"  {1e3 * advice.bare:.3f} mm; captured: two impacts a cycle or more, not modulated;",
+        f"  {1e3 * advice.bare_mean:.3f} mm; captured: two impacts a cycle or more, not modulated;",
         "  mid-cavity: mean with the ball at rest in the middle; least mean and least largest",
         "  are averaged over the phase at which the shaker starts; robust: least 90th percentile",
     ]
@@ -125,7 +127,7 @@ def _change_lines(advice: Advice) -> list[str]:
 
 
 def _beside_lines(advice: Advice) -> list[str]:
-    lines = [f"  bare oscillator                       {1e3 * advice.bare:9.3f} mm"]
+    lines = [f"  bare oscillator, largest              {1e3 * advice.bare:9.3f} mm"]
     for name, one in (("Den Hartog", advice.den_hartog), ("least worst", advice.optimal)):
         lines.append(
             f"  tuned mass damper, {name:19}{1e3 * one.amplitude:9.3f} mm"

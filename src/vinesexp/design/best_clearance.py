@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.design.ensemble import Responses, Run, duration_of, responses
 from vinesexp.design.task import Task, random_starts, wall_starts
-from vinesexp.theory.manifold import FloatArray
 
 #: Clearances of the scan.
 COARSE = 32

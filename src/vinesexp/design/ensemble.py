@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig
@@ -25,7 +26,6 @@ from vinesexp.solver.kernel import run
 from vinesexp.solver.response import H_PHASE, prepare
 from vinesexp.solver.series import ORDER
 from vinesexp.solver.statistics import add_amplitudes
-from vinesexp.theory.manifold import FloatArray
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0
@@ -33,11 +33,11 @@ SETTLE, WINDOW = 6.0, 8.0
 BARE = 5.0
 #: No run is shorter than this many cycles to settle and to be judged (of each).
 SHORTEST = 60.0
-#: No run is longer than this many cycles in all: five seconds of one core see a thousand of them.
+#: No run is longer than this many cycles in all.
 LONGEST = 40_000.0
-#: A start is captured when its balls make at least this many impacts a cycle on the average ...
+#: A start is captured when its balls make at least this many impacts a cycle each, taken together
+#: and over the window, and its largest amplitude stays below STEADY times the mean one.
 IMPACTS_PER_CYCLE = 1.9
-#: ... and its largest amplitude stays below this multiple of the mean one (no strong modulation).
 STEADY = 1.5
 
 
@@ -77,7 +77,7 @@ class Responses:
 
     @property
     def captured(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-        """Whether every ball keeps two impacts a cycle or more, without strong modulation."""
+        """Whether the balls keep two impacts a cycle or more each, on the average, unmodulated."""
         steady = self.largest <= STEADY * self.mean
         return steady & (self.impacts_per_cycle >= IMPACTS_PER_CYCLE * max(self.balls, 1))
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.design.ensemble import Run
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Harmonic, Release
 from vinesexp.rig import NES, Oscillator, Rig
-from vinesexp.theory.manifold import FloatArray
 
 #: Levels and frequencies looked at where a range is given.
 LEVELS, FREQUENCIES = 3, 7
@@ -75,6 +75,10 @@ class Task:
         low, high = self.frequencies
         inside = min(max(self.oscillator.f0, low), high)
         return max(self.bare(self.levels[1], f) for f in (low, inside, high))
+
+    def mean_bare(self) -> float:
+        """The mean of `bare` over the grid of levels and frequencies (m)."""
+        return float(np.mean([self.bare(G, f) for G, f in self.grid()]))
 
 
 def _between(ends: tuple[float, float], n: int, space: object) -> list[float]:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,27 +112,6 @@ def _scatter(basis: FloatArray, period: FloatArray, covariance: FloatArray) -> f
         middle = 0.5 * (low + high)
         low, high = (middle, high) if chi2(middle) > freedom else (low, middle)
     return 0.5 * (low + high)
-
-
-def mass_from_added(
-    bare: Sequence[Estimate], added: Sequence[Estimate], mass_of: Callable[[str], float]
-) -> Estimate | None:
-    """M from frequencies without and with added masses; None with fewer than two different ones.
-
-    Parameters
-    ----------
-    bare, added : sequences of Estimate
-        Natural frequencies, Hz, by whatever method.
-    mass_of : callable
-        Record id to added mass, kg.
-    """
-    both = [
-        replace(e, parameter=name, method=_METHODS[0])
-        for name, group in (("f0", bare), ("f0_added", added))
-        for e in group
-    ]
-    found = added_mass(both, {e.records[0]: mass_of(e.records[0]) for e in both})[0]
-    return None if found is None else found.total
 
 
 def _line(

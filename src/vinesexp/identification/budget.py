@@ -15,7 +15,6 @@ from vinesexp.identification.average import Mean, weighted_mean
 from vinesexp.identification.estimate import Estimate
 from vinesexp.records.result_columns import BUDGET
 from vinesexp.records.tables import Value, write_rows
-from vinesexp.records.uncertainties import Uncertainties
 
 #: Parts of an error that are no input: noise and scatter of the records; sources that disagree.
 RECORDS, DISAGREEMENT = "records", "disagreement"
@@ -122,45 +121,6 @@ def product(
         dict.fromkeys(name for source, _ in factors for name in source.estimate.records)
     )
     return Source(Estimate(parameter, value, own, unit, method, records), parts)
-
-
-def parts_of_impacts(
-    estimate: Estimate, *, clearance: float, ball: float, inputs: Uncertainties
-) -> dict[str, float]:
-    """What known inputs contribute to M and r from flights between walls at one clearance.
-
-    M = m du/dv: the ball's velocities du scale with the clearance, the jumps dv with the
-    accelerometer and the area of the pulse. r is a ratio of velocities relative to the wall, of the
-    mass (displacement) and of the ball (clearance): if one of them is off by a share s, r is off
-    by (1 - r^2)/2 s (exact for two symmetric impacts a cycle).
-
-    Parameters
-    ----------
-    estimate : Estimate
-        M or r of one record.
-    clearance : float
-        m.
-    ball : float
-        Relative standard uncertainty of its mass.
-    inputs : Uncertainties
-    """
-    value = estimate.value
-    setting = inputs.clearance.of(clearance) / clearance
-    gain = inputs.displacement.of(1.0)
-    if estimate.parameter == "M":
-        return {
-            "ball mass": value * ball,
-            "clearance": value * setting,
-            "acceleration gain": -value * inputs.acceleration.of(1.0),
-            "template": -value * inputs.template.of(1.0),
-            "model: impacts": value * inputs.model.of(1.0),
-        }
-    lever = 0.5 * (1.0 - value * value)
-    return {
-        "clearance": lever * setting,
-        "displacement gain": -lever * gain,
-        "model: impacts": value * inputs.model.of(1.0),
-    }
 
 
 def budget_rows(sources: Sequence[Source]) -> list[dict[str, Value]]:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.identification.flights import Flights
+from vinesexp.identification.least_squares import least_squares
 
 FloatArray = NDArray[np.float64]
 
@@ -49,7 +50,7 @@ POSITIVE = ("friction", "contact_time")
 _FLOOR_R = 4e-5
 #: The same of its mass ratio, relative.
 _FLOOR_M = 3e-4
-_ITERATIONS = 8
+_FAR = 30.0  # of ln(M/m): no rig is that far from one
 _START = (0.6, 5.0)  # r, ln(M/m)
 _TINY = 1e-12
 
@@ -116,18 +117,19 @@ def fit(
     prior : tuple (value, error), optional
         ln(M/m) from elsewhere.
     """
-    p = np.zeros(2 + len(effects))
-    p[:2] = _START
-    for _ in range(_ITERATIONS):
+    start = np.zeros(2 + len(effects))
+    start[:2] = _START
+
+    def problem(p: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        if not abs(p[1]) < _FAR:
+            return None
         rest, jacobian = _weighted(collisions, effects, p, prior)
-        step = np.linalg.lstsq(jacobian, -rest, rcond=None)[0]
-        p = p + step
-        if float(np.abs(step / (np.abs(p) + 1e-6)).max()) < 1e-10:
-            break
-    rest, jacobian = _weighted(collisions, effects, p, prior)
-    covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian), dtype=np.float64)
-    chi2 = float(rest @ rest)
-    return Fit(tuple(effects), p, covariance, chi2, _scale(collisions, rest, p.size))
+        return (rest, jacobian) if np.isfinite(jacobian).all() else None
+
+    found = least_squares(problem, start)
+    rest, _ = _weighted(collisions, effects, found.values, prior)
+    scale = _scale(collisions, rest, start.size)
+    return Fit(tuple(effects), found.values, found.covariance, found.chi2, scale)
 
 
 def _scale(collisions: Collisions, rest: FloatArray, parameters: int) -> float:

@@ -11,9 +11,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from vinesexp.identification.addedmass import added_mass, mass_from_added
-from vinesexp.identification.average import Mean, mean_of
-from vinesexp.identification.budget import Source, combined_source, parts_of_impacts, product
+from vinesexp.identification.addedmass import added_mass
+from vinesexp.identification.average import mean_of
+from vinesexp.identification.budget import Source, combined_source, product
 from vinesexp.identification.consistency import (
     possible,
     records_agree,
@@ -21,21 +21,11 @@ from vinesexp.identification.consistency import (
     without_copies,
 )
 from vinesexp.identification.estimate import NOTHING, Estimate
+from vinesexp.identification.known_inputs import is_numbered, parts_of_known_inputs
 from vinesexp.identification.remarks import remarks
 from vinesexp.identification.working_amplitude import at_working_amplitude
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
-
-__all__ = [
-    "BEST",
-    "COMBINED",
-    "Identified",
-    "combine",
-    "combined",
-    "counted",
-    "mass_from_added",
-    "weigh",
-]
 
 COMBINED = "combined"
 #: The method of a record that counts; the cheaper ones are shown beside it. A record has an
@@ -64,12 +54,6 @@ class Identified:
     def source(self, parameter: str) -> Source | None:
         """The combined value of a parameter with the parts of its error."""
         return next((s for s in self.sources if s.estimate.parameter == parameter), None)
-
-
-def combine(found: Sequence[Estimate], campaign: Campaign) -> tuple[list[Estimate], list[Check]]:
-    """Rows of identified.csv and what is to be said about them: `weigh` without the budget."""
-    whole = weigh(found, campaign)
-    return whole.rows, whole.checks
 
 
 def weigh(found: Sequence[Estimate], campaign: Campaign) -> Identified:
@@ -125,7 +109,7 @@ class _Part:
 
 def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
     """Records that give nothing; no warning where impacts are few and others tell r."""
-    known = any(e.parameter == "r" or _is_numbered(e.parameter) for e in found)
+    known = any(e.parameter == "r" or is_numbered(e.parameter) for e in found)
     with_ball = {record.id for record in campaign.records if record.clearance}
     return [
         Check(
@@ -162,7 +146,7 @@ def _by_method(
     for method in dict.fromkeys(e.method for e in own):
         alike = [e for e in own if e.method == method]
         value, mean = mean_of(alike, method=method)
-        parts = _parts(value, alike, mean, campaign)
+        parts = parts_of_known_inputs(value, alike, mean, campaign)
         if method in _DECAYS and spread.get(parameter):
             parts["amplitude"] = spread[parameter]
         source = Source(value, parts)
@@ -174,42 +158,6 @@ def _by_method(
         return _Part(rows, checks, None)
     total, _ = combined_source(sources, method=COMBINED)
     return _Part([*rows, total.total], [*checks, *sources_agree(sources)], total)
-
-
-def _parts(
-    value: Estimate, alike: Sequence[Estimate], mean: Mean, campaign: Campaign
-) -> dict[str, float]:
-    """What known inputs contribute to the mean of one method's records."""
-    inputs = campaign.known.uncertainties
-    if value.parameter == "f0":
-        parts = {"clock": value.value * inputs.clock.of(1.0)}
-    elif value.method == "impacts":
-        parts = {}
-        for e, weight in zip(alike, mean.weights, strict=True):
-            number = _ball_of(e)
-            clearances = campaign.record(e.records[0]).clearance
-            clearance = clearances[min(number, len(clearances) - 1)]
-            here = parts_of_impacts(
-                e, clearance=clearance, ball=_ball_error(campaign, number), inputs=inputs
-            )
-            for name, part in here.items():
-                parts[name] = parts.get(name, 0.0) + float(weight) * part
-    elif value.method == "drop":  # a wall that gives, a drop that is not plumb
-        parts = {"model: drop": value.value * inputs.model.of(1.0)}
-    else:
-        parts = {}
-    return {name: part for name, part in parts.items() if part}
-
-
-def _ball_of(e: Estimate) -> int:
-    return int(e.parameter[2:]) - 1 if _is_numbered(e.parameter) else 0
-
-
-def _ball_error(campaign: Campaign, number: int) -> float:
-    """Relative standard uncertainty of a ball's mass; one value stands for all balls."""
-    balls = campaign.known.nes_mass
-    ball = balls[min(number, len(balls) - 1)] if balls else None
-    return ball.std_error / ball.value if ball else 0.0
 
 
 def _masses(found: Sequence[Estimate], campaign: Campaign) -> _Part:
@@ -226,7 +174,7 @@ def _masses(found: Sequence[Estimate], campaign: Campaign) -> _Part:
     if hits:
         value, mean = mean_of(hits, method="impacts")
         checks += records_agree(hits, mean, campaign)
-        sources.append(Source(value, _parts(value, hits, mean, campaign)))
+        sources.append(Source(value, parts_of_known_inputs(value, hits, mean, campaign)))
     if known.mass is not None:
         error = known.mass.std_error or known.uncertainties.mass.of(known.mass.value)
         if not known.mass.std_error and error:
@@ -274,7 +222,7 @@ def _single_mass(e: Estimate) -> bool:
 
 def _restitution(found: Sequence[Estimate], campaign: Campaign) -> list[_Part]:
     """r by impacts and by drops; r_1, r_2 of several balls beside it."""
-    numbered = sorted({e.parameter for e in found if _is_numbered(e.parameter)})
+    numbered = sorted({e.parameter for e in found if is_numbered(e.parameter)})
     single = [e for e in found if e.parameter == "r"]
     if not single:  # only tests with several balls: r is what they have in common
         single = [replace(e, parameter="r") for e in found if e.parameter in numbered]
@@ -287,10 +235,6 @@ def _restitution(found: Sequence[Estimate], campaign: Campaign) -> list[_Part]:
         )
         for parameter in ("r", *numbered)
     ]
-
-
-def _is_numbered(parameter: str) -> bool:
-    return parameter.startswith("r_") and parameter[2:].isdigit()
 
 
 def _absent(rows: Sequence[Estimate]) -> list[Check]:

@@ -25,6 +25,7 @@ FloatArray = NDArray[np.float64]
 #: Parameters of a decay in this order: log amplitude and phase at the start, angular frequency.
 NAMES = ("log_A", "phase", "w", "alpha", "beta", "gamma", "mu", "kappa")
 _STEPS = 48
+_FAR = 30.0  # of log amplitude, from the start of a fit
 #: Forms that are tried, simplest first.
 FORMS: dict[str, tuple[str, ...]] = {
     "viscous": ("alpha",),
@@ -163,7 +164,10 @@ def fitted_decay(
         vector[at] = values
         return vector
 
-    def problem(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def problem(values: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        vector = whole(values)
+        if not abs(vector[0] - start[0]) < _FAR or not vector[2] > 0.0:
+            return None  # an amplitude that has left all numbers, a frequency that is none
         rows, changes = _nudged(whole(values), free, span=span)
         misfits = misfit(rows)
         return misfits[0], (misfits[1:] - misfits[0]).T / changes

@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 
 _UNSURE = 0.25  # standard error of the amplitude, relative, from which on there is no decay
 _UNSURE_STAND_IN = 0.05  # the same where only amplitudes and phases of the periods say so
-_MISFIT = 0.05  # of the motion: a likelihood that leaves more has to agree with the envelope
+_MISFIT = 0.02  # of the motion: a likelihood that leaves more has to agree with the envelope
 _APART = 4.0  # standard errors
 _SAME_F0, _SAME_ZETA = 1e-3, 0.05  # relative
 _PARTS = 5  # of a record that are left out in turn

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from vinesexp.excitation import Base, Harmonic, Release, SteppedSweep, Sweep, WeakDamping
 from vinesexp.laboratory.base_record import BaseRecord
@@ -28,6 +28,8 @@ class Test:
         How long the rig has run when the record begins, s.
     clearance : tuple of float
         One-sided clearance of each NES, m.
+    clearance_minus : tuple of float
+        That to the wall of side -1 where it differs; else empty.
     base_amplitude, frequency : float, (start, end)
         m, Hz; of the base motion; of a stepped sweep its first and last frequency.
     steps : SteppedSweep, optional
@@ -37,8 +39,8 @@ class Test:
     release : float
         Displacement that the mass is let go from, at rest, m.
     ball_start : tuple of float
-        Where each ball lies at rest before: y - x over its clearance, from -1 to +1; -1 is the
-        wall of side +1 (x - y = +b).
+        Where each ball lies at rest before: y - x over its clearance to that side, from -1 to +1;
+        -1 is the wall of side +1 (x - y = +b).
     added_mass, height : float
         Fixed to the mass, kg; of a dropped ball over the wall, m.
     sensors : mapping
@@ -55,6 +57,7 @@ class Test:
     oscilloscope: Oscilloscope
     settle: float = 0.0
     clearance: tuple[float, ...] = ()
+    clearance_minus: tuple[float, ...] = ()
     base_amplitude: float = 0.0
     frequency: tuple[float, float] | None = None
     steps: SteppedSweep | None = None
@@ -83,8 +86,9 @@ class Test:
 
     def release_state(self) -> Release:
         """The state the rig starts from, everything at rest."""
-        balls = zip(self.clearance, self.ball_start, strict=True)
-        y0 = tuple(self.release + place * b for b, place in balls)
+        minus = self.clearance_minus or self.clearance
+        balls = zip(self.clearance, minus, self.ball_start, strict=True)
+        y0 = tuple(self.release + p * (b if p < 0.0 else c) for b, c, p in balls)
         return Release(x0=self.release, v0=0.0, y0=y0, vy0=(0.0,) * len(y0))
 
 
@@ -98,8 +102,8 @@ class Scene:
     seed : int
         Of everything random.
     oscillator : Oscillator
-    balls : tuple of (m, r)
-        Mass, kg, and restitution; one for all NESs or one for each.
+    balls : tuple of NES
+        One for all NESs or one for each; their clearances are those of a test.
     damping : WeakDamping
         Of the oscillator beyond c1; none unless the scene asks for it.
     groups : mapping
@@ -109,7 +113,7 @@ class Scene:
     title: str
     seed: int
     oscillator: Oscillator
-    balls: tuple[tuple[float, float], ...]
+    balls: tuple[NES, ...]
     damping: WeakDamping = field(default_factory=WeakDamping)
     groups: Mapping[str, tuple[Test, ...]] = field(default_factory=dict)
 
@@ -118,22 +122,30 @@ class Scene:
         """All tests, in the order of the file."""
         return tuple(test for group in self.groups.values() for test in group)
 
-    def ball(self, number: int, *, clearance: float) -> NES:
-        """NES `number`, counted from 0, set to a clearance."""
-        m, r = self.balls[number if len(self.balls) > 1 else 0]
-        return NES(m=m, b=clearance, r=r)
+    def ball(self, number: int, *, clearance: float, minus: float | None = None) -> NES:
+        """NES `number`, counted from 0, set to its clearances."""
+        return replace(self.balls[number if len(self.balls) > 1 else 0], b=clearance, b_minus=minus)
 
     def rig(self, test: Test) -> Rig:
         """The rig as it stands in one test: added mass on, NESs set to their clearances."""
-        o = self.oscillator
-        loaded = Oscillator(M=o.M + test.added_mass, c1=o.c1, k1=o.k1)
-        return Rig(loaded, [self.ball(i, clearance=b) for i, b in enumerate(test.clearance)])
+        loaded = replace(self.oscillator, M=self.oscillator.M + test.added_mass)
+        minus = test.clearance_minus or (None,) * len(test.clearance)
+        return Rig(
+            loaded,
+            [
+                self.ball(i, clearance=b, minus=c)
+                for i, (b, c) in enumerate(zip(test.clearance, minus, strict=True))
+            ],
+        )
 
     def truth(self) -> dict[str, float]:
-        """What identification should find, by the names of identified.csv; SI."""
+        """What identification should find, by the names of identified.csv; SI.
+
+        Of walls that differ, r is the mean of both; with a slope, that of slow impacts.
+        """
         o = self.oscillator
         found = {"f0": o.f0, "zeta": o.zeta, "M": o.M, "c1": o.c1, "k1": o.k1}
-        restitutions = [r for _, r in self.balls]
+        restitutions = [0.5 * (ball.r + ball.restitution(-1)) for ball in self.balls]
         found["r"] = restitutions[0]
         most = max((len(test.clearance) for test in self.tests), default=1)
         if most > 1:

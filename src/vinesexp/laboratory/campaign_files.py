@@ -31,7 +31,7 @@ def campaign_text(scene: Scene) -> str:
     has no single campaign.yaml.
     """
     lines = [f"title: {scene.title}"]
-    masses = [f"{1e3 * m:.10g} g" for m, _ in scene.balls]
+    masses = [f"{1e3 * m:.10g} g" for m in (ball.m for ball in scene.balls)]
     if masses:
         text = masses[0] if len(masses) == 1 else "[" + ", ".join(masses) + "]"
         lines += ["known:", f"  nes_mass: {text}"]
@@ -40,9 +40,12 @@ def campaign_text(scene: Scene) -> str:
     lines.append("channels:")
     for number, (role, sensor) in enumerate(scene.tests[0].sensors.items(), start=1):
         if isinstance(sensor, Accelerometer):
-            sensitivity = f"{1e3 * sensor.sensitivity * STANDARD_GRAVITY:.10g} mV/g"
+            size, unit = 1e3 * sensor.sensitivity * STANDARD_GRAVITY, "mV/g"
         else:
-            sensitivity = f"{sensor.sensitivity:.10g} mV/mm"
+            size, unit = sensor.sensitivity, "mV/mm"
+        error = sensor.gain_uncertainty
+        within = f" +- {error * size:.10g}" if error else ""
+        sensitivity = f"{size:.10g}{within} {unit}"
         quantity = "acceleration" if isinstance(sensor, Accelerometer) else "displacement"
         offset = f", offset: {sensor.offset:.10g} V" if sensor.offset else ""
         lines.append(

@@ -55,7 +55,7 @@ def drop(ball: NES, *, M: float, height: float, duration: float) -> Drop:
     Parameters
     ----------
     ball : NES
-        Its mass and restitution; the clearance plays no part.
+        Its mass and restitution (that of wall +1, over speed); the clearance plays no part.
     M, height, duration : float
         Mass of the oscillator, kg; m; s.
 
@@ -73,14 +73,16 @@ def drop(ball: NES, *, M: float, height: float, duration: float) -> Drop:
     """
     fall = math.sqrt(2.0 * height / STANDARD_GRAVITY)
     speed = STANDARD_GRAVITY * fall
-    times, speeds, t, v = [], [], fall, speed
+    times, speeds, left, t, v = [], [], [], fall, speed
     while t <= duration and v > _OVER * speed:
         times.append(t)
         speeds.append(v)
-        v *= ball.r
+        left.append(ball.restitution(1, v))
+        v *= left[-1]
         t += 2.0 * v / STANDARD_GRAVITY
     before = -np.array(speeds)
-    jump = (1.0 + ball.r) * ball.m / M * before
+    r = np.array(left)
+    jump = (1.0 + r) * ball.m / M * before
     zero = np.zeros(len(times))
     return Drop(
         {
@@ -91,6 +93,6 @@ def drop(ball: NES, *, M: float, height: float, duration: float) -> Drop:
             "v_before": zero,
             "v_after": jump,
             "vy_before": before,
-            "vy_after": -ball.r * before,
+            "vy_after": -r * before,
         }
     )

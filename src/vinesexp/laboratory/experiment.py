@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.laboratory.bench import Scene, Test
+from vinesexp.laboratory.bench_truth import departures_text
 from vinesexp.laboratory.drop_test import drop
 from vinesexp.laboratory.instrument_files import FORMATS
 from vinesexp.laboratory.oscilloscope import acquire
 from vinesexp.laboratory.sensors import Moving
-from vinesexp.rig import NES
 
 #: Columns of a truth file, each with its name among the impacts of a motion.
 TRUTH_COLUMNS = {
@@ -54,17 +54,23 @@ def perform(scene: Scene, test: Test, *, raw: Path, truth: Path) -> None:
         os.replace(partial, raw)
     finally:
         partial.unlink(missing_ok=True)
-    text = truth_text(motion.impacts, start=test.settle)
-    partial = truth.with_name(f".{truth.name}.partial")
+    _write(truth, truth_text(motion.impacts, start=test.settle))
+    departures = departures_text(scene, test)
+    if departures is not None:
+        _write(truth.with_name(f"{truth.stem}.bench.csv"), departures)
+
+
+def _write(path: Path, text: str) -> None:
+    """A text file, whole or not at all."""
+    partial = path.with_name(f".{path.name}.partial")
     partial.write_text(text, encoding="ascii")
-    os.replace(partial, truth)
+    os.replace(partial, path)
 
 
 def motion_of(scene: Scene, test: Test) -> Moving:
     """The exact motion of a test, from its very beginning."""
     if test.kind == "drop":
-        m, r = scene.balls[0]
-        ball = NES(m=m, b=max(test.height, 1e-9), r=r)
+        ball = scene.balls[0]
         return drop(ball, M=scene.oscillator.M, height=test.height, duration=test.duration)
     from vinesexp.solver.simulation import simulate
 

@@ -155,10 +155,15 @@ def acquire(
             t: Array = late + dt * np.arange(first, min(n, first + _BLOCK), dtype=np.float64)
             if isinstance(sensor, Accelerometer):
                 volts = accelerometer_volts(
-                    sensor, signals[role], t, times=times, jumps=jumps, dt=dt, noise=noise
-                )
+                    sensor, signals[role], t, times=times, jumps=jumps, dt=dt, noise=noise,
+                    base_velocity=signals["base velocity"],
+                )  # fmt: skip
             else:
-                volts = laser_volts(sensor, signals[role], t, dt=dt, noise=noise, drift=drift)
+                shaken = times if role == "displacement" else times[:0]
+                volts = laser_volts(
+                    sensor, signals[role], t, dt=dt, noise=noise, drift=drift,
+                    times=shaken, jumps=jumps,
+                )  # fmt: skip
             row[first : first + t.size] = quantised(volts, scope)
     names = tuple(f"CH{number}" for number in range(1, len(sensors) + 1))
     return _with_samples_dropped(Trace(names, codes, None, scope), seed=seed, record=record)
@@ -172,6 +177,7 @@ def _signals(motion: Moving, *, until: float) -> dict[str, Callable[[Array], Arr
 
     return {
         "base": lambda t: motion.base(inside(t))[0],
+        "base velocity": lambda t: motion.base(inside(t))[1],
         "displacement": lambda t: motion.at(inside(t))[0],
         "acceleration": lambda t: motion.acceleration(inside(t)),
     }

@@ -14,12 +14,13 @@ from pathlib import Path
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.excitation import WeakDamping
 from vinesexp.laboratory.bench import Scene, Test
+from vinesexp.laboratory.scene_balls import read_balls
 from vinesexp.laboratory.scene_base import read_base
 from vinesexp.laboratory.scene_layers import Layers, refuse_unknown
 from vinesexp.laboratory.scene_sensors import read_oscilloscope, read_sensors
 from vinesexp.records.problems import Problems
 from vinesexp.records.yamltree import read_yaml
-from vinesexp.rig import Oscillator
+from vinesexp.rig import NES, Oscillator
 from vinesexp.units import parse_quantity
 
 KEYS = ("title", "seed", "rig", "sensors", "oscilloscope", "groups")
@@ -29,8 +30,13 @@ RIG_KEYS = (
     "quadratic_damping",
     "coulomb_damping",
     "stiffness",
+    "cubic_stiffness",
     "nes_mass",
     "restitution",
+    "restitution_minus",
+    "restitution_slope",
+    "friction",
+    "tilt",
 )
 #: Keys of a record; a group takes them too, and `records`.
 TEST_KEYS = (
@@ -38,6 +44,7 @@ TEST_KEYS = (
     "duration",
     "settle",
     "clearance",
+    "clearance_minus",
     "base_amplitude",
     "frequency",
     "dwell",
@@ -62,12 +69,12 @@ NEEDED = {
 }
 ALLOWED = {
     "ringdown": ("added_mass",),
-    "sweep": (*DRIVEN, "dwell", "clearance", "ball_start"),
-    "periodic": (*DRIVEN, "ball_start", "settle"),
-    "transient": ("ball_start",),
+    "sweep": (*DRIVEN, "dwell", "clearance", "clearance_minus", "ball_start"),
+    "periodic": (*DRIVEN, "clearance_minus", "ball_start", "settle"),
+    "transient": ("clearance_minus", "ball_start"),
     "drop": (),
 }
-Balls = tuple[tuple[float, float], ...]
+Balls = tuple[NES, ...]
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 _WALLS = {"wall +1": -1.0, "wall -1": 1.0, "middle": 0.0}
@@ -87,13 +94,11 @@ def read_scene(file: Path, problems: Problems) -> Scene | None:
         quadratic=rig.quantity("quadratic_damping", "quadratic damping", zero=True) or 0.0,
         coulomb=rig.quantity("coulomb_damping", "force", zero=True) or 0.0,
     )
-    masses = rig.lengthy("nes_mass", "mass")
-    restitutions = rig.lengthy("restitution", "ratio", needed=bool(masses), zero=True)
-    balls = _balls(masses, restitutions, rig)
+    balls = read_balls(rig)
     seed = top.values.get("seed")
     if not isinstance(seed, int):
         problems.add(f"found '{seed}', expected a whole number", where=top.where("seed"))
-    groups = dict(_groups(whole, balls))
+    groups = dict(_groups(whole, balls, seed if isinstance(seed, int) else 0))
     _refuse_twice(groups, whole)
     if problems.found or oscillator is None or not isinstance(seed, int):
         return None
@@ -105,23 +110,11 @@ def _oscillator(rig: Layers) -> Oscillator | None:
     M = rig.quantity("mass", "mass", needed=True)
     c1 = rig.quantity("damping", "damping", needed=True, zero=True)
     k1 = rig.quantity("stiffness", "stiffness", needed=True)
-    return None if M is None or c1 is None or k1 is None else Oscillator(M=M, c1=c1, k1=k1)
+    k3 = rig.quantity("cubic_stiffness", "cubic stiffness", signed=True) or 0.0
+    return None if M is None or c1 is None or k1 is None else Oscillator(M=M, c1=c1, k1=k1, k3=k3)
 
 
-def _balls(masses: tuple[float, ...], restitutions: tuple[float, ...], rig: Layers) -> Balls:
-    for r in restitutions:
-        if r > 1.0:
-            rig.complain("restitution", f"found {r:g}, expected a number from 0 to 1")
-    if not masses or not restitutions:
-        return ()
-    n = max(len(masses), len(restitutions))
-    if any(len(values) not in (1, n) for values in (masses, restitutions)):
-        rig.complain("restitution", "as many as nes_mass, or one for all balls")
-        return ()
-    return tuple((masses[i % len(masses)], restitutions[i % len(restitutions)]) for i in range(n))
-
-
-def _groups(whole: Layers, balls: Balls) -> Iterator[tuple[str, tuple[Test, ...]]]:
+def _groups(whole: Layers, balls: Balls, seed: int) -> Iterator[tuple[str, tuple[Test, ...]]]:
     groups = whole.under("groups")
     if not groups.names():
         whole.complain("groups", "no groups of tests; each has 'records'")
@@ -137,11 +130,11 @@ def _groups(whole: Layers, balls: Balls) -> Iterator[tuple[str, tuple[Test, ...]
         for record in records.names():
             entry = records.under(record)
             entry.refuse_unknown(TEST_KEYS)
-            tests.append(_test(record, entry.over(group), whole, balls))
+            tests.append(_test(record, entry.over(group), whole, balls, seed))
         yield name, tuple(test for test in tests if test is not None)
 
 
-def _test(name: str, entry: Layers, whole: Layers, balls: Balls) -> Test | None:
+def _test(name: str, entry: Layers, whole: Layers, balls: Balls, seed: int) -> Test | None:
     before = len(entry.problems.found)
     kind = entry.text("test")
     if kind not in NEEDED:
@@ -160,8 +153,9 @@ def _test(name: str, entry: Layers, whole: Layers, balls: Balls) -> Test | None:
         duration = base.steps.duration
     release = entry.quantity("release", "displacement", needed="release" in needed, signed=True)
     height = entry.quantity("height", "displacement", needed="height" in needed)
-    start = _ball_start(entry, clearance)
-    sensors = read_sensors(entry.under("sensors").over(whole.under("sensors")))
+    minus = _clearance_minus(entry, len(clearance))
+    start = _ball_start(entry, clearance, minus or clearance)
+    sensors = read_sensors(entry.under("sensors").over(whole.under("sensors")), seed)
     scope = read_oscilloscope(entry.under("oscilloscope").over(whole.under("oscilloscope")))
     settle = entry.quantity("settle", "time", zero=True) or 0.0
     added_mass = entry.quantity("added_mass", "mass", zero=True) or 0.0
@@ -175,6 +169,7 @@ def _test(name: str, entry: Layers, whole: Layers, balls: Balls) -> Test | None:
         oscilloscope=scope,
         settle=settle,
         clearance=clearance,
+        clearance_minus=minus,
         base_amplitude=base.amplitude,
         frequency=base.frequency,
         steps=base.steps,
@@ -203,8 +198,19 @@ def _require_balls(kind: str, entry: Layers, wanted: int, there: int) -> None:
         entry.complain("clearance", f"{wanted} clearances for {there} balls under 'rig'")
 
 
-def _ball_start(entry: Layers, clearance: tuple[float, ...]) -> tuple[float, ...]:
-    """y - x over b of each ball: a wall, the middle, or a length from the middle."""
+def _clearance_minus(entry: Layers, balls: int) -> tuple[float, ...]:
+    """Clearance of each ball to its wall of side -1; empty where the walls are alike."""
+    minus = entry.lengthy("clearance_minus", "displacement")
+    if minus and len(minus) != balls:
+        entry.complain("clearance_minus", f"{len(minus)} for {balls} clearances; give one for each")
+        return ()
+    return minus
+
+
+def _ball_start(
+    entry: Layers, clearance: tuple[float, ...], minus: tuple[float, ...]
+) -> tuple[float, ...]:
+    """y - x over b of each ball: a wall, the middle, or a length from where both walls are b."""
     if not clearance:
         return ()
     given = entry.value("ball_start")
@@ -218,15 +224,17 @@ def _ball_start(entry: Layers, clearance: tuple[float, ...]) -> tuple[float, ...
         entry.complain("ball_start", f"{len(words)} places for {len(clearance)} balls")
         return ()
     found = []
-    for word, b in zip(words, clearance, strict=True):
+    for word, b, c in zip(words, clearance, minus, strict=True):
         with entry.problems.at(entry.where("ball_start")):
             place = _WALLS.get(str(word))
             if place is None:
-                place = parse_quantity(word, "displacement").value / b
+                place = parse_quantity(word, "displacement").value
+                place /= b if place < 0.0 else c
+            elif word == "middle" and c != b:
+                place = 0.5 * (c - b) / max(b, c)
             if abs(place) > 1.0:
-                raise ParameterError(
-                    f"found '{word}', outside the cavity of clearance {1e3 * b:g} mm"
-                )
+                wall = 1e3 * (b if place < 0.0 else c)
+                raise ParameterError(f"found '{word}', outside the cavity of clearance {wall:g} mm")
             found.append(place)
     return tuple(found)
 

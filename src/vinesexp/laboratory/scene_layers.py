@@ -108,6 +108,7 @@ class Layers:
         *,
         needed: bool = False,
         zero: bool = False,
+        signed: bool = False,
         default: tuple[float, ...] = (),
     ) -> tuple[float, ...]:
         """One number with its unit or a list of them, in SI."""
@@ -119,7 +120,7 @@ class Layers:
         found = []
         for item in value if isinstance(value, list) else [value]:
             with self.problems.at(self.where(key)):
-                found.append(self._checked(item, kind, zero, False))
+                found.append(self._checked(item, kind, zero, signed))
         return tuple(found) or default
 
     def whole(self, key: str, *, low: int, high: int, default: int) -> int:

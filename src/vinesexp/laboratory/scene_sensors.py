@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from vinesexp.errors import nearest
 from vinesexp.laboratory.instrument_files import FORMATS
-from vinesexp.laboratory.oscilloscope import Oscilloscope
+from vinesexp.laboratory.modes import Mode
+from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
 from vinesexp.laboratory.scene_layers import Layers
 from vinesexp.laboratory.sensors import Accelerometer, Laser, Sensor
 from vinesexp.records.schema import ROLES
 from vinesexp.units import parse_quantity, parse_sensitivity
 
-COMMON_KEYS = ("sensitivity", "offset", "noise", "bias", "range")
+COMMON_KEYS = (
+    "sensitivity",
+    "offset",
+    "noise",
+    "bias",
+    "range",
+    "gain_error",
+    "gain_uncertainty",
+    "mode",
+)
+MODE_KEYS = ("frequency", "share", "damping")
 LASER_KEYS = (*COMMON_KEYS, "drift", "drift_time", "bandwidth")
-ACCELEROMETER_KEYS = (*COMMON_KEYS, "pulse", "ring", "ring_damping")
+ACCELEROMETER_KEYS = (*COMMON_KEYS, "pulse", "ring", "ring_damping", "ac_corner", "cross_axis")
 OSCILLOSCOPE_KEYS = (
     "sample_rate",
     "bits",
@@ -24,8 +37,11 @@ OSCILLOSCOPE_KEYS = (
 )
 
 
-def read_sensors(layers: Layers) -> dict[str, Sensor]:
-    """Role to sensor; a role that nobody mentions has no sensor."""
+def read_sensors(layers: Layers, seed: int) -> dict[str, Sensor]:
+    """Role to sensor; a role that nobody mentions has no sensor.
+
+    A gain that is stated with its uncertainty alone is drawn, one for the role in the whole scene.
+    """
     layers.refuse_unknown(tuple(ROLES))
     found: dict[str, Sensor] = {}
     for role in ROLES:
@@ -33,8 +49,10 @@ def read_sensors(layers: Layers) -> dict[str, Sensor]:
         if not entry.sections:
             continue
         sensor = _accelerometer(entry) if role == "acceleration" else _laser(entry)
+        gain, stated = _gain(entry, role, seed)
         if sensor is not None:
-            found[role] = sensor
+            mode = _mode(entry)
+            found[role] = replace(sensor, gain=gain, gain_uncertainty=stated, mode=mode)
     if not found:
         layers.complain("sensors", "no sensors; give at least 'displacement'")
     return found
@@ -48,6 +66,34 @@ def _sensitivity(entry: Layers, kind: str) -> float | None:
     with entry.problems.at(entry.where("sensitivity")):
         return parse_sensitivity(text, kind)
     return None
+
+
+def _gain(entry: Layers, role: str, seed: int) -> tuple[float, float]:
+    """True gain over the sheet's, and the uncertainty that the sheet states."""
+    stated = entry.quantity("gain_uncertainty", "ratio", zero=True) or 0.0
+    error = entry.quantity("gain_error", "ratio", signed=True)
+    if error is None:
+        error = stated * float(stream(seed, role, "gain").standard_normal()) if stated else 0.0
+    if error <= -1.0:
+        entry.complain("gain_error", "expected more than -100 %: such a sensor shows nothing")
+    return 1.0 + error, stated
+
+
+def _mode(entry: Layers) -> Mode | None:
+    """A local mode of the structure; None where there is none."""
+    if entry.value("mode") is None:
+        return None
+    mode = entry.under("mode")
+    mode.refuse_unknown(MODE_KEYS)
+    frequency = mode.quantity("frequency", "frequency", needed=True)
+    share = mode.quantity("share", "ratio", needed=True, signed=True)
+    damping = mode.quantity("damping", "ratio")
+    if damping is not None and damping >= 1.0:
+        mode.complain("damping", "expected below 1: an overdamped mode is none")
+        return None
+    if frequency is None or share is None:
+        return None
+    return Mode(frequency, share, 0.02 if damping is None else damping)
 
 
 def _laser(entry: Layers) -> Laser | None:
@@ -83,6 +129,8 @@ def _accelerometer(entry: Layers) -> Accelerometer | None:
         bias=entry.quantity("bias", kind, signed=True) or 0.0,
         ring=entry.quantity("ring", "frequency"),
         ring_damping=0.02 if damping is None else damping,
+        ac_corner=entry.quantity("ac_corner", "frequency"),
+        cross_axis=entry.quantity("cross_axis", "ratio", signed=True) or 0.0,
         range=entry.quantity("range", kind),
     )
     return None if sensitivity is None or pulse is None else accelerometer

@@ -16,6 +16,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.laboratory.ac_coupling import high_passed
+from vinesexp.laboratory.modes import Mode, modal_acceleration, modal_displacement
 from vinesexp.laboratory.pulses import contact_acceleration
 
 Array = NDArray[np.float64]
@@ -61,6 +63,10 @@ class Laser:
         Corner (-3 dB) of its first-order low-pass, Hz; None: as fast as the motion.
     range : float or None
         It measures from -range to +range, m, and says the end value beyond.
+    gain, gain_uncertainty : float
+        True gain over that of the data sheet; relative standard uncertainty that the sheet states.
+    mode : Mode, optional
+        A local mode of the structure that it shows besides the motion of the mass.
     """
 
     sensitivity: float
@@ -71,6 +77,9 @@ class Laser:
     bias: float = 0.0
     bandwidth: float | None = None
     range: float | None = None
+    gain: float = 1.0
+    gain_uncertainty: float = 0.0
+    mode: Mode | None = None
 
 
 @dataclass(frozen=True)
@@ -86,8 +95,12 @@ class Accelerometer:
         so that outside the contact the motion is that of the model.
     ring, ring_damping : float or None, float
         Mounted resonance (Hz, damping ratio) that every pulse excites; None: none.
-    offset, noise, bias, range
+    offset, noise, bias, range, gain, gain_uncertainty, mode
         As of `Laser`, in V and m/s^2.
+    ac_corner : float or None
+        Corner of its AC coupling, Hz; None: it shows constant acceleration too.
+    cross_axis : float
+        Share of the base's acceleration that it shows besides its own.
     """
 
     sensitivity: float
@@ -98,6 +111,11 @@ class Accelerometer:
     ring: float | None = None
     ring_damping: float = 0.02
     range: float | None = None
+    gain: float = 1.0
+    gain_uncertainty: float = 0.0
+    mode: Mode | None = None
+    ac_corner: float | None = None
+    cross_axis: float = 0.0
 
 
 Sensor = Laser | Accelerometer
@@ -164,15 +182,25 @@ def laser_volts(
     dt: float,
     noise: np.random.Generator,
     drift: Callable[[Array], Array] | None = None,
+    times: Array | None = None,
+    jumps: Array | None = None,
 ) -> Array:
     """Volts of a laser on `position` (times to m) at the evenly spaced times t.
 
-    Order as in the instrument: motion, bandwidth, zero (bias, drift), noise, range, volts.
+    Order as in the instrument: motion and local mode, bandwidth, zero (bias, drift), noise, range,
+    volts. `times` and `jumps` of the impacts are needed for a local mode alone.
     """
+    seen, mode = position, laser.mode
+    if mode is not None and times is not None and jumps is not None:
+        at, by = times, jumps
+
+        def seen(t: Array) -> Array:
+            return position(t) + modal_displacement(mode, t, times=at, jumps=by)
+
     if laser.bandwidth is None:
-        shown = position(t).astype(np.float64, copy=True)
+        shown = seen(t).astype(np.float64, copy=True)
     else:
-        shown = low_passed(position, t, dt=dt, bandwidth=laser.bandwidth)
+        shown = low_passed(seen, t, dt=dt, bandwidth=laser.bandwidth)
     if drift is not None:
         shown += drift(t)
     return _volts(laser, shown, noise)
@@ -187,6 +215,7 @@ def accelerometer_volts(
     jumps: Array,
     dt: float,
     noise: np.random.Generator,
+    base_velocity: Callable[[Array], Array] | None = None,
 ) -> Array:
     """Volts of an accelerometer at the evenly spaced times t.
 
@@ -196,7 +225,30 @@ def accelerometer_volts(
         Times to acceleration between impacts, m/s^2.
     times, jumps : array (k,)
         Impact times, s, rising, and velocity jumps, m/s.
+    base_velocity : callable, optional
+        Times to x_e', m/s: needed for cross-axis sensitivity alone.
     """
+
+    def sensed(t: Array) -> Array:
+        return _sensed(accelerometer, acceleration, t, times, jumps, dt, base_velocity)
+
+    if accelerometer.ac_corner is None:
+        shown = sensed(t)
+    else:
+        shown = high_passed(sensed, t, dt=dt, corner=accelerometer.ac_corner)
+    return _volts(accelerometer, shown, noise)
+
+
+def _sensed(
+    accelerometer: Accelerometer,
+    acceleration: Callable[[Array], Array],
+    t: Array,
+    times: Array,
+    jumps: Array,
+    dt: float,
+    base_velocity: Callable[[Array], Array] | None,
+) -> Array:
+    """What moves the accelerometer, m/s^2: the mass, its contacts, the structure, the base."""
     shown = acceleration(t).astype(np.float64, copy=True)
     shown += contact_acceleration(
         times,
@@ -208,7 +260,20 @@ def accelerometer_volts(
         dt=dt,
         n=t.size,
     )
-    return _volts(accelerometer, shown, noise)
+    if accelerometer.mode is not None:
+        shown += modal_acceleration(
+            accelerometer.mode,
+            times=times,
+            jumps=jumps,
+            duration=accelerometer.pulse,
+            start=float(t[0]),
+            dt=dt,
+            n=t.size,
+        )
+    if accelerometer.cross_axis and base_velocity is not None:
+        gained = base_velocity(t + 0.5 * dt) - base_velocity(t - 0.5 * dt)
+        shown += accelerometer.cross_axis / dt * gained
+    return shown
 
 
 def _volts(sensor: Sensor, shown: Array, noise: np.random.Generator) -> Array:
@@ -220,6 +285,8 @@ def _volts(sensor: Sensor, shown: Array, noise: np.random.Generator) -> Array:
     if sensor.range is not None:
         np.clip(shown, -sensor.range, sensor.range, out=shown)
     shown *= sensor.sensitivity
+    if sensor.gain != 1.0:
+        shown *= sensor.gain
     if sensor.offset:
         shown += sensor.offset
     return shown

@@ -155,6 +155,11 @@ class Record:
     setup: str = ""
     people: Mapping[str, str] = field(default_factory=dict)
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Every instrument file of the record."""
+        return (self.file, *self.more_files)
+
 
 @dataclass(frozen=True)
 class Campaign:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields, replace
 from operator import attrgetter
+from pathlib import Path
 from typing import Any
 
 from vinesexp.records.schema import Campaign, Known, Record
@@ -20,7 +21,7 @@ _ALL = tuple(field.name for field in fields(Campaign) if field.name not in ("fol
 #: Fields of the campaign that a step sees, parts of a field with a dot. A step that weighs all
 #: records sees everything.
 CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
-    "ingest": ("channels", "time", "sample_rate"),
+    "ingest": ("channels", "time", "sample_rate", "setups"),
     "condition": ("bandpass",),
     "impacts": ("known.nes_mass",),
     "estimate": ("known.nes_mass",),
@@ -105,10 +106,15 @@ def step_text(step: str, campaign: Campaign, record: Record | None = None) -> di
 def _row_text(step: str, campaign: Campaign, record: Record) -> dict[str, str]:
     found = {name: repr(attrgetter(name)(record)) for name in RECORD_FIELDS[step]}
     if "file" in found:
-        inside = record.file.is_relative_to(campaign.folder)
-        file = record.file.relative_to(campaign.folder) if inside else record.file
-        found["file"] = file.as_posix()
+        found["file"] = _path(record.file, campaign.folder)
+    if "more_files" in found:
+        found["more_files"] = repr([_path(file, campaign.folder) for file in record.more_files])
     return found
+
+
+def _path(file: Path, folder: Path) -> str:
+    inside = file.is_relative_to(folder)
+    return (file.relative_to(folder) if inside else file).as_posix()
 
 
 def _hidden(thing: Campaign | Record, seen: tuple[str, ...]) -> dict[str, Any]:

@@ -12,8 +12,8 @@ from vinesexp.settings.number import choice, number, switch
 #: Detectors of impacts by name (`vinesexp.signals.impacts.detectors`).
 DETECTORS = ("template", "find_peaks", "sta_lta", "matched_filter")
 
-_TABLE = "docs/benchmarks/impacts.md"
-_ABLATION = "docs/benchmarks/impacts.md"
+_TABLE = "docs/benchmarks/impacts.md, halved and doubled"
+_ABLATION = "docs/benchmarks/impacts.md, what each part is worth"
 _CONDITION = "tests/signals/test_condition.py"
 _DROP = "tests/hard_cases/test_drop_records.py"
 _FIND = "tests/signals/impacts/test_find.py"
@@ -113,10 +113,6 @@ class ImpactSettings:
     weak: float = number(
         0.15, "weaker ones beside a strong one may be its undershoot or ringing: judged later",
         measured=_TABLE, low=0.0, high=1.0, of="strongest neighbour",
-    )  # fmt: skip
-    tail: float = number(
-        1.5, "a template's tail may show by so much stronger than fitted before it is an impact",
-        measured=_TABLE, low=0.0, high=10.0, of="fitted tail",
     )  # fmt: skip
     learn: bool = switch(True, "fit the template to the record's own impacts", measured=_ABLATION)
     learn_from: int = number(

@@ -2,7 +2,7 @@
 
 Whatever the mass does, impacts included, its acceleration is the second derivative of its
 displacement: A(w) = -w^2 X(w). Near the oscillation both are far above their noise, so that the
-ratio tells the accelerometer's gain beside the laser's, a wrong sign, and the lag of one channel,
+ratio gives the accelerometer's gain beside the laser's, a wrong sign, and the lag of one channel,
 each to a small fraction of what a single impact would.
 """
 

@@ -1,4 +1,4 @@
-"""A delay between two channels, told from the AC coupling of one of them.
+"""A delay between two channels, distinguished from the AC coupling of one of them.
 
 At a single frequency both are a phase. Over frequency a delay grows as w lag, and the lead of an
 AC-coupled sensor, one pole at the corner fc, falls as atan(fc/f). Impacts give the mass motion far

@@ -63,14 +63,13 @@ def regime_of_record(
         time, amplitude = _amplitudes(view, float(frequency))
         length = view.n / view.sample_rate
         start = view.start
-        seen = _seen(record, view, impacts, float(frequency))
     if amplitude.size == 0:
         return row
     begin = record.settings.regimes.settling * length if record.test == "periodic" else 0.0
     steady = amplitude[time >= begin]
     row["amplitude_mean_m"] = float(steady.mean())
     row["amplitude_max_m"] = float(steady.max())
-    if record.clearance and seen:
+    if record.clearance and _seen(record, measured, conditioned, impacts, length * frequency):
         end = length
         if record.test == "transient":
             end = min(record.settings.regimes.first_cycles / float(frequency), length)
@@ -81,16 +80,20 @@ def regime_of_record(
     return row
 
 
-def _seen(record: Record, view: RecordView, impacts: Impacts, frequency: float) -> bool:
+def _seen(
+    record: Record, measured: Path, conditioned: Path, impacts: Impacts, cycles: float
+) -> bool:
     """Whether the record would show impacts if there were any: what is not seen is unknown."""
-    if not record.clearance:
+    if impacts.n > record.settings.regimes.seen_share * cycles:
         return True
-    cycles = max(1.0, view.n / view.sample_rate * frequency)
-    if impacts.n / cycles > record.settings.regimes.seen_share:
-        return True
-    return could_be_seen(
-        view, clearance=min(record.clearance), frequency=frequency, settings=record.settings
-    )
+    with open_record(measured) as raw, open_record(conditioned) as view:
+        return could_be_seen(
+            raw,
+            view,
+            clearance=min(record.clearance),
+            frequency=float(view.attributes["oscillation_hz"]),
+            settings=record.settings,
+        )
 
 
 def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | float | None]]:

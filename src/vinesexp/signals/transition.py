@@ -2,7 +2,7 @@
 
 While there is one impact on either side in each cycle the amplitude falls fast, down to T1; from
 there on the ball hits when it happens to, and the amplitude falls more slowly. The impacts tell
-when the ball is lost; the amplitude tells how fast it falls on either side of that.
+when the ball is lost; the amplitude shows how fast it falls on either side of that.
 """
 
 from __future__ import annotations

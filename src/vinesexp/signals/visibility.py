@@ -11,10 +11,15 @@ import math
 import numpy as np
 
 from vinesexp.records.store import RecordView
-from vinesexp.settings.stages import Settings
+from vinesexp.settings.stages import Settings, SlopeSettings
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
+from vinesexp.signals.impacts.slopes import Coarse, coarse_displacement, slope_changes
 
 _STRETCHES = 40  # of the record, in which the noise is taken
+_ASKED = 600  # times at which the displacement is asked for a change of slope, at most
+_A_PERIOD = 10  # of them in a period, so that some lie at impacts wherever these are
+_COARSEST = 0.04  # periods between samples: fewer show no change of slope
+_LIMIT = 3.0  # standard errors that a change may hide in
 
 
 def smallest_jump(conditioned: RecordView, settings: Settings) -> float:
@@ -43,7 +48,53 @@ def expected_jump(clearance: float, frequency: float, settings: Settings) -> flo
 
 
 def could_be_seen(
-    conditioned: RecordView, *, clearance: float, frequency: float, settings: Settings
-) -> bool:
-    """Whether the impacts of a small ball would stand out of the record's acceleration."""
-    return smallest_jump(conditioned, settings) < expected_jump(clearance, frequency, settings)
+    record: RecordView, conditioned: RecordView, *, clearance: float, frequency: float,
+    settings: Settings,
+) -> bool:  # fmt: skip
+    """Whether the impacts of a small ball would stand out of the record, in either channel.
+
+    Where the acceleration would not show them, the displacement may show that its slope changes
+    nowhere: then no ball hits. Where it shows changes, a ball hits unseen.
+    """
+    expected = expected_jump(clearance, frequency, settings)
+    if smallest_jump(conditioned, settings) < expected:
+        return True
+    if "displacement" not in record.roles:
+        return False
+    x = coarse_displacement(record, frequency, settings=settings.slopes)
+    return largest_slope_change(x, frequency, settings.slopes) < expected
+
+
+def largest_slope_change(x: Coarse, frequency: float, settings: SlopeSettings) -> float:
+    """What the slope of a displacement changes by at most, or could unseen, m/s.
+
+    Infinite where the record is too short or too coarse to say. Asked for at times spread over
+    the record: a ball that hits in every other cycle cannot avoid them all.
+
+    Examples
+    --------
+    >>> t = np.arange(20_000) / 1e3
+    >>> w = 2 * np.pi * 8.0
+    >>> smooth = 5e-3 * np.cos(w * t) + 1e-7 * np.random.default_rng(0).standard_normal(t.size)
+    >>> bent = smooth + sum(
+    ...     s * 0.01 * np.sin(w * np.maximum(t - at, 0)) / w
+    ...     for s, at in zip((-1, 1) * 150, np.arange(0.5, 19.0, 1 / 16)))
+    >>> largest, other = (
+    ...     largest_slope_change(Coarse(v, 1e-3, 0.0), 8.0, SlopeSettings())
+    ...     for v in (smooth, bent))
+    >>> largest < 1e-3 < 5e-3 < other
+    True
+    """
+    length = x.values.size * x.step
+    first, last = x.start + 1.0 / frequency, x.start + length - 1.0 / frequency
+    count = min(_ASKED, int((last - first) * frequency * _A_PERIOD))
+    if count < _A_PERIOD or x.step * frequency > _COARSEST:
+        return math.inf
+    times = np.linspace(first, last, count)
+    changes = slope_changes(x, times, np.zeros(count), frequency=frequency, settings=settings)
+    known = np.isfinite(changes.jump)
+    if not known.any():
+        return math.inf
+    # Of all, those of a tenth: a few may be an outlier of the sensor.
+    shown = float(np.quantile(np.abs(changes.jump[known]), 0.9))
+    return shown + _LIMIT * float(np.median(changes.jump_error[known]))

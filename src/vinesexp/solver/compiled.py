@@ -16,6 +16,7 @@ from typing import Any, TypeVar, cast
 from numba import njit, typeof
 
 MODULES = (
+    "bookkeeping",
     "chatter",
     "compiled",
     "contact",
@@ -30,7 +31,6 @@ MODULES = (
     "rubchatter",
     "search",
     "series",
-    "state",
     "statistics",
     "stickslip",
     "walls",

@@ -17,6 +17,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.solver.bookkeeping import advance_clock, write_event
 from vinesexp.solver.compiled import compiled
 from vinesexp.solver.response import (
     H_MISFIT,
@@ -46,8 +47,6 @@ from vinesexp.solver.state import (
     X_NOW,
     D,
     U,
-    advance_clock,
-    write_event,
 )
 from vinesexp.solver.walls import open_until
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.solver.bookkeeping import write_event
 from vinesexp.solver.compiled import compiled
 from vinesexp.solver.nonlinear import is_at_rest, spring_force
 from vinesexp.solver.search import EPS
@@ -38,7 +39,6 @@ from vinesexp.solver.state import (
     A,
     D,
     U,
-    write_event,
 )
 from vinesexp.solver.stickslip import acceleration, bounds, is_held, loads, may_hold
 

@@ -14,6 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.solver.bookkeeping import advance_clock
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.contact import closing_now
 from vinesexp.solver.events import turn
@@ -51,7 +52,6 @@ from vinesexp.solver.state import (
     X_NOW,
     D,
     U,
-    advance_clock,
 )
 from vinesexp.solver.walls import certain_step, guess, landing, open_until
 

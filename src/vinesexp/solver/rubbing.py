@@ -17,6 +17,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.solver.bookkeeping import advance_clock
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.contact import closing_now
 from vinesexp.solver.events import collide
@@ -57,7 +58,6 @@ from vinesexp.solver.state import (
     A,
     D,
     U,
-    advance_clock,
 )
 from vinesexp.solver.stickslip import is_held, loads, next_slip, next_stop
 

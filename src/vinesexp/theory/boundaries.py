@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.theory.floquet import hurwitz, jacobian, routh_stable, stays_inside
-from vinesexp.theory.manifold import FloatArray
 from vinesexp.theory.orbits import Reduced, family, saddle_node
 
 #: Ball amplitudes looked at for a stable stretch; T1 and T2 of every r lie between (0.71, 1.68).

@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
-from vinesexp.theory.manifold import FloatArray, loss_parameter, upper_branch
+from vinesexp.theory.manifold import loss_parameter, upper_branch
 
 
 def decay_rate(A: ArrayLike, *, lam: ArrayLike, r: ArrayLike) -> FloatArray:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.theory.manifold import FloatArray
+from vinesexp.arrays import FloatArray
 from vinesexp.theory.orbits import Family
 
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.rig import RIG_VALUES, checked
-from vinesexp.theory.manifold import FloatArray, loss_parameter
+from vinesexp.theory.manifold import loss_parameter
 from vinesexp.theory.optimal_clearance import b_t_exact, b_t_published, release_amplitude
 from vinesexp.theory.sensitivity import gradient_exact, gradient_published
 from vinesexp.units import COVERAGE_95, Quantity

@@ -11,10 +11,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
-
-FloatArray = NDArray[np.float64]
 
 
 def loss_parameter(r: ArrayLike) -> FloatArray:

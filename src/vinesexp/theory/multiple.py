@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.rig import NES, Oscillator, Rig, checked
-from vinesexp.theory.manifold import A_1, A_2, FloatArray, upper_branch
+from vinesexp.theory.manifold import A_1, A_2, upper_branch
 
 
 @dataclass(frozen=True)

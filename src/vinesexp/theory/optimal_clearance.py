@@ -10,9 +10,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.arrays import FloatArray
 from vinesexp.rig import checked
 from vinesexp.theory.boundaries import end_of_permanent_response
-from vinesexp.theory.manifold import A_2, FloatArray, loss_parameter
+from vinesexp.theory.manifold import A_2, loss_parameter
 from vinesexp.theory.orbits import Reduced
 
 #: The amplitude at T2 that the paper reads off its figure 2; the exact one is `manifold.A_2(r)`.

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.rig import checked
-from vinesexp.theory.manifold import FloatArray
 
 ComplexArray = NDArray[np.complex128]
 

@@ -14,8 +14,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.theory.manifold import A_1, C_1, FloatArray, loss_parameter, upper_branch
+from vinesexp.theory.manifold import A_1, C_1, loss_parameter, upper_branch
 
 #: First zero of the Airy function Ai, with its sign changed: where the normal form blows up.
 _AIRY = 2.338107410459767

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.arrays import FloatArray
 from vinesexp.rig import checked
-from vinesexp.theory.manifold import FloatArray
 
 
 def project(

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.rig import RIG_VALUES
 from vinesexp.theory.boundaries import boundary_residuals, end_of_permanent_response
-from vinesexp.theory.manifold import FloatArray
 from vinesexp.theory.optimal_clearance import b_c_published
 from vinesexp.theory.orbits import Reduced, family
 

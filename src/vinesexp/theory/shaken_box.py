@@ -12,8 +12,9 @@ import numpy as np
 from numpy.polynomial.legendre import legval2d
 from numpy.typing import ArrayLike
 
+from vinesexp.arrays import FloatArray
 from vinesexp.rig import checked
-from vinesexp.theory.manifold import A_1, A_2, FloatArray, loss_parameter, upper_branch
+from vinesexp.theory.manifold import A_1, A_2, loss_parameter, upper_branch
 
 #: Amplitudes to which the box was run: shares of A_1 below it, clearances above.
 LOWEST_BELOW, HIGHEST_BELOW, HIGHEST = 0.1, 0.85, 2.5

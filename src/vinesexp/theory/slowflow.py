@@ -12,17 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
-from vinesexp.theory.manifold import (
-    A_1,
-    C_1,
-    C_2,
-    FloatArray,
-    amplitude,
-    is_stable,
-    loss_parameter,
-)
+from vinesexp.theory.manifold import A_1, C_1, C_2, amplitude, is_stable, loss_parameter
 
 
 def threshold(*, lam: ArrayLike, r: ArrayLike) -> FloatArray:

@@ -15,10 +15,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
 from vinesexp.theory.intervals import VALUES, covariance_of, rig_values
-from vinesexp.theory.manifold import A_1, FloatArray
+from vinesexp.theory.manifold import A_1
 from vinesexp.theory.passage import passage
 from vinesexp.theory.transient import (
     BestClearance,

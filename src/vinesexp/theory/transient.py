@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
-from vinesexp.theory.manifold import A_1, A_2, FloatArray
+from vinesexp.theory.manifold import A_1, A_2
 from vinesexp.theory.passage import passage
 from vinesexp.theory.shaken_box import ball_power
 

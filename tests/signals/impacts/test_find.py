@@ -67,7 +67,7 @@ def test_late_and_turned_channels_are_noticed(measure, tmp_path: Path, store) ->
     assert np.abs(error[1:-1]).max() < 1e-3
 
 
-def test_two_balls_are_told_apart(measure, tmp_path: Path) -> None:
+def test_two_balls_are_distinguished(measure, tmp_path: Path) -> None:
     record = measure(
         b=[0.023, 0.034], drive=G25, start=5.0, duration=20.0,
         release=Release(y0=[0.0229, -0.0339]),
@@ -81,7 +81,7 @@ def test_two_balls_are_told_apart(measure, tmp_path: Path) -> None:
     assert (found.nes_confidence[nearest][apart] > 0.9).mean() > 0.95
 
 
-def test_balls_are_not_told_apart_without_displacement(measure, tmp_path: Path, store) -> None:
+def test_balls_are_not_distinguished_without_displacement(measure, tmp_path: Path, store) -> None:
     record = measure(b=[0.023, 0.034], drive=G25, duration=5.0)
     only = {"acceleration": record.channels["acceleration"]}
     store(record.path, only, 1e4)

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.figures.draw.style import COLOURS, SEQUENCE, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -95,6 +93,7 @@ def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float) -> None:
             shift=(-3, 0) if near else (3, 0),
             ha="right" if near else "left",
             va="top",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
         )
         level -= 0.055
 

@@ -99,7 +99,7 @@ def stretch_noise(z: FloatArray, floor: float = 0.0) -> FloatArray:
 def louder(noise: FloatArray) -> FloatArray:
     """Of every stretch and its neighbours the largest noise.
 
-    For thresholds: where the noise grows within a stretch, its quartile still tells the quiet part.
+    For thresholds: where the noise grows within a stretch, its quartile is that of its quiet part.
 
     Examples
     --------

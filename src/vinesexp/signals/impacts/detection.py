@@ -166,25 +166,6 @@ def _first_guesses(spikes: Spikes, *, reach: float) -> Guesses:
     return Guesses(index, spikes.strength[np.searchsorted(spikes.index, index)])
 
 
-def _unexplained(guesses: Guesses, k: int, template: Template, tail_factor: float) -> BoolArray:
-    """Candidates that the tail of a stronger one before them does not account for.
-
-    One that is left out for nothing is found again when the others are subtracted.
-    """
-    index, strength = guesses.index // k, guesses.strength
-    lags = np.arange(template.last + 1)
-    tail = np.maximum.accumulate(np.abs(template.at(lags * 1.0)[0])[::-1])[::-1]
-    fine = np.ones(index.size, dtype=bool)
-    for step in range(1, index.size):
-        gap = index[step:] - index[:-step]
-        near = gap <= template.last
-        if not near.any():
-            break
-        reaches = tail_factor * tail[np.minimum(gap, template.last)] * strength[:-step]
-        fine[step:] &= ~(near & (strength[step:] < reaches))
-    return fine
-
-
 def _fit_chunk(
     grouped: Grouped, begin: int, guesses: Guesses, template: Template, settings: ImpactSettings
 ) -> tuple[Contacts, BoolArray]:
@@ -196,7 +177,6 @@ def _fit_chunk(
     piece = grouped.piece(low, high)
     a, valid = piece.a, piece.good
     here = guesses.keep((guesses.index >= low) & (guesses.index < high))
-    here = here.keep(_unexplained(here, k, template, settings.tail))
     start, at = np.unique(np.clip((here.index - low) // k, 0, a.size - 1), return_index=True)
     found = fit_contacts(
         a, start, template,

@@ -179,7 +179,7 @@ def _finished(state: State, seen: IntArray) -> Contacts:
     ]
     from_others = np.maximum(around - own_error, 0.0)
     strength = np.abs(state.height) / np.hypot(height_error, from_others)
-    if template.shape.duration < 1.5:  # within one sample nothing tells where it lies
+    if template.shape.duration < 1.5:  # within one sample nothing shows where it lies
         place_error = np.hypot(place_error, 0.2)
 
     core = np.arange(template.core[0], template.core[1] + 1)
@@ -206,7 +206,7 @@ def _areas(
     """Velocity jumps, in sample intervals.
 
     Without ringing the core's samples are added up, whatever the form of this very contact; with
-    ringing the core ends in mid-swing, and the height of the known template tells better.
+    ringing the core ends in mid-swing, and the height of the known template shows it better.
     """
     template = state.template
     norm = np.sqrt(np.maximum((template.at(u)[0] ** 2 * use).sum(1), 1e-300))

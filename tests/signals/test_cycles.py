@@ -1,0 +1,28 @@
+"""Amplitudes cycle by cycle: read by blocks, however long the record."""
+
+import numpy as np
+import pytest
+
+from vinesexp.signals import cycles
+from vinesexp.signals.cycles import cycle_amplitudes, cycles_from
+
+
+@pytest.mark.parametrize("frequency", [7.862, 1.0, 333.0])
+def test_blocks_of_cycles_give_the_same_and_no_more_is_held(
+    frequency: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rate, n = 1000.0, 50_000
+    x = np.cumsum(np.random.default_rng(0).standard_normal(n))
+    whole = cycle_amplitudes(x, rate, frequency)
+    monkeypatch.setattr(cycles, "_BLOCK", 2048)
+    reads = []
+
+    def read(begin: int, end: int) -> np.ndarray:
+        reads.append((begin, end))
+        return x[begin:end]
+
+    pieces = cycles_from(read, n, rate, frequency)
+    for one, other in zip(whole, pieces, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert max(end - begin for begin, end in reads) <= 2048
+    assert reads[-1][1] > n - 2 * rate / frequency  # nothing of the end is left out
