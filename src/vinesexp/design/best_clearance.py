@@ -32,9 +32,9 @@ HASTE = 2.0
 CYCLES, FEWEST, MOST = 2000.0, 0.25, 3.0
 #: Percentile that the robust clearance makes least.
 PERCENTILE = 90.0
-#: Standard errors of the share of starts by which the last judgement asks for a higher percentile:
+#: Standard errors of the share of starts by which a higher percentile is asked for in the search:
 #: it jumps where that share is captured, and the lowest of several noisy values is too low.
-MARGIN = 0.7
+MARGIN = 1.0
 
 
 @dataclass(frozen=True)
@@ -70,12 +70,7 @@ def largest_criterion(found: Responses, runs_each: int, conditions: int) -> Floa
 
 
 def robust_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
-    """90th percentile over starts of the mean amplitude (m)."""
-    return np.asarray(np.percentile(found.mean.reshape(-1, runs_each), PERCENTILE, axis=1))
-
-
-def cautious_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
-    """`robust_criterion` with a margin for the number of starts (m)."""
+    """90th percentile over starts of the mean amplitude, with a margin for their number (m)."""
     share = PERCENTILE / 100.0
     margin = 100.0 * MARGIN * float(np.sqrt(share * (1.0 - share) / runs_each))
     q = min(PERCENTILE + margin, 99.0)
@@ -155,7 +150,7 @@ def least(
         Clearance to its runs: those to search with, and those to judge the finalists by.
     criteria, judges : sequence of callable
         To search by, and to judge the finalists by: of `mean_criterion`, `largest_criterion`,
-        `robust_criterion` and `cautious_criterion`.
+        `robust_criterion`.
     conditions : int
         Conditions among the runs of `starts` and of `fresh`.
     """
@@ -222,7 +217,7 @@ def search(
         lambda b: random_starts(task, b, starts=effort.starts, seed=seed),
         lambda b: random_starts(task, b, starts=effort.fresh, seed=seed + 1),
         [robust_criterion],
-        [cautious_criterion],
+        [robust_criterion],
         1,
     )
     return Found(rest.b[0], rest.b[1], random.b[0], rest, random, grid, effort)
