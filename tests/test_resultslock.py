@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from vinesexp.errors import VinesexpError
-from vinesexp.resultslock import hold_results
+from vinesexp.resultslock import hold_results, remove_leftovers
 
 
 def test_a_second_run_is_refused_until_the_first_ends(tmp_path):
@@ -49,3 +49,12 @@ def test_a_copied_project_finds_its_campaign(tmp_path):
     hold_results(first / "results", campaign=first / "data").close()
     shutil.copytree(first / "results", copy / "results")
     hold_results(copy / "results", campaign=copy / "data").close()
+
+
+def test_half_written_files_of_killed_runs_go(tmp_path):
+    (tmp_path / "records").mkdir()
+    for name in ("records/.a.nc.123.part", "records/.a.nc.123.new", ".report.html.part"):
+        (tmp_path / name).write_text("")
+    (tmp_path / "records/a.nc").write_text("")
+    remove_leftovers(tmp_path)
+    assert [path.name for path in sorted(tmp_path.rglob("*"))] == ["records", "a.nc"]

@@ -1,5 +1,10 @@
 """A step of the workflow tells a user's mistake in one line and keeps tracebacks in its log."""
 
+import re
+import subprocess
+import sys
+
+import numpy as np
 import pytest
 
 from vinesexp.errors import RecordError
@@ -42,3 +47,17 @@ def test_what_a_step_prints_is_in_its_log(tmp_path, capsys):
     assert "processor time" in text
     assert "peak memory" in text
     assert capsys.readouterr().out == ""
+
+
+def test_peak_memory_is_the_step_s_own_and_not_that_of_who_started_it(tmp_path):
+    if not sys.platform.startswith("linux"):
+        pytest.skip("elsewhere the system says nothing better")
+    held = np.ones(40_000_000)  # 320 MB here, while the step starts
+    code = (
+        "from vinesexp.step import run_step\n"
+        f"run_step(lambda: None, log={str(tmp_path / 'a.log')!r})\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+    peak = re.search(r"peak memory (\d+) MiB", (tmp_path / "a.log").read_text())
+    assert held.nbytes > 3e8
+    assert int(peak[1]) < 150

@@ -24,8 +24,12 @@ from vinesexp.report.verdict import headline, periodic_verdicts, release_verdict
 
 PARAMETERS = ("M", "c1", "k1", "r")
 Z95 = 1.959964
+#: Relative error of the true end of two impacts per cycle itself.
+END_KNOWN = 1e-3
 #: Rows of identified.csv on ball, walls and contact.
-EFFECT_ROWS = ("r_wall_plus", "r_wall_minus", "jump_ratio", *EFFECTS)
+EFFECT_ROWS = (
+    "r_wall_plus", "r_wall_minus", "jump_ratio", "r_effective", "nes_mass_effective", *EFFECTS
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,7 @@ class Outcome:
         """Whether the interval of b_c holds the true end; None without both."""
         if self.end is None or self.b_c is None:
             return None
-        return self.b_c[1] <= self.end <= self.b_c[2]
+        return (1.0 - END_KNOWN) * self.b_c[1] <= self.end <= (1.0 + END_KNOWN) * self.b_c[2]
 
     @property
     def right(self) -> bool:
@@ -182,13 +186,18 @@ def _measured(row: Comparison | None) -> tuple[float, float] | None:
 
 def _headline(campaign: Campaign, paths: ResultPaths, found: CampaignResult) -> str:
     """As the report's first sentences."""
-    identified, regimes, clearances = (
-        _rows(path) for path in (paths.identified, paths.regimes, paths.clearances)
-    )
+    identified, regimes, clearances, base, replay, checks = (
+        _rows(path)
+        for path in (
+            paths.identified, paths.regimes, paths.clearances, paths.base, paths.replay,
+            paths.checks,
+        )
+    )  # fmt: skip
     rig = identified_rig(identified, campaign.known)
-    periodic = periodic_verdicts(periodic_levels(campaign, regimes), clearances, rig)
+    levels = periodic_levels(campaign, regimes, base)
+    periodic = periodic_verdicts(levels, clearances, rig, replay)
     values = {e.parameter: f"{e.value:.5g}" for e in found.identified if e.method == COMBINED}
-    return headline(periodic, release_verdicts(clearances), values)
+    return headline(periodic, release_verdicts(clearances), values, checks)
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

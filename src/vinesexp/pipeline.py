@@ -305,6 +305,7 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
     from vinesexp.replay.campaign_replay import replay_campaign
     from vinesexp.replay.replay_table import replay_checks
 
+    campaign = campaign_seen_by("replay", campaign)
     rows, cycles = replay_campaign(
         campaign,
         identified=read_rows(paths.identified, IDENTIFIED),

@@ -51,3 +51,11 @@ def hold_results(results: Path, *, campaign: Path) -> IO[str]:
     stream.write(f"{here}\n{beside}\n")
     stream.flush()
     return stream
+
+
+def remove_leftovers(results: Path) -> None:
+    """Remove the half-written files of killed runs; only for who holds the lock."""
+    for folder in ("", "records", "conditioned", "impacts"):
+        for ending in ("part", "new"):
+            for path in (results / folder).glob(f".*.{ending}"):
+                path.unlink(missing_ok=True)

@@ -19,7 +19,7 @@ from vinesexp.records.freshness import why_outdated
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign
 from vinesexp.records.step_inputs import step_text
-from vinesexp.resultslock import hold_results
+from vinesexp.resultslock import hold_results, remove_leftovers
 
 #: Keys of `--config`.
 CONFIG = ("campaign", "results")
@@ -191,14 +191,18 @@ class Planner:
                 self.lock = hold_results(self.paths.folder, campaign=self.campaign.folder)
             except VinesexpError as error:
                 raise SystemExit(f"vinesexp: {error}") from None
+            remove_leftovers(self.paths.folder)
 
     def _used(self, step: str, wildcards: Any) -> dict[str, str]:
         id = getattr(wildcards, "record", None)
         return step_text(step, self.campaign, None if id is None else self.records[id])
 
     def _raw(self, step: str, wildcards: Any) -> list[Path]:
-        """The instrument file that a step reads; where it is missing, ingest says so."""
-        return [self.records[wildcards.record].file] if step == "ingest" else []
+        """The instrument files that a step reads; where one is missing, ingest says so."""
+        if step != "ingest":
+            return []
+        record = self.records[wildcards.record]
+        return [record.file, *record.more_files]
 
     def _made(self, step: str, wildcards: Any) -> Path:
         family = getattr(wildcards, "family", None)

@@ -288,14 +288,15 @@ def test_curves_of_several_amplitudes_are_those_of_each():
     assert decay_curves(rig(), x0=0.03, targets=[0.04], clearances=b) is None
 
 
-def test_predicted_swing_is_that_of_a_simulated_motion():
+@pytest.mark.parametrize("frequency", [7.8623, 7.89])
+def test_predicted_swing_is_that_of_a_simulated_motion(frequency):
     from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 
-    b, swing = amplitude_curve(rig(), G=0.25e-3, frequency=7.8623, low=0.03, high=0.033)
+    b, swing = amplitude_curve(rig(), G=0.25e-3, frequency=frequency, low=0.029, high=0.033)
     plant = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=float(b[0]), r=0.6)])
     motion = simulate(
         plant,
-        Harmonic(amplitude=0.25e-3, frequency=7.8623),
+        Harmonic(amplitude=0.25e-3, frequency=frequency),
         Release(x0=0.0, v0=0.0, y0=[0.99 * float(b[0])], vy0=[0.0]),
         duration=120.0,
     )
@@ -337,3 +338,48 @@ def test_errors_of_the_base_widen_the_interval():
     assert detuned.high - detuned.exact == pytest.approx(
         1.96 * abs(there.exact - exact.exact), rel=1e-3
     )
+
+
+@pytest.mark.parametrize(
+    ("swing", "least"),
+    [
+        ([5.0, 4.0, 3.0, 2.0, 1.0], None),  # still falls at b_c
+        ([1.0, 2.0, 3.0, 4.0, 5.0], None),  # rises all along: the lowest lies below what was drawn
+        ([5.0, 2.0, 1.0, 2.0, 5.0], 0.030),
+        ([5.0, 1.0, 2.0, 4.0, 7.0], 0.025 + 0.005 * 0.5 * 3.0 / 5.0),
+        ([7.0, 4.0, 2.0, 1.0, 5.0], 0.035 - 0.005 * 0.5 * 3.0 / 5.0),
+        ([], None),
+    ],
+)
+def test_the_lowest_predicted_amplitude_lies_inside_the_curve_or_is_unknown(
+    swing, least, monkeypatch
+):
+    b = np.linspace(0.02, 0.04, len(swing))
+    monkeypatch.setattr(
+        "vinesexp.clearance.predicted.amplitude_curve", lambda *_, **__: (b, np.array(swing))
+    )
+    found = predicted_lowest(rig(), G=0.25e-3, frequency=None)
+    assert found == (None if least is None else pytest.approx(least, abs=1e-12))
+
+
+def test_nothing_is_drawn_above_b_c():
+    end = predicted_b_c(rig(), base=LevelBase(Quantity(0.25e-3), None)).exact
+    b, _ = amplitude_curve(rig(), G=0.25e-3, frequency=None, low=0.03, high=0.05)
+    assert (b[0], b[-1]) == pytest.approx((0.03, end))
+    b, _ = amplitude_curve(rig(), G=0.25e-3, frequency=None, low=0.02, high=0.03)
+    assert (b[0], b[-1]) == pytest.approx((0.02, 0.03))
+    assert amplitude_curve(rig(), G=0.25e-3, frequency=None, low=1.01 * end, high=0.05)[0].size == 0
+
+
+def test_without_f0_or_zeta_the_values_are_independent():
+    known = rig()
+    assert IdentifiedRig(known.values, None, known.zeta).covariance is None
+    assert IdentifiedRig(known.values, known.f0, None).covariance is None
+
+
+def test_levels_are_apart_unless_they_differ_by_rounding():
+    amplitudes = (0.15e-3, 0.15e-3 * (1.0 + 1e-12), 0.16e-3)
+    records = [periodic(20 + i, id=f"r{i}", base_amplitude=G) for i, G in enumerate(amplitudes)]
+    regimes = [regime_row(record.id, 5.0, "two symmetric") for record in records]
+    levels = periodic_levels(campaign(records), regimes, [])
+    assert [[test.record for test in level.tests] for level in levels] == [["r0", "r1"], ["r2"]]

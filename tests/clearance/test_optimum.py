@@ -132,3 +132,19 @@ def test_a_release_that_never_gets_there_is_no_optimum_but_bounds_it():
     best = fastest(tests, resolution=0.2)
     assert (best.low, best.clearance, best.high) == (0.02, 0.03, 0.05)
     assert best.bound == ""
+
+
+def test_the_floor_before_the_last_permanent_clearance_is_found_beside_the_jump():
+    tests = [Tested(b, 5.0 + 3e5 * (b - 0.0335) ** 2, TWO) for b in (0.030, 0.032, 0.034)] + [
+        Tested(0.036, 9.0, MODULATED),
+        Tested(0.038, 9.5, MODULATED),
+    ]
+    best = lowest_amplitude(tests)
+    assert best.clearance == pytest.approx(0.0335, abs=1e-9)
+    assert (best.low, best.high) == (0.032, 0.036)
+
+
+def test_repeats_count_by_their_mean():
+    tests = [Tested(0.03, 4.0), Tested(0.03, 6.0), Tested(0.02, 5.5), Tested(0.04, 5.5)]
+    assert lowest_amplitude(tests).value == 5.0
+    assert lowest_amplitude(tests).clearance == 0.03

@@ -41,7 +41,26 @@ def test_results_can_go_to_a_folder(record, tmp_path, capsys):
     words = ["impacts", str(record), "-a", "1", "--acceleration-unit", "20 mV/g"]
     assert main([*words, "--out", str(out)]) == 0
     assert "18 impacts" in capsys.readouterr().out
-    assert (out / "scope.csv").read_text().startswith("time_s,")
+    assert (out / "scope.impacts.csv").read_text().startswith("time_s,")
+
+
+def test_no_file_is_written_over(record, tmp_path, capsys):
+    """In the folder of the raw file, and for a second time: one line, exit code 1."""
+    words = ["impacts", str(record), "-a", "1", "--acceleration-unit", "20 mV/g"]
+    raw = record.read_bytes()
+    assert main([*words, "--out", str(record.parent)]) == 0
+    assert record.read_bytes() == raw
+    table = record.parent / "scope.impacts.csv"
+    table.write_text("mine")
+    capsys.readouterr()
+    assert main([*words, "--out", str(record.parent)]) == 1
+    shown = capsys.readouterr().err
+    assert shown.count("\n") == 1
+    assert "is there already" in shown
+    assert table.read_text() == "mine"
+    assert main([*words, "--out", str(record.parent), "--force"]) == 0
+    assert table.read_text().startswith("time_s,")
+    assert {path.name for path in record.parent.iterdir()} == {"scope.csv", table.name}
 
 
 @pytest.mark.parametrize(
@@ -67,3 +86,35 @@ def test_a_file_that_cannot_be_used_does_not_stop_the_others(record, tmp_path, c
     shown = capsys.readouterr()
     assert "none.csv" in shown.err
     assert shown.out.count("\n") == 20  # name, header, 18 impacts
+
+
+def test_impacts_of_a_moving_mass_are_found_from_its_acceleration_alone(tmp_path, capsys):
+    t = np.arange(100_000) / 1e4
+    a = 12.0 * np.sin(2 * np.pi * 7.86 * t) + np.random.default_rng(3).normal(0.0, 0.3, t.size)
+    hits = 0.06 + np.arange(150) / (2 * 7.86) + 1.3e-5
+    for k, at in enumerate(hits[hits < 9.9]):
+        late = np.abs(t - at)
+        a += (-1) ** k * np.where(late < 2e-4, 150.0 * np.cos(np.pi * late / 4e-4), 0.0)
+    path = tmp_path / "shaker.lvm"
+    rows = "\n".join(f"{x:.4f}\t{v:.5f}" for x, v in zip(t, a, strict=True))
+    header = "LabVIEW Measurement\t\nX_Columns\tOne\n***End_of_Header***\t\n"
+    path.write_text(f"{header}X_Value\tAcc\n{rows}\n")
+    expected = hits[hits < 9.9]
+    for more in ([], ["--time", "0"]):
+        assert main(["impacts", str(path), "-a", "Acc", "--acceleration-unit", "m/s^2", *more]) == 0
+        table = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+        times = np.array([float(row["time_s"]) for row in table])
+        assert len(times) == pytest.approx(len(expected), abs=2)
+        nearest = np.abs(times[:, None] - expected).min(axis=1)
+        assert np.all(nearest < 1e-4)
+
+
+def test_a_file_without_impacts_is_told(tmp_path, capsys):
+    t = np.arange(20_000) / 1e4
+    a = 12.0 * np.sin(2 * np.pi * 7.86 * t) + np.random.default_rng(3).normal(0.0, 0.3, t.size)
+    path = tmp_path / "quiet.csv"
+    np.savetxt(
+        path, np.stack([t, a], axis=1), delimiter=",", header="Time,a", comments="", fmt="%.6f"
+    )
+    assert main(["impacts", str(path), "-a", "a", "--acceleration-unit", "m/s^2"]) == 0
+    assert "no impacts found" in capsys.readouterr().err

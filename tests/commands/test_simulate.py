@@ -1,6 +1,8 @@
 """`vinesexp simulate`: a campaign folder that the rest of the package understands."""
 
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -74,3 +76,41 @@ def test_the_twin_is_what_its_scene_describes(name):
         lines = (TWIN / name).read_text(encoding="utf-8").splitlines()
         for line in campaign_text(scene).splitlines():
             assert any(own.startswith(line) for own in lines), line
+
+
+def test_measured_files_are_never_written_over(tmp_path, capsys):
+    real = tmp_path / "real"
+    (real / "raw").mkdir(parents=True)
+    (real / "raw/drop_1.h5").write_text("measured")
+    before = sorted(real.rglob("*"))
+    assert simulate(TWIN / "scene.yaml", real, "--group", "drops") == 1
+    shown = capsys.readouterr().err
+    assert shown.count("\n") == 1
+    assert "was not simulated" in shown
+    assert sorted(real.rglob("*")) == before
+    assert (real / "raw/drop_1.h5").read_text() == "measured"
+
+
+def test_files_that_hold_are_left_alone_and_damaged_ones_made_again(tmp_path, capsys):
+    words = (TWIN / "scene.yaml", tmp_path / "out", "--group", "drops")
+    assert simulate(*words) == 0
+    raw = sorted((tmp_path / "out/raw").iterdir())
+    whole = [path.read_bytes() for path in raw]
+    made = [path.stat().st_mtime_ns for path in raw]
+    capsys.readouterr()
+    assert simulate(*words) == 0
+    assert "is there already" in capsys.readouterr().out
+    assert [path.stat().st_mtime_ns for path in raw] == made
+    raw[0].write_bytes(b"")
+    assert simulate(*words) == 0
+    assert [path.read_bytes() for path in raw] == whole
+
+
+def test_two_processes_that_simulate_one_campaign_do_it_once(tmp_path):
+    """The second waits for the first and finds its files."""
+    command = [sys.executable, "-m", "vinesexp.cli", "simulate", TWIN / "scene.yaml",
+               tmp_path / "out", "--group", "drops"]  # fmt: skip
+    runs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    told = sorted(run.communicate(timeout=300)[0] for run in runs)
+    assert [run.returncode for run in runs] == [0, 0]
+    assert sum("is there already" in text for text in told) == 1

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.figures.collect.records import amplitude, extremes
 from vinesexp.figures.collect.regimes_of_tests import _cycle_edges
+from vinesexp.figures.collect.single_records import amplitude, extremes
 from vinesexp.figures.draw import style
 from vinesexp.figures.draw.methods import estimates_by_method
 from vinesexp.figures.draw.regime_strips import Strip, regime_strips
@@ -39,7 +39,7 @@ def write_record(path: Path, values: np.ndarray, rate: float, **attributes: floa
 
 
 def test_extremes_by_blocks_are_those_of_the_whole(tmp_path, monkeypatch):
-    from vinesexp.figures.collect import records
+    from vinesexp.figures.collect import single_records as records
 
     x = np.random.default_rng(1).standard_normal(10_007).astype(np.float32).astype(float)
     write_record(tmp_path / "a.nc", x, 100.0)

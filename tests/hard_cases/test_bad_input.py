@@ -286,6 +286,14 @@ def test_a_table_of_any_bytes_is_told(text, words, folder, capsys):
     assert any(words in line for line in lines)
 
 
+def test_a_frequency_above_half_the_sample_rate_is_told(folder, capsys):
+    table = folder / "records.csv"
+    table.write_text(CSV.replace("bad.csv,periodic,34,0.25,7.9", "bad.csv,periodic,34,0.25,790"))
+    code, lines = check(folder, capsys)
+    assert code == 1
+    assert "frequency_hz is 790 Hz, the record is sampled at 1000 Hz" in lines[0]
+
+
 def test_a_missing_folder_is_told(tmp_path, capsys):
     code, lines = check(tmp_path / "nowhere", capsys)
     assert code == 1

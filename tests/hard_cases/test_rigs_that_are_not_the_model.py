@@ -59,7 +59,7 @@ def test_the_plain_rig_stays_plain():
 @pytest.mark.parametrize("friction", [pytest.param(0.05, marks=pytest.mark.slow), 0.3, 1.0])
 def test_a_ball_that_rubs_is_told_by_its_friction(friction):
     found = consistent(body_friction=friction)
-    assert set(effects(found)) == {"friction"}
+    assert set(effects(found)) == {"friction", "r_effective"}
     assert holds(effects(found)["friction"], friction)
     assert holds(r_of(found), R)
     assert r_of(found).std_error < 1e-2 * R
@@ -105,7 +105,7 @@ def test_a_clearance_off_the_sheet_is_not_blamed_on_the_added_masses():
 
 def test_friction_and_walls_at_once():
     found = consistent(body_friction=0.2, body_r=0.63, body_r_minus=0.57)
-    assert set(effects(found)) == {"r_wall_plus", "r_wall_minus", "friction"}
+    assert set(effects(found)) == {"r_wall_plus", "r_wall_minus", "friction", "r_effective"}
     assert holds(r_of(found), R)
 
 
@@ -145,6 +145,78 @@ def test_a_wrong_gain_that_nothing_decides_widens_r():
     found = consistent(sensors_laser_gain=1.03, gain=1 / 1.03, loads=False)
     assert holds(r_of(found), R)
     assert says(found, "nothing tells which sensitivity is wrong")
+
+
+def test_b_c_of_a_ball_that_rubs_takes_the_effective_r():
+    """The simulated end of two impacts per cycle moves by as much as b_c with r_effective."""
+    from vinesexp.clearance.predicted import identified_rig
+    from vinesexp.records.campaign import Known
+    from vinesexp.theory.optimal_clearance import b_c_exact
+    from vinesexp.units import Quantity
+
+    rows = [
+        {"parameter": name, "method": "combined", "value": str(value), "std_error": "0"}
+        for name, value in (("M", M), ("c1", 3.02), ("k1", 1.147e4), ("r", R))
+    ]
+    rows += [
+        {"parameter": e.parameter, "method": e.method, "value": str(e.value), "std_error": "0"}
+        for e in consistent(body_friction=0.3).effects
+    ]
+    rig = identified_rig(rows, Known(nes_mass=(Quantity(0.032),)))
+    values = {name: quantity.value for name, quantity in rig.values.items()}
+    end = float(b_c_exact(G=0.25e-3, frequency=7.862, **values))
+    assert end == pytest.approx(33.60e-3, rel=2e-3)  # simulated; 33.92 without rubbing
+
+
+def test_the_simulator_agrees_with_the_exact_solver():
+    from benchmarks.robustness.motion import move
+    from benchmarks.robustness.rig import Body, Drive
+
+    from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+
+    path = move(Body(), Drive(0.25e-3), b=0.03, seconds=8.0, y0=-0.02997)
+    rig = Rig(Oscillator(M, 3.02, 1.147e4), nes=[NES(m=0.032, b=0.03, r=R)])
+    exact = simulate(rig, Harmonic(0.25e-3, 7.862), Release(y0=[-0.02997]), duration=8.0)
+    times = exact.impacts["time"]
+    assert path.time.size == times.size > 50
+    assert abs(path.time - times).max() < 2e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "effect"),
+    [("contact of 1.7 ms", "contact_time"), ("mixture: friction and walls", "friction")],
+)
+def test_from_raw_records(name, effect, tmp_path):
+    from benchmarks.robustness.departures import all_departures
+    from benchmarks.robustness.study import studied
+
+    found = studied(next(d for d in all_departures() if d.name == name), tmp_path, seed=3)
+    assert effect in {e.parameter for e in found.effects}
+    assert found.right
+    assert all(abs(v.z) < 4.0 for v in found.values if v.given)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name",
+    [
+        "quadratic and Coulomb damping, spring +2 % at 20 mm",
+        "accelerometer with corner at 0.5 Hz",
+        "base 10 % below the sheet",
+        "all clearances below b_c",
+        "sampled at 250 Hz",
+        "no laser",
+    ],
+)
+def test_what_other_rooms_say_of_raw_records(name, tmp_path):
+    """Right within four standard errors, or the cause is named."""
+    from benchmarks.robustness.departures import all_departures
+    from benchmarks.robustness.study import studied
+
+    found = studied(next(d for d in all_departures() if d.name == name), tmp_path, seed=3)
+    assert found.right
+    assert found.false_headline == ""
 
 
 def test_one_record_with_r_constant_has_no_slope_over_speed():

@@ -4,15 +4,17 @@ import re
 from pathlib import Path
 
 import pytest
+import yaml
 
 from vinesexp.records.campaign import TESTS, load_campaign
+from vinesexp.records.campaign_schema import campaign_schema, schema_text
 from vinesexp.records.channel_section import CHANNEL_KEYS
 from vinesexp.records.checks import OUTCOMES
 from vinesexp.records.description import KEYS, PEOPLE_KEYS
 from vinesexp.records.ingest import read_channels
 from vinesexp.records.readers import READERS, open_source
+from vinesexp.records.records_csv import COLUMNS, PEOPLE
 from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, TimeColumn
-from vinesexp.records.table import COLUMNS, PEOPLE
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -58,6 +60,20 @@ def test_the_text_of_every_maker_is_read_as_said(columns, rate, text, tmp_path):
 def test_every_outcome_is_told():
     text = (DOCS / "formats.md").read_text()
     assert all(f"`{outcome}`" in text for outcome in OUTCOMES)
+
+
+def test_the_published_schema_is_the_one_of_the_code():
+    assert (DOCS / "campaign.schema.json").read_text() == schema_text()
+
+
+def test_the_schema_knows_what_the_validation_knows():
+    jsonschema = pytest.importorskip("jsonschema")
+    validator = jsonschema.Draft7Validator(campaign_schema())
+    blocks = re.findall(r"```yaml\n(.*?)```", (DOCS / "campaign.md").read_text(), re.S)
+    for text in blocks:
+        assert list(validator.iter_errors(yaml.safe_load(text))) == []
+    wrong = yaml.safe_load(blocks[0].replace("column", "colum"))
+    assert list(validator.iter_errors(wrong))
 
 
 def test_the_examples_are_campaigns(tmp_path):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vinesexp.records.schema import Campaign, Channel, Known, Record, TimeColumn
+from vinesexp.records.schema import Campaign, Channel, Known, Record, Setup, TimeColumn
 from vinesexp.records.step_inputs import (
     CAMPAIGN_FIELDS,
     campaign_seen_by,
@@ -31,6 +31,8 @@ CAMPAIGN_CHANGES = {
     "sample_rate": 1e3,
     "bandpass": None,
     "settings": Settings(impacts=ImpactSettings(threshold=7.0)),
+    "setups": {"second": Setup({"base": CHANNEL})},
+    "people": {"operator": "A"},
 }
 RECORD_CHANGES = {
     "file": Path("camp/b.csv"),
@@ -43,6 +45,9 @@ RECORD_CHANGES = {
     "exclude": True,
     "note": "odd",
     "settings": Settings(impacts=ImpactSettings(threshold=7.0)),
+    "more_files": (Path("camp/c.csv"),),
+    "setup": "second",
+    "people": {"operator": "A"},
 }
 
 
@@ -78,12 +83,20 @@ def test_a_step_sees_a_key_exactly_where_its_text_has_it(name):
     assert "report" in text
 
 
-@pytest.mark.parametrize("name", sorted(set(RECORD_CHANGES) - {"file"}))
+@pytest.mark.parametrize("name", sorted(set(RECORD_CHANGES) - {"file", "more_files"}))
 def test_a_step_sees_a_column_exactly_where_its_text_has_it(name):
     record = replace(RECORD, **{name: RECORD_CHANGES[name]})
     text, seen = changed_by(replace(CAMPAIGN, records=(record,)), record)
     assert text == seen
     assert "report" in text
+
+
+def test_another_file_concerns_its_ingest_and_what_weighs_all_records():
+    for name in ("file", "more_files"):
+        record = replace(RECORD, **{name: RECORD_CHANGES[name]})
+        text, _ = changed_by(replace(CAMPAIGN, records=(record,)), record)
+        assert "ingest" in text
+        assert not {"condition", "impacts", "estimate"} & text
 
 
 def test_balls_matter_to_impacts_and_the_weighed_mass_does_not():

@@ -7,6 +7,7 @@ import pytest
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.clearance.levels import Periodic, Tested
 from vinesexp.report.caveats import CAUSES, branch_note, likely_causes
+from vinesexp.report.replay_verdict import replay_verdict
 from vinesexp.report.verdict import PeriodicVerdict, headline
 from vinesexp.units import Quantity
 
@@ -66,3 +67,41 @@ def test_a_disagreement_is_in_the_headline_with_its_causes():
         " Prediction and measurement disagree at G = 0.2 mm (b_c is 12.5 % below 31 mm); likely "
         "causes by the checks: the base amplitude differs from the sheet."
     )
+
+
+def replay_row(record: str, quantity: str, deviation: str, measured: str = "0.005"):
+    return {"record": record, "quantity": quantity, "measured": measured, "replayed": "0.005",
+            "low": "0.005", "high": "0.006", "deviation": deviation, "outcome": "ok",
+            "starts": ""}  # fmt: skip
+
+
+def test_a_replay_says_how_near_it_is_by_kind_of_motion():
+    rows = [
+        replay_row("a", "amplitude", "-0.002"),
+        replay_row("a", "regime", "", "two symmetric"),
+        replay_row("b", "amplitude", "0.07"),
+        replay_row("b", "regime", "", "strongly modulated"),
+        replay_row("c", "decay time", "0.01"),
+        replay_row("d", "decay time", "-0.03"),
+    ]
+    verdict = replay_verdict(rows, [])
+    assert verdict.sentence == (
+        "The identified rig moves as all 4 records do: amplitude of permanent two impacts per "
+        "cycle within 0.2 %, mean amplitude of other motions within 7 %, decay time within 3 %."
+    )
+    assert verdict.warning == ""
+    assert verdict.rows[0]["replayed"] == "5 (5 to 6)"
+    assert verdict.rows[0]["deviation"] == "-0.2 %"
+
+
+def test_a_rig_that_does_not_replay_its_records_is_said_so():
+    rows = [replay_row(name, "amplitude", "0.5") for name in "abcdefg"]
+    checks = [{"record": name, "check": "replay"} for name in "abcdef"]
+    verdict = replay_verdict(rows, checks)
+    assert verdict.warning == verdict.sentence
+    assert verdict.warning.startswith(
+        "The identified rig does not move as 6 of 7 records (a, b, c, d, e, ...): predictions"
+    )
+    only = replay_verdict(rows[:1], checks[:1])
+    assert only.warning.startswith("The identified rig does not move as its only record (a)")
+    assert replay_verdict([], []) is None

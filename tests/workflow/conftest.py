@@ -42,6 +42,9 @@ STEPS = {
     "ingest": "ingest",
     "regime": "impacts",
     "estimates": "estimate",
+    "decay": "estimate",
+    "replay": "replay",
+    "replay_cycles": "replay",
     "identify": "identify",
     "compare": "compare",
 }
@@ -69,7 +72,9 @@ class Workflow:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         if not (folder / "workflow").exists():
-            shutil.copytree(REPOSITORY / "workflow", folder / "workflow")
+            shutil.copy(REPOSITORY / "Snakefile", folder)
+            for name in ("workflow", "profiles"):
+                shutil.copytree(REPOSITORY / name, folder / name)
 
     def command(self, *arguments: str) -> list[str]:
         return [sys.executable, "-m", "snakemake", "--cores", "2", *arguments]

@@ -50,8 +50,10 @@ def test_a_dry_run_says_in_a_dozen_lines_what_would_run_and_why(finished):
     short = finished.run("-n", *TINY).stderr
     lines = short.splitlines()
     assert len(lines) <= 13
-    assert any("impacts" in line and "known.nes_mass changed" in line for line in lines)
-    assert any("identify" in line and "known changed" in line for line in lines)
+    assert any(
+        "impacts" in line and "known.nes_mass of campaign.yaml changed" in line for line in lines
+    )
+    assert any("identify" in line and "known of campaign.yaml changed" in line for line in lines)
     assert not any("ingest" in line for line in lines)
     long = finished.run("-n", "-p", *TINY).stderr
     assert len(long.splitlines()) > 3 * len(lines)

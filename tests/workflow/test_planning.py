@@ -14,7 +14,8 @@ pytestmark = pytest.mark.workflow
 EVERYTHING = {
     *(f"{step} {record}" for step in ("ingest", "condition", "impacts", "estimate")
       for record in ("bare", "added")),
-    *("regimes", "identify", "compare", "checks", "figures results", "figures records", "report"),
+    *("regimes", "identify", "compare", "replay", "checks", "report"),
+    *("figures results", "figures records"),
 }  # fmt: skip
 
 

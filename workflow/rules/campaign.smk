@@ -43,15 +43,18 @@ def code_of(*names, script):
     return {"code": code_digest(*names, files=[workflow.source_path(f"../scripts/{script}.py")])}
 
 
-def raw_file(wildcards):
-    """The instrument file, or what says that the scene has made it; ingest says if it is missing."""
-    path = RECORDS[wildcards.record].file
-    if SCENE and path.resolve() in SIMULATED_IN:
-        return [PATHS.simulated(SIMULATED_IN[path.resolve()])]
-    # Snakemake would take braces for wildcards; the step itself reads the file, whatever its
-    # name, and its content decides, not its time.
-    named = path.is_file() and not {"{", "}"} & set(str(path))
-    return [ancient(path)] if named else []
+def raw_files(wildcards):
+    """The instrument files, or what says that the scene has made them; ingest says if one is missing."""
+    record = RECORDS[wildcards.record]
+    if SCENE and record.file.resolve() in SIMULATED_IN:
+        return [PATHS.simulated(SIMULATED_IN[record.file.resolve()])]
+    # Snakemake would take braces for wildcards; the step itself reads the files, whatever their
+    # names, and their content decides, not their times.
+    return [
+        ancient(path)
+        for path in (record.file, *record.more_files)
+        if path.is_file() and not {"{", "}"} & set(str(path))
+    ]
 
 
 def shown_in(wildcards):

@@ -7,7 +7,7 @@ INGEST = code_of("vinesexp.pipeline:ingest_record", script="ingest")
 rule ingest:
     input:
         PLANNER.again("ingest", INGEST, PATHS.record),
-        raw=raw_file,
+        raw=raw_files,
     output:
         record=PATHS.record("{record}"),
         checks=PATHS.ingest_checks("{record}"),

@@ -7,7 +7,7 @@ if SCENE:
     from vinesexp.laboratory.scene import group_files, truth_file
     from vinesexp.laboratory.simulated_files import made_by_simulation, what_files_depend_on
 
-    SIMULATE = code_of("vinesexp.laboratory.scene", script="simulate")["code"]
+    SIMULATE = code_digest("vinesexp.laboratory.scene")
     SIMULATED_IN = {
         (CAMPAIGN_FOLDER / path).resolve(): group
         for group in SCENE.groups

@@ -95,7 +95,11 @@ class IdentifiedRig:
 
 
 def identified_rig(identified: Sequence[Mapping[str, str]], known: Known) -> IdentifiedRig:
-    """The `combined` rows of identified.csv and the weighed ball."""
+    """The `combined` rows of identified.csv and the weighed ball.
+
+    Where a ball rubs or a contact lasts, the effective r and mass of the ball take their places:
+    with these the model moves as the rig does.
+    """
     found = {
         row["parameter"]: Quantity(float(row["value"]), float(row["std_error"] or 0.0))
         for row in identified
@@ -106,6 +110,10 @@ def identified_rig(identified: Sequence[Mapping[str, str]], known: Known) -> Ide
     }
     if known.nes_mass:
         values["m"] = known.nes_mass[0]
+    for row in identified:
+        name = {"r_effective": "r", "nes_mass_effective": "m"}.get(row["parameter"])
+        if name in values:
+            values[name] = Quantity(float(row["value"]), float(row["std_error"] or 0.0))
     return IdentifiedRig(values, found.get("f0"), found.get("zeta"), known.uncertainties)
 
 

@@ -7,6 +7,7 @@ numbers are the same.
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import tempfile
 from pathlib import Path
@@ -14,6 +15,10 @@ from pathlib import Path
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.records.campaign import Campaign, Channel, Known, Record, TimeColumn
+from vinesexp.records.columns import has_column
+from vinesexp.records.ingest import read_channels
+from vinesexp.records.proposal import oscillates
+from vinesexp.records.readers import open_source
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, unit_size
 
@@ -35,12 +40,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--displacement", "-x", metavar="COLUMN", help="column, if there is one")
     parser.add_argument("--displacement-unit", metavar="UNIT", help="mm, or '0.5 V/mm'")
-    parser.add_argument("--time", default="Time*", metavar="COLUMN", help="default: Time*")
+    parser.add_argument("--time", metavar="COLUMN", help="default: as the file says, or Time*")
     parser.add_argument("--time-unit", default="s", metavar="UNIT", help="default: s")
     parser.add_argument(
         "--sample-rate", metavar="RATE", help="'10 kHz', where the file has no times"
     )
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="write FOLDER/<file>.csv")
+    parser.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="write FOLDER/<file>.impacts.csv"
+    )
+    parser.add_argument(
+        "--force", action="store_true", help="write over tables of impacts that are there"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -49,39 +59,56 @@ def run(args: argparse.Namespace) -> int:
     failed = 0
     for path in args.files:
         try:
+            table = None if args.out is None else _table_for(path, args)
             text = _impacts_table(path, channels, args)
         except VinesexpError as error:
             print(f"vinesexp impacts: {error}", file=sys.stderr)
             failed += 1
             continue
-        if args.out is None:
+        if table is None:
             if len(args.files) > 1:
                 print(f"# {path}")
             sys.stdout.write(text)
         else:
-            args.out.mkdir(parents=True, exist_ok=True)
-            (args.out / f"{path.stem}.csv").write_text(text, encoding="utf-8")
+            _write(table, text)
             print(f"{path}: {text.count(chr(10)) - 1} impacts")
+        if text.count("\n") < 2:
+            told = "no impacts found; vinesexp look shows what is in the file"
+            print(f"vinesexp impacts: {path}: {told}", file=sys.stderr)
     return 1 if failed else 0
 
 
+def _table_for(path: Path, args: argparse.Namespace) -> Path:
+    """Where the impacts of a file go: never over anything that is there but by --force."""
+    table: Path = args.out / f"{path.stem}.impacts.csv"
+    if table.exists() and (not args.force or table.resolve() in map(Path.resolve, args.files)):
+        raise VinesexpError(
+            "is there already; name another folder, or write over it with --force", file=table
+        )
+    return table
+
+
+def _write(table: Path, text: str) -> None:
+    """The table appears only when complete."""
+    table.parent.mkdir(parents=True, exist_ok=True)
+    partial = table.with_name(f".{table.name}.{os.getpid()}.part")
+    partial.write_text(text, encoding="utf-8")
+    os.replace(partial, table)
+
+
 def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Namespace) -> str:
-    # A drop test is the kind of record of which nothing is assumed but collisions. The clearance
-    # only says that there is a ball; without it nothing is looked for.
-    test = "periodic" if "displacement" in channels else "drop"
-    record = Record(id="record", file=path, test=test, clearance=(1.0,))
     rate = parse_quantity(args.sample_rate, "frequency").value if args.sample_rate else None
-    states_itself = path.suffix.lower() in (".h5", ".hdf5", ".mat", ".wav")
-    by_column = rate is None and not states_itself
+    time = _time(path, args) if rate is None else None
+    # The clearance only says that there is a ball; without it nothing is looked for.
+    test = _test(path, channels, time, rate)
+    record = Record(id="record", file=path, test=test, clearance=(1.0,))
     campaign = Campaign(
         folder=path.parent,
         name=path.stem,
         title=path.name,
         known=Known(),
         channels=channels,
-        time=TimeColumn(args.time, args.time_unit, unit_size(args.time_unit, "time"))
-        if by_column
-        else None,
+        time=time,
         sample_rate=rate,
         bandpass=None,
         records=(record,),
@@ -92,6 +119,31 @@ def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Name
         condition_record(campaign, record, paths=paths)
         find_impacts(campaign, record, paths=paths)
         return paths.impacts(record.id).read_text(encoding="utf-8")
+
+
+def _time(path: Path, args: argparse.Namespace) -> TimeColumn | None:
+    """The column of times: as asked for, else as the file says, else one called so."""
+    size = unit_size(args.time_unit, "time")
+    if args.time is not None:
+        column: str | int = int(args.time) if args.time.isdigit() else args.time
+        return TimeColumn(column, args.time_unit, size)
+    source = open_source(path)
+    if has_column(source, "Time*"):
+        return TimeColumn("Time*", args.time_unit, size)
+    states_itself = source.time_column is not None or source.sample_interval is not None
+    states_itself = states_itself or any(column.interval for column in source.columns)
+    return None if states_itself else TimeColumn("Time*", args.time_unit, size)
+
+
+def _test(
+    path: Path, channels: dict[str, Channel], time: TimeColumn | None, rate: float | None
+) -> str:
+    """A motion with impacts, unless nothing oscillates: then shocks, as of a dropped ball."""
+    if "displacement" in channels:
+        return "periodic"
+    only = {"acceleration": channels["acceleration"]}
+    _, _, values = read_channels(path, only, time=time, sample_rate=rate)
+    return "periodic" if oscillates(values["acceleration"]) else "drop"
 
 
 def _channels(args: argparse.Namespace) -> dict[str, Channel]:

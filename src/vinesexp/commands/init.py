@@ -13,6 +13,8 @@ import sys
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, RecordError
+from vinesexp.records.campaign_schema import NAME as SCHEMA_NAME
+from vinesexp.records.campaign_schema import schema_text
 from vinesexp.records.proposal import OPEN, Proposal, ProposedChannel, propose
 from vinesexp.records.survey import FileView, view_file
 
@@ -61,6 +63,8 @@ def run(args: argparse.Namespace) -> int:
         "campaign.yaml": campaign_text(folder, proposal),
         "records.csv": records_text(proposal),
     }
+    if not (folder / SCHEMA_NAME).exists():
+        texts[SCHEMA_NAME] = schema_text()
     for name, text in texts.items():
         with (folder / name).open("x", encoding="utf-8", newline="\n") as stream:
             stream.write(text)
@@ -72,6 +76,7 @@ def campaign_text(folder: Path, proposal: Proposal) -> str:
     """campaign.yaml, with a reason beside every line that is not certain."""
     title = folder.resolve().name.replace('"', "'")
     lines = [
+        f"# yaml-language-server: $schema={SCHEMA_NAME}",
         "# Proposed by `vinesexp init`: look at every line. A `?` stops the run until it is filled",
         "# in. docs/campaign.md explains the keys.",
         f'title: "{title}"',

@@ -20,11 +20,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="only this group of tests (may be repeated); default: all",
     )
+    parser.add_argument(
+        "--force", action="store_true", help="write over instrument files that are there"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Write raw/, truth/ and, where they are missing, scene.yaml, campaign.yaml, records.csv."""
-    from vinesexp.laboratory.scene import group_files, load_scene, simulate_group
+    from vinesexp.codedigest import code_digest
+    from vinesexp.laboratory.scene import group_files, load_scene
+    from vinesexp.laboratory.simulated_files import refuse_measured, simulate_once
 
     scene = load_scene(args.scene)
     groups = args.group or list(scene.groups)
@@ -33,10 +38,16 @@ def run(args: argparse.Namespace) -> int:
             raise CampaignError(
                 f"no group '{group}'; {nearest(group, scene.groups)}", file=args.scene
             )
+    if not args.force:
+        refuse_measured(args.out)
     describe(args.scene, args.out)
+    code = code_digest("vinesexp.laboratory.scene")
     for group in groups:
         started = time.perf_counter()
-        files = simulate_group(scene, group, args.out)
+        files = simulate_once(scene, group, args.out, code=code, force=args.force)
+        if not files:
+            print(f"{group:20} is there already, from this scene", flush=True)
+            continue
         megabytes = sum(path.stat().st_size for path in files) / 1e6
         seconds = time.perf_counter() - started
         records = f"{len(group_files(scene, group))} records"

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 def _draw_results(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
-    from vinesexp.figures.collect.results import draw
+    from vinesexp.figures.collect.campaign_results import draw
 
     return draw(campaign, results)
 
 
 def _draw_records(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
-    from vinesexp.figures.collect.records import draw
+    from vinesexp.figures.collect.single_records import draw
 
     return draw(campaign, results)
 

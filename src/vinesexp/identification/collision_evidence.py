@@ -14,7 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.identification.collision_model import EFFECTS, POSITIVE, Collisions, Fit, fit
+from vinesexp.identification.collision_model import (
+    EFFECTS,
+    POSITIVE,
+    Collisions,
+    Fit,
+    corrected,
+    fit,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -28,6 +35,23 @@ _SURE = 4.0
 _RIVAL = 6.0
 #: No law of rubbing or of a contact is truer than this share of what it corrects.
 _LAW = 0.03
+#: Effects no rig in use has, in their units, and the largest correction of r.
+LARGEST = {
+    "r_wall_difference": 0.4,
+    "r_speed_slope": 0.3,
+    "friction": 2.0,
+    "clearance_offset": 3e-3,
+    "contact_time": 4e-3,
+    "tilt": 1.0,
+}
+_FARTHEST_R = 0.06
+#: Effects that change a flight and nothing of its ends.
+_OF_FLIGHTS = ("clearance_offset", "tilt")
+#: Share of the shift that effective values leave: they are exact for one motion only.
+_LEFT = 0.15
+#: A pulse longer than this, s, is no instant; contact over pulse, where one is the other.
+_LONG_PULSE, _AS_LONG = 6e-4, (0.4, 1.6)
+_EXPECTED_SURE = 2.0
 #: Effects too small to matter in a lab, in their units: left alone however sure.
 MATTERS = {
     "r_wall_difference": 5e-4,
@@ -53,6 +77,9 @@ class Evidence:
         ln(M/m), from the collisions alone.
     rivals : tuple of tuples of str
         Other sets of effects that explain the records almost as well.
+    effective : tuple of (value, error) pairs, or None
+        r and ln(M/m) of a rig without rubbing and with instantaneous contacts that moves as this
+        one does; None where it is the same.
     """
 
     plain: Fit
@@ -62,6 +89,7 @@ class Evidence:
     ln_ratio: float
     ln_ratio_error: float
     rivals: tuple[tuple[str, ...], ...]
+    effective: tuple[tuple[float, float], tuple[float, float]] | None = None
 
 
 def weigh(collisions: Collisions, *, prior: tuple[float, float] | None) -> Evidence:
@@ -81,12 +109,46 @@ def weigh(collisions: Collisions, *, prior: tuple[float, float] | None) -> Evide
         sigma_jump=collisions.sigma_jump * math.sqrt(scale),
     )
     fits = _fits(collisions, prior)
-    plain, best = fits[0], fits[_preferred(fits, collisions)]
     scores = _scores(fits, collisions)
+    plain, best = fits[0], _or_contact(fits, scores, fits[_preferred(fits, collisions)], collisions)
     at = fits.index(best)
     if scores[0] - scores[at] < _BAR:
+        lasting = _lasting(fits, scores, collisions)
+        if lasting is not None:
+            worse = scores - scores[fits.index(lasting)]
+            return _evidence(collisions, plain, lasting, fits, worse)
         return _evidence(collisions, plain, plain, [plain], np.zeros(1))
     return _evidence(collisions, plain, best, fits, scores - scores[at])
+
+
+def _lasting(fits: list[Fit], scores: FloatArray, collisions: Collisions) -> Fit | None:
+    """A contact that lasts as long as its pulses needs little evidence: it was to be expected."""
+    pulse = float(np.median(collisions.flights.pulse))
+    for one, score in zip(fits, scores, strict=True):
+        if one.effects == ("contact_time",) and pulse > _LONG_PULSE:
+            value, error = one.of("contact_time")
+            like = _AS_LONG[0] < value / pulse < _AS_LONG[1]
+            if like and value > _EXPECTED_SURE * error and score < scores[0]:
+                return one
+    return None
+
+
+def _or_contact(fits: list[Fit], scores: FloatArray, best: Fit, collisions: Collisions) -> Fit:
+    """A contact that lasts, where the pulses last as long, before a clearance off the sheet.
+
+    Both lengthen the flights; tests at few clearances hardly tell them apart.
+    """
+    if "clearance_offset" not in best.effects or "contact_time" in best.effects:
+        return best
+    swapped = {"contact_time", *best.effects} - {"clearance_offset"}
+    pulse = float(np.median(collisions.flights.pulse))
+    for one, score in zip(fits, scores, strict=True):
+        if set(one.effects) == swapped and _matter(one):
+            ratio = one.of("contact_time")[0] / pulse
+            near = score - scores[fits.index(best)] < _RIVAL
+            if near and pulse > _LONG_PULSE and _AS_LONG[0] < ratio < _AS_LONG[1]:
+                return one
+    return best
 
 
 def _evidence(
@@ -109,17 +171,48 @@ def _evidence(
         for one, behind in zip(fits, worse, strict=True)
         if behind < _RIVAL and not set(best.effects) <= set(one.effects)
     )
-    return Evidence(plain, best, r, r_error, float(free.values[1]), ln_error, rivals)
+    return Evidence(
+        plain, best, r, r_error, float(free.values[1]), ln_error, rivals,
+        _effective(collisions, best, free.values),
+    )  # fmt: skip
+
+
+def _effective(
+    collisions: Collisions, best: Fit, free: FloatArray
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """r and ln(M/m) with which the model without them has the flights of this rig.
+
+    The model knows the mean speed of a flight only. What rubbing and a contact that lasts take from
+    the ball is then in r, and what a contact takes from its way is in its momentum: exact for
+    the periodic motion, whose end b_c is.
+    """
+    hidden = [name for name in best.effects if name in POSITIVE]
+    if not hidden:
+        return None
+    kept = tuple(name for name in best.effects if name not in POSITIVE)
+    values = {name: best.of(name)[0] for name in kept if name in _OF_FLIGHTS}
+    u_before, u_after = corrected(collisions.flights, values)
+    flights = replace(collisions.flights, u_before=u_before, u_after=u_after)
+    others = tuple(name for name in kept if name not in _OF_FLIGHTS)
+    seen = fit(replace(collisions, flights=flights), others)
+    pairs = []
+    for i, true in enumerate((best.values[0], free[1] if "contact_time" not in hidden else None)):
+        value = float(seen.values[i])
+        shift = 0.0 if true is None else value - float(true)
+        error = math.sqrt(float(seen.covariance[i, i]))
+        pairs.append((value, math.hypot(error, _LEFT * shift)))
+    return pairs[0], pairs[1]
 
 
 def _fits(collisions: Collisions, prior: tuple[float, float] | None) -> list[Fit]:
     """Every possible set of effects, the plain model first."""
+    plain = fit(collisions, (), prior=prior)
     found = [
         fit(collisions, effects, prior=prior)
-        for count in range(_MOST + 1)
+        for count in range(1, _MOST + 1)
         for effects in itertools.combinations(EFFECTS, count)
     ]
-    return [one for one in found if _possible(one)]
+    return [plain, *(one for one in found if _possible(one, plain))]
 
 
 def _scores(fits: list[Fit], collisions: Collisions) -> FloatArray:
@@ -135,9 +228,17 @@ def _preferred(fits: list[Fit], collisions: Collisions) -> int:
     return int(np.argmin(scores))
 
 
-def _possible(found: Fit) -> bool:
-    """No negative rubbing, no negative contact."""
-    return all(found.of(name)[0] > 0.0 for name in found.effects if name in POSITIVE)
+def _possible(found: Fit, plain: Fit) -> bool:
+    """No negative rubbing, no negative contact, and nothing that no rig in use has.
+
+    Impacts at wrong times or places ask for large effects that undo one another.
+    """
+    if abs(found.values[0] - plain.values[0]) > _FARTHEST_R:
+        return False
+    return all(
+        abs(value) < LARGEST[name] and (value > 0.0 or name not in POSITIVE)
+        for name, value in zip(found.effects, found.values[2:], strict=True)
+    )
 
 
 def _matter(found: Fit) -> bool:

@@ -58,7 +58,8 @@ def _detail(name: str, value: float, error: float, evidence: Evidence) -> str:
     if name == "friction":
         return (
             f"the ball rubs on its floor: friction slows it by mu g = {value:.3g} +- {error:.2g} "
-            f"m/s^2 between the walls; {both}. b_c takes no rubbing into account"
+            f"m/s^2 between the walls; {both}. b_c is predicted with r_effective, in which the "
+            "rubbing is"
         )
     if name == "clearance_offset":
         return (
@@ -69,8 +70,8 @@ def _detail(name: str, value: float, error: float, evidence: Evidence) -> str:
     if name == "contact_time":
         return (
             f"a contact lasts {1e3 * value:.3g} +- {1e3 * error:.2g} ms in which the ball gets no "
-            f"further; {both}. The effective clearance is larger than the sheet's by the way that "
-            "the ball would have flown in half of that time"
+            f"further; {both}. b_c is predicted with r_effective and nes_mass_effective, in which "
+            "this is"
         )
     return (
         f"the cavity slopes: the ball is pulled along it by {value:.3g} +- {error:.2g} m/s^2 "

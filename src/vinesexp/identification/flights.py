@@ -54,6 +54,8 @@ class Flights:
         What either channel says of the jump, m/s; NaN where it says nothing.
     clearance : array (n,)
         On the sheet, m.
+    pulse : array (n,)
+        How long a half-sine of this jump and peak lasts, s.
     """
 
     index: IntArray
@@ -71,6 +73,7 @@ class Flights:
     jump_acceleration: FloatArray
     jump_displacement: FloatArray
     clearance: FloatArray
+    pulse: FloatArray
 
     def keep(self, chosen: NDArray[np.bool_]) -> Flights:
         return Flights(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
@@ -132,6 +135,7 @@ def flights_of(impacts: Impacts, *, nes: int, b: float, period: float) -> Flight
         jump_acceleration=impacts.jump_acceleration_m_s[rows],
         jump_displacement=impacts.jump_displacement_m_s[rows],
         clearance=np.full(rows.size, b),
+        pulse=0.5 * np.pi * np.abs(jump) / np.maximum(impacts.peak_acceleration_m_s2[rows], 1e-9),
     )
 
 

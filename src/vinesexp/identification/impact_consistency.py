@@ -30,7 +30,7 @@ from vinesexp.signals.impacts.impact_table import Impacts
 METHOD = "impacts"
 _FEWEST = 10
 #: Collisions of a record; more add nothing to what a whole record may be off by.
-_ENOUGH = 300
+_ENOUGH = 150
 #: Relative error of M by added masses below which no scale in a lab goes.
 _SCALES = 3e-3
 #: The nominal period, s, where nothing tells f0: only flights too long to be one are left out.
@@ -83,7 +83,7 @@ def consistent_impacts(
         mass_error=fault.mass_error if fault else 0.0,
     )
     evidence = weigh(collisions, prior=prior)
-    effects = _effect_rows(evidence, ids)
+    effects = [*_effect_rows(evidence, ids), *_effective_rows(evidence, found, campaign, ids)]
     if ratio is not None:
         effects.append(Estimate("jump_ratio", ratio.ratio, ratio.error, "1", METHOD, ids))
     checks = [*effect_checks(evidence), *ratio_check(ratio, fault), *sensor_check(fault)]
@@ -160,6 +160,24 @@ def _effect_rows(evidence: Evidence, ids: tuple[str, ...]) -> list[Estimate]:
                 )
         else:
             rows.append(Estimate(name, value, error, EFFECTS[name], METHOD, ids))
+    return rows
+
+
+def _effective_rows(
+    evidence: Evidence, found: Sequence[Estimate], campaign: Campaign, ids: tuple[str, ...]
+) -> list[Estimate]:
+    """r and mass of the ball with which the model moves as the rig does: what b_c takes."""
+    if evidence.effective is None:
+        return []
+    (r, r_error), (ln_ratio, ln_error) = evidence.effective
+    rows = [Estimate("r_effective", r, r_error, "1", METHOD, ids)]
+    prior = _prior(found, campaign)
+    if prior is not None and "contact_time" in evidence.best.effects:
+        ball = campaign.known.nes_mass[0].value
+        share = math.exp(prior[0] - ln_ratio)
+        # Whether it is the contact or the sheet, the motion is that of this mass.
+        error = ball * math.hypot(share * ln_error, 0.15 * (share - 1.0))
+        rows.append(Estimate("nes_mass_effective", ball * share, error, "kg", METHOD, ids))
     return rows
 
 

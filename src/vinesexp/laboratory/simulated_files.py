@@ -41,7 +41,7 @@ def simulate_once(
     code : str
         Digest of the code that simulates.
     force : bool
-        Write over files that no simulation has made.
+        Simulate in any case, over whatever files are there.
 
     Returns
     -------
@@ -55,14 +55,14 @@ def simulate_once(
     """
     made, used = made_by_simulation(folder, group), what_files_depend_on(scene, group, code=code)
     roots = {"campaign": folder}
-    if not why_outdated(made, used, roots=roots):
+    if not force and not why_outdated(made, used, roots=roots):
         return []
     files = [folder / path for path in group_files(scene, group)]
-    if not force and not (folder / "truth").is_dir():
-        refuse_measured(files)
+    if not force:
+        refuse_measured(folder)
     made.parent.mkdir(parents=True, exist_ok=True)
     with _alone(made.parent / "lock"):
-        if not why_outdated(made, used, roots=roots):
+        if not force and not why_outdated(made, used, roots=roots):
             return []
         made.unlink(missing_ok=True)
         simulate_group(scene, group, folder)
@@ -72,15 +72,15 @@ def simulate_once(
     return files
 
 
-def refuse_measured(files: list[Path]) -> None:
-    """VinesexpError for the first of `files` that is there: nobody simulated it."""
-    for file in files:
-        if file.exists():
-            raise VinesexpError(
-                "is there and was not simulated; name an empty folder, or write over it with "
-                "`vinesexp simulate --force`",
-                file=file,
-            )
+def refuse_measured(folder: Path) -> None:
+    """VinesexpError where `raw` holds files and no `truth` says that they were simulated."""
+    measured = next((folder / "raw").glob("[!.]*"), None)
+    if measured is not None and not (folder / "truth").is_dir():
+        raise VinesexpError(
+            "is there and was not simulated; name an empty folder, or write over it with "
+            "`vinesexp simulate --force`",
+            file=measured,
+        )
 
 
 @contextmanager

@@ -6,11 +6,13 @@ instrument files that are missing are told when their record is ingested.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.records.description import Description, read_description
 from vinesexp.records.problems import Problems
+from vinesexp.records.records_csv import read_table
 from vinesexp.records.schema import (
     ROLES,
     SI_UNITS,
@@ -21,7 +23,6 @@ from vinesexp.records.schema import (
     Record,
     TimeColumn,
 )
-from vinesexp.records.table import read_table
 
 __all__ = [
     "ROLES",
@@ -103,7 +104,9 @@ def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
         time=description.time,
         sample_rate=description.sample_rate,
         bandpass=description.bandpass,
-        records=records,
+        records=tuple(
+            replace(record, people={**description.people, **record.people}) for record in records
+        ),
         setups=description.setups,
         people=description.people,
         settings=description.settings,

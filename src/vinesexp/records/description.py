@@ -37,6 +37,8 @@ KEYS = (
     "allow_outside",
     "setups",
 )
+KNOWN_KEYS = ("mass", "nes_mass")
+BAND_KEYS = ("low", "high")
 #: Keys for people: text, carried into the results and never used in them.
 PEOPLE_KEYS = ("operator", "date", "instrument", "place", "temperature", "notes")
 
@@ -92,7 +94,7 @@ def _known(top: Section, uncertainties: Uncertainties, problems: Problems) -> Kn
     section = subsection(top, "known", problems)
     if section is None:
         return Known(uncertainties=uncertainties)
-    refuse_unknown(section, ("mass", "nes_mass"), problems)
+    refuse_unknown(section, KNOWN_KEYS, problems)
     mass = None
     if section.values.get("mass") is not None:
         with problems.at(section.where("mass")):
@@ -111,7 +113,7 @@ def _bandpass(top: Section, problems: Problems) -> tuple[float, float] | None:
     section = subsection(top, "bandpass", problems)
     if section is None:
         return None
-    refuse_unknown(section, ("low", "high"), problems)
+    refuse_unknown(section, BAND_KEYS, problems)
     for key in ("low", "high"):
         if section.values.get(key) is None:
             problems.add(f"'{key}' is missing; give both low and high", where=top.where("bandpass"))

@@ -78,6 +78,13 @@ def look_over(
 
 def _period(view: RecordView, record: Record) -> float | None:
     """Period of the motion in samples, refusing a record of fewer than two; None for a drop."""
+    if record.frequency and max(record.frequency) >= 0.5 * view.sample_rate:
+        raise RecordError(
+            f"frequency_hz is {max(record.frequency):g} Hz, the record is sampled at "
+            f"{view.sample_rate:g} Hz: expected less than half of that; correct records.csv, or "
+            "the times or the sample rate",
+            file=record.file,
+        )
     if record.test == "drop":  # a bouncing ball has no period
         return None
     motion = next(role for role in _MOTION if role in view.roles)

@@ -68,7 +68,7 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     setup = campaign.setup_of(record)
     samples: AnySamples
     if record.more_files:
-        samples = JoinedSamples((record.file, *record.more_files), setup)
+        samples = JoinedSamples(record.files, setup)
     else:
         samples = Samples(
             open_source(record.file),
@@ -141,7 +141,7 @@ def _attributes(campaign: Campaign, record: Record) -> dict[str, Any]:
     folder = campaign.folder
     names = [
         (path.relative_to(folder) if path.is_relative_to(folder) else path).as_posix()
-        for path in (record.file, *record.more_files)
+        for path in record.files
     ]
     return {
         "record": record.id,
@@ -154,13 +154,13 @@ def _attributes(campaign: Campaign, record: Record) -> dict[str, Any]:
         "release_m": record.release,
         "note": record.note or None,
         "setup": record.setup or None,
-        **{f"people_{key}": text for key, text in {**campaign.people, **record.people}.items()},
+        **{f"people_{key}": text for key, text in record.people.items()},
     }
 
 
 def _digest(record: Record) -> str:
     digests = []
-    for path in (record.file, *record.more_files):
+    for path in record.files:
         with path.open("rb") as stream:
             digests.append(hashlib.file_digest(stream, "sha256").hexdigest())
     return ";".join(digests)

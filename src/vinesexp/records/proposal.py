@@ -161,11 +161,22 @@ def swept(column: ColumnView) -> tuple[float, float]:
     return float(b + 2.0 * a * ends[0]), float(b + 2.0 * a * ends[1])
 
 
+def oscillates(values: Floats) -> bool:
+    """Whether one oscillation holds a tenth of a signal's power; shocks fill the whole spectrum."""
+    column = ColumnView(0, "", None, "signal", values, None)
+    frequencies, amplitudes = column.spectrum()
+    if not _stands_out(column):
+        return False
+    power = amplitudes**2
+    peak = column.peak()[0]
+    near = np.abs(frequencies - peak) <= 0.05 * peak + 2.0 / len(values)
+    return bool(power[near].sum() > 0.1 * power[1:].sum())
+
+
 def _stands_out(column: ColumnView) -> bool:
     _, amplitudes = column.spectrum()
     if len(amplitudes) < 8:
         return False
-    # A shock fills the whole spectrum: a motion is one line high above the others.
     return float(amplitudes[1:].max()) > 40.0 * float(np.median(amplitudes))
 
 

@@ -236,7 +236,7 @@ class Samples:
     def _refuse_impossible(self, values: dict[str, Floats], row: int) -> None:
         for conversion in self._conversions:
             size = np.abs(values[conversion.channel.role])
-            if size.max() > _LARGEST:
+            if size.size and size.max() > _LARGEST:
                 at = int(np.argmax(size))
                 raise RecordError(
                     f"{size[at]:.3g} {SI_UNITS[conversion.channel.quantity]}, which no instrument "

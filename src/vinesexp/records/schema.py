@@ -6,8 +6,9 @@ files is converted by `description` and `table`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, nearest
@@ -155,6 +156,11 @@ class Record:
     setup: str = ""
     people: Mapping[str, str] = field(default_factory=dict)
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Every instrument file of the record."""
+        return (self.file, *self.more_files)
+
 
 @dataclass(frozen=True)
 class Campaign:
@@ -198,10 +204,12 @@ class Campaign:
 
     def record(self, id: str) -> Record:
         """The record called `id`; CampaignError with the nearest name where there is none."""
-        for record in self.records:
-            if record.id == id:
-                return record
-        names: Iterable[str] = (record.id for record in self.records)
+        if id in self._by_id:
+            return self._by_id[id]
         raise CampaignError(
-            f"no record '{id}'; {nearest(id, names)}", file=self.folder / "records.csv"
+            f"no record '{id}'; {nearest(id, self._by_id)}", file=self.folder / "records.csv"
         )
+
+    @cached_property
+    def _by_id(self) -> dict[str, Record]:
+        return {record.id: record for record in self.records}

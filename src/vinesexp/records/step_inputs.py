@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields, replace
 from operator import attrgetter
+from pathlib import Path
 from typing import Any
 
 from vinesexp.records.schema import Campaign, Known, Record
@@ -20,7 +21,7 @@ _ALL = tuple(field.name for field in fields(Campaign) if field.name not in ("fol
 #: Fields of the campaign that a step sees, parts of a field with a dot. A step that weighs all
 #: records sees everything.
 CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
-    "ingest": ("channels", "time", "sample_rate"),
+    "ingest": ("channels", "time", "sample_rate", "setups", "people"),
     "condition": ("bandpass",),
     "impacts": ("known.nes_mass",),
     "estimate": ("known.nes_mass",),
@@ -95,7 +96,10 @@ def step_text(step: str, campaign: Campaign, record: Record | None = None) -> di
     dict
         Nothing in it names a folder, so that a campaign can be moved.
     """
-    found = {name: repr(attrgetter(name)(campaign)) for name in CAMPAIGN_FIELDS[step]}
+    found = {
+        f"{name} of campaign.yaml": repr(attrgetter(name)(campaign))
+        for name in CAMPAIGN_FIELDS[step]
+    }
     if record is not None:
         return found | _row_text(step, campaign, record)
     rows = [(each.id, _row_text(step, campaign, each)) for each in campaign.records]
@@ -105,10 +109,15 @@ def step_text(step: str, campaign: Campaign, record: Record | None = None) -> di
 def _row_text(step: str, campaign: Campaign, record: Record) -> dict[str, str]:
     found = {name: repr(attrgetter(name)(record)) for name in RECORD_FIELDS[step]}
     if "file" in found:
-        inside = record.file.is_relative_to(campaign.folder)
-        file = record.file.relative_to(campaign.folder) if inside else record.file
-        found["file"] = file.as_posix()
+        found["file"] = _place(record.file, campaign)
+        found["more_files"] = repr([_place(file, campaign) for file in record.more_files])
     return found
+
+
+def _place(file: Path, campaign: Campaign) -> str:
+    """A file as seen from the campaign folder, where it is inside."""
+    inside = file.is_relative_to(campaign.folder)
+    return (file.relative_to(campaign.folder) if inside else file).as_posix()
 
 
 def _hidden(thing: Campaign | Record, seen: tuple[str, ...]) -> dict[str, Any]:

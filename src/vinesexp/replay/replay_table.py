@@ -22,6 +22,7 @@ TOLERANCE = {"amplitude": 0.03, "impacts per cycle": 0.05, "decay time": 0.05, "
 #: Standard deviations over the replays of one regime that come on top.
 SCATTER = 3.0
 _UNITS = {"amplitude": "m", "impacts per cycle": "1", "decay time": "s", "spells": "1"}
+_NAMED = 5  # starts: more are counted
 _FEW_SPELLS = 3.0  # that a short record may have more or less
 #: Numbers that decide whether a record is replayed, by test; the others are shown.
 DECISIVE = {
@@ -151,8 +152,13 @@ def _regime(record: str, measured: str, found: Sequence[Measures], decisive: boo
         by_regime.setdefault(one.regime, []).append(one.start)
     starts = ""
     if len(by_regime) > 1:
+        named = {regime: list(dict.fromkeys(names)) for regime, names in by_regime.items()}
+        total = len({one.start for one in found})
         starts = "; ".join(
-            f"{regime}: {', '.join(dict.fromkeys(names))}" for regime, names in by_regime.items()
+            f"{regime}: {', '.join(names)}"
+            if total <= _NAMED
+            else f"{regime}: {len(names)} of {total} starts"
+            for regime, names in named.items()
         )
     outcome = "not measured" if not measured else "ok" if measured in by_regime else "differs"
     words = "; ".join(by_regime)

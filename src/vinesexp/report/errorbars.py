@@ -5,12 +5,20 @@ The study itself is benchmarks/error_bars.py; its table is kept beside this modu
 
 from __future__ import annotations
 
-import csv
 import math
 from importlib import resources
 from typing import Any
 
+from vinesexp.records.tables import Column, Table, read_rows
 from vinesexp.units import COVERAGE_95
+
+#: error_bars.csv, which benchmarks/error_bars.py writes.
+ERROR_BARS = Table("error_bars", "error bar benchmark", (
+    Column("noise", "name of the noise level"),
+    Column("parameter", "M, c1, ..."),
+    Column("campaigns", "simulated campaigns at this level", kind="whole"),
+    Column("covered", "share of 95 % intervals with the truth", "1", "number"),
+))  # fmt: skip
 
 
 def coverage_table() -> dict[str, Any]:
@@ -29,8 +37,8 @@ def coverage_table() -> dict[str, Any]:
     >>> table["levels"][1], len(table["rows"][0]["cells"])
     ('nominal', 3)
     """
-    source = resources.files("vinesexp.report") / "error_bars.csv"
-    rows = list(csv.DictReader(source.read_text(encoding="utf-8").splitlines()))
+    with resources.as_file(resources.files("vinesexp.report") / "error_bars.csv") as path:
+        rows = read_rows(path, ERROR_BARS)
     levels = list(dict.fromkeys(row["noise"] for row in rows))
     shares = {
         (row["parameter"], row["noise"]): f"{100.0 * float(row['covered']):.1f} %" for row in rows

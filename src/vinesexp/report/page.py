@@ -104,7 +104,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         for table in (IDENTIFIED, RECORD_REGIMES, BASE, CLEARANCES, REPLAY, CHECKS)
     }
     budget = results / "budget.csv"
-    records = [record.file for record in campaign.records]
+    records = [file for record in campaign.records for file in record.files]
     description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
     processed = processed_records(campaign, results)
     parameters = identified_table(tables["identified"])
@@ -146,7 +146,13 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "provenance": provenance(
             [*description, *records],
             folder=campaign.folder,
-            digests={campaign.record(row.record).file: row.sha256 for row in processed},
+            digests={
+                file: digest
+                for row in processed
+                for file, digest in zip(
+                    campaign.record(row.record).files, row.sha256.split(";"), strict=False
+                )
+            },
         ),
     }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from vinesexp.clearance.optimum import PERMANENT
 from vinesexp.figures.numbers import significant
 
 Row = Mapping[str, str]
@@ -37,7 +38,7 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
     ...        "low": "0.005", "high": "0.00502", "deviation": "-0.002", "outcome": "ok",
     ...        "starts": ""}
     >>> replay_verdict([row], []).sentence
-    'The identified rig moves as the record does: amplitude within 0.2 %.'
+    'The identified rig moves as the record does: mean amplitude of other motions within 0.2 %.'
     """
     if not rows:
         return None
@@ -61,16 +62,26 @@ def _count(n: int, total: int) -> str:
 
 def _within(rows: Sequence[Row]) -> str:
     """How far the worst of each quantity is off."""
-    parts = []
-    for quantity in ("amplitude", "decay time"):
-        off = [
-            abs(float(row["deviation"]))
-            for row in rows
-            if row["quantity"] == quantity and row["deviation"]
-        ]
-        if off:
-            parts.append(f"{quantity} within {100.0 * max(off):.1g} %")
-    return " and ".join(parts) or "as far as they can be compared"
+    steady = {
+        row["record"]
+        for row in rows
+        if row["quantity"] == "regime" and row["measured"] in PERMANENT
+    }
+    kinds = (
+        ("amplitude", True, "amplitude of permanent two impacts per cycle"),
+        ("amplitude", False, "mean amplitude of other motions"),
+        ("decay time", False, "decay time"),
+        ("decay time", True, "decay time"),
+    )
+    parts: dict[str, float] = {}
+    for row in rows:
+        if not row["deviation"]:
+            continue
+        for quantity, permanent, words in kinds:
+            if (row["quantity"], row["record"] in steady) == (quantity, permanent):
+                parts[words] = max(parts.get(words, 0.0), abs(float(row["deviation"])))
+    shown = [f"{words} within {100.0 * off:.1g} %" for words, off in parts.items()]
+    return ", ".join(shown) or "as far as they can be compared"
 
 
 def _shown(row: Row) -> dict[str, str]:

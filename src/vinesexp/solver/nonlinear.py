@@ -40,6 +40,7 @@ FloatArray = NDArray[np.float64]
 
 CUT_OFF = 1e-18  # of the motion
 AT_REST = 1e-13  # z' over the speeds it is the difference of: no more than their rounding
+ENDING = 1e-10  # rad: a slip that friction ends within this time has ended
 
 
 @compiled
@@ -47,8 +48,11 @@ def is_at_rest(par: FloatArray, mass: float, E: FloatArray, X: FloatArray) -> bo
     """Whether the oscillator moves with the base, so that Coulomb friction may hold it there."""
     if par[P_COULOMB] == 0.0:
         return False
-    speed = abs(X[1]) + abs(E[1]) + own_rate(mass, par[P_C], par[P_K]) * abs(X[0])
-    rests: bool = abs(X[1] - E[1]) <= AT_REST * speed
+    rate = own_rate(mass, par[P_C], par[P_K])
+    speed = abs(X[1]) + abs(E[1]) + rate * abs(X[0])
+    # A ball that bounces on an oscillator at rest makes it slip for ever shorter times.
+    ending = ENDING * par[P_COULOMB] / (mass * rate)
+    rests: bool = abs(X[1] - E[1]) <= max(AT_REST * speed, ending)
     return rests
 
 

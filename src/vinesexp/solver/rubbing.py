@@ -65,6 +65,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 STALL = 300_000  # turns without progress in time after which the run is given up
+SLOWEST = 1e-5  # of the run: less than this in so many turns is no progress
 
 
 @compiled
@@ -226,7 +227,7 @@ def run_rubbing(
         while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
             piece += 1
         turns += 1
-        if state[T_HIGH] > since + 1e-9 * duration:
+        if state[T_HIGH] > since + SLOWEST * duration:
             turns, since = 0, state[T_HIGH]
         elif turns > STALL:
             return -1

@@ -120,7 +120,8 @@ def _run(
         if count < 0:
             raise AnalysisError(
                 f"the motion comes to a stop at t = {state[0]:.9g} s: balls with r = 1 or close to "
-                "it bounce faster than any clock resolves; give them a lower restitution"
+                "it, or balls on an oscillator that Coulomb friction holds, bounce faster than any "
+                "clock resolves; lower their restitution, or leave Coulomb friction out"
             )
         numbers.append(log[:count])
         labels.append(log_labels[:count])

@@ -159,3 +159,32 @@ def test_attributes_of_any_form_are_no_traceback(tmp_path):
         make(tmp_path / "a.h5", several)
     with pytest.raises(RecordError, match=r"states its sampling as dt = 9\.99"):
         make(tmp_path / "b.h5", tiny)
+
+
+def test_a_flipped_bit_under_a_checksum_is_told(tmp_path):
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", data=A, chunks=(100,), fletcher32=True)
+        (chunk,) = [file["x"].id.get_chunk_info(0)]
+    raw = bytearray(path.read_bytes())
+    raw[chunk.byte_offset + 40] ^= 1
+    path.write_bytes(raw)
+    with pytest.raises(RecordError, match="sample 0: cannot be read as HDF5"):
+        values(open_source(path), [0])
+
+
+@pytest.mark.parametrize("kind", ["external", "virtual"])
+def test_samples_that_lie_in_another_file_are_not_read(kind, tmp_path):
+    (tmp_path / "secret").write_bytes(A.tobytes())
+    with h5py.File(tmp_path / "b.h5", "w") as file:
+        file["x"] = A
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        if kind == "external":
+            place = [(str(tmp_path / "secret"), 0, A.nbytes)]
+            file.create_dataset("x", shape=(100,), dtype="f8", external=place)
+        else:
+            layout = h5py.VirtualLayout(shape=(100,), dtype="f8")
+            layout[:] = h5py.VirtualSource(str(tmp_path / "b.h5"), "x", shape=(100,))
+            file.create_virtual_dataset("x", layout)
+    with pytest.raises(RecordError, match="dataset 'x' keeps its samples in another file"):
+        open_source(tmp_path / "a.h5")

@@ -243,3 +243,16 @@ def test_the_country_of_the_computer_plays_no_part(tmp_path):
             np.testing.assert_array_equal(read(path)[1], VALUES)
     finally:
         locale.setlocale(locale.LC_ALL, before)
+
+
+@pytest.mark.parametrize(
+    "content", [b"\xff\xfe", b"\xff\xfe\n\0\n\0", b"t,x\n0,1\n1," + b"9" * 400 + b"\n2,3\n"]
+)
+def test_odd_bytes_are_no_traceback(content, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(content)
+    try:
+        _, found = read(path, [1])
+    except RecordError:
+        return
+    assert found.shape == (3, 1)

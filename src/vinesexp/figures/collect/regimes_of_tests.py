@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.figures.collect.records import marks_of
+from vinesexp.figures.collect.single_records import marks_of
 from vinesexp.figures.draw.regime_strips import Strip, regime_strips
 from vinesexp.figures.entry import Drawn
 from vinesexp.records.campaign import Campaign, Record

@@ -67,7 +67,7 @@ def open_source(path: Path) -> Source:
         with path.open("rb") as stream:
             head = stream.read(_HEAD)
     except FileNotFoundError:
-        raise RecordError("no such file; correct the name in records.csv", file=path) from None
+        raise RecordError("no such file; correct its name", file=path) from None
     except IsADirectoryError:
         raise RecordError("is a folder, expected an instrument file", file=path) from None
     except OSError as error:

@@ -112,7 +112,15 @@ class Hdf5Source:
         with h5py.File(self.path, "r") as file:
             for begin in range(0, series[0].length, rows):
                 end = min(begin + rows, series[0].length)
-                yield np.stack([_read(file, one, begin, end) for one in series], axis=1)
+                try:
+                    block = np.stack([_read(file, one, begin, end) for one in series], axis=1)
+                except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
+                    raise RecordError(
+                        f"cannot be read as HDF5 ({error}); copy or export the record again",
+                        file=self.path,
+                        where=self.locate(begin),
+                    ) from None
+                yield block
 
     def locate(self, row: int) -> str:
         """``"sample 12"``, counted from 0 as in the dataset."""
@@ -135,6 +143,11 @@ class Hdf5Source:
             return
         if name.startswith("#") or not min(shape):  # MATLAB's own bookkeeping, and nothing
             return
+        if _is_elsewhere(item):
+            raise RecordError(
+                f"dataset '{name}' keeps its samples in another file; copy them into this one",
+                file=self.path,
+            )
         if max(shape) > 1:
             found.append((name, item))
         elif scalars:
@@ -165,6 +178,13 @@ class Hdf5Source:
             inner = None if len(shape) == 1 else k
             self._series.append(_Series(name, inner, along_first, scale, offset, max(shape)))
             yield Column(own, unit_of_label(label) or label or unit_in_name(own), interval)
+
+
+def _is_elsewhere(item: Any) -> bool:
+    """Whether a dataset only points to samples outside of its file, whatever file that is."""
+    if item.external:
+        return True
+    return bool(item.is_virtual) and any(s.file_name != "." for s in item.virtual_sources())
 
 
 def _read(file: Any, series: _Series, begin: int, end: int) -> Floats:

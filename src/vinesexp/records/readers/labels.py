@@ -16,6 +16,7 @@ _WORDS = {
     "volts": "V",
     "millivolt": "mV",
     "millivolts": "mV",
+    "s": "s",
     "second": "s",
     "seconds": "s",
     "sec": "s",

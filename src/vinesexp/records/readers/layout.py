@@ -130,6 +130,10 @@ def find_body(path: Path) -> tuple[Layout, Body]:
     if not whole and len(lines) > 1:
         lines.pop()  # cut short by the end of the head
     filled = [line for line in lines if line.strip()]
+    if not filled:
+        raise RecordError(
+            "no line of numbers found; export the record as columns of numbers", file=path
+        )
     tail = filled[-min(50, max(3, len(filled) // 2)) :]
     layout = _delimiter_and_decimal(path, tail, filled, encoding)
     if any('"' in line for line in tail):

@@ -126,8 +126,8 @@ class TextSource:
                 chunksize=rows,
             ) as reader:
                 for chunk in reader:
-                    yield chunk.to_numpy()
-        except (ValueError, pd.errors.ParserError):
+                    yield chunk.to_numpy(dtype=np.float64)
+        except (ValueError, TypeError, OverflowError, pd.errors.ParserError):
             yield None
 
     def _patient(self, wanted: list[int], done: int, rows: int) -> Iterator[Floats]:

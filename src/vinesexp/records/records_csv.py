@@ -120,6 +120,9 @@ def _rows(
     file: Path, problems: Problems
 ) -> tuple[list[str], bool, list[tuple[int, list[str]]]] | None:
     """Header, whether decimal commas are possible, and the rows with their line numbers."""
+    if file.exists() and not file.is_file():
+        problems.add("is no plain file")
+        return None
     try:
         raw = file.read_bytes()
     except FileNotFoundError:
