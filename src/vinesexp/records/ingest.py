@@ -128,11 +128,14 @@ def read_channels(
     Raises
     ------
     RecordError
-        As for `ingest`.
+        As for `ingest`; also for samples out of the instrument's range (infinite, or its mark).
     """
     samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
     blocks = samples.whole()
     values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
+    for role in values:
+        if out_of_range := samples.overload(role):
+            raise RecordError(out_of_range, file=path)
     return samples.sample_rate, samples.start, values
 
 

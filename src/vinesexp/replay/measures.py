@@ -47,7 +47,7 @@ def decay_time(time: Floats, amplitude: Floats) -> float:
     Examples
     --------
     >>> t = np.arange(100) / 10.0
-    >>> abs(decay_time(t, np.exp(-t)) - np.log(4.0)) < 0.01
+    >>> bool(abs(decay_time(t, np.exp(-t)) - np.log(4.0)) < 0.01)
     True
     """
     if amplitude.size < 2:
