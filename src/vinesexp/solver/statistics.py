@@ -25,12 +25,15 @@ def add_amplitudes(
     """Add a stretch of motion to `sums`: time, integral of A, largest A, impacts, x^2 integral.
 
     A = hypot(x, x'/w0). `node` (t, x, v, balls at rest) is where the last stretch ended; the log
-    rows and then `state` carry it on. From `settle` on, A is taken PER_CYCLE times a cycle, and at
-    the ends of the spells in which a ball rests (the closed form is that of the bare oscillator).
+    rows and then `state` carry it on. From `settle` on, A is taken PER_CYCLE times a cycle of the
+    oscillator (of the base above twice its frequency), and at the ends of the spells in which a
+    ball rests (the closed form is that of the bare oscillator).
     """
     head = response[0]
     w0, w = math.sqrt(head[H_W0SQ]), head[H_W]
-    spacing = 2.0 * math.pi / (PER_CYCLE * w0)
+    # Far above resonance the base sets the pace: a step of the oscillator's own cycle would lie
+    # beyond the end of the table of the closed form.
+    spacing = 2.0 * math.pi / (PER_CYCLE * (w if w > 2.0 * w0 else w0))
     for row in range(rows + 1):
         last = row == rows
         t1 = state[0] if last else numbers[row, 0]
