@@ -52,6 +52,7 @@ UNITS: dict[str, dict[str, float]] = {
         "mg": 1e-3 * STANDARD_GRAVITY,
     },
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": 4.4482216152605},
+    "pressure": {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "psi": 6894.757293168},
     "mass": {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237, "oz": 0.028349523125},
     "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6, "kV": 1e3},
     "charge": {"C": 1.0, "nC": 1e-9, "pC": 1e-12},
@@ -78,6 +79,16 @@ UNITS: dict[str, dict[str, float]] = {
     },
     "angle": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0},
     "ratio": {"": 1.0, "1": 1.0, "%": 1e-2},
+}
+
+#: Smallest and greatest size, SI, that a rig can have: what is beyond it is a slip of the pen.
+_POSSIBLE = {
+    "mass": (1e-9, 1e7),
+    "damping": (1e-12, 1e12),
+    "stiffness": (1e-6, 1e15),
+    "displacement": (1e-9, 1e3),
+    "velocity": (1e-9, 1e4),
+    "frequency": (1e-6, 1e7),
 }
 
 #: Other ways to write the same letter or power.
@@ -220,6 +231,22 @@ def parse_sensitivity(text: object, quantity: str) -> float:
     if value == 0.0 or not math.isfinite(value):
         raise ParameterError(f"found '{text}', expected a sensitivity other than zero")
     return value
+
+
+def refuse_impossible(text: object, value: float, quantity: str) -> None:
+    """Refuse a size that no rig has; zero, and a quantity without such bounds, pass.
+
+    Examples
+    --------
+    >>> refuse_impossible("30 mm", 0.03, "displacement")
+    >>> refuse_impossible("1e300 m", 1e300, "displacement")
+    Traceback (most recent call last):
+    vinesexp.errors.ParameterError: found '1e300 m', expected 1e-09 to 1000 m
+    """
+    low, high = _POSSIBLE.get(quantity, (0.0, math.inf))
+    if value != 0.0 and not low <= abs(value) <= high:
+        unit = next((name for name, size in UNITS[quantity].items() if size == 1.0), "")
+        raise ParameterError(f"found '{text}', expected {low:g} to {high:g} {unit}")
 
 
 def relative_error(text: object) -> float | None:

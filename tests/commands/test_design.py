@@ -212,3 +212,35 @@ def test_plot(ending: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert file.read_bytes() == first, "the same picture gives the same bytes"
     assert call(BOTH, "--plot", str(tmp_path / "sim.bmp")) == 1
     assert "cannot draw '.bmp'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("flag", "text"),
+    [
+        ("--release", "1e300 m"),
+        ("--release", "1e-300 m"),
+        ("--base-amplitude", "1e300 m"),
+        ("--frequency", "1e9:2e9 Hz"),
+        ("--stiffness", "1e308 N/m"),
+        ("--nes-mass", "32 g; 1e-300 kg"),
+    ],
+)
+def test_a_size_that_no_rig_has_is_one_line(
+    flag: str, text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call({**BOTH, flag: text}) == 1
+    shown = capsys.readouterr().err
+    assert shown.count("\n") == 1
+    assert f"{flag}: found '{text}', expected" in shown
+
+
+def test_a_picture_that_cannot_be_written_does_not_cost_the_answer(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    occupied = tmp_path / "file"
+    occupied.write_text("mine")
+    assert call(BOTH, "--json", "--plot", str(occupied / "sim.png")) == 1
+    shown = capsys.readouterr()
+    assert json.loads(shown.out)["b_t_published_mm"] == pytest.approx(50.0)
+    assert shown.err.count("\n") == 1
+    assert "cannot be drawn there" in shown.err

@@ -228,6 +228,30 @@ CAMPAIGN_MISTAKES = {
         "/etc/hostname",
         ["line 3, column file", "leaves the campaign folder"],
     ),
+    "amplitude that no rig has": (
+        "records.csv",
+        "0.25,7.9,,,,\nbad",
+        "1e303,7.9,,,,\nbad",
+        ["line 2, column base_amplitude_mm", "found '1e303'", "to 1000 m"],
+    ),
+    "clearance that no rig has": (
+        "records.csv",
+        "34,0.25,7.9,,,,\nbad",
+        "1e-320,0.25,7.9,,,,\nbad",
+        ["line 2, column clearance_mm", "found '1e-320'", "1e-09"],
+    ),
+    "frequency that no rig has": (
+        "records.csv",
+        "7.9,,,,\nbad",
+        "1e300,,,,\nbad",
+        ["line 2, column frequency_hz", "found '1e300'", "Hz"],
+    ),
+    "mass that no rig has": (
+        "campaign.yaml",
+        "4.7 +- 0.05 kg",
+        "1e300 kg",
+        ["line 3, key known.mass", "found '1e300 kg'", "kg"],
+    ),
     "no records": ("records.csv", CSV, CSV.splitlines()[0], ["records.csv", "no records"]),
     "empty table": ("records.csv", CSV, "", ["records.csv: is empty"]),
 }
@@ -475,6 +499,29 @@ def test_an_unreadable_file_is_told(folder, capsys):
     code, lines = check(folder, capsys)
     assert code == 1
     assert "is a folder" in lines[0]
+
+
+@pytest.mark.parametrize("allowed", [False, True])
+def test_a_link_to_itself_is_told(allowed, folder, capsys):
+    (folder / "raw/bad.csv").unlink()
+    (folder / "raw/bad.csv").symlink_to("bad.csv")
+    if allowed:
+        (folder / "campaign.yaml").write_text(YAML + "allow_outside: yes\n")
+    code, lines = check(folder, capsys)
+    assert code == 1
+    assert "line 3, column file: found 'raw/bad.csv', which cannot be followed" in lines[0]
+
+
+def test_a_channel_without_motion_is_told(folder, capsys):
+    """A row without frequency_hz: nothing says how long a period is."""
+    rows = CSV.splitlines()
+    rows[2] = "bad,raw/bad.csv,ringdown,,,,,,,"
+    (folder / "records.csv").write_text("\n".join(rows) + "\n")
+    t, base, laser = signals()
+    (folder / "raw/bad.csv").write_text(text(t, base, 0.0 * laser + 3.0))
+    code, lines = check(folder, capsys)
+    assert code == 1
+    assert "displacement shows no motion at all" in lines[0]
 
 
 def test_a_link_that_leaves_the_folder_is_refused_and_can_be_allowed(folder, tmp_path, capsys):

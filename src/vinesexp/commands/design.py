@@ -76,14 +76,18 @@ def run(args: argparse.Namespace) -> int:
     theory, advice = design(
         given, simulate=not args.theory_only, seed=1 if seed is None else int(seed)
     )
-    if picture is not None:
-        _plot(picture, given, theory, advice)
     if args.json:
         print(json.dumps(answer_of(given, theory, advice), indent=2))
     else:
         from vinesexp.design.answer_text import text_of
 
         print(text_of(given, theory, advice))
+    if picture is not None:  # last: a place that cannot be written to does not cost the answer
+        try:
+            _plot(picture, given, theory, advice)
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise VinesexpError(f"cannot be drawn there ({reason})", file=picture) from None
     return 0
 
 

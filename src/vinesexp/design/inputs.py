@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError, nearest
-from vinesexp.units import Quantity, parse_quantity
+from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 
 
 @dataclass(frozen=True)
@@ -97,6 +97,8 @@ def gather(texts: Mapping[str, Sequence[str]], identified: Path | None = None) -
         if said:
             try:
                 given[option.symbol] = parse_values(said[0], option)
+                for one in given[option.symbol]:
+                    refuse_impossible(said[0], one.value, option.quantity)
             except ParameterError as error:
                 raise ParameterError(error.problem, where=option.flag) from None
     _ask_for_missing(given)
@@ -124,7 +126,7 @@ def parse_values(text: str, option: Option) -> tuple[Quantity, ...]:
     if option.symbol in _RANGES and ":" in text:
         low, high = text.split(":", 1)
         unit = re.sub(r"^[\s+-]*[0-9.]+(?:[eE][+-]?\d+)?", "", high)
-        if not re.search(r"[A-Za-z]", low):
+        if not re.search(r"[A-Za-z]", re.sub(r"(?<=[0-9.])[eE](?=[+-]?\d)", "", low)):
             low += unit
         ends = parse_quantity(low, option.quantity), parse_quantity(high, option.quantity)
         if not 0.0 < ends[0].value <= ends[1].value:

@@ -23,7 +23,7 @@ from vinesexp.records.yamlsections import (
 )
 from vinesexp.records.yamltree import Section, read_yaml
 from vinesexp.settings.stages import Settings
-from vinesexp.units import Quantity
+from vinesexp.units import Quantity, refuse_impossible
 
 KEYS = (
     "title",
@@ -98,15 +98,21 @@ def _known(top: Section, uncertainties: Uncertainties, problems: Problems) -> Kn
     mass = None
     if section.values.get("mass") is not None:
         with problems.at(section.where("mass")):
-            mass = above_zero(section.values["mass"], "mass")
+            mass = _mass(section.values["mass"])
     given = section.values.get("nes_mass")
     balls: list[Quantity] = []
     for text in given if isinstance(given, list) else [] if given is None else [given]:
         with problems.at(section.where("nes_mass")):
-            ball = above_zero(text, "mass")
+            ball = _mass(text)
             error = ball.std_error or uncertainties.nes_mass.of(ball.value)
             balls.append(Quantity(ball.value, error))
     return Known(mass, tuple(balls), uncertainties)
+
+
+def _mass(text: object) -> Quantity:
+    found = above_zero(text, "mass")
+    refuse_impossible(text, found.value, "mass")
+    return found
 
 
 def _bandpass(top: Section, problems: Problems) -> tuple[float, float] | None:

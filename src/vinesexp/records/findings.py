@@ -90,6 +90,11 @@ def _period(view: RecordView, record: Record) -> float | None:
     motion = next(role for role in _MOTION if role in view.roles)
     seconds = view.n / view.sample_rate
     held = seconds * min(record.frequency) if record.frequency else periods(view, motion)
+    if held == 0.0:
+        raise RecordError(
+            f"{motion} shows no motion at all; is it the right column, and was the sensor on?",
+            file=record.file,
+        )
     if held < _LEAST_PERIODS:
         raise RecordError(
             f"{seconds:.3g} s hold {held:.2g} periods of the motion, expected at least two; record "

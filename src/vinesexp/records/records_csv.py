@@ -24,6 +24,7 @@ from vinesexp.records.table_cells import (
     read_least,
     read_number,
     read_setup,
+    read_size,
     read_test,
 )
 from vinesexp.settings.overrides import changed_by_text
@@ -57,6 +58,7 @@ PEOPLE = (
     "notes",
 )
 REQUIRED = COLUMNS[:3]
+_MM = "displacement"  # what the columns in mm measure
 T = TypeVar("T")
 
 
@@ -214,10 +216,10 @@ def _record(
         file=files[0] if files else folder,
         test=required("test", read_test) or "",
         clearance=cell("clearance_mm", lambda text: read_clearance(text, number, n_masses), ()),
-        base_amplitude=cell("base_amplitude_mm", lambda text: read_least(text, number) / 1e3, None),
+        base_amplitude=cell("base_amplitude_mm", lambda text: read_least(text, number, _MM), None),
         frequency=cell("frequency_hz", lambda text: read_frequency(text, number), None),
-        added_mass=cell("added_mass_g", lambda text: read_least(text, number) / 1e3, None),
-        release=cell("release_mm", lambda text: number(text) / 1e3, None),
+        added_mass=cell("added_mass_g", lambda text: read_least(text, number, "mass"), None),
+        release=cell("release_mm", lambda text: read_size(text, number, _MM), None),
         exclude=cell("exclude", read_exclude, False),
         settings=cell("settings", lambda text: changed_by_text(settings, text), settings),
         note=row.get("note", ""),

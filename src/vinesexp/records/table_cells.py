@@ -9,6 +9,7 @@ from pathlib import Path
 
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.schema import TESTS
+from vinesexp.units import refuse_impossible
 
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)  # Windows devices
@@ -32,9 +33,16 @@ def read_number(text: str, comma: bool) -> float:
     return float(plain)
 
 
-def read_least(text: str, number: Callable[[str], float]) -> float:
-    """A number of zero or above."""
-    value = number(text)
+def read_size(text: str, number: Callable[[str], float], quantity: str) -> float:
+    """A length in mm or a mass in g as SI, refused where no rig has that size."""
+    value = number(text) / 1e3
+    refuse_impossible(text, value, quantity)
+    return value
+
+
+def read_least(text: str, number: Callable[[str], float], quantity: str) -> float:
+    """As `read_size`, of zero or above."""
+    value = read_size(text, number, quantity)
     if value < 0.0:
         raise ParameterError(f"found '{text}', expected zero or above")
     return value
@@ -42,7 +50,7 @@ def read_least(text: str, number: Callable[[str], float]) -> float:
 
 def read_clearance(text: str, number: Callable[[str], float], n_masses: int) -> tuple[float, ...]:
     """Clearances in m, one for each NES."""
-    values = tuple(number(part) for part in text.split(";"))
+    values = tuple(read_size(part, number, "displacement") for part in text.split(";"))
     if any(value <= 0.0 for value in values):
         raise ParameterError(
             f"found '{text}', expected clearances above zero (empty: NES removed or blocked)"
@@ -52,7 +60,7 @@ def read_clearance(text: str, number: Callable[[str], float], n_masses: int) -> 
             f"{len(values)} clearances, but campaign.yaml gives {n_masses} masses under "
             "known.nes_mass; give one mass for all or one for each"
         )
-    return tuple(value / 1e3 for value in values)
+    return values
 
 
 def read_frequency(text: str, number: Callable[[str], float]) -> tuple[float, float]:
@@ -62,6 +70,8 @@ def read_frequency(text: str, number: Callable[[str], float]) -> tuple[float, fl
         raise ParameterError(
             f"found '{text}', expected a frequency above zero or a range such as 7.2:8.4"
         )
+    for part in parts:
+        refuse_impossible(text, part, "frequency")
     return parts[0], parts[-1]
 
 
@@ -105,7 +115,13 @@ def read_file(text: str, folder: Path, allow_outside: bool) -> Path:
     """A path inside the campaign folder, or outside where that is allowed."""
     path = folder / text
     # Links are followed: what counts is where the file is, not how it is written.
-    if not allow_outside and not path.resolve().is_relative_to(folder.resolve()):
+    try:
+        inside = path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError, ValueError):
+        raise ParameterError(
+            f"found '{text}', which cannot be followed to a file (a link to itself?)"
+        ) from None
+    if not allow_outside and not inside:
         raise ParameterError(
             f"'{text}' leaves the campaign folder; move the file into it, or write "
             "'allow_outside: yes' in campaign.yaml"
