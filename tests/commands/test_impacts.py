@@ -118,3 +118,43 @@ def test_a_file_without_impacts_is_told(tmp_path, capsys):
     )
     assert main(["impacts", str(path), "-a", "a", "--acceleration-unit", "m/s^2"]) == 0
     assert "no impacts found" in capsys.readouterr().err
+
+
+def test_a_column_called_time_in_small_letters_is_the_times(record, capsys):
+    rows = record.read_text().splitlines()[1:]
+    body = "\n".join(f"{row.split(',')[1]},{row.split(',')[0]}" for row in rows)
+    record.write_text(f"CH3 (V),time\n{body}\n", encoding="utf-8")
+    words = ["impacts", str(record), "-a", "CH3*", "--acceleration-unit", "20 mV/g"]
+    assert main(words) == 0
+    assert capsys.readouterr().out.count("\n") == 19
+
+
+def test_what_is_odd_about_the_file_is_told(record, capsys):
+    text = record.read_text().replace("(V)", "(s)", 1)
+    record.write_text(text, encoding="utf-8")
+    assert main(["impacts", str(record), "-a", "1", "--acceleration-unit", "g"]) == 0
+    assert "the header's unit 's' is passed over" in capsys.readouterr().err
+
+
+def test_a_pressure_is_no_acceleration(record, capsys):
+    text = record.read_text().replace("(V)", "(Pa)", 1)
+    record.write_text(text, encoding="utf-8")
+    assert main(["impacts", str(record), "-a", "1", "--acceleration-unit", "g"]) == 1
+    assert "'Pa', a unit of pressure" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("rate", ["0 Hz", "1e300 Hz", "-5 Hz"])
+def test_a_rate_that_no_instrument_has_is_one_line(rate, record, capsys):
+    words = ["impacts", str(record), "-a", "1", "--acceleration-unit", "20 mV/g"]
+    assert main([*words, f"--sample-rate={rate}"]) == 1
+    shown = capsys.readouterr().err
+    assert shown.count("\n") == 1
+    assert f"--sample-rate: found '{rate}'" in shown
+
+
+def test_a_folder_that_cannot_be_written_to_is_one_line(record, capsys):
+    words = ["impacts", str(record), "-a", "1", "--acceleration-unit", "20 mV/g"]
+    assert main([*words, "--out", str(record / "out")]) == 1
+    shown = capsys.readouterr().err
+    assert shown.count("\n") == 1
+    assert "cannot be written" in shown

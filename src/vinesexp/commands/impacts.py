@@ -90,14 +90,20 @@ def _table_for(path: Path, args: argparse.Namespace) -> Path:
 
 def _write(table: Path, text: str) -> None:
     """The table appears only when complete."""
-    table.parent.mkdir(parents=True, exist_ok=True)
-    partial = table.with_name(f".{table.name}.{os.getpid()}.part")
-    partial.write_text(text, encoding="utf-8")
-    os.replace(partial, table)
+    try:
+        table.parent.mkdir(parents=True, exist_ok=True)
+        partial = table.with_name(f".{table.name}.{os.getpid()}.part")
+        partial.write_text(text, encoding="utf-8")
+        os.replace(partial, table)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise VinesexpError(
+            f"cannot be written ({reason}); name another folder", file=table
+        ) from None
 
 
 def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Namespace) -> str:
-    rate = parse_quantity(args.sample_rate, "frequency").value if args.sample_rate else None
+    rate = _rate(args.sample_rate) if args.sample_rate else None
     time = _time(path, args) if rate is None else None
     # The clearance only says that there is a ball; without it nothing is looked for.
     test = _test(path, channels, time, rate)
@@ -115,10 +121,22 @@ def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Name
     )
     with tempfile.TemporaryDirectory(prefix="vinesexp-impacts-") as folder:
         paths = ResultPaths(Path(folder))
-        ingest_record(campaign, record, paths=paths, strict=True)
+        for check in ingest_record(campaign, record, paths=paths, strict=True):
+            if check.outcome == "warning":
+                print(f"vinesexp impacts: {path}: {check.detail}", file=sys.stderr)
         condition_record(campaign, record, paths=paths)
         find_impacts(campaign, record, paths=paths)
         return paths.impacts(record.id).read_text(encoding="utf-8")
+
+
+def _rate(text: str) -> float:
+    rate = parse_quantity(text, "frequency").value
+    if not 1e-3 <= rate <= 1e12:
+        raise ParameterError(
+            f"found '{text}', expected a rate that an instrument has, such as '10 kHz'",
+            where="--sample-rate",
+        )
+    return rate
 
 
 def _time(path: Path, args: argparse.Namespace) -> TimeColumn | None:
@@ -128,8 +146,9 @@ def _time(path: Path, args: argparse.Namespace) -> TimeColumn | None:
         column: str | int = int(args.time) if args.time.isdigit() else args.time
         return TimeColumn(column, args.time_unit, size)
     source = open_source(path)
-    if has_column(source, "Time*"):
-        return TimeColumn("Time*", args.time_unit, size)
+    for pattern in ("Time*", "[Tt][Ii][Mm][Ee]*"):
+        if has_column(source, pattern):
+            return TimeColumn(pattern, args.time_unit, size)
     states_itself = source.time_column is not None or source.sample_interval is not None
     states_itself = states_itself or any(column.interval for column in source.columns)
     return None if states_itself else TimeColumn("Time*", args.time_unit, size)
