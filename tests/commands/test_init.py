@@ -1,6 +1,7 @@
 """`vinesexp init`: a folder of files becomes a campaign, but for what no file tells."""
 
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -143,3 +144,36 @@ def test_shocks_are_told_from_smooth_motion_and_noise():
     assert not has_shocks(smooth)
     smooth[1000::900] += 0.5
     assert has_shocks(smooth)
+
+
+def test_a_name_with_quotes_and_strokes_gives_a_campaign_that_is_read(tmp_path, capsys):
+    folder = tmp_path / 'a "b" \\q #1'
+    folder.mkdir()
+    t = np.arange(4000) / 1000.0
+    x = 5.0 * np.exp(-0.3 * t) * np.cos(50.0 * t)
+    rows = "\n".join(f"{s:.3f},{v:.6f}" for s, v in zip(t, x, strict=True))
+    head = '"Time ""t"" (s)","Laser ""raw"" C:\\dir (mm)"'
+    (folder / "a.csv").write_text(f"{head}\n{rows}\n", encoding="utf-8")
+    assert main(["init", str(folder)]) == 0
+    assert campaign_problems(folder) == []
+    campaign = load_campaign(folder)
+    assert campaign.title == folder.name
+    assert campaign.channels["displacement"].column == 'Laser "raw" C:\\dir (mm)'
+
+
+def test_a_folder_that_cannot_be_written_to_is_one_line(tmp_path, capsys, monkeypatch):
+    t = np.arange(4000) / 1000.0
+    rows = "\n".join(f"{s:.3f},{np.cos(50.0 * s):.6f}" for s in t)
+    (tmp_path / "a.csv").write_text(f"Time (s),Laser (mm)\n{rows}\n", encoding="utf-8")
+
+    def refuse(path, mode="r", **more):
+        if mode == "x":
+            raise PermissionError(13, "Permission denied")
+        return opened(path, mode, **more)
+
+    opened = Path.open
+    monkeypatch.setattr(Path, "open", refuse)
+    assert main(["init", str(tmp_path)]) == 1
+    shown = capsys.readouterr().err
+    assert shown.count("\n") == 1
+    assert "cannot be written to (Permission denied)" in shown

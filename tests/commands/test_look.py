@@ -62,3 +62,13 @@ def test_a_file_that_cannot_be_read_does_not_stop_the_others(file, tmp_path, cap
     assert "8000 rows" in printed.out
     assert "no line of numbers" in printed.err
     assert "no such file" in printed.err
+
+
+@pytest.mark.parametrize("unit", ["lbf", "N", "Pa"])
+def test_a_load_cell_or_a_microphone_is_no_displacement(unit, tmp_path, capsys):
+    t = np.arange(2000) / 1000.0
+    path = tmp_path / "one.csv"
+    rows = "\n".join(f"{s:.3f},{x:.6f}" for s, x in zip(t, np.sin(50.0 * t), strict=True))
+    path.write_text(f"Time (s),Signal ({unit})\n{rows}\n", encoding="utf-8")
+    assert main(["look", str(path)]) == 0
+    assert "displacement?" not in capsys.readouterr().out

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import csv
 import io
+import json
 import sys
 from pathlib import Path
 
@@ -65,21 +66,28 @@ def run(args: argparse.Namespace) -> int:
     }
     if not (folder / SCHEMA_NAME).exists():
         texts[SCHEMA_NAME] = schema_text()
-    for name, text in texts.items():
-        with (folder / name).open("x", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
+    try:
+        for name, text in texts.items():
+            with (folder / name).open("x", encoding="utf-8", newline="\n") as stream:
+                stream.write(text)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise CampaignError(
+            f"cannot be written to ({reason}); copy the files into a folder of your own",
+            file=folder,
+        ) from None
     _tell(folder, proposal, others)
     return 0
 
 
 def campaign_text(folder: Path, proposal: Proposal) -> str:
     """campaign.yaml, with a reason beside every line that is not certain."""
-    title = folder.resolve().name.replace('"', "'")
+    title = _quoted(folder.resolve().name)
     lines = [
         f"# yaml-language-server: $schema={SCHEMA_NAME}",
         "# Proposed by `vinesexp init`: look at every line. A `?` stops the run until it is filled",
         "# in. docs/campaign.md explains the keys.",
-        f'title: "{title}"',
+        f"title: {title}",
         "#known:",
         "#  nes_mass: 32 g        # weigh the ball; without it no clearance is predicted",
         "channels:",
@@ -91,15 +99,27 @@ def campaign_text(folder: Path, proposal: Proposal) -> str:
     if proposal.has_wav:
         lines.append("# In WAV files 1 is full scale: say what it means, as file_unit: 10 V.")
     if proposal.time is not None:
-        lines.append(f'time: {{column: "{proposal.time}", unit: s}}   # look: is the unit right?')
+        column = _quoted(proposal.time)
+        lines.append(f"time: {{column: {column}, unit: s}}   # look: is the unit right?")
     elif proposal.has_no_times:
         told = ", ".join(proposal.has_no_times[:3])
         lines.append(f"sample_rate: {OPEN} Hz   # FILL IN: {told} have no times")
     return "\n".join(lines) + "\n"
 
 
+def _quoted(text: str) -> str:
+    """Text between double quotes, as YAML reads it back whatever it holds.
+
+    Examples
+    --------
+    >>> print(_quoted('Laser "raw" C:'))
+    "Laser \\"raw\\" C:"
+    """
+    return json.dumps(text, ensure_ascii=False)
+
+
 def _channel_lines(channel: ProposedChannel) -> list[str]:
-    column = channel.pattern if channel.pattern.isdigit() else f'"{channel.pattern}"'
+    column = channel.pattern if channel.pattern.isdigit() else _quoted(channel.pattern)
     quantity = "acceleration" if channel.role == "acceleration" else "displacement"
     if channel.unit is not None:
         value, mark = f'unit: "{channel.unit}"', "" if channel.sure else "look: "

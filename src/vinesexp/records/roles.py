@@ -67,7 +67,11 @@ def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
         guess = _by_unit_or_name(label, [column for _, column in places])
         if guess is not None and guess.role not in {g.role for g in guesses.values()}:
             guesses[label] = guess
-    rest = [label for label in by_label if label not in guesses]
+    rest = [
+        label
+        for label, places in by_label.items()
+        if label not in guesses and not any(_measures_no_motion(c.unit) for _, c in places)
+    ]
     taken = {guess.role for guess in guesses.values()}
     return guesses | _by_physics(files, rest, set(_NAMES) - taken)
 
@@ -114,9 +118,16 @@ def _unsteadiness(values: Floats) -> float:
     return float(levels.std()) / mean if mean > 0.0 else 0.0
 
 
+def _measures_no_motion(unit: str | None) -> bool:
+    """Whether the unit is of a load cell or a microphone: none of the three roles."""
+    return unit in UNITS["force"] or unit in UNITS["pressure"]
+
+
 def _by_unit_or_name(label: str, columns: Sequence[ColumnView]) -> Guess | None:
     units = {column.unit for column in columns}
     unit = units.pop() if len(units) == 1 else None
+    if _measures_no_motion(unit):
+        return None
     named = next((role for role, form in _NAMES.items() if form.search(label)), None)
     if unit in UNITS["acceleration"]:
         if named == "base":
