@@ -124,3 +124,14 @@ def test_names_of_the_contract():
         "test", "level", "measured_mm", "measured_low_mm", "measured_high_mm", "published_mm",
         "exact_mm", "predicted_low_mm", "predicted_high_mm", "error_percent",
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@x", "\t=1", "'=1", "'quoted'", "a=1"])
+def test_no_cell_is_a_formula_and_all_come_back(tmp_path, text):
+    """A spreadsheet runs cells that begin with = + - @; notes go into tables as they are."""
+    path = tmp_path / "t.csv"
+    write_rows(path, TABLE, [{"name": text, "size_m": -1.5, "count": -2}])
+    cell = path.read_text().splitlines()[1].strip('"')
+    assert cell[0] not in "=+-@\t"
+    (row,) = read_rows(path, TABLE)
+    assert (row["name"], row["size_m"], row["count"]) == (text, "-1.5", "-2")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,8 @@ from vinesexp.errors import TableError
 
 #: A cell before it is written: None and NaN become empty cells.
 Value = str | float | int | None
+#: Text that a spreadsheet would run as a formula: it is written behind an apostrophe.
+_FORMULA = re.compile(r"[=+\-@\t\r]")
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,8 @@ def write_rows(path: Path, table: Table, rows: Iterable[Mapping[str, Value]]) ->
         Its folder is made where it is missing.
     table : Table
     rows : iterable of mappings
-        Column to value. Text is written as it is, also in a column of numbers.
+        Column to value. Text is written as it is, also in a column of numbers; in a column of text
+        an apostrophe goes before what a spreadsheet takes for a formula. `read_rows` removes it.
 
     Raises
     ------
@@ -91,7 +95,7 @@ def write_rows(path: Path, table: Table, rows: Iterable[Mapping[str, Value]]) ->
         for row in rows:
             if unknown := set(row) - known:
                 raise KeyError(f"{table.name} has no column {sorted(unknown)}")
-            writer.writerow([_text(row.get(column.name), column.form) for column in table.columns])
+            writer.writerow([_cell(row.get(column.name), column) for column in table.columns])
 
 
 def write_columns(path: Path, table: Table, columns: Mapping[str, Sequence[Value]]) -> None:
@@ -102,10 +106,19 @@ def write_columns(path: Path, table: Table, columns: Mapping[str, Sequence[Value
     )
 
 
-def _text(value: Value, form: str) -> str:
+def _cell(value: Value, column: Column) -> str:
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
-    return format(value, form) if isinstance(value, float) and form else str(value)
+    if isinstance(value, float) and column.form:
+        return format(value, column.form)
+    # An apostrophe before a formula is doubled, so that reading gives back what was written.
+    formula = column.kind == "text" and _FORMULA.match(str(value).lstrip("'"))
+    return f"'{value}" if formula else str(value)
+
+
+def _as_written(cell: str) -> str:
+    """Text of a cell without the apostrophe that `_cell` put before it."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell.lstrip("'")) else cell
 
 
 def read_rows(path: Path, table: Table) -> list[dict[str, str]]:
@@ -129,8 +142,13 @@ def read_rows(path: Path, table: Table) -> list[dict[str, str]]:
             )
         rows.append(dict(zip(header, cells, strict=True)))
     for column in table.columns:
-        if column.kind != "text" and column.name in header:
+        if column.name not in header:
+            continue
+        if column.kind != "text":
             _check_numbers(path, table, column, rows, [line for line, _ in body])
+        else:
+            for row in rows:
+                row[column.name] = _as_written(row[column.name])
     return rows
 
 
