@@ -58,3 +58,11 @@ def test_half_written_files_of_killed_runs_go(tmp_path):
     (tmp_path / "records/a.nc").write_text("")
     remove_leftovers(tmp_path)
     assert [path.name for path in sorted(tmp_path.rglob("*"))] == ["records", "a.nc"]
+
+
+@pytest.mark.parametrize("place", ["occupied", "occupied/below"])
+def test_a_place_that_cannot_be_written_to_is_one_line(place, tmp_path):
+    (tmp_path / "occupied").write_text("mine")
+    with pytest.raises(VinesexpError, match="results cannot be written there"):
+        hold_results(tmp_path / place, campaign=tmp_path)
+    assert (tmp_path / "occupied").read_text() == "mine"

@@ -20,15 +20,27 @@ def hold_results(results: Path, *, campaign: Path) -> IO[str]:
     Raises
     ------
     VinesexpError
-        Another run is writing there, or the folder holds the results of another campaign.
+        Another run is writing there, the folder holds the results of another campaign, or nothing
+        can be written there.
     """
+    try:
+        return _held(results, campaign)
+    except OSError as error:
+        raise VinesexpError(
+            f"results cannot be written there ({error.strerror or error}); choose another folder "
+            "with --config results=DIR",
+            file=results,
+        ) from None
+
+
+def _held(results: Path, campaign: Path) -> IO[str]:
     import fcntl
 
     results.mkdir(parents=True, exist_ok=True)
     stream = (results / ".campaign").open("a+", encoding="utf-8")
     try:
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except BlockingIOError:
         stream.close()
         raise VinesexpError(
             "another run is writing here; wait for it to end, or choose another folder "

@@ -53,6 +53,12 @@ def read_config(config: Mapping[str, Any]) -> tuple[Path, ResultPaths]:
             "--config results=DIR",
             file=results,
         )
+    if results.resolve() == campaign.resolve():
+        raise VinesexpError(
+            "the results cannot go into the campaign's own folder, among what was measured; choose "
+            "another with --config results=DIR",
+            file=results,
+        )
     return campaign, ResultPaths(results)
 
 
