@@ -173,3 +173,13 @@ def test_a_trend_is_judged_with_the_errors_of_its_points():
     found = decays([F0 * (1 + 4e-3 * i / 5) for i in range(6)])
     found[2] = replace(found[2], value=F0 * 1.02, std_error=0.2)
     assert said(found, campaign(decays=names), "drifts with the order of the records")
+
+
+def test_of_two_records_that_disagree_both_are_named():
+    found = [
+        Estimate("r", value, 1e-3, "1", "drop", (name,))
+        for name, value in (("d1", 0.81), ("d2", 0.60))
+    ]
+    (detail,) = said(found, campaign(decays=("d1", "d2")), "disagrees")
+    assert "r = 0.81 (drop) disagrees with d2, 0.6, " in detail
+    assert detail.endswith("look at both records")

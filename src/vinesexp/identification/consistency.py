@@ -75,10 +75,15 @@ def records_agree(estimates: Sequence[Estimate], mean: Mean, campaign: Campaign)
     rest = [e for e in estimates if e is not odd]
     others = weighted_mean([e.value for e in rest], [e.std_error for e in rest])
     names = odd.records if len(odd.records) == 1 else ("",)
+    unit = "" if odd.unit == "1" else f" {odd.unit}"
+    # Of two nobody knows which one is wrong.
+    against, advice = "the others", "this record"
+    if len(rest) == 1:
+        against, advice = ", ".join(rest[0].records) or rest[0].method, "both records"
     detail = (
-        f"{odd.parameter} = {odd.value:.6g} {odd.unit} ({odd.method}) disagrees with the others, "
+        f"{odd.parameter} = {odd.value:.6g}{unit} ({odd.method}) disagrees with {against}, "
         f"{others.value:.6g}, by {100 * abs(odd.value / others.value - 1):.2g} % or "
-        f"{mean.pull:.1f} standard errors; the combined error holds both, look at this record"
+        f"{mean.pull:.1f} standard errors; the combined error holds both, look at {advice}"
     )
     return [Check(names[0], "agreement", "warning", detail)]
 

@@ -108,8 +108,9 @@ def ring_down(
     sure = best.zeta > _STEADY_ERRORS * best.at(best.reference).zeta_error
     if best.fallen < _STEADY or not sure:
         raise AnalysisError(
-            f"the amplitude falls by {100 * best.fallen:.2g} % in "
-            f"{best.end - best.start:.3g} s only: a steady drive, no free decay"
+            f"the amplitude {'falls' if best.fallen >= 0.0 else 'rises'} by "
+            f"{100 * abs(best.fallen):.2g} % in {best.end - best.start:.3g} s only: "
+            "a steady drive, no free decay"
         )
     return [decrement, best]
 
