@@ -57,7 +57,7 @@ def test_the_plain_rig_stays_plain():
 
 
 @pytest.mark.parametrize("friction", [pytest.param(0.05, marks=pytest.mark.slow), 0.3, 1.0])
-def test_a_ball_that_rubs_is_told_by_its_friction(friction):
+def test_a_ball_that_rubs_is_reported_by_its_friction(friction):
     found = consistent(body_friction=friction)
     assert set(effects(found)) == {"friction", "r_effective"}
     assert holds(effects(found)["friction"], friction)
@@ -79,7 +79,7 @@ def test_no_wall_is_an_outlier_of_the_other(plus, minus):
 
 
 @pytest.mark.parametrize("slope", [pytest.param(-0.05, marks=pytest.mark.slow), -0.15])
-def test_r_over_impact_speed_is_told(slope):
+def test_r_over_impact_speed_is_reported(slope):
     found = consistent(body_r_slope=slope)
     assert set(effects(found)) == {"r_speed_slope"}
     assert holds(effects(found)["r_speed_slope"], slope)
