@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from vinesexp.signals.bands import Bands
     from vinesexp.signals.impacts.impact_table import Impacts
 
-Row = dict[str, str | float | None]
-
 
 @dataclass(frozen=True)
 class RecordResult:
@@ -39,7 +37,7 @@ class RecordResult:
     checks: list[Check]
     bands: Bands | None
     impacts: Impacts
-    regime: Row
+    regime: dict[str, str | float | None]
     estimates: list[Estimate]
 
 

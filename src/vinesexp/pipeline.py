@@ -16,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vinesexp.analysis_results import CampaignResult, RecordResult, Row
+from vinesexp.analysis_results import CampaignResult, RecordResult
 from vinesexp.records.checks import Check
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign, Record
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from vinesexp.replay.replay_table import Compared
     from vinesexp.signals.bands import Bands
     from vinesexp.signals.impacts.impact_table import Impacts
+
+Row = dict[str, str | float | None]
 
 
 def analyse_record(

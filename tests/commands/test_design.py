@@ -187,7 +187,10 @@ def test_identified_values_in_place_of_numbers(
         ("parameter,value,std_error,units,method\n", "line 1: has no column 'unit' but 'units'"),
         ("parameter,value,std_error,unit,method\n", "holds no row with method 'combined'"),
         (IDENTIFIED.replace("4.71", "four"), "line 4: found 'four' in column value"),
-        (IDENTIFIED.replace("4.71,0.02,kg", "4.71,0.02,N"), "line 4: found '4.71 +- 0.02 N'"),
+        (
+            IDENTIFIED.replace("4.71,0.02,4.67,4.75,kg", "4.71,0.02,4.67,4.75,N"),
+            "line 4: found '4.71 +- 0.02 N'",
+        ),
         (IDENTIFIED.rstrip("\n"), "is cut off"),
     ],
 )

@@ -144,7 +144,7 @@ def test_a_wrong_accelerometer_gain_is_found_by_the_added_masses():
 def test_a_wrong_gain_that_nothing_decides_widens_r():
     found = consistent(sensors_laser_gain=1.03, gain=1 / 1.03, loads=False)
     assert holds(r_of(found), R)
-    assert says(found, "nothing tells which sensitivity is wrong")
+    assert says(found, "nothing shows which sensitivity is wrong")
 
 
 def test_b_c_of_a_ball_that_rubs_takes_the_effective_r():

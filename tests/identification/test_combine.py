@@ -99,7 +99,7 @@ def test_an_added_mass_off_the_line_is_reported_with_its_record():
         *ringdown("added_1", f0=wrong),
     ]
     text = reported(combine(estimates, campaign())[1])
-    assert "one of added_mass_g is wrong; a further load would tell which" in text
+    assert "one of added_mass_g is wrong; a further load would show which" in text
     more = Estimate(
         "f0_added",
         math.sqrt(K1 / (M + 0.9)) / (2 * math.pi),
