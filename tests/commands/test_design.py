@@ -189,7 +189,7 @@ def test_identified_values_in_place_of_numbers(
         (IDENTIFIED.replace("4.71", "four"), "line 4: found 'four' in column value"),
         (
             IDENTIFIED.replace("4.71,0.02,4.67,4.75,kg", "4.71,0.02,4.67,4.75,N"),
-            "line 4: found '4.71 +- 0.02 N'",
+            "line 4: 'N' is a unit of force, expected a unit of mass",
         ),
         (IDENTIFIED.rstrip("\n"), "is cut off"),
     ],
