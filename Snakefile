@@ -3,7 +3,7 @@
 #   snakemake                                   the default campaign, data/twin
 #   snakemake --config campaign=PATH            any other
 #   snakemake --config results=DIR              results elsewhere
-#   snakemake -n                                what would run, and why; -n --verbose: job by job
+#   snakemake -n                                what would run, and why; -n -p: job by job
 
 
 include: "workflow/Snakefile"

@@ -64,7 +64,7 @@ class Score:
 
 
 def pulses(time: FloatArray, jump: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
-    """True impacts as the record can tell them: those that overlap make one pulse.
+    """True impacts as the record can show them: those that overlap make one pulse.
 
     Closer than half a contact, or than two samples, two are one: its jump is their sum, its time
     their centre of momentum.

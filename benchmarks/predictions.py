@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from benchmarks import sequences
+from benchmarks import free_decay, sequences
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
 from vinesexp.errors import AnalysisError
@@ -25,7 +25,6 @@ from vinesexp.figures.draw import style
 from vinesexp.figures.draw import theory_curves as draw
 from vinesexp.theory import (
     boundaries,
-    decay,
     manifold,
     multiple,
     optimal_clearance,
@@ -201,7 +200,7 @@ def study_decay() -> np.ndarray:
             start, end = DECAY_FROM * A_2, max(DECAY_TO * A_1, DECAY_AT_LEAST * A_2)
             motion = released_on_manifold(start * 1.03, eps=eps, r=r, zeta=zeta)
             measured = time_between(motion, start, end)
-            predicted = float(decay.decay_time(start, end, lam=2 * zeta / eps, r=r)) / eps
+            predicted = float(free_decay.decay_time(start, end, lam=2 * zeta / eps, r=r)) / eps
             rows.append([eps, r, predicted / measured - 1.0])
     return np.array(rows)
 
@@ -210,7 +209,7 @@ def study_below() -> np.ndarray:
     """Error of the time from 1.5 A_1 to 0.6 A_1, through the fold; eps, r, mean error, spread.
 
     The spread is the standard deviation of twelve simulated starts over their mean: what no
-    prediction can tell.
+    prediction can know.
     """
     rows = []
     zeta = 0.0065
@@ -401,7 +400,7 @@ def speeds() -> list[tuple[str, str, float]]:
             "closed form",
             "decay time of a million rigs",
             timed(
-                lambda: decay.decay_time(2.0, 1.5, lam=lam, r=r),
+                lambda: free_decay.decay_time(2.0, 1.5, lam=lam, r=r),
                 3,
             ),
         ),

@@ -36,7 +36,7 @@ def build(p, step):
             b = clearance
             H = np.zeros((1, n))
             H[0, 0], H[0, 2 + i] = -side, side
-            if p["m"][i] > HEAVY * p["M"]:  # a wall that stays where it is, told to Siconos as one
+            if p["m"][i] > HEAVY * p["M"]:  # a wall that stays where it is, given to Siconos as one
                 b, H[0, 2 + i] = b + side * p["start"][2 + 2 * i], 0.0
             law, relation = sk.NewtonImpactNSL(r), sk.LagrangianLinearTIR(H, [b])
             interaction = sk.Interaction(law, relation)

@@ -98,3 +98,18 @@ def test_a_script_counts_by_content(tmp_path):
 def test_an_unknown_function_is_an_error():
     with pytest.raises(ImportError, match="no function nothing"):
         code_digest("vinesexp.pipeline:nothing")
+
+
+@pytest.mark.parametrize("step", ["ingest_record", "find_impacts", "collect_regimes"])
+def test_a_step_does_not_count_what_comes_after_it(step, monkeypatch):
+    """A type that a step names must not bring in the modules that only name it for annotations."""
+    read = []
+
+    def content(path):
+        read.append(path.relative_to(vinesexp.codedigest._ROOT).parts[0])
+        return b""
+
+    monkeypatch.setattr(vinesexp.codedigest, "_content", content)
+    code_digest(f"vinesexp.pipeline:{step}")
+    assert "records" in read
+    assert not {"identification", "clearance", "replay", "report", "figures"} & set(read)

@@ -49,7 +49,7 @@ def test_a_number_with_a_unit_becomes_si(text, quantity, value, error):
         ("1e999 kg", "mass", "finite"),
     ],
 )
-def test_a_wrong_quantity_is_told(text, quantity, words):
+def test_a_wrong_quantity_is_reported(text, quantity, words):
     with pytest.raises(ParameterError) as caught:
         parse_quantity(text, quantity)
     assert words in str(caught.value)

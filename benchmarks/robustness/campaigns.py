@@ -43,7 +43,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Departure:
-    """A rig that is not the model, by name, and what it is said to be when it is told.
+    """A rig that is not the model, by name, and the cause that its warning should state.
 
     Attributes
     ----------

@@ -1,6 +1,6 @@
 """Impact tables straight from a simulated motion, as clean sensors would give them.
 
-Without raw files and detection a campaign takes a second: for tests of what impacts tell.
+Without raw files and detection a campaign takes a second: for tests of what impacts show.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def tables_of(
     Parameters
     ----------
     loads : bool
-        Whether ring-downs with added masses are there to tell M.
+        Whether ring-downs with added masses are there to give M.
     gain : float, optional
         Accelerometer over displacement at the oscillation, where a record tells it.
     """

@@ -114,7 +114,7 @@ def _said(name: str, outcome: Outcome) -> str:
         f"{e.parameter} = {e.value:.4g} +- {e.std_error:.2g} {e.unit}" for e in outcome.effects
     )
     lines = [f"- **{name}**" + (f" ({effects})" if effects else "")]
-    told = [w for w in outcome.warnings if "clearances tried" not in w]
-    for text in told[:5]:
+    words = [w for w in outcome.warnings if "clearances tried" not in w]
+    for text in words[:5]:
         lines.append(f"    - {text[:_SAID]}{'…' if len(text) > _SAID else ''}")
     return "\n".join(lines)

@@ -124,7 +124,7 @@ class Outcome:
             )
         )
         if beyond and "moved least" in self.headline and not bound:
-            found.append("an optimum at the edge is told as one")
+            found.append("an optimum at the edge is reported as one")
         return "; ".join(found)
 
 

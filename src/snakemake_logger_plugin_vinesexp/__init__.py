@@ -21,7 +21,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from vinesexp.workflow import REASONS
 
-#: Said by Snakemake after a failed step has already told its own line.
+#: Said by Snakemake after a failed step has already reported its own line.
 _AFTERMATH = (
     "RuleException",
     "CalledProcessError",

@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 class VinesexpError(Exception):
-    """A mistake in the user's input, told in one line.
+    """A mistake in the user's input, reported in one line.
 
     Parameters
     ----------

@@ -85,12 +85,8 @@ class Oscillator:
 
     def __post_init__(self) -> None:
         require(math.isfinite(self.M) and self.M > 0, "mass M", self.M, "kg, above zero")
-        require(
-            math.isfinite(self.c1) and self.c1 >= 0,
-            "damping c1",
-            self.c1,
-            "N s/m, zero or above",
-        )
+        sane = math.isfinite(self.c1) and self.c1 >= 0
+        require(sane, "damping c1", self.c1, "N s/m, zero or above")
         require(math.isfinite(self.k1) and self.k1 > 0, "stiffness k1", self.k1, "N/m, above zero")
         require(math.isfinite(self.k3), "cubic stiffness k3", self.k3, "N/m^3, a finite number")
 

@@ -101,7 +101,7 @@ def accept_own_environment(workflow: Any) -> None:
 
 
 class Planner:
-    """Tells Snakemake what each job depends on, and which ones to run again.
+    """States to Snakemake what each job depends on, and which ones to run again.
 
     Parameters
     ----------

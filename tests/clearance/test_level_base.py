@@ -41,6 +41,9 @@ def test_a_sheet_that_is_stated_as_exact_is():
     assumed = base_of_level(0.25e-3, {7.862}, [], inputs=Uncertainties())
     assert assumed.G.std_error == pytest.approx(0.02 * 0.25e-3)
     assert assumed.frequency.std_error == pytest.approx(1e-4 * 7.862)
+    stated = Uncertainties(clock=Tolerance(relative=1e-6))
+    better = base_of_level(0.25e-3, {7.862}, [], inputs=stated)
+    assert better.frequency.std_error == pytest.approx(2e-6 * 7.862)
 
 
 def test_tests_at_different_frequencies_share_none():

@@ -183,10 +183,15 @@ def test_identified_values_in_place_of_numbers(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "no column 'parameter'"),
-        ("parameter,value,std_error,units,method\n", "no column 'unit'; did you mean 'units'?"),
+        ("", "is empty, expected the columns parameter,value,std_error,unit,method"),
+        ("parameter,value,std_error,units,method\n", "line 1: has no column 'unit' but 'units'"),
         ("parameter,value,std_error,unit,method\n", "holds no row with method 'combined'"),
-        (IDENTIFIED.replace("4.71", "four"), "line 4: found 'four +- 0.02 kg', expected a number"),
+        (IDENTIFIED.replace("4.71", "four"), "line 4: found 'four' in column value"),
+        (
+            IDENTIFIED.replace("4.71,0.02,4.67,4.75,kg", "4.71,0.02,4.67,4.75,N"),
+            "line 4: 'N' is a unit of force, expected a unit of mass",
+        ),
+        (IDENTIFIED.rstrip("\n"), "is cut off"),
     ],
 )
 def test_bad_identified_is_an_error(
@@ -199,7 +204,7 @@ def test_bad_identified_is_an_error(
     assert message in error
     assert str(file) in error
     assert call({"--identified": str(tmp_path / "no.csv"), "--release": "30 mm"}) == 1
-    assert "cannot be read (No such file or directory)" in capsys.readouterr().err
+    assert "no.csv: is missing; run the identify step first" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("ending", ["svg", "pdf", "png"])

@@ -64,7 +64,7 @@ def test_no_file_is_written_over(record, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         (["-a", "CH9", "--acceleration-unit", "20 mV/g"], "CH3"),
         (["-a", "CH3*", "--acceleration-unit", "mm"], "'mm' is a unit of displacement"),
@@ -73,11 +73,11 @@ def test_no_file_is_written_over(record, tmp_path, capsys):
         (["-a", "CH3*", "--acceleration-unit", "20 mV/g", "--time", "Zeit"], "Zeit"),
     ],
 )
-def test_a_mistake_is_one_line(words, told, record, capsys):
+def test_a_mistake_is_one_line(words, reported, record, capsys):
     assert main(["impacts", str(record), *words]) == 1
     shown = capsys.readouterr().err
     assert shown.count("\n") == 1
-    assert told in shown
+    assert reported in shown
 
 
 def test_a_file_that_cannot_be_used_does_not_stop_the_others(record, tmp_path, capsys):
@@ -109,7 +109,7 @@ def test_impacts_of_a_moving_mass_are_found_from_its_acceleration_alone(tmp_path
         assert np.all(nearest < 1e-4)
 
 
-def test_a_file_without_impacts_is_told(tmp_path, capsys):
+def test_a_file_without_impacts_is_reported(tmp_path, capsys):
     t = np.arange(20_000) / 1e4
     a = 12.0 * np.sin(2 * np.pi * 7.86 * t) + np.random.default_rng(3).normal(0.0, 0.3, t.size)
     path = tmp_path / "quiet.csv"

@@ -86,9 +86,9 @@ def test_shuffled_names_and_suffixes_give_a_campaign_after_the_marked_fields(
     assert main(["init", str(tmp_path)]) == 0
     capsys.readouterr()
     # What no file tells stops the run until it is filled in, and nothing else does.
-    told = [str(problem) for problem in campaign_problems(tmp_path)]
-    assert len(told) == 3
-    assert all("found '? " in problem for problem in told)
+    reported = [str(problem) for problem in campaign_problems(tmp_path)]
+    assert len(reported) == 3
+    assert all("found '? " in problem for problem in reported)
     yaml = tmp_path / "campaign.yaml"
     text = yaml.read_text()
     for role, sensitivity in (
@@ -131,14 +131,14 @@ def test_names_that_carry_values_are_read_and_nothing_is_overwritten(twin, tmp_p
     assert not (tmp_path / "records.csv").exists()
 
 
-def test_a_folder_without_instrument_files_is_told(tmp_path, capsys):
+def test_a_folder_without_instrument_files_is_reported(tmp_path, capsys):
     (tmp_path / "notes.txt").write_text("hello\nworld\n")
     assert main(["init", str(tmp_path)]) == 1
     assert "no instrument file that can be read" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 
 
-def test_shocks_are_told_from_smooth_motion_and_noise():
+def test_shocks_are_reported_from_smooth_motion_and_noise():
     rng = np.random.default_rng(0)
     smooth = np.sin(np.arange(5000) / 20.0) + 1e-3 * rng.standard_normal(5000)
     assert not has_shocks(smooth)

@@ -26,7 +26,7 @@ def file(tmp_path):
     return path
 
 
-def test_columns_are_told_with_rate_range_and_peak(file, capsys):
+def test_columns_are_reported_with_rate_range_and_peak(file, capsys):
     assert main(["look", str(file)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == f"{file}: text, 8000 rows, 1000 Hz, 8 s"

@@ -48,7 +48,7 @@ def test_an_unknown_group_names_the_nearest(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_file_in_the_way_is_told(tmp_path, capsys):
+def test_a_file_in_the_way_is_reported(tmp_path, capsys):
     (tmp_path / "out").write_text("")
     assert simulate(TWIN / "scene.yaml", tmp_path / "out") == 1
     error = capsys.readouterr().err
@@ -111,6 +111,6 @@ def test_two_processes_that_simulate_one_campaign_do_it_once(tmp_path):
     command = [sys.executable, "-m", "vinesexp.cli", "simulate", TWIN / "scene.yaml",
                tmp_path / "out", "--group", "drops"]  # fmt: skip
     runs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    told = sorted(run.communicate(timeout=300)[0] for run in runs)
+    reported = sorted(run.communicate(timeout=300)[0] for run in runs)
     assert [run.returncode for run in runs] == [0, 0]
-    assert sum("is there already" in text for text in told) == 1
+    assert sum("is there already" in text for text in reported) == 1

@@ -31,8 +31,8 @@ def table_2():
 
 
 def test_the_files_are_those_that_the_readme_tells():
-    told = re.findall(r"^\| `(\w+\.csv)`", (PAPER / "README.md").read_text(), re.MULTILINE)
-    assert sorted(told) == FILES
+    reported = re.findall(r"^\| `(\w+\.csv)`", (PAPER / "README.md").read_text(), re.MULTILINE)
+    assert sorted(reported) == FILES
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -265,13 +265,13 @@ def test_a_mistake_in_the_campaign_is_one_line(mistake, folder, capsys):
     (folder / name).write_text(before.replace(old, new, 1))
     code, lines = check(folder, capsys)
     assert code == 1
-    told = [line for line in lines[:-1] if all(word in line for word in words)]
-    assert len(told) == 1, lines
+    reported = [line for line in lines[:-1] if all(word in line for word in words)]
+    assert len(reported) == 1, lines
     assert lines[-1].endswith("the records were not looked at")
 
 
 @pytest.mark.parametrize("name", ["campaign.yaml", "records.csv"])
-def test_a_missing_file_of_the_campaign_is_told(name, folder, capsys):
+def test_a_missing_file_of_the_campaign_is_reported(name, folder, capsys):
     (folder / name).unlink()
     code, lines = check(folder, capsys)
     assert code == 1
@@ -288,7 +288,7 @@ def test_a_missing_file_of_the_campaign_is_told(name, folder, capsys):
         ("#" * 2_000_000, "larger than any description"),
     ],
 )
-def test_a_description_that_swells_is_told(text, words, folder, capsys):
+def test_a_description_that_swells_is_reported(text, words, folder, capsys):
     (folder / "campaign.yaml").write_text(text)
     code, lines = check(folder, capsys)
     assert code == 1
@@ -303,14 +303,14 @@ def test_a_description_that_swells_is_told(text, words, folder, capsys):
         ("record,file,test\na\0b,raw/good.csv,periodic\n", "records.csv"),
     ],
 )
-def test_a_table_of_any_bytes_is_told(text, words, folder, capsys):
+def test_a_table_of_any_bytes_is_reported(text, words, folder, capsys):
     (folder / "records.csv").write_text(text)
     code, lines = check(folder, capsys)
     assert code == 1
     assert any(words in line for line in lines)
 
 
-def test_a_frequency_above_half_the_sample_rate_is_told(folder, capsys):
+def test_a_frequency_above_half_the_sample_rate_is_reported(folder, capsys):
     table = folder / "records.csv"
     table.write_text(CSV.replace("bad.csv,periodic,34,0.25,7.9", "bad.csv,periodic,34,0.25,790"))
     code, lines = check(folder, capsys)
@@ -318,7 +318,7 @@ def test_a_frequency_above_half_the_sample_rate_is_told(folder, capsys):
     assert "frequency_hz is 790 Hz, the record is sampled at 1000 Hz" in lines[0]
 
 
-def test_a_missing_folder_is_told(tmp_path, capsys):
+def test_a_missing_folder_is_reported(tmp_path, capsys):
     code, lines = check(tmp_path / "nowhere", capsys)
     assert code == 1
     assert "nowhere: no such folder" in lines[0]
@@ -473,7 +473,7 @@ def test_a_refused_record_leaves_a_placeholder_with_the_reason_and_no_other_file
         assert record.roles == ()
 
 
-def test_a_clock_that_wanders_is_resampled_and_told(folder, tmp_path, capsys):
+def test_a_clock_that_wanders_is_resampled_and_reported(folder, tmp_path, capsys):
     rng = np.random.default_rng(7)
     t = np.arange(N) / RATE + 2e-4 * np.sin(20 * np.arange(N) / RATE)
     base = 2.5 + 0.125 * np.sin(2 * np.pi * 7.9 * t) + 1e-4 * rng.standard_normal(N)
@@ -492,7 +492,7 @@ def test_a_clock_that_wanders_is_resampled_and_told(folder, tmp_path, capsys):
     assert np.sqrt(np.mean((x - truth) ** 2)) < 3e-6
 
 
-def test_an_unreadable_file_is_told(folder, capsys):
+def test_an_unreadable_file_is_reported(folder, capsys):
     path = folder / "raw/bad.csv"
     path.unlink()
     path.mkdir()

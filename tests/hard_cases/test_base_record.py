@@ -47,7 +47,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("content", "message"), WRONG)
-def test_a_bad_file_is_told_in_one_line(tmp_path, content, message):
+def test_a_bad_file_is_reported_in_one_line(tmp_path, content, message):
     with pytest.raises(RecordError) as error:
         simulated(tmp_path, content)
     text = str(error.value)
@@ -64,7 +64,7 @@ def test_the_good_one_is_simulated(tmp_path):
     assert made.stat().st_size > 1000
 
 
-def test_a_start_beyond_the_record_is_told(tmp_path):
+def test_a_start_beyond_the_record_is_reported(tmp_path):
     text = SCENE.replace("unit: mm", "unit: mm, start: 5 s")
     with pytest.raises(RecordError, match=r"lasts 0 s after its start at 5 s, test 'one' runs"):
         simulated(tmp_path, "Time (s),x (mm)\n" + rows(GOOD), text)

@@ -1,4 +1,4 @@
-"""Records that are bad in the ways records are: what can be told is right, the rest is said."""
+"""Records that are bad in the ways records are: what can be known is right, the rest is said."""
 
 from pathlib import Path
 
@@ -164,7 +164,7 @@ groups:
 """
 
 
-def told(folder: Path, change) -> list[str]:
+def reported(folder: Path, change) -> list[str]:
     """What checks say of a record whose campaign.yaml is wrong."""
     (folder / "scene.yaml").write_text(SCENE, encoding="utf-8")
     from vinesexp.laboratory.campaign_files import campaign_text
@@ -176,15 +176,17 @@ def told(folder: Path, change) -> list[str]:
 
 
 def test_right_channels_raise_no_warning_of_sign_or_gain(tmp_path):
-    assert not [d for d in told(tmp_path, lambda text: text) if "sign" in d or "derivative" in d]
+    assert not [
+        d for d in reported(tmp_path, lambda text: text) if "sign" in d or "derivative" in d
+    ]
 
 
-def test_the_wrong_sign_of_a_channel_is_told(tmp_path):
-    details = told(tmp_path, lambda text: text.replace("20 mV/g", "-20 mV/g"))
+def test_the_wrong_sign_of_a_channel_is_reported(tmp_path):
+    details = reported(tmp_path, lambda text: text.replace("20 mV/g", "-20 mV/g"))
     assert any("opposite signs" in detail for detail in details)
 
 
-def test_swapped_channels_are_told(tmp_path):
+def test_swapped_channels_are_reported(tmp_path):
     def swapped(text):
         return (
             text.replace('"CH2*"', '"other*"')
@@ -192,5 +194,5 @@ def test_swapped_channels_are_told(tmp_path):
             .replace('"other*"', '"CH3*"')
         )
 
-    details = told(tmp_path, swapped)
+    details = reported(tmp_path, swapped)
     assert any("not what they are said to be" in detail for detail in details)

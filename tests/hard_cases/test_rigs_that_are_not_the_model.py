@@ -57,7 +57,7 @@ def test_the_plain_rig_stays_plain():
 
 
 @pytest.mark.parametrize("friction", [pytest.param(0.05, marks=pytest.mark.slow), 0.3, 1.0])
-def test_a_ball_that_rubs_is_told_by_its_friction(friction):
+def test_a_ball_that_rubs_is_reported_by_its_friction(friction):
     found = consistent(body_friction=friction)
     assert set(effects(found)) == {"friction", "r_effective"}
     assert holds(effects(found)["friction"], friction)
@@ -79,7 +79,7 @@ def test_no_wall_is_an_outlier_of_the_other(plus, minus):
 
 
 @pytest.mark.parametrize("slope", [pytest.param(-0.05, marks=pytest.mark.slow), -0.15])
-def test_r_over_impact_speed_is_told(slope):
+def test_r_over_impact_speed_is_reported(slope):
     found = consistent(body_r_slope=slope)
     assert set(effects(found)) == {"r_speed_slope"}
     assert holds(effects(found)["r_speed_slope"], slope)
@@ -144,7 +144,7 @@ def test_a_wrong_accelerometer_gain_is_found_by_the_added_masses():
 def test_a_wrong_gain_that_nothing_decides_widens_r():
     found = consistent(sensors_laser_gain=1.03, gain=1 / 1.03, loads=False)
     assert holds(r_of(found), R)
-    assert says(found, "nothing tells which sensitivity is wrong")
+    assert says(found, "nothing shows which sensitivity is wrong")
 
 
 def test_b_c_of_a_ball_that_rubs_takes_the_effective_r():

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from benchmarks import sequences
+from benchmarks import free_decay, sequences
 
 from vinesexp.errors import AnalysisError, ParameterError
-from vinesexp.theory import boundaries, decay, floquet, manifold, orbits, rig_orbits, slowflow
+from vinesexp.theory import boundaries, floquet, manifold, orbits, rig_orbits, slowflow
 from vinesexp.theory import optimal_clearance as clearance
 from vinesexp.theory.orbits import Reduced
 from vinesexp.theory.transient import Decaying, best_clearance, captured_time
@@ -43,7 +43,7 @@ def test_plastic_limit() -> None:
     assert manifold.A_1(0.0) == pytest.approx(2.0 / np.hypot(np.pi, 2.0))
     assert manifold.A_2(0.0) == pytest.approx(2.0 * np.hypot(2.0, np.pi) / (np.pi**2 - 4.0))
     assert np.isfinite(clearance.b_c_exact(G=1e-3, **{**RIG, "r": 0.0}))
-    assert decay.decay_time(1.0, 0.6, lam=0.0, r=0.0) > 0.0
+    assert free_decay.decay_time(1.0, 0.6, lam=0.0, r=0.0) > 0.0
 
 
 @pytest.mark.parametrize("eps", [1e-5, 1e-4, 0.3])
@@ -86,7 +86,7 @@ def test_exactly_on_the_fold() -> None:
         assert float(left) == pytest.approx(float(right), abs=1e-12)
         assert float(right) == pytest.approx(float(manifold.C_1(r)), abs=1e-12)
     A_1 = float(manifold.A_1(0.6))
-    assert decay.decay_time(A_1, A_1, lam=1.9, r=0.6) == 0.0
+    assert free_decay.decay_time(A_1, A_1, lam=1.9, r=0.6) == 0.0
 
 
 def test_forcing_exactly_f_c_and_at_the_saddle_node_of_the_slow_flow() -> None:
@@ -104,7 +104,7 @@ def test_forcing_exactly_f_c_and_at_the_saddle_node_of_the_slow_flow() -> None:
     assert (len(below), len(above)) == (0, 2)
 
 
-def test_detuning_without_orbit_is_told() -> None:
+def test_detuning_without_orbit_is_reported() -> None:
     """Far off resonance the oscillator hardly moves, and only a tiny clearance keeps an orbit."""
     p = Reduced.of_rig(**RIG, frequency=2.5 * 7.862)
     limit = float(orbits.saddle_node(p)[1])
@@ -176,7 +176,7 @@ def test_one_impact_a_cycle_is_refused() -> None:
         )
 
 
-def test_a_sequence_that_does_not_close_is_told() -> None:
+def test_a_sequence_that_does_not_close_is_reported() -> None:
     with pytest.raises(AnalysisError, match="no orbit with the impact sequence"):
         sequences.close_sequence(
             sides=(1, 1, -1),

@@ -63,7 +63,7 @@ def by(rows, parameter, method="combined"):
     return next(e for e in rows if (e.parameter, e.method) == (parameter, method))
 
 
-def told(checks) -> str:
+def reported(checks) -> str:
     return "\n".join(f"{c.record}: {c.check}: {c.detail}" for c in checks if c.outcome != "ok")
 
 
@@ -74,7 +74,7 @@ def test_a_consistent_campaign_gives_everything_and_no_word():
     assert by(rows, "k1").value == pytest.approx(K1, rel=1e-6)
     f0 = by(rows, "f0").value
     assert by(rows, "c1").value == pytest.approx(4 * math.pi * 6.5e-3 * f0 * M, rel=1e-6)
-    assert told(checks) == ""
+    assert reported(checks) == ""
 
 
 @pytest.mark.parametrize("factor", [0.9, 1.03, 1.1])
@@ -82,24 +82,24 @@ def test_a_wrong_clearance_or_ball_mass_shows_as_two_masses(factor):
     """Both scale M from impacts and nothing else."""
     estimates = [e for name in LOADS for e in ringdown(name)] + hits(M * factor)
     rows, checks = combine(estimates, campaign())
-    assert "check added_mass_g, and clearance_mm or known.nes_mass" in told(checks)
+    assert "check added_mass_g, and clearance_mm or known.nes_mass" in reported(checks)
     # The interval of the combined value admits that one of them is wrong.
     assert by(rows, "M").std_error > 3 * by(rows, "M", "added mass").std_error
 
 
-def test_a_weighed_mass_that_disagrees_is_told():
+def test_a_weighed_mass_that_disagrees_is_reported():
     _, checks = combine(everything(), campaign(mass=Quantity(5.0, 0.01)))
-    assert "known.mass" in told(checks)
+    assert "known.mass" in reported(checks)
 
 
-def test_an_added_mass_off_the_line_is_told_with_its_record():
+def test_an_added_mass_off_the_line_is_reported_with_its_record():
     wrong = math.sqrt(K1 / (M + 0.33)) / (2 * math.pi)
     estimates = [
         *(e for e in everything() if e.records != ("added_1",)),
         *ringdown("added_1", f0=wrong),
     ]
-    text = told(combine(estimates, campaign())[1])
-    assert "one of added_mass_g is wrong; a further load would tell which" in text
+    text = reported(combine(estimates, campaign())[1])
+    assert "one of added_mass_g is wrong; a further load would show which" in text
     more = Estimate(
         "f0_added",
         math.sqrt(K1 / (M + 0.9)) / (2 * math.pi),
@@ -108,7 +108,7 @@ def test_an_added_mass_off_the_line_is_told_with_its_record():
         "likelihood",
         ("added_3",),
     )
-    text = told(combine([*estimates, more], campaign(loads={**LOADS, "added_3": 0.9}))[1])
+    text = reported(combine([*estimates, more], campaign(loads={**LOADS, "added_3": 0.9}))[1])
     assert "added_1: added mass: f0 = " in text
 
 
@@ -158,7 +158,7 @@ def test_the_ringdown_that_disagrees_is_named_and_the_error_grows():
     odd = Estimate("f0", 7.8618 * 1.01, 1e-6, "Hz", "likelihood", ("bare_3",))
     estimates = [*everything(), odd]
     rows, checks = combine(estimates, campaign(loads={**LOADS, "bare_3": 0.0}))
-    assert "bare_3: agreement: f0 = 7.94" in told(checks)
+    assert "bare_3: agreement: f0 = 7.94" in reported(checks)
     assert by(rows, "f0").std_error > 1e-3
 
 
@@ -170,7 +170,7 @@ def test_an_excluded_record_says_nothing():
 def test_what_cannot_be_known_is_absent_and_why_is_said():
     rows, checks = combine(ringdown("bare_1"), campaign(nes_mass=()))
     assert {e.parameter for e in rows} == {"f0", "zeta"}
-    text = told(checks)
+    text = reported(checks)
     assert "M is not known: not weighed (known.mass), no ring-down with added mass" in text
     assert "r is not known: no drop test" in text
     assert "k1 and c1 are not known: they need M" in text
@@ -179,13 +179,13 @@ def test_what_cannot_be_known_is_absent_and_why_is_said():
 def test_a_record_that_gives_nothing_is_a_warning_unless_others_tell_r():
     few = nothing("impacts_1", "2 impacts with a free flight before and after, expected 10 or more")
     rows = ringdown("bare_1")
-    assert "impacts_1: identification: 2 impacts" in told(combine([*rows, few], campaign())[1])
+    assert "impacts_1: identification: 2 impacts" in reported(combine([*rows, few], campaign())[1])
     drop = Estimate("r", 0.6, 1e-5, "1", "drop", ("drop_1",))
     _, checks = combine([*rows, few, drop], campaign())
-    assert "impacts_1" not in told(checks)
+    assert "impacts_1" not in reported(checks)
     assert any(c.record == "impacts_1" and c.outcome == "ok" for c in checks)
     broken = nothing("bare_2", "nothing oscillates in it")
-    assert "bare_2: identification" in told(combine([*rows, broken, drop], campaign())[1])
+    assert "bare_2: identification" in reported(combine([*rows, broken, drop], campaign())[1])
 
 
 def test_r_of_several_balls_stands_beside_what_they_have_in_common():

@@ -113,7 +113,7 @@ def test_ball_masses_are_one_or_several(given, masses, tmp_path):
     assert [mass.value for mass in campaign.known.nes_mass] == pytest.approx(masses)
 
 
-def test_more_clearances_than_masses_are_told(tmp_path):
+def test_more_clearances_than_masses_are_reported(tmp_path):
     with pytest.raises(CampaignError, match=r"line 2, column clearance_mm: 3 clearances.*2 masses"):
         make(tmp_path, YAML.replace("32 g  ", "[32 g, 40 g]"), rows="a,a.csv,drop,10;23;34\n")
 
@@ -161,7 +161,7 @@ def test_the_first_mistake_says_how_many_more_there_are(tmp_path):
     assert len(campaign_problems(tmp_path)) == 2
 
 
-def test_an_unknown_record_is_told_with_the_nearest(tmp_path):
+def test_an_unknown_record_is_reported_with_the_nearest(tmp_path):
     campaign = make(tmp_path, rows="ring_1,raw/a.csv,ringdown\n")
     with pytest.raises(CampaignError, match="no record 'ring_2'; did you mean 'ring_1'"):
         campaign.record("ring_2")

@@ -23,7 +23,7 @@ def test_no_checks_are_a_table_too(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "a,b\n", "record,check,outcome,detail\na,b,perhaps,c\n"])
-def test_another_table_is_told(text, tmp_path):
+def test_another_table_is_reported(text, tmp_path):
     (tmp_path / "checks.csv").write_text(text)
     with pytest.raises(TableError, match=r"checks\.csv.* again"):
         read_checks(tmp_path / "checks.csv")

@@ -25,7 +25,7 @@ def test_every_key_column_and_test_has_its_row(word):
 
 
 @pytest.mark.parametrize("word", [*ROLES, *ACCEPTABLE, *PEOPLE, *PEOPLE_KEYS])
-def test_every_role_and_defect_is_told(word):
+def test_every_role_and_defect_is_reported(word):
     assert f"`{word}`" in (DOCS / "campaign.md").read_text()
 
 
@@ -57,7 +57,7 @@ def test_the_text_of_every_maker_is_read_as_said(columns, rate, text, tmp_path):
     assert len(values["displacement"]) >= 3
 
 
-def test_every_outcome_is_told():
+def test_every_outcome_is_reported():
     text = (DOCS / "formats.md").read_text()
     assert all(f"`{outcome}`" in text for outcome in OUTCOMES)
 

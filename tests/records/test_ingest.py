@@ -133,7 +133,7 @@ def test_times_in_other_units_are_converted(tmp_path):
     assert rate == pytest.approx(1e3 * RATE)
 
 
-def test_a_stated_rate_is_used_and_a_contradiction_told(tmp_path):
+def test_a_stated_rate_is_used_and_a_contradiction_reported(tmp_path):
     write(tmp_path, "a.h5")
     campaign = make(tmp_path, "a.h5", YAML + "sample_rate: 1 kHz\n")
     checks = ingest(campaign, campaign.record("a"), tmp_path / "a.nc")
@@ -186,7 +186,7 @@ def test_a_charge_amplifier_needs_its_unit_said(tmp_path):
     np.testing.assert_allclose(values["acceleration"], A / 4.0 * STANDARD_GRAVITY, atol=1e-5)
 
 
-def test_no_times_at_all_are_told(tmp_path):
+def test_no_times_at_all_are_reported(tmp_path):
     (tmp_path / "a.csv").write_text("Laser\n" + "\n".join(f"{value:.6f}" for value in X))
     channel = Channel("displacement", 0, "displacement", 1.0, unit="m", sensitivity=False)
     with pytest.raises(RecordError, match=r"no times.*'time' \(a column\) or 'sample_rate'"):

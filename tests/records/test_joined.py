@@ -61,7 +61,7 @@ def test_files_are_laid_over_one_another_by_their_times(tmp_path):
         (lambda f: (f / "a.csv").unlink(), "no such file"),
     ],
 )
-def test_files_that_do_not_go_together_are_told(spoil, words, tmp_path):
+def test_files_that_do_not_go_together_are_reported(spoil, words, tmp_path):
     write(tmp_path / "x.csv", "CH1", X)
     write(tmp_path / "a.csv", "CH2", A)
     spoil(tmp_path)
@@ -93,7 +93,7 @@ def test_a_setup_changes_the_channels_that_it_names(tmp_path):
         assert view.attributes["setup"] == "far"
 
 
-def test_unknown_setups_and_misspelled_columns_are_told(tmp_path, capsys):
+def test_unknown_setups_and_misspelled_columns_are_reported(tmp_path, capsys):
     with pytest.raises(Exception, match="unknown setup 'fra'; did you mean 'far'"):
         run(tmp_path, row="a,x.csv,periodic,fra,,")
     (tmp_path / "records.csv").write_text("record,file,test,clearence_mm\na,x.csv,periodic,3\n")

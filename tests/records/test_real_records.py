@@ -195,7 +195,7 @@ def test_universal_files_ascii_and_binary_agree():
         ("TestLab 161 164 18 15 82.uff", "no time records .only datasets 15, 18, 82, 151, 164."),
     ],
 )
-def test_universal_files_without_time_records_are_told(name, words):
+def test_universal_files_without_time_records_are_reported(name, words):
     pytest.importorskip("pyuff")
     with pytest.raises(RecordError, match=words):
         open_source(REAL / "uff" / name)

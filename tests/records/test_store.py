@@ -95,13 +95,13 @@ def test_a_refused_record_says_why(tmp_path):
         assert data.attrs["refused"] == "raw/a.csv: is empty"
 
 
-def test_an_absent_channel_is_told(tmp_path):
+def test_an_absent_channel_is_reported(tmp_path):
     write(tmp_path / "a.nc", [np.ones(3)])
     with open_record(tmp_path / "a.nc") as record, pytest.raises(RecordError, match="no channel"):
         record.read("displacement")
 
 
-def test_a_file_that_is_no_record_is_told(tmp_path):
+def test_a_file_that_is_no_record_is_reported(tmp_path):
     (tmp_path / "a.nc").write_text("hello")
     with pytest.raises(RecordError, match="cannot be read as a record"):
         open_record(tmp_path / "a.nc")

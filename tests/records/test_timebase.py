@@ -111,7 +111,7 @@ def test_single_precision_times_are_uniform_while_they_are_fine_enough():
     assert run(times, 30_000)[0] == pytest.approx(1000.0, rel=1e-6)
 
 
-def test_six_digits_are_too_coarse_after_a_while_and_that_is_told():
+def test_six_digits_are_too_coarse_after_a_while_and_that_is_reported():
     times = [float(f"{i * 1e-4:.4g}") for i in range(20_000)]
     with pytest.raises(RecordError, match="sample_rate"):
         run(times)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks import sequences
+from benchmarks import free_decay, sequences
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
-from vinesexp.theory import boundaries, decay, manifold, multiple, orbits, rig_orbits
+from vinesexp.theory import boundaries, manifold, multiple, orbits, rig_orbits
 from vinesexp.theory.orbits import Reduced
 from vinesexp.theory.projection import project
 from vinesexp.theory.regime_definitions import Regime, regime_of
@@ -114,7 +114,7 @@ def test_release_of_table_1_takes_the_closed_form_time() -> None:
     motions = [release(y0) for y0 in np.linspace(0.03, 0.078, 9)]
     times = [time_to_half(motion) for motion in motions]
     eps = BALL / 4.7
-    tau1 = float(decay.decay_time(0.6, 0.3, lam=2 * TABLE_2.zeta / eps, r=R))
+    tau1 = float(free_decay.decay_time(0.6, 0.3, lam=2 * TABLE_2.zeta / eps, r=R))
     assert min(times) == pytest.approx(tau1 / (eps * TABLE_2.w0), rel=0.04)
     i = motions[int(np.argmin(times))].impacts
     C, A = project(

@@ -176,7 +176,7 @@ def test_both_orbits_come_back_from_their_clearance() -> None:
     np.testing.assert_allclose(merged, float(C_sn), rtol=1e-5)
 
 
-def test_no_orbit_is_told_with_the_limit() -> None:
+def test_no_orbit_is_reported_with_the_limit() -> None:
     with pytest.raises(AnalysisError, match=r"they end at b = 38\.1287 mm"):
         rig_orbits.symmetric_orbits(G=0.25e-3, b=0.04, **RIG)
     with pytest.raises(ParameterError, match="base amplitude G"):

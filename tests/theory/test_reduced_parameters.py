@@ -1,4 +1,4 @@
-"""Physical and reduced parameters are one rig told twice: there and back again."""
+"""Physical and reduced parameters are one rig stated twice: there and back again."""
 
 from __future__ import annotations
 

@@ -30,9 +30,9 @@ def test_a_look_works_while_another_run_holds_the_results_and_on_a_copy(finished
             assert words in look.stdout + look.stderr, name
         refused = finished.run(*TINY)
     assert refused.returncode == 1
-    told = [line for line in refused.stderr.splitlines() if line.startswith("vinesexp:")]
-    assert len(told) == 1
-    assert "another run is writing here" in told[0]
+    reported = [line for line in refused.stderr.splitlines() if line.startswith("vinesexp:")]
+    assert len(reported) == 1
+    assert "another run is writing here" in reported[0]
     assert "Traceback" not in refused.stderr
     assert before == {p: p.stat().st_mtime_ns for p in (finished.folder / "results").rglob("*")}
 
@@ -73,9 +73,9 @@ def test_a_mistake_in_config_is_one_line(workflow, config, words):
     workflow.tiny_campaign()
     result = workflow.run("-n", "--config", config, "--workflow-profile", "none")
     assert result.returncode == 1
-    told = [line for line in result.stderr.splitlines() if line.startswith("vinesexp:")]
-    assert len(told) == 1
-    assert words in told[0]
+    reported = [line for line in result.stderr.splitlines() if line.startswith("vinesexp:")]
+    assert len(reported) == 1
+    assert words in reported[0]
     assert "Traceback" not in result.stderr
 
 

@@ -78,10 +78,10 @@ def test_a_mistake_in_the_description_is_one_line_and_writes_nothing(workflow, c
     (campaign / "campaign.yaml").write_text(text.replace(*change), encoding="utf-8")
     result = workflow.run("--config", "campaign=data/tiny")
     assert result.returncode != 0
-    told = [line for line in result.stderr.splitlines() if line.startswith("vinesexp:")]
-    assert len(told) == 1
-    assert "campaign.yaml" in told[0]
-    assert words in told[0]
+    reported = [line for line in result.stderr.splitlines() if line.startswith("vinesexp:")]
+    assert len(reported) == 1
+    assert "campaign.yaml" in reported[0]
+    assert words in reported[0]
     assert "Traceback" not in result.stderr
     assert not (workflow.folder / "results").exists()
 

@@ -15,9 +15,14 @@ from vinesexp.units import Quantity
 
 Rows = Sequence[Mapping[str, str]]
 
-#: Relative standard uncertainty of a base amplitude and a frequency that nobody measured: what the
-#: displays of a shaker and its generator are good for. Of a base that is stated as exact: zero.
-SHEET_ERROR, SHEET_CLOCK_ERROR = 0.02, 1e-4
+#: Relative standard uncertainty of a base amplitude that nobody measured: what the display of a
+#: shaker is good for. Of a base that is stated as exact: zero.
+SHEET_ERROR = 0.02
+#: A frequency that nobody measured is as good as the generator's clock and its display: twice the
+#: relative error of the instrument's clock.
+GENERATOR = 2.0
+#: Relative error of a generator's display, which rounds whatever its clock is good for.
+DISPLAY_ERROR = 1e-4
 #: Standard errors from which on measured and sheet differ.
 DIFFERS = 3.0
 #: Share by which a base amplitude may be off without a word: what a lab sets it to.
@@ -67,7 +72,7 @@ def base_of_level(
     sheet = frequencies.pop() if len(frequencies) == 1 else None
     if not rows:
         share = SHEET_ERROR if inputs.base.of(1.0) else 0.0
-        at = None if sheet is None else Quantity(sheet, _sheet_clock(inputs) * sheet)
+        at = None if sheet is None else Quantity(sheet, GENERATOR * inputs.clock.of(sheet))
         return LevelBase(Quantity(nominal, share * nominal), at)
     gain, clock = inputs.base.of(1.0), inputs.clock.of(1.0)
     G, noise = _mean([(float(r["amplitude_m"]), float(r["amplitude_error_m"])) for r in rows])
@@ -80,10 +85,6 @@ def base_of_level(
         Quantity(f, math.hypot(noise, clock * f)) if shared else None,
         len(rows),
     )
-
-
-def _sheet_clock(inputs: Uncertainties) -> float:
-    return SHEET_CLOCK_ERROR if inputs.clock.of(1.0) else 0.0
 
 
 def _mean(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -127,7 +128,7 @@ def base_checks(
         )  # fmt: skip
     if len(frequencies) == 1 and base.frequency is not None:
         sheet, found = next(iter(frequencies)), base.frequency
-        allowed = math.hypot(found.std_error, SHEET_CLOCK_ERROR * sheet)
+        allowed = math.hypot(found.std_error, DISPLAY_ERROR * sheet)
         if abs(found.value - sheet) > DIFFERS * allowed:
             checks.append(
                 Check("", "base frequency", "warning",

@@ -165,14 +165,14 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
     >>> round(end.clearance, 4), end.low, end.high
     (0.0335, 0.033, 0.034)
     """
-    telling = [test for test in tests if test.regime and test.regime != UNSEEN]
-    if not telling:
+    seen = [test for test in tests if test.regime and test.regime != UNSEEN]
+    if not seen:
         raise AnalysisError(
             "no impact was found in any of these tests: the ball did not reach its walls, or the "
             "impacts were not seen (slow sampling, a weak or missing accelerometer); where two "
             "impacts per cycle end is unknown"
         )
-    points, records = _points(telling), _records(telling)
+    points, records = _points(seen), _records(seen)
     tried = [point.clearance for point in points]
     permanent = [bool(point.permanent) for point in points]
     first = permanent.index(False) if False in permanent else len(tried)

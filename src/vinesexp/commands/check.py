@@ -66,15 +66,16 @@ def _checks(campaign: Campaign) -> Iterator[list[tuple[Check, str]]]:
 
 def _reach(path: Path) -> str:
     """How far each channel of a record moves about its mean, in the unit of a bench."""
-    told = []
+    reported = []
     with open_record(path) as view:
         for role in view.roles:
             values = view.read(role, 0, _LOOKED_AT)
             far = float(abs(values - values.mean()).max())
             length = view.quantity(role) == "displacement"
-            told.append(f"{role} +-{1e3 * far:.3g} mm" if length else f"{role} +-{far:.3g} m/s^2")
+            size = f"{1e3 * far:.3g} mm" if length else f"{far:.3g} m/s^2"
+            reported.append(f"{role} +-{size}")
         seconds = view.n / view.sample_rate
-    return f"; {seconds:.4g} s, {', '.join(told)}"
+    return f"; {seconds:.4g} s, {', '.join(reported)}"
 
 
 def _progress(number: int, of: int) -> None:
@@ -98,9 +99,9 @@ def _advice(path: Path, outcomes: Counter[str]) -> str:
 
 
 def _summary(campaign: Campaign, outcomes: Counter[str]) -> str:
-    told = f"{_count(len(campaign.records), 'record')}: {outcomes['ok']} good"
-    told += f", {outcomes['refused']} refused, {outcomes['excluded']} excluded"
-    return f"{told}; {_count(outcomes['warning'], 'warning')}"
+    reported = f"{_count(len(campaign.records), 'record')}: {outcomes['ok']} good"
+    reported += f", {outcomes['refused']} refused, {outcomes['excluded']} excluded"
+    return f"{reported}; {_count(outcomes['warning'], 'warning')}"
 
 
 def _count(number: int, what: str) -> str:

@@ -73,8 +73,8 @@ def run(args: argparse.Namespace) -> int:
             _write(table, text)
             print(f"{path}: {text.count(chr(10)) - 1} impacts")
         if text.count("\n") < 2:
-            told = "no impacts found; vinesexp look shows what is in the file"
-            print(f"vinesexp impacts: {path}: {told}", file=sys.stderr)
+            reported = "no impacts found; vinesexp look shows what is in the file"
+            print(f"vinesexp impacts: {path}: {reported}", file=sys.stderr)
     return 1 if failed else 0
 
 

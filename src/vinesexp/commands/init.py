@@ -1,6 +1,6 @@
 """`vinesexp init`: campaign.yaml and records.csv proposed from a folder of instrument files.
 
-Everything uncertain is marked for a person to look at; what no file can tell is left open, and the
+Everything uncertain is marked for a person to look at; what no file states is left open, and the
 run refuses it until it is filled in. Nothing that is there is overwritten.
 """
 
@@ -17,20 +17,9 @@ from vinesexp.errors import CampaignError, RecordError
 from vinesexp.records.campaign_schema import NAME as SCHEMA_NAME
 from vinesexp.records.campaign_schema import schema_text
 from vinesexp.records.proposal import OPEN, Proposal, ProposedChannel, propose
+from vinesexp.records.schema import SHEET_COLUMNS
 from vinesexp.records.survey import FileView, view_file
 
-_COLUMNS = (
-    "record",
-    "file",
-    "test",
-    "clearance_mm",
-    "base_amplitude_mm",
-    "frequency_hz",
-    "added_mass_g",
-    "release_mm",
-    "exclude",
-    "note",
-)
 _OUTPUT = {
     "displacement": ("V/mm", "0.5 V/mm"),
     "base": ("V/mm", "0.5 V/mm"),
@@ -76,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
             f"cannot be written to ({reason}); copy the files into a folder of your own",
             file=folder,
         ) from None
-    _tell(folder, proposal, others)
+    _report(folder, proposal, others)
     return 0
 
 
@@ -95,15 +84,15 @@ def campaign_text(folder: Path, proposal: Proposal) -> str:
     for channel in proposal.channels:
         lines += _channel_lines(channel)
     if not proposal.channels:
-        lines += ["  # no channel could be told; name them here"]
+        lines += ["  # no channel could be recognised; name them here"]
     if proposal.has_wav:
         lines.append("# In WAV files 1 is full scale: say what it means, as file_unit: 10 V.")
     if proposal.time is not None:
         column = _quoted(proposal.time)
         lines.append(f"time: {{column: {column}, unit: s}}   # look: is the unit right?")
     elif proposal.has_no_times:
-        told = ", ".join(proposal.has_no_times[:3])
-        lines.append(f"sample_rate: {OPEN} Hz   # FILL IN: {told} have no times")
+        reported = ", ".join(proposal.has_no_times[:3])
+        lines.append(f"sample_rate: {OPEN} Hz   # FILL IN: {reported} have no times")
     return "\n".join(lines) + "\n"
 
 
@@ -136,7 +125,7 @@ def records_text(proposal: Proposal) -> str:
     """records.csv; the note of a row says what it is proposed for and what is open in it."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(_COLUMNS)
+    writer.writerow(SHEET_COLUMNS)
     for record in proposal.records:
         note = record.why
         if record.open:
@@ -145,7 +134,7 @@ def records_text(proposal: Proposal) -> str:
         row |= record.cells
         if record.test == OPEN:
             row |= {"test": "ringdown", "exclude": "yes"}
-        writer.writerow([row.get(column, "") for column in _COLUMNS])
+        writer.writerow([row.get(column, "") for column in SHEET_COLUMNS])
     return stream.getvalue()
 
 
@@ -176,7 +165,7 @@ def _ask(proposal: Proposal) -> None:  # pragma: no cover
             channel.sensitivity = input(question).strip() or None
 
 
-def _tell(folder: Path, proposal: Proposal, others: list[str]) -> None:
+def _report(folder: Path, proposal: Proposal, others: list[str]) -> None:
     for line in others:
         print(line)
     for channel in proposal.channels:

@@ -52,7 +52,7 @@ def describe(view: FileView, guesses: dict[str, Guess]) -> list[str]:
     width = max([len(column.name) for column in view.columns] + [4])
     for column in view.columns:
         head = f"  {column.index:>2} {column.name:<{width}} {column.unit or '-':<6}"
-        lines.append(f"{head} {_told(column)}")
+        lines.append(f"{head} {_described(column)}")
         guess = guesses.get(label_of(column))
         if column.kind == "signal" and guess is not None:
             lines.append(f"     {'':<{width}} {guess.role}? {guess.why}")
@@ -75,7 +75,7 @@ def small_plot(values: Floats) -> str:
     return "".join(_BARS[round(level / top * (len(_BARS) - 1))] for level in levels)
 
 
-def _told(column: ColumnView) -> str:
+def _described(column: ColumnView) -> str:
     finite = column.finite
     span = f"{finite.min():.4g} to {finite.max():.4g}"
     if column.kind == "time":

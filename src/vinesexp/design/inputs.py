@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vinesexp.errors import ParameterError, VinesexpError, nearest
+from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.records.result_columns import IDENTIFIED
+from vinesexp.records.tables import Table, read_rows
 from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 
 
@@ -40,6 +41,11 @@ EXCITATION = (
     Option("frequency", "--frequency", "frequency", "7.86 Hz", "Hz", " or '7.2:8.4 Hz'"),
 )
 _LISTS, _RANGES = ("m", "r"), ("G", "frequency")
+#: What is read of identified.csv: a file typed in by hand needs no intervals and no records.
+_READ = ("parameter", "value", "std_error", "unit", "method")
+_IDENTIFIED = Table(
+    IDENTIFIED.name, IDENTIFIED.step, tuple(c for c in IDENTIFIED.columns if c.name in _READ)
+)
 
 
 @dataclass(frozen=True)
@@ -159,20 +165,16 @@ def read_identified(path: Path) -> dict[str, Quantity]:
 
     Raises
     ------
+    TableError
+        Unreadable file, a missing column, or a cell that is no number.
     VinesexpError
-        Unreadable file, a missing column, or a row that is no number.
+        A value with a wrong unit, or no value at all.
     """
     if path.is_dir():
         path = path / "identified.csv"
-    rows, columns = _rows(path)
-    for column in ("parameter", "value", "std_error", "unit", "method"):
-        if column not in columns:
-            raise VinesexpError(
-                f"no column '{column}'; {nearest(column, columns or ['none'])}", file=path
-            )
     found: dict[str, Quantity] = {}
     options = {option.symbol: option for option in RIG}
-    for line, row in enumerate(rows, start=2):
+    for line, row in enumerate(read_rows(path, _IDENTIFIED), start=2):
         symbol = "r" if row["parameter"] == "r_1" else row["parameter"]
         if symbol not in options or row["method"] != "combined" or symbol in found:
             continue
@@ -185,15 +187,3 @@ def read_identified(path: Path) -> dict[str, Quantity]:
     if not found:
         raise VinesexpError("holds no row with method 'combined' of M, c1, k1 or r", file=path)
     return found
-
-
-def _rows(path: Path) -> tuple[list[dict[str, str]], list[str]]:
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            reader = csv.DictReader(stream)
-            return list(reader), list(reader.fieldnames or [])
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise VinesexpError(
-            f"cannot be read ({reason}); give an identified.csv", file=path
-        ) from None

@@ -152,7 +152,7 @@ def _off_the_line(
         detail = (
             f"f0 of the ring-downs with {len(set(loaded.tolist()))} different loads misses a line "
             f"over the added mass by {100 * relative:.2g} % ({pull:.1f} standard errors): one of "
-            "added_mass_g is wrong; a further load would tell which"
+            "added_mass_g is wrong; a further load would show which"
         )
         return [Check("", "added mass", "warning", detail)]
     detail = (

@@ -1,4 +1,4 @@
-"""What an interval is made of: the scatter of the records, and inputs that no record can tell.
+"""What an interval is made of: the scatter of the records, and inputs that no record can show.
 
 A `Source` is an estimate with the share that each known input has in its error. Shares of one input
 go together wherever it enters: a clock that is slow makes every frequency too high.

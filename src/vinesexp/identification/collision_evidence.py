@@ -25,7 +25,7 @@ from vinesexp.identification.collision_model import (
 
 FloatArray = NDArray[np.float64]
 
-#: Effects at once; more are not told apart by the tests of a usual campaign.
+#: Effects at once; more are not separated by the tests of a usual campaign.
 _MOST = 3
 #: The evidence, as a difference of the Bayesian information criterion, that an effect needs.
 _BAR = 12.0
@@ -136,7 +136,7 @@ def _lasting(fits: list[Fit], scores: FloatArray, collisions: Collisions) -> Fit
 def _or_contact(fits: list[Fit], scores: FloatArray, best: Fit, collisions: Collisions) -> Fit:
     """A contact that lasts, where the pulses last as long, before a clearance off the sheet.
 
-    Both lengthen the flights; tests at few clearances hardly tell them apart.
+    Both lengthen the flights; tests at few clearances hardly separate them.
     """
     if "clearance_offset" not in best.effects or "contact_time" in best.effects:
         return best

@@ -34,7 +34,7 @@ EFFECTS = {
     "contact_time": "s",
     "tilt": "m/s^2",
 }
-#: No rig is farther from the model than this: keeps what the records cannot tell within bounds.
+#: No rig is farther from the model than this: keeps what the records cannot show within bounds.
 _WIDEST = {
     "r_wall_difference": 0.5,
     "r_speed_slope": 0.5,
@@ -66,7 +66,7 @@ class Collisions:
     record : int array (n,)
         Which record each is from.
     working_speed : float
-        m/s; r that depends on speed is told there.
+        m/s; where r depends on speed, the r that is reported is the one at it.
     sigma_r, sigma_jump : arrays (n,)
         Standard errors of the two equations, m/s, record-wide ones included.
     """

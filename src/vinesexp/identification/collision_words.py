@@ -31,7 +31,7 @@ def effect_checks(evidence: Evidence) -> list[Check]:
         )
         detail = (
             f"the impacts fit nearly as well with {others}; the error of r holds the difference. "
-            "Tests at further clearances, or a drop test, would tell which"
+            "Tests at further clearances, or a drop test, would show which"
         )
         checks.append(Check("", "collisions", "warning", detail))
     return checks
@@ -83,21 +83,21 @@ def ratio_check(ratio: JumpRatio | None, fault: Fault | None) -> list[Check]:
     """Jumps of the two sensors where they disagree."""
     if ratio is None or fault is None or fault.cause not in ("pulse area", "unknown"):
         return []
-    told = (
+    reported = (
         f"the jumps of velocity that the accelerometer shows are {ratio.ratio:.3f} +- "
         f"{ratio.error:.2g} times those of the displacement, while both show the same oscillation: "
     )
     if fault.cause == "pulse area":
-        told += (
+        reported += (
             "M by added masses agrees with the displacement, so the area of the accelerometer's "
             "pulse is off (a contact that rings, or a mount); its jumps were divided by this factor"
         )
     else:
-        told += (
+        reported += (
             "a local mode or a part that answers each impact, in one sensor or both. M by impacts "
             "has an error as large as that; look at the first 20 ms after an impact"
         )
-    return [Check("", "jumps", "warning", told)]
+    return [Check("", "jumps", "warning", reported)]
 
 
 def sensor_check(fault: Fault | None) -> list[Check]:
@@ -118,7 +118,7 @@ def sensor_check(fault: Fault | None) -> list[Check]:
         )
     else:
         detail = (
-            f"accelerometer and displacement differ by {off:.2g} % in gain and nothing tells which "
+            f"accelerometer and displacement differ by {off:.2g} % in gain and nothing shows which "
             "sensitivity is wrong; the errors of r and M hold both"
         )
     return [Check("", "gain", "warning", detail)]

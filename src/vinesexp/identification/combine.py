@@ -108,7 +108,7 @@ class _Part:
 
 
 def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
-    """Records that give nothing; no warning where impacts are few and others tell r."""
+    """Records that give nothing; no warning where impacts are few and others give r."""
     known = any(e.parameter == "r" or is_numbered(e.parameter) for e in found)
     with_ball = {record.id for record in campaign.records if record.clearance}
     return [

@@ -26,7 +26,7 @@ _CERTAIN = 0.9  # that an impact is one, and of this ball
 _OUTLYING = 4.0  # robust standard deviations
 _APART = 0.02  # periods to the nearest other impact: a pair disturbs each other's jump
 _WALLS_DIFFER = 1e-3  # in r: from there on the mean of the walls is r, however often each is hit
-_LEVER = 30.0  # spread of speeds over their error, from which on r over speed is told
+_LEVER = 30.0  # spread of speeds over their error, from which on r over speed is estimated
 _LONGEST = 0.9  # periods: a longer flight may hide an impact
 
 
@@ -188,7 +188,7 @@ class Restitution:
     walls : tuple of float
         r at the walls +1 and -1; NaN where a wall was not hit.
     slope, slope_error : float
-        Change of r per m/s of relative speed; NaN where speeds differ too little to tell.
+        Change of r per m/s of relative speed; NaN where speeds differ too little for it.
     speed : float
         Median relative speed, m/s.
     count : int
@@ -262,7 +262,7 @@ def _ratio(after: FloatArray, before: FloatArray) -> float:
 
 
 def _slope(before: FloatArray, rest: FloatArray) -> tuple[float, float]:
-    """Change of r per m/s, from what is left of the speeds after; NaN where it cannot be told.
+    """Change of r per m/s, from what is left of the speeds after; NaN where it cannot be estimated.
 
     A speed with an error is too high where it seems high, and r then seems low: where speeds
     differ by little more than their errors, a slope would be found where there is none.

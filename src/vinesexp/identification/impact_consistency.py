@@ -33,7 +33,7 @@ _FEWEST = 10
 _ENOUGH = 150
 #: Relative error of M by added masses below which no scale in a lab goes.
 _SCALES = 3e-3
-#: The nominal period, s, where nothing tells f0: only flights too long to be one are left out.
+#: The nominal period, s, where nothing gives f0: only flights too long to be one are left out.
 _NO_PERIOD = math.inf
 
 

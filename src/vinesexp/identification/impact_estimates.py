@@ -1,4 +1,4 @@
-"""What the impacts of one record tell: r and M, from flights between the walls."""
+"""What the impacts of one record give: r and M, from flights between the walls."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 The area of a pulse and the change of slope are the same jump of velocity, seen by two sensors.
 Ringing of the mount, a local mode, a template that misses part of the pulse, or a wrong
-sensitivity make them differ by a common factor that hundreds of impacts tell well.
+sensitivity make them differ by a common factor that hundreds of impacts show well.
 """
 
 from __future__ import annotations

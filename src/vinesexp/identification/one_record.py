@@ -1,4 +1,4 @@
-"""What one record tells about the rig: the methods that its test and its channels allow."""
+"""What one record says about the rig: the methods that its test and its channels allow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which sensor is wrong where laser and accelerometer disagree, and what is left of the doubt.
+"""Which sensor is wrong where laser and accelerometer disagree, and what error remains.
 
 M by added masses needs neither sensor's scale: the sensor whose jumps give the same M is
 believed, the other is recalibrated by the common factor. Where neither does, or no masses were

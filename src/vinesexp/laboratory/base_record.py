@@ -83,7 +83,7 @@ class BaseRecord:
                 path, {"base": self.channel}, time=self.time, sample_rate=self.sample_rate
             )
         except RecordError as error:
-            # The readers speak of the files of a measured campaign; here all is in the scene.
+            # The readers name the files of a measured campaign; here all is in the scene.
             where = None if error.where is None else _in_scene(error.where)
             raise RecordError(_in_scene(error.problem), file=error.file, where=where) from None
         samples = values["base"][round(self.start * rate) :]

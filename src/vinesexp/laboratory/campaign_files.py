@@ -8,20 +8,8 @@ from __future__ import annotations
 from vinesexp.laboratory.bench import Scene, Test
 from vinesexp.laboratory.scene import raw_file
 from vinesexp.laboratory.sensors import Accelerometer
+from vinesexp.records.schema import SHEET_COLUMNS
 from vinesexp.units import STANDARD_GRAVITY
-
-COLUMNS = (
-    "record",
-    "file",
-    "test",
-    "clearance_mm",
-    "base_amplitude_mm",
-    "frequency_hz",
-    "added_mass_g",
-    "release_mm",
-    "exclude",
-    "note",
-)
 
 
 def campaign_text(scene: Scene) -> str:
@@ -59,7 +47,7 @@ def campaign_text(scene: Scene) -> str:
 def records_text(scene: Scene) -> str:
     """records.csv of a scene."""
     rows = [",".join(_row(test)) for test in scene.tests]
-    return "\n".join([",".join(COLUMNS), *rows, ""])
+    return "\n".join([",".join(SHEET_COLUMNS), *rows, ""])
 
 
 def _range(test: Test) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""A simulated campaign, made and analysed in one process: what would these tests tell?
+"""A simulated campaign, made and analysed in one process: what would these tests give?
 
 The workflow does the same step by step, a process each. For studies over many campaigns, for tests,
 and for planning: write the tests that you could do into a scene, and see the errors they leave.
@@ -50,7 +50,7 @@ class Rehearsal:
     checks: tuple[Check, ...]
 
     def combined(self, parameter: str) -> Estimate | None:
-        """The combined value of a parameter; None where the tests do not tell it."""
+        """The combined value of a parameter; None where the tests do not give it."""
         return combined(self.rows, parameter)
 
     def impacts_file(self, record: str) -> Path:

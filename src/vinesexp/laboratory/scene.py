@@ -85,7 +85,7 @@ def simulate_group(scene: Scene, group: str, folder: Path) -> list[Path]:
     ----------
     scene : Scene
     group : str
-        One of `scene.groups`.
+        One of `Scene.groups`.
     folder : Path
         The campaign folder; `raw` and `truth` are made in it.
 

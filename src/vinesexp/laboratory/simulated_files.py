@@ -35,7 +35,7 @@ def simulate_once(
     ----------
     scene : Scene
     group : str
-        One of `scene.groups`.
+        One of `Scene.groups`.
     folder : Path
         The campaign folder; `raw` and `truth` are made in it.
     code : str

@@ -1,7 +1,7 @@
 """A campaign folder: campaign.yaml and records.csv, validated as one.
 
 `load_campaign` is what every step starts from, so it reads nothing but the two small files;
-instrument files that are missing are told when their record is ingested.
+instrument files that are missing are reported when their record is ingested.
 """
 
 from __future__ import annotations

@@ -32,9 +32,9 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
     if len(fitting) == 1:
         return fitting[0]
     if fitting:
-        told = ", ".join(f"{j}: '{names[j]}'" for j in fitting)
+        reported = ", ".join(f"{j}: '{names[j]}'" for j in fitting)
         raise RecordError(
-            f"'{wanted}' fits several columns ({told}); name one, or give its number",
+            f"'{wanted}' fits several columns ({reported}); name one, or give its number",
             file=source.path,
             where=where,
         )
@@ -63,8 +63,8 @@ def has_column(source: Source, wanted: str | int) -> bool:
 
 def _listed(columns: Sequence[Column]) -> str:
     most = 20
-    told = ", ".join(f"{j}: '{column.name}'" for j, column in enumerate(columns[:most]))
-    return told + (f" and {len(columns) - most} more" if len(columns) > most else "")
+    reported = ", ".join(f"{j}: '{column.name}'" for j, column in enumerate(columns[:most]))
+    return reported + (f" and {len(columns) - most} more" if len(columns) > most else "")
 
 
 def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str | None]:

@@ -1,4 +1,4 @@
-"""From the defects of a stored record to what is told about it: a refusal, or rows of checks."""
+"""From the defects of a stored record to what is reported: a refusal, or rows of checks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def look_over(
     channels: Mapping[str, Channel],
     samples: AnySamples,
 ) -> list[Check]:
-    """Refuse a stored record for its defects, or tell its size and what is odd about it.
+    """Refuse a stored record for its defects, or report its size and what is odd about it.
 
     Parameters
     ----------
@@ -55,24 +55,24 @@ def look_over(
     """
     size = f"{view.n} samples at {view.sample_rate:.9g} Hz: {', '.join(view.roles)}"
     found = [Check(record.id, "ingest", "ok", size)]
-    found += [Check(record.id, check, "warning", told) for check, told in samples.warnings]
+    found += [Check(record.id, check, "warning", reported) for check, reported in samples.warnings]
     found += _trimmed(record, samples)
     period = _period(view, record)
     for role in view.roles:
-        if told := samples.overload(role):
-            found.append(_judge(record, channels[role], "saturated", f"{role} {told}"))
+        if reported := samples.overload(role):
+            found.append(_judge(record, channels[role], "saturated", f"{role} {reported}"))
         clipped = saturated(view, role)
         # Only the oscillator's own inertia forbids it to stop dead; a shaker can.
         stuck = frozen(view, role, period=period if role == "displacement" else None)
         stuck = [run for run in stuck if run not in clipped]
         if stuck and stuck[0].length == view.n and role not in _MOVING[record.test]:
-            told = f"{role} does not change at all; noise below one step of the instrument?"
-            found.append(Check(record.id, "frozen", "warning", told))
+            reported = f"{role} does not change at all; noise below one step of the instrument?"
+            found.append(Check(record.id, "frozen", "warning", reported))
             continue
         for defect, runs in (("saturated", clipped), ("frozen", stuck)):
             if runs:
-                told = f"{role} {_told(view, samples, runs, defect)}"
-                found.append(_judge(record, channels[role], defect, told))
+                reported = f"{role} {_described(view, samples, runs, defect)}"
+                found.append(_judge(record, channels[role], defect, reported))
     return found
 
 
@@ -104,7 +104,7 @@ def _period(view: RecordView, record: Record) -> float | None:
     return view.n / held
 
 
-def _told(view: RecordView, samples: AnySamples, runs: list[Stretch], defect: str) -> str:
+def _described(view: RecordView, samples: AnySamples, runs: list[Stretch], defect: str) -> str:
     worst = max(runs, key=lambda run: run.length)
     at = view.time(worst.start, worst.start + 1)[0]
     place = samples.source.locate(samples.trimmed[0] + worst.start)
@@ -113,24 +113,24 @@ def _told(view: RecordView, samples: AnySamples, runs: list[Stretch], defect: st
     return f"{what} for {worst.length} samples from {at:.6g} s ({place}){more}; {remedy}"
 
 
-def _judge(record: Record, channel: Channel, defect: str, told: str) -> Check:
+def _judge(record: Record, channel: Channel, defect: str, reported: str) -> Check:
     # Where an accelerometer is clipped the impact is still there, and is marked as clipped later;
     # a clipped displacement would quietly change every amplitude.
     if defect in channel.accept or (channel.role, defect) == ("acceleration", "saturated"):
-        return Check(record.id, defect, "warning", told)
+        return Check(record.id, defect, "warning", reported)
     raise RecordError(
-        f"{told}, or add accept: {defect} to channels.{channel.role}", file=record.file
+        f"{reported}, or add accept: {defect} to channels.{channel.role}", file=record.file
     )
 
 
 def _trimmed(record: Record, samples: AnySamples) -> list[Check]:
     before, after = samples.trimmed
-    told = [
+    reported = [
         f"{count} row{'' if count == 1 else 's'} at the {end}"
         for count, end in ((before, "start"), (after, "end"))
         if count
     ]
-    if not told:
+    if not reported:
         return []
-    detail = f"{' and '.join(told)} left out, where cells are empty"
+    detail = f"{' and '.join(reported)} left out, where cells are empty"
     return [Check(record.id, "missing cells", "warning", detail)]

@@ -31,13 +31,13 @@ def ingest_or_refuse(campaign: Campaign, record: Record, out: Path) -> list[Chec
     try:
         return ingest(campaign, record, out)
     except RecordError as error:
-        told = str(error)
+        reported = str(error)
     except Exception as error:  # one file that nobody foresaw must not stop the others
         traceback.print_exc()  # in a step of the workflow: into its log
         reason = " ".join(str(error).split())[:200]
-        told = f"{record.file}: cannot be read ({type(error).__name__}: {reason})"
-    write_refused(out, told, _attributes(campaign, record))
-    return [Check(record.id, "ingest", "refused", told)]
+        reported = f"{record.file}: cannot be read ({type(error).__name__}: {reason})"
+    write_refused(out, reported, _attributes(campaign, record))
+    return [Check(record.id, "ingest", "refused", reported)]
 
 
 def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:

@@ -1,8 +1,8 @@
 """A record whose channels stand in several files: CH1 and CH2 each in its own.
 
 The files are laid over one another by their own times, or by their first samples where they have
-none; what does not overlap is left out, and told. Held in memory: oscilloscopes that write a file a
-channel write short ones.
+none; what does not overlap is left out, and reported. Held in memory: oscilloscopes that write a
+file a channel write short ones.
 """
 
 from __future__ import annotations
@@ -59,9 +59,9 @@ class JoinedSamples:
         for role, channel in setup.channels.items():
             places = [k for k, source in enumerate(sources) if _named(source, channel) is not None]
             if len(places) > 1:
-                told = ", ".join(files[k].name for k in places)
+                reported = ", ".join(files[k].name for k in places)
                 raise RecordError(
-                    f"column '{channel.column}' is in several files ({told}); write it as "
+                    f"column '{channel.column}' is in several files ({reported}); write it as "
                     f"'{files[places[0]].stem}*:{channel.column}'",
                     file=files[0],
                     where=f"channels.{role}",
@@ -98,17 +98,17 @@ class JoinedSamples:
             yield {role: x[begin : begin + BLOCK_ROWS] for role, x in self._values.items()}
 
     def overload(self, role: str) -> str | None:
-        """What is told of samples out of the instrument's range; see `Samples.overload`."""
+        """What is reported about samples out of the instrument's range; see `Samples.overload`."""
         return next(p.samples.overload(role) for p in self._parts if role in p.values)
 
     def _joined(self, files: Sequence[Path]) -> tuple[float, float, dict[str, Floats]]:
         rates = [part.samples.sample_rate for part in self._parts]
         if max(rates) > min(rates) * (1.0 + 1e-6):
-            told = ", ".join(
+            reported = ", ".join(
                 f"{f.name} {rate:.9g} Hz" for f, rate in zip(files, rates, strict=False)
             )
             raise RecordError(
-                f"files of different sample rates ({told}); resample them to one", file=files[0]
+                f"files of different sample rates ({reported}); resample them to one", file=files[0]
             )
         rate = rates[0]
         begin = max(part.start for part in self._parts)
@@ -124,12 +124,12 @@ class JoinedSamples:
             self.warnings += part.samples.warnings
         lost = [part.length - length for part in self._parts]
         if max(lost):
-            told = ", ".join(
+            reported = ", ".join(
                 f"{part.samples.source.path.name} {n}"
                 for part, n in zip(self._parts, lost, strict=True)
                 if n
             )
-            self.warnings.append(("files", f"samples left out where the files differ: {told}"))
+            self.warnings.append(("files", f"samples left out where the files differ: {reported}"))
         values = {
             role: x[k : k + length]
             for part, k in zip(self._parts, whole, strict=True)

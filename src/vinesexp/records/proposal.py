@@ -97,7 +97,7 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
 
 
 def describe_test(file: FileView, by_role: Mapping[str, str]) -> tuple[str, dict[str, str], str]:
-    """Test, the numbers that its signals tell, and the reason in words."""
+    """Test, the numbers that its signals show, and the reason in words."""
     columns = {
         role: next((c for c in file.signals if label_of(c) == label), None)
         for role, label in by_role.items()
@@ -125,13 +125,13 @@ def describe_test(file: FileView, by_role: Mapping[str, str]) -> tuple[str, dict
             cells["base_amplitude_mm"] = f"{1e3 * amplitude:.4g}"
         return "periodic", cells, "the base moves at one frequency"
     if levels[-4:].mean() < 0.6 * levels[:4].mean():
-        told = {}
+        values = {}
         if x.unit in UNITS["displacement"]:
             far = float(np.abs(x.finite - np.median(x.finite)).max())
-            told["release_mm"] = f"{1e3 * far * UNITS['displacement'][x.unit]:.3g}"
+            values["release_mm"] = f"{1e3 * far * UNITS['displacement'][x.unit]:.3g}"
         if hits:
-            return "transient", told, "it decays, with shocks"
-        return "ringdown", told, "it decays, without shocks"
+            return "transient", values, "it decays, with shocks"
+        return "ringdown", values, "it decays, without shocks"
     return OPEN, {}, "it neither decays nor follows a base"
 
 

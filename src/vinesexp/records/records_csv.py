@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from vinesexp.errors import nearest
 from vinesexp.records.problems import Problems
-from vinesexp.records.schema import Record
+from vinesexp.records.schema import SHEET_COLUMNS, Record
 from vinesexp.records.table_cells import (
     read_clearance,
     read_exclude,
@@ -30,20 +30,7 @@ from vinesexp.records.table_cells import (
 from vinesexp.settings.overrides import changed_by_text
 from vinesexp.settings.stages import Settings
 
-COLUMNS = (
-    "record",
-    "file",
-    "test",
-    "clearance_mm",
-    "base_amplitude_mm",
-    "frequency_hz",
-    "added_mass_g",
-    "release_mm",
-    "exclude",
-    "settings",
-    "setup",
-    "note",
-)
+COLUMNS = (*SHEET_COLUMNS[:-1], "settings", "setup", SHEET_COLUMNS[-1])
 #: Columns for people: text, carried into the records and never used in them.
 PEOPLE = (
     "operator",

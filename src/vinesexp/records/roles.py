@@ -29,7 +29,7 @@ _NAMES = {
 class Guess:
     """A proposed role and the reasons, in words.
 
-    `sure` says that a unit or a name, not physics alone, speaks for it.
+    `sure` says that a unit or a name, not physics alone, supports it.
     """
 
     role: str
@@ -163,13 +163,13 @@ def _by_physics(
         chosen = next((one for one, _ in votes[role].most_common() if one in rest), None)
         if role in open_roles and chosen is not None and len(rest) > 1:
             count = sum(votes[role].values())
-            told = f"{reasons[role]} (in {votes[role][chosen]} of {count} files)"
-            guesses[chosen] = Guess(role, told, False)
+            reported = f"{reasons[role]} (in {votes[role][chosen]} of {count} files)"
+            guesses[chosen] = Guess(role, reported, False)
             rest.remove(chosen)
     if "displacement" in open_roles and len(rest) == 1:
         only = len(labels) == 1
-        told = "the only signal" if only else "what is left"
-        guesses[rest[0]] = Guess("displacement", told, False)
+        reported = "the only signal" if only else "what is left"
+        guesses[rest[0]] = Guess("displacement", reported, False)
     return guesses
 
 

@@ -45,7 +45,7 @@ class Samples:
     Raises
     ------
     RecordError
-        A column that is not there, a unit that contradicts, no way to tell the time.
+        A column that is not there, a unit that contradicts, nothing that gives the time.
     """
 
     def __init__(
@@ -111,8 +111,8 @@ class Samples:
             return
         self.sample_rate, self.start = self._clock.finish()
         if self._clock.stray > 0.01:
-            told = f"times stray by up to {self._clock.stray:.2g} samples from a uniform clock, "
-            self.warnings.append(("time", told + "which is passed over"))
+            stray = f"times stray by up to {self._clock.stray:.2g} samples from a uniform clock, "
+            self.warnings.append(("time", stray + "which is passed over"))
         self._compare_with_header()
 
     def whole(self) -> list[dict[str, Floats]]:
@@ -246,7 +246,7 @@ class Samples:
                 )
 
     def overload(self, role: str) -> str | None:
-        """What is told of the samples of a channel that are out of the instrument's range."""
+        """What is reported about a channel's samples that are out of the instrument's range."""
         index = next(c.index for c in self._conversions if c.channel.role == role)
         if index not in self._rows.overloads:
             return None

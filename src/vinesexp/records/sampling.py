@@ -42,16 +42,16 @@ def stated_sampling(
         )
     least, most = min(intervals.values()), max(intervals.values())
     if most > least * (1.0 + 1e-6):
-        told = ", ".join(f"'{name}' {1 / dt:g} Hz" for name, dt in intervals.items())
+        rates = ", ".join(f"'{name}' {1 / dt:g} Hz" for name, dt in intervals.items())
         raise RecordError(
-            f"channels of different sample rates ({told}); resample them to one, or leave one out",
+            f"channels of different sample rates ({rates}); resample them to one, or leave one out",
             file=source.path,
         )
     starts = [source.start if c.start is None else c.start for c in columns]
     if max(starts) - min(starts) > 0.01 * least:
-        told = ", ".join(f"'{c.name}' {s:.9g} s" for c, s in zip(columns, starts, strict=True))
+        begins = ", ".join(f"'{c.name}' {s:.9g} s" for c, s in zip(columns, starts, strict=True))
         raise RecordError(
-            f"channels that begin at different times ({told}); export them together",
+            f"channels that begin at different times ({begins}); export them together",
             file=source.path,
         )
     return least, starts[0]

@@ -1,7 +1,7 @@
 """What a campaign is: rig as known, channels, records.
 
 The vocabulary of campaign.yaml and records.csv. Everything is SI here; the text of the two
-files is converted by `description` and `table`.
+files is converted by `description` and `records_csv`.
 """
 
 from __future__ import annotations
@@ -19,6 +19,20 @@ from vinesexp.units import Quantity
 #: What a record can be a record of.
 TESTS = ("ringdown", "sweep", "periodic", "transient", "drop")
 
+#: Columns of a plain records.csv, as written for a new campaign; `records_csv` reads more.
+SHEET_COLUMNS = (
+    "record",
+    "file",
+    "test",
+    "clearance_mm",
+    "base_amplitude_mm",
+    "frequency_hz",
+    "added_mass_g",
+    "release_mm",
+    "exclude",
+    "note",
+)
+
 #: Roles a channel can have, each with the quantities it can be measured as.
 ROLES: Mapping[str, tuple[str, ...]] = {
     "base": ("displacement", "velocity", "acceleration"),
@@ -29,7 +43,7 @@ ROLES: Mapping[str, tuple[str, ...]] = {
 #: SI unit of each quantity a channel can have.
 SI_UNITS: Mapping[str, str] = {"displacement": "m", "acceleration": "m/s^2", "velocity": "m/s"}
 
-#: What a channel may be told to accept in its data (a warning then, not a refusal).
+#: What a channel may accept in its data (a warning then, not a refusal).
 ACCEPTABLE = ("saturated", "frozen")
 
 

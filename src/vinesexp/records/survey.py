@@ -89,7 +89,7 @@ class FileView:
     columns : tuple of ColumnView
         Those of numbers.
     rate : float or None
-        Sample rate, Hz, where the file or its column of times tells.
+        Sample rate, Hz, where the file or its column of times gives it.
     time : int or None
         Number of the column of times.
     problems : tuple of str

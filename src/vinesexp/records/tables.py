@@ -8,6 +8,7 @@ whole one.
 from __future__ import annotations
 
 import csv
+import difflib
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -133,7 +134,9 @@ def read_rows(path: Path, table: Table) -> list[dict[str, str]]:
     header, body = _cells(path, table)
     missing = [c.name for c in table.columns if c.needed and c.name not in header]
     if missing:
-        raise _damaged(path, table, f"has no column '{missing[0]}'", line=1)
+        alike = difflib.get_close_matches(missing[0], header, n=1)
+        instead = f" but '{alike[0]}'" if alike else ""
+        raise _damaged(path, table, f"has no column '{missing[0]}'{instead}", line=1)
     rows = []
     for line, cells in body:
         if len(cells) != len(header):

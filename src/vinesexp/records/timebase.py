@@ -154,16 +154,16 @@ class Clock:
         at = row + k + (0 if len(steps) == len(times) else 1)
         now = times[k if len(steps) == len(times) else k + 1]
         if step < 0.0:
-            told = f"time goes backward, from {now - step:.9g} to {now:.9g}; remove the rows that "
-            told += "are out of order, or give 'sample_rate' instead of 'time'"
+            problem = f"time goes backward, from {now - step:.9g} to {now:.9g}; remove the rows "
+            problem += "that are out of order, or give 'sample_rate' instead of 'time'"
         elif step == 0.0 or interval <= 0.0:
-            told = f"time stands still at {now:.9g}; if it is only printed too coarsely, give "
-            told += "'sample_rate' instead of 'time'"
+            problem = f"time stands still at {now:.9g}; if it is only printed too coarsely, give "
+            problem += "'sample_rate' instead of 'time'"
         else:
-            told = f"time steps by {step:.6g} from {now - step:.9g} to {now:.9g}, expected "
-            told += f"{interval:.3g}; samples are missing or unevenly spaced, cut the record "
-            told += "there, or give 'sample_rate' instead of 'time' if only the times are wrong"
-        raise RecordError(told, file=self._file, where=self._locate(at))
+            problem = f"time steps by {step:.6g} from {now - step:.9g} to {now:.9g}, expected "
+            problem += f"{interval:.3g}; samples are missing or unevenly spaced, cut the record "
+            problem += "there, or give 'sample_rate' instead of 'time' if only the times are wrong"
+        raise RecordError(problem, file=self._file, where=self._locate(at))
 
     def _are_even(self, steps: Floats) -> bool:
         interval = self._interval
@@ -171,7 +171,7 @@ class Clock:
         return interval > 0.0 and bool(np.abs(steps - interval).max() <= allowed)
 
     def _rate(self, interval: float) -> float:
-        """1/interval in Hz, the whole number if that is within what the printed times tell."""
+        """1/interval in Hz, the whole number if the printed times allow it."""
         rate = 1.0 / (interval * self.size)
         # Half a printed step: the whole number is taken only where it is likely, not just possible.
         printed = 0.5 * self._finest / (interval * (self.n - 1))

@@ -1,4 +1,4 @@
-"""How well a lab knows what no record can tell: sensitivities, masses, clearances, clock.
+"""How well a lab knows what no record can show: sensitivities, masses, clearances, clock.
 
 Standard uncertainties. What campaign.yaml leaves out has the default of an ordinary lab; what it
 states as 0 is exact. They bound every interval from below (identification.budget).

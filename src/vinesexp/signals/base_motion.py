@@ -92,7 +92,7 @@ def base_motion(
             return None
         windows = x[: count * size].reshape(count, size)
         found, errors, noise = _sines(windows, step, f)
-        # Each window's phase is told from its own start: turned back to the record's start.
+        # Each window's phase is counted from its own start: turned back to the record's start.
         turned = found[:, 0] * np.exp(-2j * np.pi * f * size * step * np.arange(count))
         phase = np.unwrap(np.angle(turned))
         slope, slope_error = _line(phase)

@@ -63,7 +63,7 @@ def agreement_in(attributes: Mapping[str, Any]) -> Agreement | None:
 def compare_channels(
     acceleration: FloatArray, displacement: FloatArray, step: float, *, frequency: float
 ) -> Agreement | None:
-    """Compare two channels of one record; None where the record is too short to tell.
+    """Compare two channels of one record; None where the record is too short for it.
 
     Parameters
     ----------

@@ -4,8 +4,8 @@ A filter that runs forward and then backward shifts nothing in time: its respons
 Butterworth filter 1/(1 + W^2n) with W the frequency in units of the corner (for a band, its
 distance from the middle over the width; frequencies warped as the bilinear transform does). That
 is what is multiplied here, transform by transform of overlapping stretches, each with as much
-on either side as the filter remembers. scipy's `sosfiltfilt` does the same in time and is the test
-of it; importing `scipy.signal` costs half a second, more than all else in the step of a record.
+on either side as the filter remembers. `scipy.signal.sosfiltfilt` does the same in time and is its
+test; importing `scipy.signal` costs half a second, more than all else in the step of a record.
 """
 
 from __future__ import annotations

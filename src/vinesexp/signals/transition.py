@@ -1,7 +1,7 @@
 """The two decay rates of a release with an NES: while the ball is captured, and after it is lost.
 
 While there is one impact on either side in each cycle the amplitude falls fast, down to T1; from
-there on the ball hits when it happens to, and the amplitude falls more slowly. The impacts tell
+there on the ball hits when it happens to, and the amplitude falls more slowly. The impacts show
 when the ball is lost; the amplitude shows how fast it falls on either side of that.
 """
 

@@ -97,7 +97,7 @@ def passage(
     ------
     AnalysisError
         Half a cycle takes more than A_1 itself (a heavy ball, or an elastic one): there is no
-        slow decay to speak of.
+        slow decay that matters.
 
     Examples
     --------

@@ -4,7 +4,7 @@ The time is tau1(x_m/b, level/b; eps, lambda, r)/(eps w0): by its ends it is dif
 (the integrand of docs/theory.md, 29), by eps, lambda and r with central differences of fourth
 order. b* is where its curve over b has an elbow or a flat bottom, and its derivative is that of
 whichever it is (57, 58). A covariance of the rig's values then gives intervals, to which the
-scatter of the passage through the fold is added: no value of the rig tells it.
+scatter of the passage through the fold is added: no value of the rig gives it.
 """
 
 from __future__ import annotations

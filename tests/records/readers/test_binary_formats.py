@@ -51,7 +51,7 @@ def test_excel_xlsx_as_phyphox_writes_it(tmp_path):
     assert source.locate(0) == "row 2"
 
 
-def test_a_bad_cell_of_a_sheet_is_told_with_sheet_and_row(tmp_path):
+def test_a_bad_cell_of_a_sheet_is_reported_with_sheet_and_row(tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     for k, x in enumerate(["x (mm)", *map(float, X)]):
@@ -235,7 +235,7 @@ def test_matlab_structures_at_any_depth(tmp_path):
     assert rate_of(source, "test/laser/x") == RATE
 
 
-def test_matlab_sizes_that_no_file_can_hold_are_told(tmp_path):
+def test_matlab_sizes_that_no_file_can_hold_are_reported(tmp_path):
     scipy.io.savemat(tmp_path / "a.mat", {"x": X}, oned_as="row")
     raw = (tmp_path / "a.mat").read_bytes()
     right, wrong = struct.pack("<ii", 1, N), struct.pack("<ii", 2**31 - 1, 2**31 - 1)
@@ -319,7 +319,7 @@ def test_a_missing_package_is_named_and_broken_files_are_no_traceback(
 
 @pytest.mark.parametrize("cut", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("kind", ["npz", "mat", "zip"])
-def test_a_file_that_was_cut_is_told(kind, cut, tmp_path):
+def test_a_file_that_was_cut_is_reported(kind, cut, tmp_path):
     stream = io.BytesIO()
     if kind == "npz":
         np.savez(stream, x=X)

@@ -78,7 +78,7 @@ def test_the_sampling_is_an_attribute(attribute, value, where, tmp_path):
     assert make(tmp_path / "a.h5", fill).columns[0].interval == pytest.approx(1e-3)
 
 
-def test_contradicting_attributes_are_told(tmp_path):
+def test_contradicting_attributes_are_reported(tmp_path):
     def fill(file):
         file["CH1"] = A
         file.attrs["sample_rate_hz"] = 1000.0
@@ -88,7 +88,7 @@ def test_contradicting_attributes_are_told(tmp_path):
         make(tmp_path / "a.h5", fill)
 
 
-def test_columns_of_different_lengths_are_told_when_both_are_wanted(tmp_path):
+def test_columns_of_different_lengths_are_reported_when_both_are_wanted(tmp_path):
     def fill(file):
         file["CH1"], file["CH2"] = A, B[:50]
 
@@ -98,7 +98,7 @@ def test_columns_of_different_lengths_are_told_when_both_are_wanted(tmp_path):
         values(source, [0, 1])
 
 
-def test_a_file_without_columns_is_told(tmp_path):
+def test_a_file_without_columns_is_reported(tmp_path):
     with pytest.raises(RecordError, match="no columns of numbers"):
         make(tmp_path / "a.h5", lambda file: file.create_group("empty"))
 
@@ -109,7 +109,7 @@ def test_the_content_decides_not_the_name(tmp_path):
     assert source.format == "HDF5"
 
 
-def test_a_broken_file_is_told(tmp_path):
+def test_a_broken_file_is_reported(tmp_path):
     path = tmp_path / "a.h5"
     make(path, lambda file: file.create_dataset("CH1", data=A))
     path.write_bytes(path.read_bytes()[:900])
@@ -131,7 +131,7 @@ def test_the_rate_of_another_dataset_is_not_that_of_the_channels(tmp_path):
     }
 
 
-def test_channels_of_two_rates_are_told_and_one_alone_is_read(tmp_path):
+def test_channels_of_two_rates_are_reported_and_one_alone_is_read(tmp_path):
     def fill(file):
         for name, values, rate in (("x", A, 1000.0), ("a", B, 500.0)):
             file[name] = values
@@ -161,7 +161,7 @@ def test_attributes_of_any_form_are_no_traceback(tmp_path):
         make(tmp_path / "b.h5", tiny)
 
 
-def test_a_flipped_bit_under_a_checksum_is_told(tmp_path):
+def test_a_flipped_bit_under_a_checksum_is_reported(tmp_path):
     path = tmp_path / "a.h5"
     with h5py.File(path, "w") as file:
         file.create_dataset("x", data=A, chunks=(100,), fletcher32=True)

@@ -62,21 +62,21 @@ def test_version_73_is_hdf5_inside(tmp_path):
     np.testing.assert_array_equal(values(source, [0])[:, 0], A)
 
 
-def test_complex_numbers_are_told(tmp_path):
+def test_complex_numbers_are_reported(tmp_path):
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"CH1": A + 1j})
     with pytest.raises(RecordError, match="variable CH1: holds complex numbers"):
         values(open_source(path), [0])
 
 
-def test_different_lengths_are_told(tmp_path):
+def test_different_lengths_are_reported(tmp_path):
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"CH1": A, "CH2": B[:50]})
     with pytest.raises(RecordError, match="'CH1' 100, 'CH2' 50 samples"):
         values(open_source(path), [0, 1])
 
 
-def test_a_broken_file_is_told(tmp_path):
+def test_a_broken_file_is_reported(tmp_path):
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"CH1": A})
     path.write_bytes(path.read_bytes()[:150])
@@ -84,7 +84,7 @@ def test_a_broken_file_is_told(tmp_path):
         values(open_source(path), [0])
 
 
-def test_two_rates_are_told(tmp_path):
+def test_two_rates_are_reported(tmp_path):
     scipy.io.savemat(tmp_path / "a.mat", {"x": A, "fs": 1000.0, "Fs": 500.0})
     with pytest.raises(RecordError, match="fs = 1000, fs = 500"):
         open_source(tmp_path / "a.mat")

@@ -88,7 +88,7 @@ def test_a_file_without_header_has_numbers_for_names(tmp_path):
         ("t,x,°C\n", ["t", "x", "°C"], [None, None, None]),
     ],
 )
-def test_preamble_names_and_units_are_told_apart(preamble, names, units, tmp_path):
+def test_preamble_names_and_units_are_reported_apart(preamble, names, units, tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(preamble + written(VALUES, ",", "."), encoding="utf-8")
     source, values = read(path)
@@ -144,7 +144,7 @@ def test_one_column_of_decimal_commas_is_not_two(tmp_path):
     assert read(path)[1].shape == (3, 2)
 
 
-def test_decimal_commas_between_commas_are_told(tmp_path):
+def test_decimal_commas_between_commas_are_reported(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("t,x\n0,1,2,5\n0,2,2,6\n0,3,2,7\n")
     with pytest.raises(RecordError, match=r"line 2: 4 cells under 2 names.*decimal commas"):

@@ -38,7 +38,7 @@ def test_channels_are_numbered(tmp_path):
     np.testing.assert_array_equal(np.concatenate(list(source.blocks([1, 0]))), both[:, ::-1])
 
 
-def test_a_broken_file_is_told(tmp_path):
+def test_a_broken_file_is_reported(tmp_path):
     path = tmp_path / "a.wav"
     path.write_bytes(b"RIFF\x24\x00\x00\x00WAVEfmt ")
     with pytest.raises(RecordError, match="cannot be read as WAV"):

@@ -1,7 +1,7 @@
 """Instrument files of every known format, behind one small interface.
 
 A new format is one module with `NAME`, `recognises(head, suffix)` and `open_file(path)`, and its
-entry in `READERS`. Content decides, not the name: a .csv that is really something else is told
+entry in `READERS`. Content decides, not the name: a .csv that is really something else is reported
 or read for what it is.
 """
 

@@ -27,5 +27,5 @@ def need(module: str, *, extra: str, what: str, path: Path) -> Any:
 
 def unreadable(what: str, error: Exception, path: Path) -> RecordError:
     """The refusal for whatever a package raises over broken bytes."""
-    told = " ".join(str(error).split())[:200] or type(error).__name__
-    return RecordError(f"cannot be read as {what} ({told}); export the record again", file=path)
+    reported = " ".join(str(error).split())[:200] or type(error).__name__
+    return RecordError(f"cannot be read as {what} ({reported}); export the record again", file=path)

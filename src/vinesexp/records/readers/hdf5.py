@@ -255,6 +255,6 @@ def interval_from(stated: Mapping[str, Sequence[float]], path: Path) -> float | 
         return None
     low, high = min(dt for *_, dt in found), max(dt for *_, dt in found)
     if not _SHORTEST < low <= high < _LONGEST or high > low * (1.0 + 1e-6):
-        told = ", ".join(f"{key} = {value:g}" for key, value, _ in found)
-        raise RecordError(f"states its sampling as {told}; correct the file", file=path)
+        reported = ", ".join(f"{key} = {value:g}" for key, value, _ in found)
+        raise RecordError(f"states its sampling as {reported}; correct the file", file=path)
     return low

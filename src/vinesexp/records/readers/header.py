@@ -36,7 +36,7 @@ def find_layout(path: Path) -> Layout:
     above = [i for i in range(body.first) if any(body.rows[i])]
     first = body.first
     while above and _kind(layout, body, above[-1]) == "mixed":
-        # A row with numbers under the names is data with a bad cell: read, and then told.
+        # A row with numbers under the names is data with a bad cell: read, and then reported.
         if _is_names_over_units(layout, body, above) or not any(
             _kind(layout, body, i) == "words" for i in above
         ):

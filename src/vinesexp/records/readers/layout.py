@@ -176,7 +176,7 @@ def _may_be_decimal(tail: list[str]) -> bool:
 
 
 def _one_or_two(path: Path, layout: Layout, tail: list[str], filled: list[str]) -> Layout:
-    """Whether ``18,905`` is one number or two: the names above tell, or zeros as in ``0,031``."""
+    """Whether ``18,905`` is one number or two: the names above decide, or zeros as in ``0,031``."""
     one = replace(layout, delimiter=None, decimal=",")
     names = next((line for line in filled if re.search("[A-Za-z]", line)), None)
     if names is not None:

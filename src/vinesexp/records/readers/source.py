@@ -146,7 +146,7 @@ class TableSource:
 def require_equal_lengths(lengths: dict[str, int], path: Path) -> None:
     """Refuse columns of different lengths: which sample belongs to which is then unknown."""
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"'{name}' {n}" for name, n in lengths.items())
+        reported = ", ".join(f"'{name}' {n}" for name, n in lengths.items())
         raise RecordError(
-            f"columns of different lengths ({told} samples); export them together", file=path
+            f"columns of different lengths ({reported} samples); export them together", file=path
         )

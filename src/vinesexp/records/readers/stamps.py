@@ -61,7 +61,7 @@ def seconds_since(cells: Sequence[str], first: str) -> NDArray[np.float64]:
 
 
 def _day_first(cells: Sequence[str]) -> bool:
-    """Whether ``05/03/2024`` is the fifth of March: a first part above 12 tells, else a point."""
+    """Whether ``05/03/2024`` is the fifth of March: a first part above 12 decides, else a point."""
     for cell in cells:
         match = _STAMPS[1].fullmatch(cell.strip())
         if match and match["a"] and (int(match["a"]) > 12 or int(match["b"]) > 12):

@@ -46,9 +46,9 @@ def open_file(path: Path) -> TableSource:
     if not records:
         kinds = ", ".join(str(kind) for kind in sorted(set(types)))
         held = {_FUNCTIONS.get(int(one.get("func_type", 0)), "other functions") for one in sets}
-        told = " and ".join(sorted(held)) if held else f"only datasets {kinds}"
+        reported = " and ".join(sorted(held)) if held else f"only datasets {kinds}"
         raise RecordError(
-            f"holds no time records ({told}); export time histories (dataset 58, function 1)",
+            f"holds no time records ({reported}); export time histories (dataset 58, function 1)",
             file=path,
         )
     counted = Counter(str(one["id1"]).strip() for one in records)

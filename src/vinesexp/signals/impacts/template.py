@@ -106,7 +106,7 @@ class Template:
 
     @property
     def rings(self) -> bool:
-        """Whether what follows the contact is more than the contact's own samples can tell."""
+        """Whether what follows the contact is more than the contact's own samples can show."""
         return self.shape.ring > 0.0
 
     def at(self, u: NDArray[Any]) -> tuple[FloatArray, FloatArray]:

@@ -1,0 +1,134 @@
+"""Names of code in docstrings, comments and documents: what they point to exists."""
+
+import ast
+import importlib
+import io
+import re
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+
+import vinesexp
+
+ROOT = Path(vinesexp.__file__).parent
+REPOSITORY = Path(__file__).parents[1]
+FILES = sorted(ROOT.rglob("*.py"))
+TEXTS = [*FILES, *sorted((REPOSITORY / "docs").glob("*.md")), REPOSITORY / "README.md"]
+
+#: Full names of the package's modules.
+MODULES = {
+    ".".join(("vinesexp", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__")
+    for path in FILES
+}
+#: What else is written with a dot between backticks and is no code of this project.
+NO_CODE = re.compile(
+    r"(known|channels|uncertainties|settings|workflow|storage|scipy|numpy|np|xarray|snakemake)\..*"
+    r"|.*\.(csv|yaml|nc|json|html|svg|png|md|txt|log|zip|trc|mat|h5|xlsx)"
+)
+#: Words of instrument files that comments quote.
+IN_INSTRUMENT_FILES = {"CH1V", "Volt"}
+
+
+def identifiers(tree: ast.AST) -> Iterator[str]:
+    """Every name that stands in code: variables, attributes, arguments, and texts of one word."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Name(id=name) | ast.Attribute(attr=name) | ast.arg(arg=name):
+                yield name
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name) | ast.alias(name=name):
+                yield from name.split(".")
+            case ast.keyword(arg=str(name)):
+                yield name
+            case ast.Constant(value=str(text)) if len(text.split()) == 1:
+                yield text  # a column, a key, an option
+
+
+def prose(path: Path) -> str:
+    """Docstrings and comments of a module, or all of a document."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".md":
+        return text
+    found = [
+        token.string
+        for token in tokenize.generate_tokens(io.StringIO(text).readline)
+        if token.type == tokenize.COMMENT
+    ]
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, documented):
+            found.append(ast.get_docstring(node) or "")
+    return "\n".join(found)
+
+
+def quoted(path: Path) -> set[str]:
+    return set(re.findall(r"(?<!`)`([^`\n]+)`(?!`)", prose(path)))
+
+
+def has(holder: object, name: str) -> bool:
+    """Whether a module or class has a name, fields without a default included."""
+    bases = getattr(holder, "__mro__", (holder,))
+    return hasattr(holder, name) or any(
+        name in getattr(base, "__annotations__", {}) for base in bases
+    )
+
+
+def exists(name: str) -> bool:
+    """Whether ``module.function``, ``room.module``, ``Class.attribute`` names something."""
+    parts = name.removesuffix("()").split(".")
+    if name.endswith(".py"):
+        return any(path.match(name) for path in [*FILES, *REPOSITORY.glob("[bwt]*/**/*.py")])
+    for cut in range(len(parts), 0, -1):
+        ending = ".".join(parts[:cut])
+        for module in (m for m in MODULES if f".{m}".endswith(f".{ending}")):
+            if cut == len(parts):
+                return True
+            if cut == len(parts) - 1 and has(importlib.import_module(module), parts[-1]):
+                return True
+    if (REPOSITORY / "/".join(parts)).with_suffix(".py").is_file():
+        return True
+    return len(parts) == 2 and any(has(kind, parts[1]) for kind in classes().get(parts[0], ()))
+
+
+def classes() -> dict[str, list[type]]:
+    found: dict[str, list[type]] = {}
+    for path in FILES:
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef):
+                module = ".".join(("vinesexp", *path.relative_to(ROOT).with_suffix("").parts))
+                module = module.removesuffix(".__init__")
+                found.setdefault(node.name, []).append(
+                    getattr(importlib.import_module(module), node.name)
+                )
+    return found
+
+
+def test_dotted_names_in_text_exist():
+    dotted = re.compile(r"([\w/]+/)?[A-Za-z_]\w*(\.[A-Za-z_]\w*)+(\(\))?")
+    lost = {
+        f"{path.relative_to(REPOSITORY)}: {name}"
+        for path in TEXTS
+        for name in quoted(path)
+        if dotted.fullmatch(name) and not NO_CODE.fullmatch(name) and not exists(name)
+    }
+    assert sorted(lost) == []
+
+
+def test_plain_names_in_docstrings_stand_in_code():
+    """`states` where no code has a name of that kind is a name that was changed."""
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in FILES]
+    names = {name for tree in trees for name in identifiers(tree)}
+    known = {word for name in names for word in re.findall(r"\w+", name)}
+    known |= {part for module in MODULES for part in module.split(".")}
+    known |= IN_INSTRUMENT_FILES
+
+    def stands(name: str) -> bool:
+        stem, joint, ending = name.rpartition("_")  # a parameter `f0_at` is f"{name}_at" in code
+        return name in known or (stem in known and joint + ending in known)
+
+    lost = {
+        f"{path.relative_to(REPOSITORY)}: {name}"
+        for path in FILES
+        for name in quoted(path)
+        if re.fullmatch(r"[A-Za-z_]\w{2,}(\(\))?", name) and not stands(name.removesuffix("()"))
+    }
+    assert sorted(lost) == []

@@ -1,0 +1,100 @@
+"""What stands or runs once: constants of the field in the source, costly looks at a record."""
+
+import ast
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vinesexp
+from vinesexp.pipeline import analyse_record
+from vinesexp.records.campaign import load_campaign
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.signals.channel_agreement import agreement_of
+from vinesexp.signals.clipping import converter_range
+
+ROOT = Path(vinesexp.__file__).parent
+
+
+def nodes() -> Iterator[tuple[str, ast.AST]]:
+    for path in sorted(ROOT.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            yield path.relative_to(ROOT).as_posix(), node
+
+
+def test_the_95_percent_quantile_stands_once():
+    places = [
+        file
+        for file, node in nodes()
+        if isinstance(node, ast.Constant)
+        and isinstance(node.value, float)
+        and round(node.value, 2) == 1.96
+    ]
+    assert places == ["units.py"]
+
+
+def test_the_values_of_a_rig_are_listed_once():
+    places = [
+        file
+        for file, node in nodes()
+        if isinstance(node, ast.Tuple | ast.List | ast.Set)
+        and {e.value for e in node.elts if isinstance(e, ast.Constant)}
+        == {"M", "c1", "k1", "r", "m"}
+    ]
+    assert places == ["rig.py"]
+
+
+def counted(monkeypatch: pytest.MonkeyPatch, function: Callable) -> list[str]:
+    """Put a counter in place of a function wherever the package has imported it."""
+    calls: list[str] = []
+
+    def count(*given, **named):
+        calls.append(function.__name__)
+        return function(*given, **named)
+
+    for name, module in list(sys.modules.items()):
+        if name.startswith("vinesexp") and vars(module).get(function.__name__) is function:
+            monkeypatch.setattr(module, function.__name__, count)
+    return calls
+
+
+def write_transient(folder: Path) -> None:
+    """Laser and accelerometer of a decay with a velocity jump in each half cycle."""
+    rate, w = 5000.0, 2.0 * np.pi * 7.862
+    t = np.arange(20_000) / rate
+    decay = np.exp(-0.3 * t)
+    x, a = 20.0 * decay * np.cos(w * t), -0.02 * w**2 * decay * np.cos(w * t)
+    for k, start in enumerate(np.arange(0.03, 3.9, np.pi / w)):
+        pulse = np.sin(np.pi * (t - start) / 1e-3)
+        a += np.where((t > start) & (t < start + 1e-3), (-1) ** k * 30.0 * pulse, 0.0)
+    noise = np.random.default_rng(0).normal(size=(2, t.size))
+    table = np.column_stack([t, x + 0.005 * noise[0], a + 0.05 * noise[1]])
+    np.savetxt(
+        folder / "run.csv", table, fmt="%.6f", delimiter=",",
+        header="Time,Laser,Acc\ns,mm,m/s^2", comments="",
+    )  # fmt: skip
+    (folder / "campaign.yaml").write_text(
+        "known: {nes_mass: 32 g}\n"
+        "channels:\n"
+        "  displacement: {column: Laser, quantity: displacement, unit: mm}\n"
+        "  acceleration: {column: Acc, quantity: acceleration, unit: m/s^2}\n"
+        "time: {column: Time, unit: s}\n",
+        encoding="utf-8",
+    )
+    (folder / "records.csv").write_text(
+        "record,file,test,clearance_mm,release_mm\nrun,run.csv,transient,30,20\n", encoding="utf-8"
+    )
+
+
+def test_a_record_is_searched_once_for_its_range_and_its_channels_agreement(tmp_path, monkeypatch):
+    write_transient(tmp_path)
+    campaign = load_campaign(tmp_path)
+    ranges = counted(monkeypatch, converter_range)
+    agreements = counted(monkeypatch, agreement_of)
+    found = analyse_record(
+        campaign, campaign.record("run"), paths=ResultPaths(tmp_path / "r"), strict=True
+    )
+    assert found.impacts.n > 20, "the acceleration was used"
+    assert (len(ranges), len(agreements)) == (1, 1)
