@@ -44,6 +44,24 @@ def test_results_can_go_to_a_folder(record, tmp_path, capsys):
     assert (out / "scope.impacts.csv").read_text().startswith("time_s,")
 
 
+def test_impacts_that_are_not_certain_are_said_to_be_so(tmp_path, capsys):
+    """Pulses that stand barely out of the noise: a table, and what it is worth."""
+    t = np.arange(40000) / 1e4
+    a = np.random.default_rng(3).normal(0.0, 1.0, t.size)
+    for k in range(1, 38):
+        late = np.abs(t - 0.1 * k - 1.3e-5)
+        a += np.where(late < 2e-4, 4.2 * np.cos(np.pi * late / 4e-4), 0.0)
+    path = tmp_path / "faint.csv"
+    rows = "\n".join(f"{x:.4f},{v:.6f}" for x, v in zip(t, a, strict=True))
+    path.write_text(f"Time (s),a (m/s^2)\n{rows}\n", encoding="utf-8")
+    words = ["impacts", str(path), "-a", "1", "--acceleration-unit", "m/s^2", "--test", "periodic"]
+    assert main(words) == 0
+    shown = capsys.readouterr()
+    assert shown.out.count("\n") > 5
+    assert "impacts are certain" in shown.err
+    assert "no impact" in shown.err
+
+
 def test_no_file_is_written_over(record, tmp_path, capsys):
     """In the folder of the raw file, and for a second time: one line, exit code 1."""
     words = ["impacts", str(record), "-a", "1", "--acceleration-unit", "20 mV/g"]

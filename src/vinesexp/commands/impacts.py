@@ -7,6 +7,8 @@ numbers are the same.
 from __future__ import annotations
 
 import argparse
+import csv
+import io
 import os
 import sys
 import tempfile
@@ -21,6 +23,9 @@ from vinesexp.records.proposal import oscillates
 from vinesexp.records.readers import open_source
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, unit_size
+
+#: Probability that a repetition would find the impact again, from which on it is certain.
+_CERTAIN = 0.9
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,6 +49,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--time-unit", default="s", metavar="UNIT", help="default: s")
     parser.add_argument(
         "--sample-rate", metavar="RATE", help="'10 kHz', where the file has no times"
+    )
+    parser.add_argument(
+        "--test",
+        choices=("periodic", "drop"),
+        help="periodic: a mass that moves; drop: a bouncing ball or single shocks (default: judged "
+        "from the signal)",
     )
     parser.add_argument(
         "--out", type=Path, metavar="FOLDER", help="write FOLDER/<file>.impacts.csv"
@@ -72,10 +83,26 @@ def run(args: argparse.Namespace) -> int:
         else:
             _write(table, text)
             print(f"{path}: {text.count(chr(10)) - 1} impacts")
-        if text.count("\n") < 2:
-            reported = "no impacts found; vinesexp look shows what is in the file"
-            print(f"vinesexp impacts: {path}: {reported}", file=sys.stderr)
+        if remark := _reservation(text):
+            print(f"vinesexp impacts: {path}: {remark}", file=sys.stderr)
     return 1 if failed else 0
+
+
+def _reservation(text: str) -> str:
+    """What a person should know of a table of impacts; empty where most of them are certain."""
+    rows = list(csv.DictReader(io.StringIO(text)))
+    if not rows:
+        return (
+            "no impacts found; vinesexp look shows what is in the file, --test says whether a mass "
+            "moves in it or a ball drops"
+        )
+    certain = sum(float(row["confidence"] or 0.0) > _CERTAIN for row in rows)
+    if certain > len(rows) / 2:
+        return ""
+    return (
+        f"{certain} of {len(rows)} impacts are certain (confidence above {_CERTAIN:g}): what was "
+        "found may be vibration that is no impact"
+    )
 
 
 def _table_for(path: Path, args: argparse.Namespace) -> Path:
@@ -106,7 +133,7 @@ def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Name
     rate = _rate(args.sample_rate) if args.sample_rate else None
     time = _time(path, args) if rate is None else None
     # The clearance only says that there is a ball; without it nothing is looked for.
-    test = _test(path, channels, time, rate)
+    test = args.test or _test(path, channels, time, rate)
     record = Record(id="record", file=path, test=test, clearance=(1.0,))
     campaign = Campaign(
         folder=path.parent,
