@@ -9,12 +9,12 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
+from vinesexp.identification.least_squares import least_squares
 
 _FEWEST = 3  # flights: two give any r, the third tests it
 _ALIKE = 0.25  # by which the ratios of successive flights may differ, relative
 _SHORTEST = 0.02  # s, of the first flight: a bounce of half a millimetre; shorter is ringing
 _SURE = 0.1  # standard error of r from which on the flights do not agree
-_ITERATIONS = 20
 #: Half-width of 68 % of Student's t over that of a normal variable, for 1, 2, 3 ... degrees of
 #: freedom: a scatter taken from few flights is uncertain itself.
 _STUDENT = (1.837, 1.321, 1.197, 1.142, 1.111, 1.091, 1.077, 1.067)
@@ -96,23 +96,22 @@ def student(freedom: int) -> float:
 
 
 def _fitted(t: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """First time, first flight and r by Gauss-Newton; their covariance; chi^2."""
+    """First time after the first hit, first flight and r; their covariance; chi^2."""
     flights = np.diff(t)
     r = float(np.exp(np.polyfit(np.arange(flights.size), np.log(flights), 1)[0]))
     k = np.arange(t.size)
-    p = np.array([t[0], flights[0], min(r, 0.999)])
-    for _ in range(_ITERATIONS):
-        powers = p[2] ** k
-        partial = np.concatenate([[0.0], np.cumsum(powers[:-1])])
+
+    def problem(p: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Misfits of the times, from the first one, and their derivatives."""
+        if p[2] <= 0.0:
+            return None
+        partial = np.concatenate([[0.0], np.cumsum(p[2] ** k[:-1])])
         slopes = np.concatenate([[0.0], np.cumsum(k[:-1] * p[2] ** (k[:-1] - 1.0))])
         jacobian = np.stack([np.ones(t.size), partial, p[1] * slopes], 1) / error[:, np.newaxis]
-        rest = (t - p[0] - p[1] * partial) / error
-        step = np.linalg.lstsq(jacobian, rest, rcond=None)[0]
-        p = p + step
-        if np.abs(step[2]) < 1e-13:
-            break
-    covariance = np.asarray(np.linalg.inv(jacobian.T @ jacobian), dtype=np.float64)
-    return p, covariance, float(rest @ rest)
+        return (p[0] + p[1] * partial - (t - t[0])) / error, jacobian
+
+    found = least_squares(problem, np.array([0.0, flights[0], min(r, 0.999)]))
+    return found.values, found.covariance, found.chi2
 
 
 def _longest_run(times: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
