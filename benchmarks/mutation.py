@@ -66,6 +66,15 @@ TESTS: dict[str, tuple[str, ...]] = {
         "identification/test_ringdown.py", "identification/test_working_amplitude.py",
     ),
     "identification/sweep_record.py": ("identification/test_one_channel.py",),
+    **{
+        f"identification/{name}.py": (
+            "hard_cases/test_rigs_that_are_not_the_model.py", "identification/test_jump_ratio.py",
+        )
+        for name in (
+            "collision_evidence", "collision_model", "collision_words", "flights",
+            "impact_consistency", "impact_estimates", "sensor_fault", "whole_campaign",
+        )
+    },
 }  # fmt: skip
 #: Changes that change nothing, as ``module:line text`` with the reason.
 EQUIVALENT: dict[str, str] = {
