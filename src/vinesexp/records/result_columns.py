@@ -117,8 +117,11 @@ REPLAY = Table("replay", "replay", (
     _RECORD,
     Column("quantity", "amplitude, impacts per cycle, regime, spells or decay time"),
     Column("unit", "SI; 1 for a count"),
-    Column("measured", "of the record; empty where it shows none"),
-    Column("replayed", "mean over the replays of its regime; the regimes of all starts"),
+    Column("measured", "of the record; empty where it shows none", form=".6g"),
+    # Digits beyond these depend on the order in which the simulation was compiled.
+    Column(
+        "replayed", "mean over the replays of its regime; the regimes of all starts", form=".6g"
+    ),
     _number("low", "", "smallest of these replays", ".6g"),
     _number("high", "", "largest", ".6g"),
     _number("deviation", "1", "measured over replayed, minus one", ".3g"),
