@@ -60,7 +60,7 @@ def replayed_amplitudes(records: Sequence[Beside]) -> Figure:
         axis.set_ylabel("amplitude (mm)")
     handles = [
         axes[0].plot([], [], color=COLOURS["measured"], linewidth=0.9, label="measured")[0],
-        axes[0].plot([], [], color=COLOURS["exact"], label="replayed: mean and range")[0],
+        axes[0].plot([], [], color=COLOURS["exact"], label="replayed: median and range")[0],
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8)
     return figure
