@@ -9,6 +9,7 @@ rule compare:
     input:
         PLANNER.again("compare", COMPARE, PATHS.clearances),
         identified=PATHS.identified,
+        levels=PATHS.level_values,
         regimes=PATHS.regimes,
         base=PATHS.base,
         times=PATHS.decay_times,

@@ -20,12 +20,14 @@ from vinesexp.records.result_columns import (
     CHECKS,
     CLEARANCES,
     IDENTIFIED,
+    LEVEL_VALUES,
     RECORD_REGIMES,
     REPLAY,
 )
 from vinesexp.records.tables import read_rows
 from vinesexp.report.budget_rows import budget_table
 from vinesexp.report.errorbars import coverage_table
+from vinesexp.report.level_rows import levels_table
 from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
 from vinesexp.report.replay_verdict import replay_verdict
@@ -101,7 +103,15 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     """Everything the template shows, finished."""
     tables = {
         table.name: read_rows(results / f"{table.name}.csv", table)
-        for table in (IDENTIFIED, RECORD_REGIMES, BASE, CLEARANCES, REPLAY, CHECKS)
+        for table in (
+            IDENTIFIED,
+            LEVEL_VALUES,
+            RECORD_REGIMES,
+            BASE,
+            CLEARANCES,
+            REPLAY,
+            CHECKS,
+        )
     }
     budget = results / "budget.csv"
     records = [file for record in campaign.records for file in record.files]
@@ -116,6 +126,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "campaign": campaign,
         **_verdict(campaign, tables, {row["name"]: row["value"] for row in parameters}),
         "parameters": parameters,
+        "levels": levels_table(tables["level_values"]),
         "unknown": {name: what for name, what in PARAMETERS.items() if name not in known},
         "regimes": regimes_by_test(campaign, tables["regimes"]),
         "definitions": REGIMES,
@@ -167,7 +178,9 @@ def _verdict(
 ) -> dict[str, Any]:
     levels = periodic_levels(campaign, tables["regimes"], tables["base"])
     rig = identified_rig(tables["identified"], campaign.known)
-    periodic = periodic_verdicts(levels, tables["clearances"], rig, tables["replay"])
+    periodic = periodic_verdicts(
+        levels, tables["clearances"], rig, tables["replay"], tables["level_values"]
+    )
     releases = release_verdicts(tables["clearances"])
     return {
         "periodic": periodic,
