@@ -57,7 +57,8 @@ class Comparison:
     measured_mm, measured_low_mm, measured_high_mm : the clearance and the tried ones around it;
         one of those is None where nothing was tried beyond, and `bound` says so.
     published_mm, exact_mm, predicted_low_mm, predicted_high_mm : b_c or b_t.
-    error_percent : the exact prediction against the measured clearance; None for a bound.
+    error_percent : the exact prediction against the measured clearance; None for a bound, and for
+        a release, whose fastest clearance b_t does not predict.
     kind, bound : see `result_columns.CLEARANCES`.
     records : ids, separated by semicolons.
     """
@@ -207,7 +208,8 @@ def _row(
             predicted_low_mm=1e3 * predicted.low,
             predicted_high_mm=1e3 * predicted.high,
         )
-    if optimum and predicted and not optimum.bound:
+    # b_t says where a release starts on the SIM, not which clearance is fastest to a level
+    if optimum and predicted and not optimum.bound and kind != FASTEST:
         error = 100.0 * (predicted.exact / optimum.clearance - 1.0)
         row = replace(row, error_percent=error)
     return row

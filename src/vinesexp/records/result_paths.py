@@ -43,7 +43,7 @@ class ResultPaths:
         return self._step(id, "ingest.csv")
 
     def regime(self, id: str) -> Path:
-        """The record's row of regimes.csv and those of base.csv and decay_times.csv."""
+        """The record's rows of regimes.csv, base.csv, bands.csv and the tables of releases."""
         return self._step(id, "regime.json")
 
     def estimates(self, id: str) -> Path:
@@ -102,6 +102,16 @@ class ResultPaths:
     def decay_times(self) -> Path:
         """How fast each release fell to each amplitude."""
         return self.folder / "decay_times.csv"
+
+    @property
+    def bands(self) -> Path:
+        """What each ball does over the frequency of a sweep."""
+        return self.folder / "bands.csv"
+
+    @property
+    def transitions(self) -> Path:
+        """When each ball of each release is captured and lost."""
+        return self.folder / "transitions.csv"
 
     @property
     def clearances(self) -> Path:
