@@ -17,6 +17,7 @@ from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.transition import transition_of
 from vinesexp.signals.visibility import could_be_seen
 from vinesexp.theory.regime_definitions import activation_spells, regime_of
+from vinesexp.theory.steadiness import Swing
 
 #: Amplitudes of a release that times are reported for, as shares of the release.
 LEVELS = (0.5, 0.25, 0.15, 0.1)
@@ -42,7 +43,8 @@ def regime_of_record(
     -------
     dict
         ``record``, ``regime``, ``impacts_per_cycle``, ``amplitude_mean_m``, ``amplitude_max_m``,
-        ``captured`` (share of cycles with one impact on either side), ``spells`` and
+        ``captured`` (share of cycles with one impact on either side), ``swing_first`` and ``swing``
+        (of their phase, in periods, in either half), ``spells`` and
         ``spell_mean_s`` (of such cycles in a row), and for a release ``captured_until_s``,
         ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and ``transition_m`` (amplitude where
         the ball is lost). None or absent where it cannot be known: a record that could not show
@@ -148,7 +150,17 @@ def _regimes(
         "regime": " | ".join(count.regime.value for count in counts),
         "impacts_per_cycle": sum(count.impacts_per_cycle for count in counts),
         "captured": min(count.captured for count in counts),
+        **_swing([count.swing for count in counts]),
     }
+
+
+def _swing(swings: list[Swing]) -> dict[str, str | float | None]:
+    """That of the ball that swings most; nothing where impacts are too few."""
+    known = [swing for swing in swings if math.isfinite(swing.lasting)]
+    if not known:
+        return {}
+    most = max(known, key=lambda swing: swing.lasting)
+    return {"swing_first": most.first, "swing": most.second}
 
 
 def _spells(

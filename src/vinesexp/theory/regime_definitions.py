@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.errors import ParameterError
+from vinesexp.theory.steadiness import UNKNOWN, Swing, swing_of
 
 
 class Regime(Enum):
@@ -32,9 +33,9 @@ REGIMES: dict[str, str] = {
     "no impact": "no ball meets a wall after the transient",
     "chaos below T1": "impacts, but in under a tenth of the cycles one on either side",
     "strongly modulated": "spells of two impacts per cycle come and go: three or more of them, "
-    "or a tenth to nine tenths of the cycles",
+    "or a tenth to nine tenths of the cycles; or their phase swings by 0.03 of a period or more",
     "two symmetric": "one impact on either side in nine cycles of ten, half a period apart, in one "
-    "spell or two",
+    "spell or two, their phase steady",
     "two asymmetric": "the same, unequally spaced",
     "three or more per cycle": "more than two and a half impacts per cycle on the average",
     "chatter": "the ball comes to rest on a wall (ten impacts on one side within half a period)",
@@ -43,6 +44,7 @@ REGIMES: dict[str, str] = {
 CAPTURED = 0.9  # share of cycles with one impact on either side: permanent
 ESCAPED = 0.1  # share below which there is no capture at all
 ASYMMETRY = 0.02  # of a period: two gaps that differ by more are unequal
+SWINGS = 0.03  # of a period: impacts whose phase swings by more are not permanent
 COME_AND_GO = 3  # spells from which on even nine cycles of ten are not permanent
 PAIRED = 0.1  # of a period, by which two gaps may miss it
 MANY = 2.5  # impacts per cycle
@@ -59,12 +61,14 @@ class RegimeCount:
     impacts_per_cycle : average.
     captured : share of cycles with exactly one impact on either side.
     asymmetry : difference of the two median gaps in captured cycles over the period (NaN without).
+    swing : how far the phase of captured impacts swings (NaN where they are few).
     """
 
     regime: Regime
     impacts_per_cycle: float
     captured: float
     asymmetry: float
+    swing: Swing = UNKNOWN
 
 
 def regime_of(
@@ -104,12 +108,14 @@ def regime_of(
         return RegimeCount(Regime.NO_IMPACT, 0.0, 0.0, float("nan"))
     gaps, paired = _paired_gaps(t, side, period)
     # one impact more, because the stretch cuts a cycle at its ends
-    captured = min(0.5 * (paired + 1) / cycles, 1.0) if paired else 0.0
+    captured = min(0.5 * (int(paired.sum()) + 1) / cycles, 1.0) if paired.any() else 0.0
     asymmetry = float(np.ptp(gaps)) / period if gaps.size == 2 else float("nan")
     per_cycle = t.size / cycles
-    return RegimeCount(
-        _named(t, side, period, per_cycle, captured, asymmetry), per_cycle, captured, asymmetry
-    )
+    swing = swing_of(t, side, paired, period=period)
+    regime = _named(t, side, period, per_cycle, captured, asymmetry)
+    if regime in (Regime.TWO_SYMMETRIC, Regime.TWO_ASYMMETRIC) and swing.lasting > SWINGS:
+        regime = Regime.MODULATED
+    return RegimeCount(regime, per_cycle, captured, asymmetry, swing)
 
 
 def activation_spells(times: ArrayLike, sides: ArrayLike, *, period: float) -> np.ndarray:
@@ -153,13 +159,15 @@ def activation_spells(times: ArrayLike, sides: ArrayLike, *, period: float) -> n
     return np.asarray(spells[spells[:, 1] - spells[:, 0] >= 1.9 * period])
 
 
-def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> tuple[np.ndarray, int]:
-    """Gaps out of captured cycles as (from +1, from -1) medians, and the impacts that bound them.
+def _paired_gaps(
+    t: np.ndarray, side: np.ndarray, period: float
+) -> tuple[np.ndarray, NDArray[np.bool_]]:
+    """Gaps out of captured cycles as (from +1, from -1) medians, and which impacts bound them.
 
     Captured: sides alternate, and two gaps together last a period.
     """
     if t.size < 3:
-        return np.empty(0), 0
+        return np.empty(0), np.zeros(t.size, dtype=bool)
     gap = np.diff(t)
     crosses = side[1:] != side[:-1]
     cycle = crosses[:-1] & crosses[1:] & (np.abs(gap[:-1] + gap[1:] - period) < PAIRED * period)
@@ -170,7 +178,7 @@ def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> tuple[np.nda
     impacts[:-1] |= part
     impacts[1:] |= part
     medians = [float(np.median(g)) for s in (1, -1) if (g := gap[part & (side[:-1] == s)]).size]
-    return np.array(medians), int(impacts.sum())
+    return np.array(medians), impacts
 
 
 def _named(
