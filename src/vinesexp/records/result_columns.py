@@ -66,6 +66,9 @@ RECORD_REGIMES = Table("regimes", "regimes", (
     _number("amplitude_mean_m", "m", "mean over cycles of half the swing"),
     _number("amplitude_max_m", "m", "largest of a cycle"),
     _number("captured", "1", "share of cycles with one impact on either side", needed=False),
+    _number("swing_first", "1", "half the range of the impacts' phase in the first half, in "
+            "periods", needed=False),
+    _number("swing", "1", "the same in the second half", needed=False),
     _number("spells", "", "number of spells of such cycles", needed=False),
     _number("spell_mean_s", "s", "mean length of a spell", needed=False),
     _number("captured_until_s", "s", "of a release: end of the first spell", needed=False),
@@ -127,8 +130,8 @@ CLEARANCES = Table("clearances", "compare", (
     Column("test", "periodic or transient"),
     Column("level", "name of the row"),
     _number("measured_mm", "mm", "measured clearance", ".6g"),
-    _number("measured_low_mm", "mm", "tried clearance below it", ".6g"),
-    _number("measured_high_mm", "mm", "tried clearance above it", ".6g"),
+    _number("measured_low_mm", "mm", "tried clearance below it, less its uncertainty", ".6g"),
+    _number("measured_high_mm", "mm", "tried clearance above it, with its uncertainty", ".6g"),
     _number("published_mm", "mm", "b_c or b_t by the published formula", ".6g"),
     _number("exact_mm", "mm", "b_c or b_t without its approximations", ".6g"),
     _number("predicted_low_mm", "mm", "lower end of the 95 % interval of exact_mm", ".6g"),
@@ -139,6 +142,8 @@ CLEARANCES = Table("clearances", "compare", (
     Column("records", "ids of the records it came from, separated by semicolons", needed=False),
     Column("bound", "empty; 'at most', 'at least' or 'open' where the best clearance is at the "
            "edge of what was tried", needed=False),
+    _number("offset_mm", "mm", "true less stated clearance, where flights show one; measured_mm is "
+            "as stated", ".6g", needed=False),
 ))  # fmt: skip
 
 #: Every record beside what the identified rig does from several starts: one row a number.
