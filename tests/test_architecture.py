@@ -26,7 +26,7 @@ FLOORS = (
     {"pipeline", "analysis_results", "results"},
     {"laboratory"},
     {"figures"},
-    {"report"},
+    {"report", "record_pages"},
     {"commands", "cli", "step", "codedigest", "resultslock", "workflow"},
 )
 

@@ -145,6 +145,16 @@ class ResultPaths:
     def report(self) -> Path:
         return self.folder / "report.html"
 
+    @property
+    def records_page(self) -> Path:
+        """The page that shows any record."""
+        return self.folder / "records.html"
+
+    @property
+    def pages(self) -> Path:
+        """What that page loads: its library, and two files a record."""
+        return self.folder / "pages"
+
     def figures(self, family: str) -> Path:
         """The list of one family of figures, which lie beside it."""
         return self.folder / "figures" / f"{family}.json"
