@@ -1,4 +1,4 @@
-"""`vinesexp run`: the workflow from a wheel, outside of any clone, and what goes on to Snakemake."""
+"""`vinesexp run`: the workflow from a wheel, outside any clone, and what goes on to Snakemake."""
 
 import os
 import subprocess
