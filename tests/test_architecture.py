@@ -24,6 +24,7 @@ FLOORS = (
     {"clearance", "design"},
     {"replay"},
     {"pipeline", "analysis_results", "results"},
+    {"single_record", "results_differences"},
     {"laboratory"},
     {"figures"},
     {"report", "record_pages"},

@@ -42,8 +42,8 @@ IMPACTS = Table("impacts", "impacts", (
 
 IDENTIFIED = Table("identified", "identify", (
     Column("parameter", "f0, zeta, M, c1, k1, r; r_1, r_2 for several balls"),
-    _number("value", "", "in unit"),
-    _number("std_error", "", "standard error, in unit"),
+    _number("value", "", "in the unit of the column unit"),
+    _number("std_error", "", "standard error, in the same unit"),
     _number("ci95_low", "", "lower end of the 95 % interval"),
     _number("ci95_high", "", "upper end of the 95 % interval"),
     Column("unit", "SI; 1 for a ratio"),
@@ -226,4 +226,30 @@ TABLES = (
     REPLAY,
     CHECKS,
     TRUTH,
+    DECAY,
+    REPLAY_CYCLES,
+    TRUE_IMPACTS,
 )
+
+#: Where each table lies, from the results folder, and what it answers.
+WHERE = {
+    "impacts": ("impacts/RECORD.csv", "When and how hard the ball hit: one row an impact."),
+    "identified": ("identified.csv", "What the rig is: one row a parameter and method."),
+    "budget": ("budget.csv", "What the errors of identified.csv are made of."),
+    "regimes": ("regimes.csv", "How each record moves: one row a record."),
+    "base": ("base.csv", "How the base moved in each periodic test, from its own channel."),
+    "decay_times": ("decay_times.csv", "How fast each release fell to each amplitude."),
+    "clearances": ("clearances.csv", "Best clearances, measured beside predicted."),
+    "replay": ("replay.csv", "Each record beside a simulation of the identified rig."),
+    "checks": ("checks.csv", "Every problem found in the data: one row each."),
+    "truth": ("truth.csv", "Simulated campaigns: what was found against the truth."),
+    "decay": (
+        "steps/records/RECORD/decay.csv",
+        "The amplitude of a ring-down beside the identified law.",
+    ),
+    "replay_cycles": ("steps/replay_cycles.csv", "Amplitudes by cycle, measured and replayed."),
+    "true impacts": (
+        "truth/RECORD.csv in the campaign's folder",
+        "Simulated campaigns: the true impacts of a record.",
+    ),
+}
