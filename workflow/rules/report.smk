@@ -29,6 +29,8 @@ rule report:
             PATHS.level_values,
             PATHS.regimes,
             PATHS.base,
+            PATHS.bands,
+            PATHS.transitions,
             PATHS.clearances,
             PATHS.replay,
             PATHS.checks,
