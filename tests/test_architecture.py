@@ -21,7 +21,7 @@ FLOORS = (
     {"theory", "solver", "records"},
     {"signals"},
     {"identification"},
-    {"clearance", "design"},
+    {"clearance", "design", "proposal"},
     {"replay"},
     {"pipeline", "analysis_results", "results"},
     {"single_record", "results_differences"},
