@@ -28,7 +28,7 @@ FLOORS = (
     {"planning"},
     {"laboratory"},
     {"figures"},
-    {"report"},
+    {"report", "record_pages"},
     {"commands", "cli", "step", "codedigest", "resultslock", "workflow"},
 )
 

@@ -130,7 +130,7 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
 
     from vinesexp.signals.base_motion import base_rows
     from vinesexp.signals.impacts.find import impacts_of_record
-    from vinesexp.signals.regimes import decay_times, regime_of_record
+    from vinesexp.signals.regimes import decay_times, shown_by_record
 
     campaign, record = _seen(campaign, record, step="impacts")
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
@@ -143,16 +143,18 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
         test=record.test,
         settings=record.settings,
     )
-    regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
+    shown = shown_by_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
     row = paths.regime(record.id)
     row.parent.mkdir(parents=True, exist_ok=True)
     step = {
-        "regime": regime,
+        "regime": [shown.regime],
+        "bands": shown.bands,
+        "transitions": shown.transitions,
         "base": base_rows(record, measured=measured, conditioned=conditioned),
         "times": decay_times(record, conditioned=conditioned),
     }
     row.write_text(json.dumps(step, indent=1) + "\n", encoding="utf-8")
-    return impacts, regime
+    return impacts, shown.regime
 
 
 def estimate_from_record(
@@ -180,10 +182,10 @@ def estimate_from_record(
 
 
 def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
-    """One table of all records each: regimes.csv, base.csv, decay_times.csv."""
+    """One table of all records each: regimes, base, bands, transitions, decay times."""
     import json
 
-    from vinesexp.records.result_columns import BASE, DECAY_TIMES, RECORD_REGIMES
+    from vinesexp.records.result_columns import COLLECTED
     from vinesexp.records.tables import write_rows
 
     campaign = campaign_seen_by("regimes", campaign)
@@ -191,11 +193,9 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
         json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
         for record in campaign.records
     ]
-    rows: list[Row] = [step["regime"] for step in steps]
-    write_rows(paths.regimes, RECORD_REGIMES, rows)
-    write_rows(paths.base, BASE, [row for step in steps for row in step["base"]])
-    write_rows(paths.decay_times, DECAY_TIMES, [row for step in steps for row in step["times"]])
-    return rows
+    for key, table in COLLECTED.items():
+        write_rows(paths.folder / f"{table.name}.csv", table, [r for s in steps for r in s[key]])
+    return [row for step in steps for row in step["regime"]]
 
 
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:

@@ -202,12 +202,13 @@ def _values(a: Path, b: Path, same: bool) -> Iterator[Difference]:
             continue
         values = [float(row[name]["value"]) for row in (one, other)]
         errors = [number(row[name]["std_error"]) for row in (one, other)]
-        verdict, d, error = difference_of(*values, errors, same_data=same)
+        verdict, d, error = difference_of(values[0], values[1], errors, same_data=same)
         note = ""
         if errors[0] and errors[1] and not 0.8 < errors[1] / errors[0] < 1.25:
             note = f"its error is {errors[1] / errors[0]:.2g} times that of A"
         shown = [f"{v:.7g} +- {e:.2g}" for v, e in zip(values, errors, strict=True)]
-        yield Difference("value", name, one[name]["unit"], *shown, verdict, d, error, note)
+        unit = one[name]["unit"]
+        yield Difference("value", name, unit, shown[0], shown[1], verdict, d, error, note)
 
 
 def _clearances(a: Path, b: Path, same: bool) -> Iterator[Difference]:
@@ -248,7 +249,7 @@ def _clearance(
         text + (f" ({row[ends[0]] or '?'} to {row[ends[1]] or '?'})")
         for text, row in zip(texts, (one, other), strict=True)
     ]
-    yield Difference("clearance", name, "mm", *shown, verdict, d, error)
+    yield Difference("clearance", name, "mm", shown[0], shown[1], verdict, d, error)
 
 
 def _regimes(a: Path, b: Path) -> Iterator[Difference]:
@@ -266,7 +267,8 @@ def _regimes(a: Path, b: Path) -> Iterator[Difference]:
         if sizes[0] and sizes[1] and abs(sizes[1] / sizes[0] - 1.0) > _AMPLITUDE:
             note = f"mean amplitude {sizes[1] / sizes[0]:.3g} times that of A"
         changed = regimes[0] != regimes[1] or bool(note)
-        yield Difference("regime", name, "", *regimes, "changed" if changed else "same", note=note)
+        verdict: Verdict = "changed" if changed else "same"
+        yield Difference("regime", name, "", regimes[0], regimes[1], verdict, note=note)
 
 
 def _checks(a: Path, b: Path) -> Iterator[Difference]:
