@@ -25,6 +25,7 @@ FLOORS = (
     {"replay"},
     {"pipeline", "analysis_results", "results"},
     {"single_record", "results_differences"},
+    {"planning"},
     {"laboratory"},
     {"figures"},
     {"report", "record_pages"},
