@@ -20,6 +20,7 @@ from vinesexp.records.result_columns import (
     BUDGET,
     CHECKS,
     CLEARANCES,
+    DECAY_TIMES,
     IDENTIFIED,
     LEVEL_VALUES,
     RECORD_REGIMES,
@@ -32,6 +33,7 @@ from vinesexp.report.errorbars import coverage_table
 from vinesexp.report.level_rows import levels_table
 from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
+from vinesexp.report.published import published_rows
 from vinesexp.report.regime_rows import regimes_by_test
 from vinesexp.report.replay_verdict import replay_verdict
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
@@ -157,6 +159,10 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "headings": TESTS,
         "coverage": coverage_table(),
         "budget": budget_table(_read(results, BUDGET)),
+        "published": published_rows(
+            campaign,
+            tables | {t.name: _read(results, t) for t in (DECAY_TIMES, TRANSITIONS)},
+        ),
         "replay": replay_verdict(tables["replay"], tables["checks"]),
         "written": SYMBOLS,
         "processed": processed,
