@@ -322,6 +322,14 @@ def test_a_motion_is_that_of_the_true_clearance(tmp_path):
     assert motion_of(scene, test).rig.nes[0].b == true.clearance[0]
 
 
+def test_contacts_that_last_are_a_key_of_the_rig_but_not_with_friction(tmp_path):
+    lasting = SCENE.replace("restitution: 0.6", "restitution: 0.6, contact_time: 0.9 ms")
+    assert scene_of(tmp_path, lasting).balls[0].contact_time == pytest.approx(9e-4)
+    both = lasting.replace("contact_time", "friction: 0.1 m/s^2, contact_time")
+    with pytest.raises(CampaignError, match="contacts that last and friction"):
+        scene_of(tmp_path, both)
+
+
 def test_the_example_of_departures_in_the_documentation_is_a_scene(tmp_path):
     text = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
     block = text[text.index("## What departs from the model") :]

@@ -51,6 +51,8 @@ def _of_rig(scene: Scene, test: Test) -> Iterator[tuple[str, str, float, str]]:
         yield "restitution_slope", f"nes {number}", nes.r_slope, "s/m"
         yield "friction", f"nes {number}", nes.friction, "m/s^2"
         yield "tilt", f"nes {number}", nes.tilt, "m/s^2"
+        if nes.contact_time:
+            yield "contact_time", f"nes {number}", nes.contact_time, "s"
 
 
 def _of_sensors(test: Test) -> Iterator[tuple[str, str, float, str]]:

@@ -39,6 +39,7 @@ RIG_KEYS = (
     "restitution_slope",
     "friction",
     "tilt",
+    "contact_time",
 )
 #: Keys of a record; a group takes them too, and `records`.
 TEST_KEYS = (
