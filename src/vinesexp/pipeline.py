@@ -13,8 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vinesexp.analysis_results import CampaignResult, RecordResult
 from vinesexp.records.checks import Check
@@ -99,18 +100,25 @@ def ingest_record(
     return checks
 
 
-def condition_record(campaign: Campaign, record: Record, *, paths: ResultPaths) -> Bands | None:
+def condition_record(
+    campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
+) -> Bands | None:
     """Bandpass the channels: the oscillator's motion in its band, the impacts in theirs."""
+    from vinesexp.records.refusal import refused_where_it_fails
+    from vinesexp.records.store import write_refused
     from vinesexp.signals.condition import condition
 
     campaign, record = _seen(campaign, record, step="condition")
-    return condition(
-        paths.record(record.id),
-        paths.conditioned(record.id),
-        bandpass=campaign.bandpass,
-        f0_hint=centre_frequency(record),
-        settings=record.settings,
-    )
+    out = paths.conditioned(record.id)
+    with refused_where_it_fails("condition", record.id, partial(write_refused, out), strict=strict):
+        return condition(
+            paths.record(record.id),
+            out,
+            bandpass=campaign.bandpass,
+            f0_hint=centre_frequency(record),
+            settings=record.settings,
+        )
+    return None
 
 
 def centre_frequency(record: Record) -> float | None:
@@ -124,35 +132,46 @@ def centre_frequency(record: Record) -> float | None:
     return sum(record.frequency) / len(record.frequency) if record.frequency else None
 
 
-def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> tuple[Impacts, Row]:
+def find_impacts(
+    campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
+) -> tuple[Impacts, Row]:
     """Acceleration spikes to impacts, and the regime that they and the amplitude show."""
     import json
 
+    from vinesexp.records.refusal import refused_where_it_fails, require_conditioned
     from vinesexp.signals.base_motion import base_rows
     from vinesexp.signals.impacts.find import impacts_of_record
-    from vinesexp.signals.regimes import decay_times, regime_of_record
+    from vinesexp.signals.impacts.impact_table import no_impacts, write_impacts
+    from vinesexp.signals.regimes import decay_times, regime_of_record, unknown_regime
 
     campaign, record = _seen(campaign, record, step="impacts")
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
-    impacts = impacts_of_record(
-        measured,
-        conditioned,
-        paths.impacts(record.id),
-        clearance=record.clearance,
-        nes_mass=[mass.value for mass in campaign.known.nes_mass],
-        test=record.test,
-        settings=record.settings,
-    )
-    regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
+    impacts = no_impacts()
+    step: dict[str, Any] = {"regime": unknown_regime(record), "base": [], "times": []}
+
+    def leave(reason: str) -> None:
+        write_impacts(paths.impacts(record.id), impacts)
+        step["refused"] = reason
+
+    with refused_where_it_fails("impacts", record.id, leave, strict=strict):
+        require_conditioned(measured, conditioned)
+        impacts = impacts_of_record(
+            measured,
+            conditioned,
+            paths.impacts(record.id),
+            clearance=record.clearance,
+            nes_mass=[mass.value for mass in campaign.known.nes_mass],
+            test=record.test,
+            settings=record.settings,
+        )
+        both = {"measured": measured, "conditioned": conditioned}
+        step["regime"] = regime_of_record(record, impacts=impacts, **both)
+        step["base"] = base_rows(record, **both)
+        step["times"] = decay_times(record, conditioned=conditioned)
     row = paths.regime(record.id)
     row.parent.mkdir(parents=True, exist_ok=True)
-    step = {
-        "regime": regime,
-        "base": base_rows(record, measured=measured, conditioned=conditioned),
-        "times": decay_times(record, conditioned=conditioned),
-    }
     row.write_text(json.dumps(step, indent=1) + "\n", encoding="utf-8")
-    return impacts, regime
+    return impacts, step["regime"]
 
 
 def estimate_from_record(
@@ -161,20 +180,30 @@ def estimate_from_record(
     """What one record says about M, c1, k1 and r, each value with its standard error."""
     from vinesexp.identification.decay_table import decay_table
     from vinesexp.identification.estimate import write_estimates
-    from vinesexp.identification.one_record import estimate_record
+    from vinesexp.identification.one_record import estimate_record, nothing
+    from vinesexp.records.refusal import refused_where_it_fails
     from vinesexp.records.result_columns import DECAY
     from vinesexp.records.tables import write_rows
 
     campaign, record = _seen(campaign, record, step="estimate")
-    found = estimate_record(
-        record,
-        campaign.known,
-        measured=paths.record(record.id),
-        conditioned=paths.conditioned(record.id),
-        impacts=paths.impacts(record.id),
-    )
+    measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
+    found: list[Estimate] = []
+    decay: list[Row] = []
+
+    def leave(reason: str) -> None:
+        found[:] = [nothing(record.id, reason)]
+
+    with refused_where_it_fails("estimate", record.id, leave, strict=False):
+        found = estimate_record(
+            record,
+            campaign.known,
+            measured=measured,
+            conditioned=conditioned,
+            impacts=paths.impacts(record.id),
+        )
+        if record.test == "ringdown":
+            decay = decay_table(found, conditioned)
     write_estimates(paths.estimates(record.id), found)
-    decay = decay_table(found, paths.conditioned(record.id)) if record.test == "ringdown" else []
     write_rows(paths.decay(record.id), DECAY, decay)
     return found
 
@@ -274,6 +303,8 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
 
 def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     """The checks of every step in one table, checks.csv, in the order of the records."""
+    import json
+
     from vinesexp.records.checks import read_checks, write_checks
 
     campaign = campaign_seen_by("checks", campaign)
@@ -284,6 +315,10 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
         paths.replay_checks,
     ]
     found = [check for table in tables for check in read_checks(table)]
+    for record in campaign.records:  # what a step on it could not digest
+        step = json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
+        if "refused" in step:
+            found.append(Check(record.id, "impacts", "refused", step["refused"]))
     write_checks(paths.checks, found)
     return found
 
