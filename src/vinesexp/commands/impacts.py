@@ -150,8 +150,8 @@ def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Name
         for check in ingest_record(campaign, record, paths=paths, strict=True):
             if check.outcome == "warning":
                 print(f"vinesexp impacts: {path}: {check.detail}", file=sys.stderr)
-        condition_record(campaign, record, paths=paths)
-        find_impacts(campaign, record, paths=paths)
+        condition_record(campaign, record, paths=paths, strict=True)
+        find_impacts(campaign, record, paths=paths, strict=True)
         return paths.impacts(record.id).read_text(encoding="utf-8")
 
 
