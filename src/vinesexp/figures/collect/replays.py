@@ -24,7 +24,7 @@ Row = Mapping[str, str]
 def draw_replay(
     campaign: Campaign, results: Path, regimes: Sequence[Row]
 ) -> Iterator[tuple[Figure, Drawn]]:
-    """Up to five records: a permanent and a modulated response, a sweep, a release, a ring-down."""
+    """Up to five records: a permanent and a modulated response, a sweep, a release, a decay."""
     rows = read_rows(ResultPaths(results).replay_cycles, REPLAY_CYCLES)
     by_record: dict[str, list[Row]] = {}
     for row in rows:
