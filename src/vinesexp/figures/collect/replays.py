@@ -36,7 +36,8 @@ def draw_replay(
     caption = (
         "Measured amplitude, cycle by cycle, beside the same record simulated with the identified "
         "rig, the effects that were found and the base as measured. The band reaches over several "
-        "starts, since nobody measured where the ball was; where motion is chaotic, only mean and range can agree, not the curve."
+        "starts, since nobody measured where the ball was; where motion is chaotic, only mean and "
+        "range can agree, not the curve."
     )
     figure = replayed_amplitudes([_beside(record, by_record[record.id]) for record in chosen])
     yield figure, Drawn("replay", "replay", caption)
