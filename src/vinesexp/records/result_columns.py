@@ -251,6 +251,7 @@ WHERE = {
     "impacts": ("impacts/RECORD.csv", "When and how hard the ball hit: one row an impact."),
     "identified": ("identified.csv", "What the rig is: one row a parameter and method."),
     "budget": ("budget.csv", "What the errors of identified.csv are made of."),
+    "level_values": ("level_values.csv", "f0, zeta, c1 and k1 at the amplitude of each level."),
     "regimes": ("regimes.csv", "How each record moves: one row a record."),
     "base": ("base.csv", "How the base moved in each periodic test, from its own channel."),
     "decay_times": ("decay_times.csv", "How fast each release fell to each amplitude."),
