@@ -91,7 +91,8 @@ def truth_text(
 ) -> str:
     """True impacts as CSV, NESs counted from 1.
 
-    Times are from the beginning of the record, as its clock would have shown them. The velocity jump is the oscillator's. Impacts before the record are left out.
+    Times are from the beginning of the record, as its clock would have shown them. The velocity
+    jump is the oscillator's. Impacts before the record are left out.
     """
     time = (np.asarray(impacts["time"]) - start) / (1.0 + clock_error)
     inside = time >= 0.0
