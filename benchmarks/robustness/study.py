@@ -172,7 +172,7 @@ def scored(
         headline=_headline(campaign, paths, found),
         measured=measured,
         stays=tuple(  # type: ignore[arg-type]
-            None if one is None else truth.stays(departure, one + off)
+            None if one is None else truth.stays(departure, _tried(departure, one) + off)
             for one in measured or (None, None)
         ),
         named=any(word in text for text in warnings for word in departure.says),
@@ -182,6 +182,11 @@ def scored(
 
 def _end_row(rows: Sequence[Comparison]) -> Comparison | None:
     return next((row for row in rows if row.test == "periodic" and row.level.endswith(END)), None)
+
+
+def _tried(departure: Departure, b: float) -> float:
+    """The clearance that was tried, m, where its uncertainty made one of a bracket."""
+    return min((1e-3 * one for one in departure.plan.periodic), key=lambda one: abs(one - b))
 
 
 def _b_c(row: Comparison | None) -> tuple[float, float, float] | None:

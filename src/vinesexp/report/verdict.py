@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 from vinesexp.clearance.comparison import END
 from vinesexp.clearance.levels import Periodic
-from vinesexp.clearance.predicted import IdentifiedRig, predicted_lowest
+from vinesexp.clearance.predicted import IdentifiedRig
+from vinesexp.clearance.predicted_curves import predicted_lowest
 from vinesexp.figures.numbers import millimetres, with_interval
 from vinesexp.report.agreement import agreement, within
 from vinesexp.report.caveats import branch_note, left_early, likely_causes

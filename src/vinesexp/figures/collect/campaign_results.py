@@ -12,12 +12,8 @@ from numpy.typing import NDArray
 
 from vinesexp.clearance.comparison import END
 from vinesexp.clearance.levels import Periodic, Release, periodic_levels, release_levels
-from vinesexp.clearance.predicted import (
-    IdentifiedRig,
-    amplitude_curve,
-    decay_curves,
-    identified_rig,
-)
+from vinesexp.clearance.predicted import IdentifiedRig, identified_rig
+from vinesexp.clearance.predicted_curves import amplitude_curve, decay_curves
 from vinesexp.figures.collect.motions_on_manifold import draw_manifold
 from vinesexp.figures.collect.regimes_of_tests import draw_regimes
 from vinesexp.figures.collect.replays import draw_replay
