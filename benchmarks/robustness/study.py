@@ -206,16 +206,16 @@ def _measured(row: Comparison | None) -> tuple[float | None, float | None] | Non
 
 def _headline(campaign: Campaign, paths: ResultPaths, found: CampaignResult) -> str:
     """As the report's first sentences."""
-    identified, regimes, clearances, base, replay, checks = (
+    identified, regimes, clearances, base, replay, checks, amplitudes = (
         _rows(path)
         for path in (
             paths.identified, paths.regimes, paths.clearances, paths.base, paths.replay,
-            paths.checks,
+            paths.checks, paths.level_values,
         )
     )  # fmt: skip
     rig = identified_rig(identified, campaign.known)
     levels = periodic_levels(campaign, regimes, base)
-    periodic = periodic_verdicts(levels, clearances, rig, replay)
+    periodic = periodic_verdicts(levels, clearances, rig, replay, amplitudes)
     values = {e.parameter: f"{e.value:.5g}" for e in found.identified if e.method == COMBINED}
     return headline(periodic, release_verdicts(clearances), values, checks)
 

@@ -91,6 +91,26 @@ def test_interruptions_that_recur_are_modulation_however_short() -> None:
     assert judge(times[~lost], sides[~lost]) is Regime.TWO_SYMMETRIC
 
 
+def first_cycles(captured: int, cycles: int = 12) -> Regime:
+    times, sides = alternating(cycles=captured)
+    return regime_of(times, sides, period=1.0, start=0.0, end=float(cycles), decaying=True).regime
+
+
+@pytest.mark.parametrize("captured", range(1, 13))
+def test_a_release_is_never_strongly_modulated(captured: int) -> None:
+    expected = Regime.TWO_SYMMETRIC if captured >= 6 else Regime.CHAOS
+    assert first_cycles(captured) is expected
+
+
+def test_a_release_whose_capture_starts_late_is_captured_all_the_same() -> None:
+    """42 mm from 20 mm: 0.875 of its first cycles have one impact on either side."""
+    times, sides = alternating(cycles=12)
+    late = times > 2.3
+    assert judge(times[late], sides[late], end=12.0) is Regime.MODULATED, "of a steady excitation"
+    found = regime_of(times[late], sides[late], period=1.0, start=0.0, end=12.0, decaying=True)
+    assert found.regime is Regime.TWO_SYMMETRIC
+
+
 def swinging(amplitude: float, decay: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Every impact is there, and their phase swings."""
     t, s = alternating()

@@ -10,6 +10,7 @@ from vinesexp.clearance.levels import Rows, periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
     IdentifiedRig,
     Predicted,
+    at_level,
     identified_rig,
     predicted_b_c,
     predicted_b_t,
@@ -23,20 +24,28 @@ _BALL = "ball mass"
 
 
 def clearance_budget(
-    campaign: Campaign, identified: Rows, budget: Rows, regimes: Rows, times: Rows, base: Rows
+    campaign: Campaign,
+    identified: Rows,
+    budget: Rows,
+    regimes: Rows,
+    times: Rows,
+    base: Rows,
+    values: Rows = (),
 ) -> list[dict[str, Value]]:
     """Rows of each b_c and b_t, contributions in m.
 
     Parameters
     ----------
     campaign : Campaign
-    identified, budget, regimes, times, base : sequences of mappings
-        Rows of identified.csv, of the rig's own budget, of regimes.csv, decay_times.csv, base.csv.
+    identified, budget, regimes, times, base, values : sequences of mappings
+        Rows of identified.csv, of the rig's own budget, of regimes.csv, decay_times.csv, base.csv
+        and level_values.csv.
     """
     rig = identified_rig(identified, campaign.known)
     predictions = [
-        (f"b_c, {level.name}", partial(predicted_b_c, rig, base=level.base))
+        (f"b_c, {level.name}", partial(predicted_b_c, own, base=level.base))
         for level in periodic_levels(campaign, regimes, base)
+        for own in (at_level(rig, values, G=level.nominal),)
     ]
     releases = dict.fromkeys(level.x0 for level in release_levels(campaign, regimes, times))
     predictions += [

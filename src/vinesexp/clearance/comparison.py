@@ -25,6 +25,7 @@ from vinesexp.clearance.predicted import (
     IdentifiedRig,
     MissingValuesError,
     Predicted,
+    at_level,
     identified_rig,
     predicted_b_c,
     predicted_b_t,
@@ -67,7 +68,8 @@ class Comparison:
     offset_mm : true less stated clearance, where the flights of the balls show one; what is
         measured is as the sheet has it.
     published_mm, exact_mm, predicted_low_mm, predicted_high_mm : b_c or b_t.
-    error_percent : the exact prediction against the measured clearance; None for a bound.
+    error_percent : the exact prediction against the measured clearance; None for a bound, and for
+        a release, whose fastest clearance b_t does not predict.
     kind, bound : see `result_columns.CLEARANCES`.
     records : ids, separated by semicolons.
     """
@@ -90,15 +92,20 @@ class Comparison:
 
 
 def compare(
-    campaign: Campaign, identified: Rows, regimes: Rows, times: Rows = (), base: Rows = ()
+    campaign: Campaign,
+    identified: Rows,
+    regimes: Rows,
+    times: Rows = (),
+    base: Rows = (),
+    amplitudes: Rows = (),
 ) -> tuple[list[Comparison], list[Check]]:
     """Measured against predicted, level by level, and what cannot be compared and why.
 
     Parameters
     ----------
     campaign : Campaign
-    identified, regimes, times, base : sequences of mappings
-        Rows of identified.csv, regimes.csv, decay_times.csv and base.csv.
+    identified, regimes, times, base, amplitudes : sequences of mappings
+        Rows of identified.csv, regimes.csv, decay_times.csv, base.csv and level_values.csv.
 
     Returns
     -------
@@ -115,7 +122,8 @@ def compare(
     checks: list[Check] = []
     for level in periodic_levels(campaign, regimes, base):
         checks += _base_checks(campaign, level, base)
-        predicted = _predicted(checks, level.name, partial(predicted_b_c, rig, base=level.base))
+        own = at_level(rig, amplitudes, G=level.nominal)
+        predicted = _predicted(checks, level.name, partial(predicted_b_c, own, base=level.base))
         for name, kind, find in (
             (level.name, LOWEST, lowest_amplitude),
             (level.name + END, PERMANENT_END, end_of_permanent),
@@ -232,7 +240,8 @@ def _row(
             predicted_low_mm=1e3 * predicted.low,
             predicted_high_mm=1e3 * predicted.high,
         )
-    if optimum and predicted and not optimum.bound:
+    # b_t says where a release starts on the SIM, not which clearance is fastest to a level
+    if optimum and predicted and not optimum.bound and kind != FASTEST:
         error = 100.0 * (predicted.exact / (optimum.clearance + (offset or 0.0)) - 1.0)
         row = replace(row, error_percent=error)
     return row

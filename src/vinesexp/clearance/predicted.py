@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,6 +122,31 @@ def identified_rig(identified: Sequence[Mapping[str, str]], known: Known) -> Ide
     return IdentifiedRig(
         values, found.get("f0"), found.get("zeta"), known.uncertainties, tuple(effective)
     )
+
+
+def at_level(rig: IdentifiedRig, levels: Sequence[Mapping[str, str]], *, G: float) -> IdentifiedRig:
+    """The rig with f0, zeta, c1 and k1 of the amplitude at which a level works.
+
+    Parameters
+    ----------
+    rig : IdentifiedRig
+    levels : sequence of mappings
+        Rows of level_values.csv; without one of this level the rig stays as it is.
+    G : float
+        Base amplitude of records.csv, m.
+    """
+    own = [row for row in levels if abs(1e-3 * float(row["base_amplitude_mm"]) - G) < 1e-6 * G]
+    if not own:
+        return rig
+    row = own[0]
+    values = dict(rig.values)
+    for name, column in (("c1", "n_s_m"), ("k1", "n_m")):
+        if row.get(f"{name}_{column}"):
+            pair = row[f"{name}_{column}"], row[f"{name}_error_{column}"]
+            values[name] = Quantity(*map(float, pair))
+    f0 = Quantity(float(row["f0_hz"]), float(row["f0_error_hz"]))
+    zeta = Quantity(float(row["zeta"]), float(row["zeta_error"]))
+    return replace(rig, values=values, f0=f0, zeta=zeta)
 
 
 @dataclass(frozen=True)

@@ -36,4 +36,5 @@ def identify_campaign(
         [*whole.rows, *consistent.effects],
         [*consistent.checks, *whole.checks, *untested(whole.rows, campaign)],
         whole.sources,
+        whole.levels,
     )

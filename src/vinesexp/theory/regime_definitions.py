@@ -1,7 +1,8 @@
 """Names of the response regimes, with definitions that measured and simulated records share.
 
 Everything is judged by the impacts alone: how many fall into a cycle, on which side, how alike the
-cycles are, and how the amplitude swings. Theory, simulation and records use the same words.
+cycles are, and whether two impacts per cycle come and go. Theory, simulation and records use the
+same words. They are those of section 2.2 of the paper; docs/theory.md, section 9, has the sources.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ class Regime(Enum):
     """A response regime; its value is the name used in files and figures."""
 
     NO_IMPACT = "no impact"
-    CHAOS = "chaos below T1"
+    CHAOS = "chaos"
     MODULATED = "strongly modulated"
     TWO_SYMMETRIC = "two symmetric"
     TWO_ASYMMETRIC = "two asymmetric"
@@ -31,17 +32,23 @@ class Regime(Enum):
 #: name -> definition, as a report prints it.
 REGIMES: dict[str, str] = {
     "no impact": "no ball meets a wall after the transient",
-    "chaos below T1": "impacts, but in under a tenth of the cycles one on either side",
-    "strongly modulated": "spells of two impacts per cycle come and go: three or more of them, "
-    "or a tenth to nine tenths of the cycles; or their phase swings by 0.03 of a period or more",
-    "two symmetric": "one impact on either side in nine cycles of ten, half a period apart, in one "
-    "spell or two, their phase steady",
+    "chaos": "impacts, but in under a tenth of the cycles (of a release: under half of its first "
+    "ones) one on either side",
+    "strongly modulated": "of a steady excitation: spells of two impacts per cycle come and go, "
+    "three or more of them, or a tenth to nine tenths of the cycles; or their phase swings by 0.03 "
+    "of a period or more",
+    "two symmetric": "one impact on either side in nine cycles of ten (of a release: in half of "
+    "its first ones), half a period apart, in one spell or two, their phase steady",
     "two asymmetric": "the same, unequally spaced",
     "three or more per cycle": "more than two and a half impacts per cycle on the average",
     "chatter": "the ball comes to rest on a wall (ten impacts on one side within half a period)",
 }
 
+#: What the cell of a sweep says in place of a regime: it has several, one after the other.
+BY_FREQUENCY = "by frequency"
+
 CAPTURED = 0.9  # share of cycles with one impact on either side: permanent
+HALF = 0.5  # the same of the first cycles of a release: captured
 ESCAPED = 0.1  # share below which there is no capture at all
 ASYMMETRY = 0.02  # of a period: two gaps that differ by more are unequal
 SWINGS = 0.03  # of a period: impacts whose phase swings by more are not permanent
@@ -72,9 +79,18 @@ class RegimeCount:
 
 
 def regime_of(
-    times: ArrayLike, sides: ArrayLike, *, period: float, start: float, end: float
+    times: ArrayLike,
+    sides: ArrayLike,
+    *,
+    period: float,
+    start: float,
+    end: float,
+    decaying: bool = False,
 ) -> RegimeCount:
     """Judge the impacts of one ball between `start` and `end`.
+
+    Modulated response is one that comes back: a release passes through its regimes once, so its
+    stretch is named after what fills half of it.
 
     Parameters
     ----------
@@ -84,6 +100,8 @@ def regime_of(
         Of the oscillation, s.
     start, end : float
         The stretch to be judged, s; at least one period long.
+    decaying : bool
+        The stretch is of a release: never strongly modulated.
 
     Raises
     ------
@@ -112,9 +130,18 @@ def regime_of(
     asymmetry = float(np.ptp(gaps)) / period if gaps.size == 2 else float("nan")
     per_cycle = t.size / cycles
     swing = swing_of(t, side, paired, period=period)
-    regime = _named(t, side, period, per_cycle, captured, asymmetry)
-    if regime in (Regime.TWO_SYMMETRIC, Regime.TWO_ASYMMETRIC) and swing.lasting > SWINGS:
+    if decaying:
+        permanent = captured >= HALF
+    else:
+        recurring = len(activation_spells(t, side, period=period)) >= COME_AND_GO
+        # NaN where impacts are few: no swing is shown
+        permanent = captured >= CAPTURED and not recurring and not swing.lasting > SWINGS
+    if per_cycle <= MANY and permanent:
+        regime = Regime.TWO_SYMMETRIC if asymmetry <= ASYMMETRY else Regime.TWO_ASYMMETRIC
+    elif per_cycle <= MANY and captured >= ESCAPED and not decaying:
         regime = Regime.MODULATED
+    else:
+        regime = _irregular(t, side, period, per_cycle)
     return RegimeCount(regime, per_cycle, captured, asymmetry, swing)
 
 
@@ -181,19 +208,8 @@ def _paired_gaps(
     return np.array(medians), impacts
 
 
-def _named(
-    t: np.ndarray,
-    side: np.ndarray,
-    period: float,
-    per_cycle: float,
-    captured: float,
-    asymmetry: float,
-) -> Regime:
-    recurring = len(activation_spells(t, side, period=period)) >= COME_AND_GO
-    if captured >= CAPTURED and per_cycle <= MANY and not recurring:
-        return Regime.TWO_SYMMETRIC if asymmetry <= ASYMMETRY else Regime.TWO_ASYMMETRIC
-    if captured >= ESCAPED and per_cycle <= MANY:
-        return Regime.MODULATED
+def _irregular(t: np.ndarray, side: np.ndarray, period: float, per_cycle: float) -> Regime:
+    """Without two impacts per cycle: chatter, more than two, or chaos."""
     n = CHATTER_RUN
     if t.size >= n:
         same = np.lib.stride_tricks.sliding_window_view(side, n)

@@ -1,4 +1,4 @@
-"""Curves that go through the predictions: amplitude over clearance, and decay over clearance."""
+"""Curves that go through the predictions: amplitude and decay time over clearance."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.clearance.level_base import LevelBase
-from vinesexp.clearance.predicted import NEEDED, Floats, IdentifiedRig, predicted_b_c
+from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, predicted_b_c
 from vinesexp.errors import AnalysisError
 from vinesexp.units import Quantity
+
+Floats = NDArray[np.float64]
 
 
 def amplitude_curve(
