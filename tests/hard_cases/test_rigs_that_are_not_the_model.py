@@ -7,6 +7,7 @@ rigs are taken from their impact tables on; what needs raw records is marked slo
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 M, R = 4.7, 0.6
@@ -290,3 +291,26 @@ def test_headlines_on_where_two_impacts_end_are_true(name, tmp_path):
     found = studied(next(d for d in all_departures() if d.name == name), tmp_path, seed=3)
     assert "two impacts per cycle end" in found.headline
     assert found.false_headline == ""
+
+
+@pytest.mark.parametrize(
+    ("effects", "offset", "pulse", "undone"),
+    [
+        (("clearance_offset", "contact_time"), -8e-4, 4.6e-4, True),
+        (("r_speed_slope", "clearance_offset", "contact_time"), -8e-4, 4.6e-4, True),
+        (("clearance_offset", "contact_time"), 8e-4, 4.6e-4, False),
+        (("clearance_offset", "contact_time"), -8e-4, 1.7e-3, False),  # the pulse shows a contact
+        (("clearance_offset",), -8e-4, 4.6e-4, False),
+    ],
+)
+def test_effects_that_undo_one_another_are_no_explanation(effects, offset, pulse, undone):
+    """A base with a second harmonic once gave a contact of 0.7 ms and a cavity 0.8 mm too short."""
+    from vinesexp.identification.collision_evidence import _undone
+    from vinesexp.identification.collision_model import Fit
+
+    values = {"clearance_offset": offset, "contact_time": 7e-4, "r_speed_slope": 4e-3}
+    fit = Fit(
+        effects, np.array([0.6, 5.0, *(values[name] for name in effects)]),
+        1e-12 * np.eye(2 + len(effects)), 0.0, 1.0,
+    )  # fmt: skip
+    assert _undone(fit, pulse) is undone
