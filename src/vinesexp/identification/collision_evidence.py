@@ -245,8 +245,8 @@ def _possible(found: Fit, plain: Fit) -> bool:
 def _undone(found: Fit, pulse: float) -> bool:
     """Whether a contact that lasts and a cavity shorter than its sheet undo one another.
 
-    One lengthens the flights, the other shortens them: together they fit errors of any kind. A pulse
-    that lasts shows that the contact is there.
+    One lengthens the flights, the other shortens them: together they fit errors of any kind. A
+    pulse that lasts shows that the contact is there.
     """
     if not {"contact_time", "clearance_offset"} <= set(found.effects) or pulse > _LONG_PULSE:
         return False
