@@ -192,9 +192,9 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
 
 
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
-    """M, c1, k1 and r from the estimates of all records: identified.csv, budget.csv, checks."""
+    """M, c1, k1 and r from the estimates of all records: identified.csv, checks, error budget."""
     from vinesexp.identification.amplitude_law import write_levels
-    from vinesexp.identification.budget import write_budget
+    from vinesexp.identification.budget import budget_rows, write_budget
     from vinesexp.identification.estimate import read_estimates, write_identified
     from vinesexp.identification.whole_campaign import identify_campaign
     from vinesexp.records.checks import write_checks
@@ -213,35 +213,31 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
     }
     whole = identify_campaign(found, campaign, impacts)
     write_identified(paths.identified, whole.rows)
-    write_budget(paths.budget, whole.sources)
+    write_budget(paths.rig_budget, budget_rows(whole.sources))
     write_levels(paths.level_values, whole.levels, whole.rows)
     write_checks(paths.identify_checks, whole.checks)
     return whole.rows
 
 
 def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:
-    """Measured optimal clearances beside the predicted ones, clearances.csv; and what is odd."""
+    """Measured beside predicted clearances, clearances.csv; what is odd; budget.csv."""
+    from vinesexp.clearance.clearance_budget import clearance_budget
     from vinesexp.clearance.comparison import compare, write_clearances
+    from vinesexp.identification.budget import write_budget
     from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import (
-        BASE,
-        DECAY_TIMES,
-        IDENTIFIED,
-        LEVEL_VALUES,
-        RECORD_REGIMES,
-    )
+    from vinesexp.records.result_columns import BASE, BUDGET, DECAY_TIMES, IDENTIFIED, LEVEL_VALUES
+    from vinesexp.records.result_columns import RECORD_REGIMES as REGIMES
     from vinesexp.records.tables import read_rows
 
     campaign = campaign_seen_by("compare", campaign)
-    rows, checks = compare(
-        campaign,
-        read_rows(paths.identified, IDENTIFIED),
-        read_rows(paths.regimes, RECORD_REGIMES),
-        read_rows(paths.decay_times, DECAY_TIMES),
-        read_rows(paths.base, BASE),
-        read_rows(paths.level_values, LEVEL_VALUES),
-    )
+    identified, regimes = read_rows(paths.identified, IDENTIFIED), read_rows(paths.regimes, REGIMES)
+    times, base = read_rows(paths.decay_times, DECAY_TIMES), read_rows(paths.base, BASE)
+    levels = read_rows(paths.level_values, LEVEL_VALUES)
+    rows, checks = compare(campaign, identified, regimes, times, base, levels)
     write_clearances(paths.clearances, rows)
+    budget = read_rows(paths.rig_budget, BUDGET)
+    more = clearance_budget(campaign, identified, budget, regimes, times, base, levels)
+    write_budget(paths.budget, [*budget, *more])
     write_checks(paths.compare_checks, checks)
     return rows
 

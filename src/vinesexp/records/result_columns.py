@@ -51,10 +51,10 @@ IDENTIFIED = Table("identified", "identify", (
     Column("records", "ids of the records it came from, separated by semicolons"),
 ))  # fmt: skip
 
-BUDGET = Table("budget", "identify", (
+BUDGET = Table("budget", "compare", (
     Column("parameter", "the value whose error is divided up"),
     Column("source", "what contributes"),
-    _number("contribution", "", "standard error from this source alone, in the parameter's unit"),
+    _number("contribution", "", "standard error from this source alone, SI"),
     _number("share", "1", "share of the variance"),
     Column("note", "what was assumed, and what would shrink it"),
 ))  # fmt: skip

@@ -13,6 +13,7 @@ from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.entry import Drawn
 from vinesexp.figures.gallery import listed
 from vinesexp.figures.numbers import significant, with_error
+from vinesexp.identification.untested import UNTESTED
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.result_columns import (
     BANDS,
@@ -149,8 +150,11 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
             (row for row in problems if row["record"]), key=lambda row: SEVERITY[row["outcome"]]
         ),
         "notes": [
-            row for row in tables["checks"] if row["outcome"] == "ok" and row["check"] != "ingest"
+            row
+            for row in tables["checks"]
+            if row["outcome"] == "ok" and row["check"] not in ("ingest", UNTESTED)
         ],
+        "untested": [row for row in tables["checks"] if row["check"] == UNTESTED],
         "limits": [row for row in problems if not row["record"]],
         "refused": len({row["record"] for row in problems if row["outcome"] == "refused"}),
         "excluded": len({row["record"] for row in problems if row["outcome"] == "excluded"}),
