@@ -58,6 +58,17 @@ def test_bounces_heard_by_a_microphone_are_a_drop_test_that_runs(tmp_path, capsy
     assert "2 good, 0 refused" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("unit", [[], ["--acceleration-unit", "m/s^2"]])
+def test_vinesexp_impacts_hears_bounces_with_and_without_a_unit(tmp_path, capsys, unit):
+    path = tmp_path / "a.wav"
+    scipy.io.wavfile.write(path, 44100, (32000 * bounces(44100)).astype(np.int16))
+    assert main(["impacts", str(path), "-a", "0", *unit]) == 0
+    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+    assert len(rows) == 10
+    flights = np.diff([float(row["time_s"]) for row in rows])
+    np.testing.assert_allclose(flights[1:] / flights[:-1], 0.81, atol=0.003)
+
+
 def test_a_microphone_alone_in_another_test_is_refused(tmp_path, capsys):
     scipy.io.wavfile.write(tmp_path / "a.wav", 8000, bounces(8000).astype(np.float32))
     (tmp_path / "campaign.yaml").write_text("channels: {sound: {column: 0}}\n")
