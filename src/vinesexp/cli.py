@@ -20,6 +20,7 @@ COMMANDS = {
     "design": "what clearance to build and what it gives; b_c and b_t with sensitivities",
     "simulate": "records of a scene",
     "impacts": "impacts in one file",
+    "completion": "what bash, zsh or fish need to complete commands and options",
 }
 
 
