@@ -24,9 +24,10 @@ FLOORS = (
     {"clearance", "design"},
     {"replay"},
     {"pipeline", "analysis_results", "results"},
+    {"single_record", "results_differences"},
     {"laboratory"},
     {"figures"},
-    {"report"},
+    {"report", "record_pages"},
     {"commands", "cli", "step", "codedigest", "resultslock", "workflow"},
 )
 

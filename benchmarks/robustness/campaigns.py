@@ -48,6 +48,7 @@ class Departure:
     Attributes
     ----------
     says : words of which one in a warning means that the true cause was named.
+    guess : clearance, m, near which two impacts per cycle may end.
     """
 
     name: str
@@ -57,6 +58,7 @@ class Departure:
     sheet: Sheet = field(default_factory=Sheet)
     plan: Plan = field(default_factory=Plan)
     says: tuple[str, ...] = ()
+    guess: float = 0.0339
 
     def driven(self) -> Drive:
         """Base motion as it truly is."""

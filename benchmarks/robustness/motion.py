@@ -17,6 +17,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+#: Place and speed of the mass, place and speed of the ball; m and m/s.
+State = tuple[float, float, float, float]
 
 STEP = 5e-5  # s
 _FINE = 10  # steps a step while in contact
@@ -34,6 +36,8 @@ class Path:
     time, side, jump, speed : arrays (k,)
         Of impacts: s, +1 or -1, change of the mass' velocity, relative speed before. Empty for
         finite contacts, whose forces are in v.
+    last : State
+        At the last time.
     """
 
     x: FloatArray
@@ -43,11 +47,12 @@ class Path:
     side: FloatArray
     jump: FloatArray
     speed: FloatArray
+    last: State = (0.0, 0.0, 0.0, 0.0)
 
 
 def move(
     body: Body, drive: Drive, *, b: float | None, seconds: float, x0: float = 0.0,
-    added: float = 0.0, y0: float | None = None,
+    added: float = 0.0, y0: float | None = None, state: State | None = None,
 ) -> Path:  # fmt: skip
     """Motion from rest at x0, the ball (none where b is None) at rest at y0, else near a wall.
 
@@ -62,6 +67,8 @@ def move(
         Mass screwed on, kg.
     y0 : float, optional
         Place of the ball, m; by default against the wall that pushes it off.
+    state : State, optional
+        To begin with, instead of all these.
     """
     M = body.M + added
     r_minus = body.r if body.r_minus is None else body.r_minus
@@ -83,12 +90,14 @@ def move(
     n = round(seconds / STEP) + 1
     x, v = np.empty(n), np.empty(n)
     hits = np.empty((max(1000, int(4000 * seconds)), 4))
-    count = _run(p, np.array([x0, 0.0, y0, 0.0]), x, v, hits)
+    s = np.array([x0, 0.0, y0, 0.0] if state is None else state)
+    count = _run(p, s, x, v, hits)
     if count < 0:
         raise RuntimeError(f"more events than time allows, at {-count * STEP:.4f} s")
     t = STEP * np.arange(n)
     base = p[15] * np.sin(w * t) + p[17] * np.sin(p[18] * t)
-    return Path(x, v, base, *(hits[:count, i].copy() for i in range(4)))
+    last = float(s[0]), float(s[1]), float(s[2]), float(s[3])
+    return Path(x, v, base, *(hits[:count, i].copy() for i in range(4)), last)
 
 
 def _contact(body: Body, M: float) -> tuple[float, float]:
@@ -172,6 +181,7 @@ def _run(p, s, x, v, hits):  # type: ignore[no-untyped-def]
     mode, sign, count = _FLY, 1.0, 0
     if p[7] > 0.0:
         mode = _FLOOR if s[1] == s[3] else _SLIDE
+        sign = 1.0 if s[3] > s[1] else -1.0
     x[0], v[0] = s[0], s[1]
     events = 0
     for n in range(1, x.size):

@@ -14,6 +14,8 @@ COMMANDS = {
     "look": "what is in instrument files, and which channel is which",
     "init": "campaign.yaml and records.csv proposed from a folder of files",
     "check": "look a campaign over without running it",
+    "run": "the workflow on a campaign: records to report; all options of snakemake",
+    "compare": "two results folders: what changed, and whether it matters",
     "design": "what clearance to build and what it gives; b_c and b_t with sensitivities",
     "simulate": "records of a scene",
     "impacts": "impacts in one file",

@@ -12,6 +12,7 @@ from vinesexp.identification.decay_table import decay_table
 from vinesexp.identification.estimate import read_estimates
 from vinesexp.records.campaign import Campaign, Record, load_campaign
 from vinesexp.records.checks import Check, write_checks
+from vinesexp.records.file_attributes import write_refused
 from vinesexp.records.result_columns import (
     BASE,
     DECAY,
@@ -23,7 +24,7 @@ from vinesexp.records.result_columns import (
     REPLAY_CYCLES,
 )
 from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import create_record, write_refused
+from vinesexp.records.store import create_record
 from vinesexp.records.tables import read_rows, write_rows
 
 RATE, F0, ZETA = 1000.0, 8.0, 0.0065

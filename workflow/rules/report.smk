@@ -28,6 +28,8 @@ rule report:
             PATHS.identified,
             PATHS.regimes,
             PATHS.base,
+            PATHS.bands,
+            PATHS.transitions,
             PATHS.clearances,
             PATHS.replay,
             PATHS.checks,

@@ -32,6 +32,7 @@ CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "checks": (),
     "score": (),
     "figures": _ALL,
+    "pages": ("title", "known"),
     "report": _ALL,
 }
 
@@ -48,6 +49,7 @@ RECORD_FIELDS: Mapping[str, tuple[str, ...]] = {
     "checks": (),
     "score": (),
     "figures": _ROW,
+    "pages": _ROW,
     "report": _ROW,
 }
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vinesexp.replay.motions import Replayed
 from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
-from vinesexp.theory.regime_definitions import activation_spells, regime_of
+from vinesexp.theory.regime_definitions import BY_FREQUENCY, activation_spells, regime_of
 
 Floats = NDArray[np.float64]
 
@@ -92,13 +92,13 @@ def _of_stretch(
         if test == "transient":
             end = min(_FIRST_CYCLES / frequency, end)
         stretch = begin + settling, begin + end
-        per_cycle, regime = _regime(replayed, stretch, 1.0 / frequency, apart)
+        per_cycle, regime = _regime(replayed, stretch, 1.0 / frequency, apart, test)
         spells = _spells(replayed, begin, 1.0 / frequency)
     return Measures(replayed.start, mean, per_cycle, regime, spells, fallen, (time, amplitude))
 
 
 def _regime(
-    replayed: Replayed, stretch: tuple[float, float], period: float, apart: bool
+    replayed: Replayed, stretch: tuple[float, float], period: float, apart: bool, test: str
 ) -> tuple[float, str]:
     """Impacts per cycle of all balls together, and the regime of each."""
     start, end = stretch
@@ -108,10 +108,14 @@ def _regime(
     balls = range(len(replayed.motion.rig.nes))
     chosen = [hits["nes"] == ball for ball in balls] if apart else [hits["nes"] >= 0]
     counts = [
-        regime_of(hits["time"][own], hits["side"][own], period=period, start=start, end=end)
+        regime_of(
+            *(hits["time"][own], hits["side"][own]),
+            period=period, start=start, end=end, decaying=test == "transient",
+        )
         for own in chosen
-    ]
+    ]  # fmt: skip
     words = " | ".join(count.regime.value for count in counts)
+    words = BY_FREQUENCY if test == "sweep" else words
     return sum(count.impacts_per_cycle for count in counts), words
 
 

@@ -15,6 +15,7 @@ from vinesexp.figures.gallery import listed
 from vinesexp.figures.numbers import significant, with_error
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.result_columns import (
+    BANDS,
     BASE,
     BUDGET,
     CHECKS,
@@ -22,12 +23,14 @@ from vinesexp.records.result_columns import (
     IDENTIFIED,
     RECORD_REGIMES,
     REPLAY,
+    TRANSITIONS,
 )
-from vinesexp.records.tables import read_rows
+from vinesexp.records.tables import Table, read_rows
 from vinesexp.report.budget_rows import budget_table
 from vinesexp.report.errorbars import coverage_table
 from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
+from vinesexp.report.regime_rows import regimes_by_test
 from vinesexp.report.replay_verdict import replay_verdict
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
 from vinesexp.theory.regime_definitions import REGIMES
@@ -103,7 +106,6 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         table.name: read_rows(results / f"{table.name}.csv", table)
         for table in (IDENTIFIED, RECORD_REGIMES, BASE, CLEARANCES, REPLAY, CHECKS)
     }
-    budget = results / "budget.csv"
     records = [file for record in campaign.records for file in record.files]
     description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
     processed = processed_records(campaign, results)
@@ -117,7 +119,12 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         **_verdict(campaign, tables, {row["name"]: row["value"] for row in parameters}),
         "parameters": parameters,
         "unknown": {name: what for name, what in PARAMETERS.items() if name not in known},
-        "regimes": regimes_by_test(campaign, tables["regimes"]),
+        "regimes": regimes_by_test(
+            campaign,
+            tables["regimes"],
+            bands=_read(results, BANDS),
+            transitions=_read(results, TRANSITIONS),
+        ),
         "definitions": REGIMES,
         "tests": tests,
         "columns": [
@@ -138,7 +145,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "first": min(figures, key=_early, default=None),
         "headings": TESTS,
         "coverage": coverage_table(),
-        "budget": budget_table(read_rows(budget, BUDGET) if budget.is_file() else []),
+        "budget": budget_table(_read(results, BUDGET)),
         "replay": replay_verdict(tables["replay"], tables["checks"]),
         "written": SYMBOLS,
         "processed": processed,
@@ -155,6 +162,12 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
             },
         ),
     }
+
+
+def _read(results: Path, table: Table) -> list[dict[str, str]]:
+    """Rows of a table; none where it is not there."""
+    file = results / f"{table.name}.csv"
+    return read_rows(file, table) if file.is_file() else []
 
 
 def _early(figure: Mapping[str, Any]) -> int:
@@ -174,18 +187,6 @@ def _verdict(
         "releases": releases,
         "headline": headline(periodic, releases, parameters, tables["checks"]),
     }
-
-
-def regimes_by_test(campaign: Campaign, regimes: Sequence[Row]) -> dict[str, list[dict[str, Any]]]:
-    """Rows of regimes.csv with what the record was, by test; tests without NES have none."""
-    found: dict[str, list[dict[str, Any]]] = {}
-    by_id = {record.id: record for record in campaign.records}
-    for row in regimes:
-        record = by_id.get(row["record"])
-        if record is not None and record.clearance and row["regime"]:
-            clearance = " + ".join(f"{1e3 * b:g}" for b in record.clearance)
-            found.setdefault(record.test, []).append({**row, "clearance": clearance})
-    return found
 
 
 def _combined(identified: Sequence[Row]) -> dict[str, Row]:
