@@ -25,7 +25,7 @@ FLOORS = (
     {"replay"},
     {"pipeline", "analysis_results", "results"},
     {"single_record", "results_differences"},
-    {"planning"},
+    {"planning", "handover"},
     {"laboratory"},
     {"figures"},
     {"report", "record_pages"},

@@ -120,10 +120,8 @@ class Differences:
                 "description, settings or code, and is held against the error of one of them."
             )
         if self.shared:
-            return (
-                f"{self.shared} instrument files are in both (A has {self.of_a}, B {self.of_b}): "
-                "errors are added as if they were independent, so a small difference can be real."
-            )
+            files = f"{self.shared} instrument files are in both (A has {self.of_a}, B {self.of_b})"
+            return f"{files}: errors are added as if independent; a small difference can be real."
         return "No instrument file is in both: the two errors add."
 
 

@@ -91,7 +91,9 @@ def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
             )
             guesses[best] = found[best]
     taken = {guess.role for guess in guesses.values()}
-    rest = [label for label in left if label not in guesses]
+    # A second column that is called so is none of the others: the command beside the base.
+    named = [label for label in left if any(form.search(label) for form in _NAMES.values())]
+    rest = [label for label in left if label not in guesses and label not in named]
     if "sound" not in taken:
         heard = next((label for label in rest if _is_heard(places[label])), None)
         if heard is not None:

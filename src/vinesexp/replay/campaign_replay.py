@@ -121,12 +121,11 @@ def _beside(
         campaign.known.uncertainties.clearance.of(record.clearance[0]) / record.clearance[0],
         campaign.known.uncertainties.base.of(1.0),
     )
-    for share in (off, -off):
-        near = found + _replayed(record, model, base, seen, apart, share=share)
-        again = compared(record, row, decay, near, steady=steady)
-        if not _fails(again):
-            return near, again
-    return found, rows
+    near = list(found)
+    for share in (off, -off, 0.5 * off, -0.5 * off):
+        near += _replayed(record, model, base, seen, apart, share=share)
+    again = compared(record, row, decay, near, steady=steady, near=True)
+    return (found, rows) if _fails(again) else (near, again)
 
 
 def _fails(rows: Sequence[Compared]) -> bool:

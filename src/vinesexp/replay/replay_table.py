@@ -90,6 +90,7 @@ def compared(
     found: Sequence[Measures],
     *,
     steady: bool = True,
+    near: bool = False,
 ) -> list[Compared]:
     """Rows of one record.
 
@@ -104,19 +105,21 @@ def compared(
         Of all replays.
     steady : bool
         Whether the amplitude of the record stays the same from cycle to cycle.
+    near : bool
+        The replays are of clearances within what nobody can know: a record replayed lies in the
+        range of all of them.
     """
     per_cycle = number(row.get("impacts_per_cycle"))
     still = per_cycle is not None and per_cycle < _STILL and len(record.clearance) == 1
     regime = _NO_IMPACT if still and row["regime"] else row.get("regime", "")
     moving = bool(per_cycle) and not still
-    groups = _groups(record, regime if steady else _VARYING, found, moving=moving)
+    groups = _groups(record, regime if steady else _VARYING, found, moving=moving, whole=near)
     decisive = DECISIVE[record.test]
 
     def of(quantity: str, measured: float | None, value: Callable[[Measures], float]) -> Compared:
         values = [[v for one in own if math.isfinite(v := value(one))] for own in groups]
-        return _number(
-            record.id, quantity, measured, [v for v in values if v], quantity in decisive
-        )
+        values = [v for v in values if v]
+        return _number(record.id, quantity, measured, values, quantity in decisive, near)
 
     rows = []
     if record.test in ("periodic", "sweep"):
@@ -135,7 +138,7 @@ def compared(
 
 
 def _groups(
-    record: Record, regime: str, found: Sequence[Measures], *, moving: bool
+    record: Record, regime: str, found: Sequence[Measures], *, moving: bool, whole: bool
 ) -> list[list[Measures]]:
     """Replays that are alike; without those whose ball rests where the record's did not.
 
@@ -147,7 +150,7 @@ def _groups(
     meeting = [one for one in found if one.impacts_per_cycle >= _STILL]
     if moving and meeting:
         found = meeting
-    if record.test == "sweep":
+    if record.test == "sweep" or whole:
         return [list(found)]
     if record.test != "periodic":
         return [[one] for one in found]
@@ -164,6 +167,7 @@ def _number(
     measured: float | None,
     groups: Sequence[Sequence[float]],
     decisive: bool,
+    near: bool,
 ) -> Compared:
     unit = _UNITS[quantity]
     if not groups:
@@ -175,7 +179,10 @@ def _number(
     allowed = SCATTER * float(np.std(nearest)) + TOLERANCE[quantity] * abs(centre)
     if quantity == "spells":
         allowed = max(allowed, _FEW_SPELLS)
-    outcome = "differs" if abs(measured - centre) > allowed else "ok"
+    off = abs(measured - centre)
+    if near:
+        allowed, off = TOLERANCE[quantity] * abs(centre), max(low - measured, measured - high, 0.0)
+    outcome = "differs" if off > allowed else "ok"
     deviation = measured / centre - 1.0 if centre else None
     return Compared(
         record, quantity, unit, measured, centre, low, high, deviation, outcome, "", decisive
