@@ -42,8 +42,8 @@ IMPACTS = Table("impacts", "impacts", (
 
 IDENTIFIED = Table("identified", "identify", (
     Column("parameter", "f0, zeta, M, c1, k1, r; r_1, r_2 for several balls"),
-    _number("value", "", "in unit"),
-    _number("std_error", "", "standard error, in unit"),
+    _number("value", "", "in the unit of the column unit"),
+    _number("std_error", "", "standard error, in the same unit"),
     _number("ci95_low", "", "lower end of the 95 % interval"),
     _number("ci95_high", "", "upper end of the 95 % interval"),
     Column("unit", "SI; 1 for a ratio"),
@@ -51,12 +51,26 @@ IDENTIFIED = Table("identified", "identify", (
     Column("records", "ids of the records it came from, separated by semicolons"),
 ))  # fmt: skip
 
-BUDGET = Table("budget", "identify", (
+BUDGET = Table("budget", "compare", (
     Column("parameter", "the value whose error is divided up"),
     Column("source", "what contributes"),
-    _number("contribution", "", "standard error from this source alone, in the parameter's unit"),
+    _number("contribution", "", "standard error from this source alone, SI"),
     _number("share", "1", "share of the variance"),
     Column("note", "what was assumed, and what would shrink it"),
+))  # fmt: skip
+
+#: f0 and zeta where the mass swings at each base amplitude; no row where they are the same at all.
+LEVEL_VALUES = Table("level_values", "identify", (
+    _number("base_amplitude_mm", "mm", "of records.csv", ".7g"),
+    _number("amplitude_m", "m", "of the mass: least mean amplitude of its tests", ".6g"),
+    _number("f0_hz", "Hz", "natural frequency at that amplitude", ".10g"),
+    _number("f0_error_hz", "Hz", "standard error, with the range around the amplitude", ".3g"),
+    _number("zeta", "1", "damping ratio at that amplitude", ".7g"),
+    _number("zeta_error", "1", "standard error, with the range around the amplitude", ".3g"),
+    _number("c1_n_s_m", "N s/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("c1_error_n_s_m", "N s/m", "standard error", ".3g"),
+    _number("k1_n_m", "N/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("k1_error_n_m", "N/m", "standard error", ".3g"),
 ))  # fmt: skip
 
 RECORD_REGIMES = Table("regimes", "regimes", (
@@ -66,6 +80,9 @@ RECORD_REGIMES = Table("regimes", "regimes", (
     _number("amplitude_mean_m", "m", "mean over cycles of half the swing"),
     _number("amplitude_max_m", "m", "largest of a cycle"),
     _number("captured", "1", "share of cycles with one impact on either side", needed=False),
+    _number("swing_first", "1", "half the range of the impacts' phase in the first half, in "
+            "periods", needed=False),
+    _number("swing", "1", "the same in the second half", needed=False),
     _number("spells", "", "number of spells of such cycles", needed=False),
     _number("spell_mean_s", "s", "mean length of a spell", needed=False),
     _number("captured_until_s", "s", "of a release: end of the first spell", needed=False),
@@ -127,8 +144,8 @@ CLEARANCES = Table("clearances", "compare", (
     Column("test", "periodic or transient"),
     Column("level", "name of the row"),
     _number("measured_mm", "mm", "measured clearance", ".6g"),
-    _number("measured_low_mm", "mm", "tried clearance below it", ".6g"),
-    _number("measured_high_mm", "mm", "tried clearance above it", ".6g"),
+    _number("measured_low_mm", "mm", "tried clearance below it, less its uncertainty", ".6g"),
+    _number("measured_high_mm", "mm", "tried clearance above it, with its uncertainty", ".6g"),
     _number("published_mm", "mm", "b_c or b_t by the published formula", ".6g"),
     _number("exact_mm", "mm", "b_c or b_t without its approximations", ".6g"),
     _number("predicted_low_mm", "mm", "lower end of the 95 % interval of exact_mm", ".6g"),
@@ -139,6 +156,8 @@ CLEARANCES = Table("clearances", "compare", (
     Column("records", "ids of the records it came from, separated by semicolons", needed=False),
     Column("bound", "empty; 'at most', 'at least' or 'open' where the best clearance is at the "
            "edge of what was tried", needed=False),
+    _number("offset_mm", "mm", "true less stated clearance, where flights show one; measured_mm is "
+            "as stated", ".6g", needed=False),
 ))  # fmt: skip
 
 #: Every record beside what the identified rig does from several starts: one row a number.
@@ -212,6 +231,7 @@ TABLES = (
     IMPACTS,
     IDENTIFIED,
     BUDGET,
+    LEVEL_VALUES,
     RECORD_REGIMES,
     BASE,
     BANDS,
@@ -221,4 +241,33 @@ TABLES = (
     REPLAY,
     CHECKS,
     TRUTH,
+    DECAY,
+    REPLAY_CYCLES,
+    TRUE_IMPACTS,
 )
+
+#: Where each table lies, from the results folder, and what it answers.
+WHERE = {
+    "impacts": ("impacts/RECORD.csv", "When and how hard the ball hit: one row an impact."),
+    "identified": ("identified.csv", "What the rig is: one row a parameter and method."),
+    "budget": ("budget.csv", "What the errors of identified.csv are made of."),
+    "level_values": ("level_values.csv", "f0, zeta, c1 and k1 at the amplitude of each level."),
+    "regimes": ("regimes.csv", "How each record moves: one row a record."),
+    "base": ("base.csv", "How the base moved in each periodic test, from its own channel."),
+    "bands": ("bands.csv", "A sweep over its frequency: one row a ball and band of response."),
+    "transitions": ("transitions.csv", "Where each ball of a release is captured and lost."),
+    "decay_times": ("decay_times.csv", "How fast each release fell to each amplitude."),
+    "clearances": ("clearances.csv", "Best clearances, measured beside predicted."),
+    "replay": ("replay.csv", "Each record beside a simulation of the identified rig."),
+    "checks": ("checks.csv", "Every problem found in the data: one row each."),
+    "truth": ("truth.csv", "Simulated campaigns: what was found against the truth."),
+    "decay": (
+        "steps/records/RECORD/decay.csv",
+        "The amplitude of a ring-down beside the identified law.",
+    ),
+    "replay_cycles": ("steps/replay_cycles.csv", "Amplitudes by cycle, measured and replayed."),
+    "true impacts": (
+        "truth/RECORD.csv in the campaign's folder",
+        "Simulated campaigns: the true impacts of a record.",
+    ),
+}

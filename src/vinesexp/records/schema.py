@@ -39,10 +39,19 @@ ROLES: Mapping[str, tuple[str, ...]] = {
     "base": ("displacement", "velocity", "acceleration"),
     "displacement": ("displacement",),
     "acceleration": ("acceleration",),
+    "sound": ("sound",),
 }
 
+#: Of them those that sensors of motion have, which have to be calibrated.
+MOTIONS = ("base", "displacement", "acceleration")
+
 #: SI unit of each quantity a channel can have.
-SI_UNITS: Mapping[str, str] = {"displacement": "m", "acceleration": "m/s^2", "velocity": "m/s"}
+SI_UNITS: Mapping[str, str] = {
+    "displacement": "m",
+    "acceleration": "m/s^2",
+    "velocity": "m/s",
+    "sound": "1",
+}
 
 #: What a channel may accept in its data (a warning then, not a refusal).
 ACCEPTABLE = ("saturated", "frozen")

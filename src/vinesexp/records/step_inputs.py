@@ -34,6 +34,7 @@ CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "checks": (),
     "score": (),
     "figures": _ALL,
+    "pages": ("title", "known"),
     "report": _REPORTED,
 }
 
@@ -50,6 +51,7 @@ RECORD_FIELDS: Mapping[str, tuple[str, ...]] = {
     "checks": (),
     "score": (),
     "figures": _ROW,
+    "pages": _ROW,
     "report": _ROW,
 }
 

@@ -15,7 +15,8 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
-from vinesexp.records.store import RecordView, create_record, open_record, write_refused
+from vinesexp.records.file_attributes import carried, write_refused
+from vinesexp.records.store import RecordView, create_record, open_record
 from vinesexp.settings.stages import Settings
 from vinesexp.signals.bands import Bands, default_bands, oscillation_of
 from vinesexp.signals.channel_agreement import Agreement, agreement_of
@@ -92,6 +93,7 @@ def condition(
             start=record.start,
             quantities={role: record.quantity(role) for role in record.roles},
             attributes=_attributes(record, bands, limits, settings),
+            state="bandpassed",
         ) as writer:
             for blocks in _in_step(streams, _BLOCK):
                 writer.append(blocks)
@@ -101,8 +103,7 @@ def condition(
 def _attributes(
     record: RecordView, bands: Bands, limits: Range, settings: Settings
 ) -> dict[str, object]:
-    kept = ("record", "test")
-    found: dict[str, object] = {k: v for k, v in record.attributes.items() if k in kept}
+    found: dict[str, object] = carried(record.attributes)
     found["oscillation_hz"] = bands.frequency
     for name, band in (("displacement", bands.displacement), ("acceleration", bands.acceleration)):
         found[f"{name}_low_hz"], found[f"{name}_high_hz"] = band

@@ -21,6 +21,7 @@ from vinesexp.signals.swept_frequency import swept
 from vinesexp.signals.transition import transition_of, transition_row
 from vinesexp.signals.visibility import could_be_seen
 from vinesexp.theory.regime_definitions import BY_FREQUENCY, activation_spells, regime_of
+from vinesexp.theory.steadiness import Swing
 
 #: Amplitudes of a release that times are reported for, as shares of the release.
 LEVELS = (0.5, 0.25, 0.15, 0.1)
@@ -65,17 +66,15 @@ def shown_by_record(
     -------
     Shown
         In its row ``regime`` (one word a ball; of a sweep `BY_FREQUENCY`), ``impacts_per_cycle``
-        of all balls and ``impacts_per_cycle_each``, ``amplitude_mean_m``, ``amplitude_max_m``, of a
-        sweep ``amplitude_running_max_m``, ``captured`` (share of cycles with one impact on either
-        side), ``spells`` and ``spell_mean_s`` (of such cycles in a row), and of a release with one
-        ball ``captured_until_s``, ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and
+        of all balls and ``impacts_per_cycle_each``, ``amplitude_mean_m``, ``amplitude_max_m``, of
+        a sweep ``amplitude_running_max_m``, ``captured`` (share of cycles with one impact on
+        either side), ``swing_first`` and ``swing`` (of their phase, in periods, in either half),
+        ``spells`` and ``spell_mean_s`` (of such cycles in a row), and of a release with one ball
+        ``captured_until_s``, ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and
         ``transition_m`` (amplitude where the ball is lost). None or absent where it cannot be
         known: a record that could not show impacts, for its noise or its sampling, has no regime.
     """
-    row: dict[str, str | float | None] = dict.fromkeys(
-        ("regime", "impacts_per_cycle", "amplitude_mean_m", "amplitude_max_m", "captured")
-    )
-    row = {"record": record.id, **row}
+    row = unknown_regime(record)
     with open_record(conditioned) as view:
         frequency = view.attributes.get("oscillation_hz")
         if view.refused is not None or "displacement" not in view.roles or not frequency:
@@ -124,6 +123,12 @@ def _seen(
             frequency=float(view.attributes["oscillation_hz"]),
             settings=record.settings,
         )
+
+
+def unknown_regime(record: Record) -> dict[str, str | float | None]:
+    """The row of regimes.csv of a record of which nothing is known."""
+    columns = ("regime", "impacts_per_cycle", "amplitude_mean_m", "amplitude_max_m", "captured")
+    return {"record": record.id, **dict.fromkeys(columns)}
 
 
 def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | float | None]]:
@@ -180,7 +185,17 @@ def _regimes(
         "impacts_per_cycle": sum(count.impacts_per_cycle for count in counts),
         "impacts_per_cycle_each": " | ".join(f"{count.impacts_per_cycle:.2f}" for count in counts),
         "captured": min(count.captured for count in counts),
+        **_swing([count.swing for count in counts]),
     }
+
+
+def _swing(swings: list[Swing]) -> dict[str, str | float | None]:
+    """That of the ball that swings most; nothing where impacts are too few."""
+    known = [swing for swing in swings if math.isfinite(swing.lasting)]
+    if not known:
+        return {}
+    most = max(known, key=lambda swing: swing.lasting)
+    return {"swing_first": most.first, "swing": most.second}
 
 
 def _spells(

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.errors import ParameterError
+from vinesexp.theory.steadiness import UNKNOWN, Swing, swing_of
 
 
 class Regime(Enum):
@@ -34,9 +35,10 @@ REGIMES: dict[str, str] = {
     "chaos": "impacts, but in under a tenth of the cycles (of a release: under half of its first "
     "ones) one on either side",
     "strongly modulated": "of a steady excitation: spells of two impacts per cycle come and go, "
-    "three or more of them, or a tenth to nine tenths of the cycles",
+    "three or more of them, or a tenth to nine tenths of the cycles; or their phase swings by 0.03 "
+    "of a period or more",
     "two symmetric": "one impact on either side in nine cycles of ten (of a release: in half of "
-    "its first ones), half a period apart, in one spell or two",
+    "its first ones), half a period apart, in one spell or two, their phase steady",
     "two asymmetric": "the same, unequally spaced",
     "three or more per cycle": "more than two and a half impacts per cycle on the average",
     "chatter": "the ball comes to rest on a wall (ten impacts on one side within half a period)",
@@ -49,6 +51,7 @@ CAPTURED = 0.9  # share of cycles with one impact on either side: permanent
 HALF = 0.5  # the same of the first cycles of a release: captured
 ESCAPED = 0.1  # share below which there is no capture at all
 ASYMMETRY = 0.02  # of a period: two gaps that differ by more are unequal
+SWINGS = 0.03  # of a period: impacts whose phase swings by more are not permanent
 COME_AND_GO = 3  # spells from which on even nine cycles of ten are not permanent
 PAIRED = 0.1  # of a period, by which two gaps may miss it
 MANY = 2.5  # impacts per cycle
@@ -65,12 +68,14 @@ class RegimeCount:
     impacts_per_cycle : average.
     captured : share of cycles with exactly one impact on either side.
     asymmetry : difference of the two median gaps in captured cycles over the period (NaN without).
+    swing : how far the phase of captured impacts swings (NaN where they are few).
     """
 
     regime: Regime
     impacts_per_cycle: float
     captured: float
     asymmetry: float
+    swing: Swing = UNKNOWN
 
 
 def regime_of(
@@ -121,21 +126,23 @@ def regime_of(
         return RegimeCount(Regime.NO_IMPACT, 0.0, 0.0, float("nan"))
     gaps, paired = _paired_gaps(t, side, period)
     # one impact more, because the stretch cuts a cycle at its ends
-    captured = min(0.5 * (paired + 1) / cycles, 1.0) if paired else 0.0
+    captured = min(0.5 * (int(paired.sum()) + 1) / cycles, 1.0) if paired.any() else 0.0
     asymmetry = float(np.ptp(gaps)) / period if gaps.size == 2 else float("nan")
     per_cycle = t.size / cycles
+    swing = swing_of(t, side, paired, period=period)
     if decaying:
-        captured_at_all = captured >= HALF
+        permanent = captured >= HALF
     else:
         recurring = len(activation_spells(t, side, period=period)) >= COME_AND_GO
-        captured_at_all = captured >= CAPTURED and not recurring
-    if per_cycle <= MANY and captured_at_all:
+        # NaN where impacts are few: no swing is shown
+        permanent = captured >= CAPTURED and not recurring and not swing.lasting > SWINGS
+    if per_cycle <= MANY and permanent:
         regime = Regime.TWO_SYMMETRIC if asymmetry <= ASYMMETRY else Regime.TWO_ASYMMETRIC
     elif per_cycle <= MANY and captured >= ESCAPED and not decaying:
         regime = Regime.MODULATED
     else:
         regime = _irregular(t, side, period, per_cycle)
-    return RegimeCount(regime, per_cycle, captured, asymmetry)
+    return RegimeCount(regime, per_cycle, captured, asymmetry, swing)
 
 
 def activation_spells(times: ArrayLike, sides: ArrayLike, *, period: float) -> np.ndarray:
@@ -179,13 +186,15 @@ def activation_spells(times: ArrayLike, sides: ArrayLike, *, period: float) -> n
     return np.asarray(spells[spells[:, 1] - spells[:, 0] >= 1.9 * period])
 
 
-def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> tuple[np.ndarray, int]:
-    """Gaps out of captured cycles as (from +1, from -1) medians, and the impacts that bound them.
+def _paired_gaps(
+    t: np.ndarray, side: np.ndarray, period: float
+) -> tuple[np.ndarray, NDArray[np.bool_]]:
+    """Gaps out of captured cycles as (from +1, from -1) medians, and which impacts bound them.
 
     Captured: sides alternate, and two gaps together last a period.
     """
     if t.size < 3:
-        return np.empty(0), 0
+        return np.empty(0), np.zeros(t.size, dtype=bool)
     gap = np.diff(t)
     crosses = side[1:] != side[:-1]
     cycle = crosses[:-1] & crosses[1:] & (np.abs(gap[:-1] + gap[1:] - period) < PAIRED * period)
@@ -196,7 +205,7 @@ def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> tuple[np.nda
     impacts[:-1] |= part
     impacts[1:] |= part
     medians = [float(np.median(g)) for s in (1, -1) if (g := gap[part & (side[:-1] == s)]).size]
-    return np.array(medians), int(impacts.sum())
+    return np.array(medians), impacts
 
 
 def _irregular(t: np.ndarray, side: np.ndarray, period: float, per_cycle: float) -> Regime:
