@@ -22,9 +22,11 @@ from vinesexp.units import UNITS
 _NAMES = {
     "base": re.compile(r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot", re.I),
     "acceleration": re.compile(r"acc|accel|beschl|pcb|icp|imu", re.I),
-    "displacement": re.compile(r"laser|disp|pos|depl|weg|ldv|vib|mass|osc", re.I),
+    "displacement": re.compile(r"laser|disp|pos|depl|weg|ldv|vib|mass|oscill", re.I),
     "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),
 }
+#: What phones and loggers record besides motion along a line.
+_OTHERS = re.compile(r"gyro|rotat|magnet|temper|humid|pressure|light|force|torque|rad/s|°", re.I)
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
 _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)
@@ -78,7 +80,7 @@ def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
     places: dict[str, list[tuple[FileView, ColumnView]]] = {}
     for file in files:
         for column in file.signals:
-            if not is_called_time(column.name):
+            if not (is_called_time(column.name) or _OTHERS.search(column.name)):
                 places.setdefault(label_of(column), []).append((file, column))
     left = _without_other_axes(places)
     guesses: dict[str, Guess] = {}
