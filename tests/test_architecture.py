@@ -24,9 +24,11 @@ FLOORS = (
     {"clearance", "design", "proposal"},
     {"replay"},
     {"pipeline", "analysis_results", "results"},
+    {"single_record", "results_differences"},
+    {"planning", "handover"},
     {"laboratory"},
     {"figures"},
-    {"report"},
+    {"report", "record_pages"},
     {"commands", "cli", "step", "codedigest", "resultslock", "workflow"},
 )
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.figures.collect.regimes_of_tests import _cycle_edges
+from vinesexp.figures.collect.impacts_per_cycle import cycle_edges
 from vinesexp.figures.collect.single_records import amplitude, extremes
 from vinesexp.figures.draw import style
 from vinesexp.figures.draw.methods import estimates_by_method
@@ -77,7 +77,7 @@ def test_permanent_impacts_count_two_in_every_cycle_whatever_their_phase(phase, 
     """Also where the frequency of the record is known to 2e-4 only."""
     frequency, cycles = 8.0, 400
     times = (0.5 * np.arange(2 * cycles + 6) - 1.0 + phase) / (frequency * (1.0 + drift))
-    edges = _cycle_edges(times, frequency, start=0.0, cycles=cycles)
+    edges = cycle_edges(times, frequency, start=0.0, cycles=cycles)
     counts = np.histogram(times, edges)[0]
     assert np.all(counts == 2)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.figures.collect.impacts_per_cycle import impacts_per_cycle
 from vinesexp.figures.collect.single_records import marks_of
 from vinesexp.figures.draw.regime_strips import Strip, regime_strips
 from vinesexp.figures.entry import Drawn
@@ -38,7 +39,9 @@ def draw_regimes(
         name = " + ".join(f"{1e3 * b:g}" for b in record.clearance) + " mm"
         counts = _impacts_per_cycle(record, results)
         if counts.size:
-            groups.setdefault(title, []).append(Strip(name, regime_of[record.id], counts))
+            groups.setdefault(title, []).append(
+                Strip(name, regime_of[record.id], counts, record.id)
+            )
     if not groups:
         return
     caption = (
@@ -54,12 +57,4 @@ def _impacts_per_cycle(record: Record, results: Path) -> Floats:
         frequency = float(view.attributes.get("oscillation_hz") or 0.0)
         length, start = view.n / view.sample_rate if view.n else 0.0, view.start
     times = marks_of(record, results).time
-    edges = _cycle_edges(times, frequency or 1.0, start=start, cycles=int(length * frequency))
-    return np.histogram(times, edges)[0].astype(float) if edges.size > 1 else np.empty(0)
-
-
-def _cycle_edges(times: Floats, frequency: float, *, start: float, cycles: int) -> Floats:
-    """Edges of the cycles, where impacts are rarest: one on an edge would count in either cycle."""
-    turns = np.exp(4j * np.pi * frequency * (times - start))  # two impacts a cycle: half turns
-    middle = float(np.angle(turns.mean())) / (4.0 * np.pi * frequency) if times.size else 0.0
-    return np.asarray(start + (np.arange(cycles + 1) + 0.25) / frequency + middle)
+    return impacts_per_cycle(times, frequency=frequency, start=start, length=length)

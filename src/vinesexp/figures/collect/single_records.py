@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -88,7 +89,7 @@ def whole(view: RecordView, role: str, *, frequency: float) -> Trace:
     return Trace(name, time, factor * low, factor * high)
 
 
-def amplitude(view: RecordView, name: str) -> Trace:
+def amplitude(view: RecordView, name: str, record: str = "") -> Trace:
     """Half the swing of the displacement in each cycle, mm."""
     frequency = float(view.attributes.get("oscillation_hz") or 0.0)
     cycles = round(frequency * view.n / view.sample_rate)
@@ -99,6 +100,7 @@ def amplitude(view: RecordView, name: str) -> Trace:
     return Trace(
         *(name, time[:count].reshape(-1, part).mean(axis=1)),
         swing[:count].reshape(-1, part).max(axis=1),
+        record=record,
     )
 
 
@@ -197,10 +199,11 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
             with open_record(results / f"conditioned/{record.id}.nc") as view:
                 if "displacement" not in view.roles:
                     continue
-                trace = amplitude(view, _balls(record))
+                trace = amplitude(view, _balls(record), record.id)
             start, end = record.frequency or (0.0, 0.0)
             share = (trace.time - trace.time[0]) / (trace.time[-1] - trace.time[0])
-            traces.append(Trace(trace.name, start + (end - start) * share, trace.values))
+            at = start + (end - start) * share
+            traces.append(Trace(trace.name, at, trace.values, record=record.id))
         if not traces:
             continue
         figure = amplitudes(
@@ -232,12 +235,13 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
         for record in [*free, *chosen] if chosen else []:
             with open_record(results / f"conditioned/{record.id}.nc") as view:
                 if "displacement" in view.roles:
-                    traces.append(amplitude(view, _balls(record)))
+                    traces.append(amplitude(view, _balls(record), record.id))
         if not traces:
             continue
         latest = max(trace.time[-1] for trace in traces[len(free) :])
         traces = [
-            Trace(t.name, t.time[t.time <= latest], t.values[t.time <= latest]) for t in traces
+            replace(t, time=t.time[t.time <= latest], values=t.values[t.time <= latest])
+            for t in traces
         ]
         figure = amplitudes(traces, xlabel="time (s)", ylabel="amplitude (mm)", bare=len(free))
         caption = (

@@ -27,6 +27,7 @@ from vinesexp.records.readers.source import (
 )
 
 NAME = "MATLAB .mat"
+LIBRARIES = ("scipy.io", "h5py")
 
 _NUMBERS = {"double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64"}
 _DEEPEST = 20  # structures inside structures

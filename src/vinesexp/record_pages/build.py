@@ -1,0 +1,144 @@
+"""records.html, a page that shows any record, and beside it a folder with one file a record.
+
+The page is one file and its library stands once beside it; what it shows of a record is loaded
+when the record is shown. Both work from disk: no server, no network (docs/report.md).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from vinesexp.clearance.predicted import identified_rig
+from vinesexp.figures.draw.style import COLOURS
+from vinesexp.record_pages.drawn_content import traces_of
+from vinesexp.record_pages.facts import facts_of
+from vinesexp.record_pages.overview import list_of_records, manifold_curve
+from vinesexp.record_pages.packing import script
+from vinesexp.records.campaign import Campaign, Record
+from vinesexp.records.freshness import file_states, why_outdated, write_made
+from vinesexp.records.result_columns import (
+    CHECKS,
+    IDENTIFIED,
+    RECORD_REGIMES,
+    REPLAY,
+    REPLAY_CYCLES,
+)
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.tables import read_rows
+
+#: The plotting library, as its Python package carries it.
+LIBRARY = ("bokeh.min.js", "bokeh-api.min.js")
+
+
+def build_pages(campaign: Campaign, *, paths: ResultPaths, code: str) -> list[Path]:
+    """Write records.html and what it loads; traces of unchanged records are left as they are.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    paths : ResultPaths
+    code : str
+        Digest of the code, so that pages of an older version are made anew.
+
+    Returns
+    -------
+    list of Path
+        Every file besides records.html. Those of records that left the campaign are removed.
+    """
+    for part in ("library", "traces", "facts"):
+        (paths.pages / part).mkdir(parents=True, exist_ok=True)
+    written = [*_library(paths.pages / "library")]
+    for record in campaign.records:
+        written.append(_traces(campaign, record, paths=paths, code=code))
+    written += _facts(campaign, paths)
+    for stale in {path for path in paths.pages.rglob("*") if path.is_file()} - set(written):
+        stale.unlink()
+    return written
+
+
+def _library(folder: Path) -> Iterable[Path]:
+    spec = find_spec("bokeh")
+    home = Path((spec.submodule_search_locations or [""])[0] if spec else "")
+    for name in LIBRARY:
+        content = (home / "server" / "static" / "js" / name).read_bytes()
+        if not (folder / name).is_file() or (folder / name).read_bytes() != content:
+            _write(folder / name, content)
+        yield folder / name
+
+
+def _traces(campaign: Campaign, record: Record, *, paths: ResultPaths, code: str) -> Path:
+    """Write what is drawn of a record, unless what is there is still right."""
+    page = paths.pages / "traces" / f"{record.id}.js"
+    made = paths.made("traces", record.id)
+    roots = {"results": paths.folder, "campaign": campaign.folder}
+    used = {"code": code, "test": record.test, "balls": str(len(record.clearance))}
+    if not why_outdated(made, used, roots=roots, renew=True):
+        return page
+    sources = (paths.record, paths.conditioned, paths.impacts, paths.decay)
+    inputs = file_states([source(record.id) for source in sources], roots=roots)
+    content = traces_of(record.id, test=record.test, balls=len(record.clearance), paths=paths)
+    _write(page, script("vinesexp.traces", record.id, content).encode())
+    write_made(made, used, inputs=inputs, outputs=file_states([page], roots=roots))
+    return page
+
+
+def _facts(campaign: Campaign, paths: ResultPaths) -> Iterable[Path]:
+    """Write what is said of every record, and the page itself."""
+    regimes = {row["record"]: row for row in read_rows(paths.regimes, RECORD_REGIMES)}
+    checks = _by_record(read_rows(paths.checks, CHECKS))
+    replay = _by_record(read_rows(paths.replay, REPLAY))
+    cycles = _by_record(read_rows(paths.replay_cycles, REPLAY_CYCLES))
+    rig = identified_rig(read_rows(paths.identified, IDENTIFIED), campaign.known)
+    for record in campaign.records:
+        facts = facts_of(
+            record,
+            paths=paths,
+            regime=regimes.get(record.id, {}),
+            checks=checks.get(record.id, []),
+            replay=replay.get(record.id, []),
+            cycles=cycles.get(record.id, []),
+            rig=rig,
+        )
+        page = paths.pages / "facts" / f"{record.id}.js"
+        _write(page, script("vinesexp.facts", record.id, facts).encode())
+        yield page
+    content = {
+        "records": list_of_records(campaign, regimes=regimes, checks=checks),
+        "manifold": manifold_curve(rig),
+        "colours": COLOURS,
+    }
+    _write(paths.records_page, _page(campaign, content).encode())
+
+
+def _page(campaign: Campaign, content: Mapping[str, Any]) -> str:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("vinesexp.record_pages", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    template = environment.get_template("records.html.j2")
+    return template.render(
+        campaign=campaign, content=content, library=LIBRARY, version=version("bokeh")
+    )
+
+
+def _by_record(rows: Iterable[dict[str, str]]) -> dict[str, list[dict[str, str]]]:
+    found: dict[str, list[dict[str, str]]] = {}
+    for row in rows:
+        found.setdefault(row["record"], []).append(row)
+    return found
+
+
+def _write(path: Path, content: bytes) -> None:
+    partial = path.with_name(f".{path.name}.part")
+    partial.write_bytes(content)
+    os.replace(partial, path)

@@ -1,0 +1,168 @@
+"""What the page of one record draws: channels as measured and conditioned, impacts, cycles.
+
+It depends on the record's own files alone, so that adding a record to a campaign leaves the others'
+as they are.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vinesexp.figures.collect.impacts_per_cycle import impacts_per_cycle
+from vinesexp.record_pages.packing import exact, packed
+from vinesexp.record_pages.zoom_levels import part_size, read_channel, windows_around
+from vinesexp.records.result_columns import DECAY
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.store import RecordView, open_record
+from vinesexp.records.tables import read_rows
+from vinesexp.signals.cycles import cycles_from
+from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
+
+#: How a quantity is shown: unit, and its size in SI.
+SHOWN = {
+    "displacement": ("mm", 1e-3),
+    "velocity": ("mm/s", 1e-3),
+    "acceleration": ("m/s²", 1.0),
+}
+_MOST_IMPACTS = 20_000
+_MOST_CYCLES = 20_000
+
+
+def traces_of(id: str, *, test: str, balls: int, paths: ResultPaths) -> dict[str, Any]:
+    """Everything that is drawn of one record.
+
+    Parameters
+    ----------
+    id, test : str
+        The record and its kind of test.
+    balls : int
+        How many were in it.
+    paths : ResultPaths
+
+    Returns
+    -------
+    dict
+        Ready to be written as JSON. A record that was refused has no channels.
+    """
+    impacts = read_impacts(paths.impacts(id))
+    with open_record(paths.record(id)) as measured, open_record(paths.conditioned(id)) as filtered:
+        if measured.refused is not None or not measured.n:
+            return {"channels": []}
+        attributes = filtered.attributes
+        frequency = 0.0 if test == "drop" else float(attributes.get("oscillation_hz") or 0.0)
+        found = _timing(measured, frequency) | {
+            "impacts": _impacts(impacts),
+            "strips": _strips(impacts, measured, frequency=frequency, balls=balls),
+            "channels": _channels(measured, filtered, impacts, frequency=frequency),
+            "cycles": _cycles(filtered, frequency),
+            "decay": _decay(paths.decay(id)),
+        }
+        size = part_size(measured.n, measured.sample_rate, frequency)
+        windows = _windows(impacts, measured, size)
+        return found | {"part": size, "windows": windows}
+
+
+def _timing(view: RecordView, frequency: float) -> dict[str, Any]:
+    return {
+        "start": view.start,
+        "rate": view.sample_rate,
+        "samples": view.n,
+        "frequency": frequency,
+    }
+
+
+def _windows(impacts: Impacts, view: RecordView, size: int) -> list[tuple[int, int]]:
+    if size == 1:
+        return []
+    return windows_around(impacts.time_s, n=view.n, sample_rate=view.sample_rate, start=view.start)
+
+
+def _channels(
+    measured: RecordView, filtered: RecordView, impacts: Impacts, *, frequency: float
+) -> list[dict[str, Any]]:
+    """Each channel as it was measured, and bandpassed where that was done."""
+    size = part_size(measured.n, measured.sample_rate, frequency)
+    windows = _windows(impacts, measured, size)
+    found = []
+    for kind, view in (("measured", measured), ("bandpassed", filtered)):
+        if view.refused is not None or view.n != measured.n:
+            continue
+        for role in sorted(view.roles, key=_place):
+            unit, factor = SHOWN.get(view.quantity(role), ("SI", 1.0))
+            level, samples = read_channel(view, role, size, windows)
+            channel: dict[str, Any] = {"role": role, "kind": kind, "unit": unit}
+            channel["low"] = packed(level.low / factor)
+            if size > 1:
+                channel["high"] = packed(level.high / factor)
+                channel["windows"] = packed(samples / factor)
+            found.append(channel)
+    return found
+
+
+def _place(role: str) -> int:
+    order = ("displacement", "acceleration", "base")
+    return order.index(role) if role in order else len(order)
+
+
+def _impacts(impacts: Impacts) -> dict[str, Any]:
+    shown = slice(0, _MOST_IMPACTS)
+    return {
+        "count": impacts.n,
+        "time": exact(impacts.time_s[shown]),
+        "nes": impacts.nes[shown].tolist(),
+        "side": impacts.side[shown].tolist(),
+        "jump": packed(impacts.velocity_jump_m_s[shown]),
+        "error": packed(impacts.velocity_jump_error_m_s[shown]),
+        "confidence": packed(impacts.confidence[shown]),
+        "crowded": np.flatnonzero(impacts.crowded[shown]).tolist(),
+        "clipped": np.flatnonzero(impacts.clipped[shown]).tolist(),
+    }
+
+
+def _strips(
+    impacts: Impacts, view: RecordView, *, frequency: float, balls: int
+) -> list[dict[str, Any]]:
+    """Impacts in each cycle, a strip a ball; impacts of unknown balls have their own."""
+    if not frequency or not impacts.n:
+        return []
+    several = balls > 1
+    strips = []
+    for ball in sorted(set(impacts.nes.tolist())) if several else [None]:
+        own = impacts.time_s if ball is None else impacts.time_s[impacts.nes == ball]
+        counts = impacts_per_cycle(
+            own, frequency=frequency, start=view.start, length=view.n / view.sample_rate
+        )
+        name = "" if ball is None else f"ball {ball}" if ball else "ball not known"
+        strips.append({"name": name, "counts": counts[:_MOST_CYCLES].astype(int).tolist()})
+    return strips
+
+
+def _cycles(view: RecordView, frequency: float) -> dict[str, Any] | None:
+    """Half the swing of each cycle, mm."""
+    if view.refused is not None or not frequency or "displacement" not in view.roles:
+        return None
+    time, swing = cycles_from(
+        lambda begin, end: view.read("displacement", begin, end),
+        view.n,
+        view.sample_rate,
+        frequency,
+    )
+    step = max(-(-time.size // _MOST_CYCLES), 1)
+    return {"time": exact(view.start + time[::step]), "amplitude": packed(1e3 * swing[::step])}
+
+
+def _decay(path: Path) -> dict[str, Any] | None:
+    """Amplitude of a ring-down beside what was identified from it, mm."""
+    rows = read_rows(path, DECAY) if path.is_file() else []
+    if not rows:
+        return None
+    column = {name: np.array([float(row[name] or "nan") for row in rows]) for name in DECAY.names}
+    return {
+        "time": exact(column["time_s"]),
+        "amplitude": packed(1e3 * column["amplitude_m"]),
+        "law": packed(1e3 * column["law_m"]),
+        "viscous": packed(1e3 * column["viscous_m"]),
+    }
