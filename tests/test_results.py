@@ -7,7 +7,9 @@ import pytest
 
 import vinesexp
 from vinesexp.errors import RecordError
+from vinesexp.identification.estimate import Estimate, nothing, write_estimates
 from vinesexp.records.checks import Check, write_checks
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record
 
 IDENTIFIED = """parameter,value,std_error,ci95_low,ci95_high,unit,method,records
@@ -31,6 +33,8 @@ def folder(tmp_path: Path) -> Path:
     )
     (tmp_path / "impacts").mkdir()
     (tmp_path / "impacts/b34.csv").write_text("time_s,nes,side\n0.5,1,1\n0.6,1,-1\n")
+    found = [Estimate("r", 0.6, 0.01, "1", "flights", ("b34",)), nothing("b34", "no beat")]
+    write_estimates(ResultPaths(tmp_path).estimates("b34"), found)
     x = np.linspace(0.0, 1e-3, 100)
     for kind in ("records", "conditioned"):
         with create_record(
@@ -52,6 +56,8 @@ def test_a_record_is_its_channels_its_impacts_and_its_regime(folder: Path):
     assert list(record.impacts["time_s"]) == [0.5, 0.6]
     assert record.regime["regime"] == "two symmetric"
     assert list(record.checks["detail"]) == ["100 samples"]
+    assert list(record.estimates["parameter"].fillna("")) == ["r", ""]
+    assert list(record.estimates["note"]) == ["", "no beat"]
 
 
 def test_the_combined_value_is_the_one_of_that_method(folder: Path):
@@ -76,3 +82,9 @@ def test_what_is_not_there_is_said_with_what_is(folder: Path, ask, answer: str):
 def test_a_folder_without_results_says_what_to_do(tmp_path: Path):
     with pytest.raises(RecordError, match="run snakemake"):
         vinesexp.open_results(tmp_path)
+
+
+def test_a_record_without_its_estimates_says_which_step_makes_them(folder: Path):
+    ResultPaths(folder).estimates("b34").unlink()
+    with pytest.raises(RecordError, match="run the estimate step"):
+        vinesexp.open_results(folder).record("b34")

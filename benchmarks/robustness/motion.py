@@ -17,6 +17,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+#: Place and speed of the mass, place and speed of the ball; m and m/s.
+State = tuple[float, float, float, float]
 
 STEP = 5e-5  # s
 _FINE = 10  # steps a step while in contact
@@ -34,6 +36,8 @@ class Path:
     time, side, jump, speed : arrays (k,)
         Of impacts: s, +1 or -1, change of the mass' velocity, relative speed before. Empty for
         finite contacts, whose forces are in v.
+    last : State
+        At the last time.
     """
 
     x: FloatArray
@@ -43,11 +47,12 @@ class Path:
     side: FloatArray
     jump: FloatArray
     speed: FloatArray
+    last: State = (0.0, 0.0, 0.0, 0.0)
 
 
 def move(
     body: Body, drive: Drive, *, b: float | None, seconds: float, x0: float = 0.0,
-    added: float = 0.0, y0: float | None = None,
+    added: float = 0.0, y0: float | None = None, state: State | None = None,
 ) -> Path:  # fmt: skip
     """Motion from rest at x0, the ball (none where b is None) at rest at y0, else near a wall.
 
@@ -62,6 +67,8 @@ def move(
         Mass screwed on, kg.
     y0 : float, optional
         Place of the ball, m; by default against the wall that pushes it off.
+    state : State, optional
+        To begin with, instead of all these.
     """
     M = body.M + added
     r_minus = body.r if body.r_minus is None else body.r_minus
@@ -72,23 +79,26 @@ def move(
             M, body.c1, body.k1, body.m, body.r, r_minus, body.r_slope, body.friction, body.tilt,
             body.quadratic, body.coulomb, body.cubic, k_c, c_c, b if b is not None else 1e9,
             drive.amplitude, w, drive.amplitude * drive.second_share,
-            2.0 * math.pi * drive.second_frequency,
+            2.0 * math.pi * drive.second_frequency, body.roll, body.pull,
+            math.pi * drive.drift,
         ]
     )  # fmt: skip
     if b is None:
         y0 = 0.0
-        p[3] = p[7] = p[8] = 0.0
+        p[3] = p[7] = p[8] = p[19] = p[20] = 0.0
     elif y0 is None:
         y0 = x0 + 0.999 * b
     n = round(seconds / STEP) + 1
     x, v = np.empty(n), np.empty(n)
     hits = np.empty((max(1000, int(4000 * seconds)), 4))
-    count = _run(p, np.array([x0, 0.0, y0, 0.0]), x, v, hits)
+    s = np.array([x0, 0.0, y0, 0.0] if state is None else state)
+    count = _run(p, s, x, v, hits)
     if count < 0:
         raise RuntimeError(f"more events than time allows, at {-count * STEP:.4f} s")
     t = STEP * np.arange(n)
-    base = p[15] * np.sin(w * t) + p[17] * np.sin(p[18] * t)
-    return Path(x, v, base, *(hits[:count, i].copy() for i in range(4)))
+    base = p[15] * np.sin(w * t + p[21] * t * t) + p[17] * np.sin(p[18] * t)
+    last = float(s[0]), float(s[1]), float(s[2]), float(s[3])
+    return Path(x, v, base, *(hits[:count, i].copy() for i in range(4)), last)
 
 
 def _contact(body: Body, M: float) -> tuple[float, float]:
@@ -104,8 +114,9 @@ def _contact(body: Body, M: float) -> tuple[float, float]:
 def _slopes(t, s, mode, sign, p, out):  # type: ignore[no-untyped-def]
     """Time derivative of (x, v, y, u) in a mode; `sign`: of the wall, or of the sliding."""
     M, m = p[0], p[3]
-    xe = p[15] * math.sin(p[16] * t) + p[17] * math.sin(p[18] * t)
-    ve = p[15] * p[16] * math.cos(p[16] * t) + p[17] * p[18] * math.cos(p[18] * t)
+    angle, rate = p[16] * t + p[21] * t * t, p[16] + 2.0 * p[21] * t
+    xe = p[15] * math.sin(angle) + p[17] * math.sin(p[18] * t)
+    ve = p[15] * rate * math.cos(angle) + p[17] * p[18] * math.cos(p[18] * t)
     x, v, u = s[0], s[1], s[3]
     force = -p[2] * (x - xe) - p[1] * (v - ve)
     if p[9] != 0.0:
@@ -120,6 +131,9 @@ def _slopes(t, s, mode, sign, p, out):  # type: ignore[no-untyped-def]
         out[1] = (force + m * p[8]) / (M + m)
         out[3] = out[1]
         return
+    if p[20] != 0.0:
+        ball -= p[20] * (s[2] - x)
+        force += m * p[20] * (s[2] - x)
     if mode == _SLIDE:
         ball -= p[7] * sign
         force += m * p[7] * sign
@@ -128,6 +142,10 @@ def _slopes(t, s, mode, sign, p, out):  # type: ignore[no-untyped-def]
         push = p[12] * depth + p[13] * sign * (v - u)
         force -= sign * push
         ball += sign * push / m
+    if p[19] != 0.0 and mode == _FLY:  # the floor takes the ball along
+        out[1] = force / (M + m * p[19])
+        out[3] = ball + p[19] * out[1]
+        return
     out[1] = force / M
     out[3] = ball
 
@@ -172,6 +190,7 @@ def _run(p, s, x, v, hits):  # type: ignore[no-untyped-def]
     mode, sign, count = _FLY, 1.0, 0
     if p[7] > 0.0:
         mode = _FLOOR if s[1] == s[3] else _SLIDE
+        sign = 1.0 if s[3] > s[1] else -1.0
     x[0], v[0] = s[0], s[1]
     events = 0
     for n in range(1, x.size):

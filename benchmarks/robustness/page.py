@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from benchmarks.robustness.study import PARAMETERS, Outcome, Value
 
@@ -26,7 +26,7 @@ abs(z) is below 4, or a warning names the cause. b_c: error of the first seed, a
 95 % interval, and 0.1 % for the error of the true end itself, holds it."""
 
 
-def page(outcomes: Sequence[Outcome], *, command: str, minutes: float) -> str:
+def page(outcomes: Sequence[Outcome]) -> str:
     """The page in Markdown."""
     by_name: dict[str, list[Outcome]] = {}
     for outcome in outcomes:
@@ -37,7 +37,7 @@ def page(outcomes: Sequence[Outcome], *, command: str, minutes: float) -> str:
         [
             "# Rigs that are not the model",
             "",
-            f"`{command}` ({minutes:.0f} minutes). {_HOW}",
+            f"`python -m benchmarks.robustness`, {_seeds(by_name)}. {_HOW}",
             "",
             summary(outcomes),
             "",
@@ -57,6 +57,14 @@ def page(outcomes: Sequence[Outcome], *, command: str, minutes: float) -> str:
             "",
         ]
     )
+
+
+def _seeds(by_name: Mapping[str, Sequence[Outcome]]) -> str:
+    """How many seeds each rig had."""
+    counts = [len(own) for own in by_name.values()]
+    few, many = min(counts), max(counts)
+    seeds = f"{few} seed{'s' if few > 1 else ''}" if few == many else f"{few} to {many} seeds"
+    return f"{len(counts)} rigs, {seeds} of each, {sum(counts)} campaigns"
 
 
 def summary(outcomes: Sequence[Outcome]) -> str:

@@ -1,6 +1,7 @@
 """Vibro-impact nonlinear energy sinks: from a folder of records to the best clearance.
 
-Names are imported when they are first used, so that a small command stays quick.
+The names below are the public ones; each room (`vinesexp.theory`, ...) names its own. They are
+imported when they are first used, so that a small command stays quick.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
+    # A rig, how it is driven, and its exact motion.
     "Oscillator": "vinesexp.rig",
     "NES": "vinesexp.rig",
     "Rig": "vinesexp.rig",
@@ -18,7 +20,14 @@ _HOME = {
     "Release": "vinesexp.excitation",
     "simulate": "vinesexp.solver.simulation",
     "Motion": "vinesexp.solver.motion",
+    # One record: an instrument file to arrays, arrays to impacts and identified values.
+    "read_file": "vinesexp.records.single_file",
+    "analyse": "vinesexp.single_record",
+    # A campaign: its description, and the results that `snakemake` or `vinesexp run` left.
+    "load_campaign": "vinesexp.records.campaign",
     "open_results": "vinesexp.results",
+    # Every mistake of a user, in one line.
+    "VinesexpError": "vinesexp.errors",
 }
 
 __all__ = sorted([*_HOME, "__version__"])
@@ -32,3 +41,7 @@ def __getattr__(name: str) -> Any:
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'vinesexp' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return __all__

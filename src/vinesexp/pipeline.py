@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -52,8 +53,8 @@ def analyse_record(
         With `strict`: the record cannot be used, and why.
     """
     checks = ingest_record(campaign, record, paths=paths, strict=strict)
-    bands = condition_record(campaign, record, paths=paths)
-    impacts, regime = find_impacts(campaign, record, paths=paths)
+    bands = condition_record(campaign, record, paths=paths, strict=strict)
+    impacts, regime = find_impacts(campaign, record, paths=paths, strict=strict)
     return RecordResult(
         record=record,
         checks=checks,
@@ -99,12 +100,15 @@ def ingest_record(
     return checks
 
 
-def condition_record(campaign: Campaign, record: Record, *, paths: ResultPaths) -> Bands | None:
+def condition_record(
+    campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
+) -> Bands | None:
     """Bandpass the channels: the oscillator's motion in its band, the impacts in theirs."""
-    from vinesexp.signals.condition import condition
+    from vinesexp.signals.condition import condition, condition_or_refuse
 
     campaign, record = _seen(campaign, record, step="condition")
-    return condition(
+    step = condition if strict else condition_or_refuse
+    return step(
         paths.record(record.id),
         paths.conditioned(record.id),
         bandpass=campaign.bandpass,
@@ -124,17 +128,17 @@ def centre_frequency(record: Record) -> float | None:
     return sum(record.frequency) / len(record.frequency) if record.frequency else None
 
 
-def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> tuple[Impacts, Row]:
+def find_impacts(
+    campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
+) -> tuple[Impacts, Row]:
     """Acceleration spikes to impacts, and the regime that they and the amplitude show."""
-    import json
-
-    from vinesexp.signals.base_motion import base_rows
     from vinesexp.signals.impacts.find import impacts_of_record
-    from vinesexp.signals.regimes import decay_times, regime_of_record
+    from vinesexp.signals.tables_of_record import rows_or_refuse
 
     campaign, record = _seen(campaign, record, step="impacts")
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
-    impacts = impacts_of_record(
+    find = partial(
+        impacts_of_record,
         measured,
         conditioned,
         paths.impacts(record.id),
@@ -143,16 +147,8 @@ def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> t
         test=record.test,
         settings=record.settings,
     )
-    regime = regime_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
-    row = paths.regime(record.id)
-    row.parent.mkdir(parents=True, exist_ok=True)
-    step = {
-        "regime": regime,
-        "base": base_rows(record, measured=measured, conditioned=conditioned),
-        "times": decay_times(record, conditioned=conditioned),
-    }
-    row.write_text(json.dumps(step, indent=1) + "\n", encoding="utf-8")
-    return impacts, regime
+    impacts, rows = rows_or_refuse(record, find, paths=paths, strict=strict)
+    return impacts, rows["regime"][0]
 
 
 def estimate_from_record(
@@ -180,10 +176,10 @@ def estimate_from_record(
 
 
 def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
-    """One table of all records each: regimes.csv, base.csv, decay_times.csv."""
+    """One table of all records each: regimes, base, bands, transitions, decay times."""
     import json
 
-    from vinesexp.records.result_columns import BASE, DECAY_TIMES, RECORD_REGIMES
+    from vinesexp.records.result_columns import COLLECTED
     from vinesexp.records.tables import write_rows
 
     campaign = campaign_seen_by("regimes", campaign)
@@ -191,16 +187,15 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
         json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
         for record in campaign.records
     ]
-    rows: list[Row] = [step["regime"] for step in steps]
-    write_rows(paths.regimes, RECORD_REGIMES, rows)
-    write_rows(paths.base, BASE, [row for step in steps for row in step["base"]])
-    write_rows(paths.decay_times, DECAY_TIMES, [row for step in steps for row in step["times"]])
-    return rows
+    for key, table in COLLECTED.items():
+        write_rows(paths.folder / f"{table.name}.csv", table, [r for s in steps for r in s[key]])
+    return [row for step in steps for row in step["regime"]]
 
 
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
-    """M, c1, k1 and r from the estimates of all records: identified.csv, budget.csv, checks."""
-    from vinesexp.identification.budget import write_budget
+    """M, c1, k1 and r from the estimates of all records: identified.csv, checks, error budget."""
+    from vinesexp.identification.amplitude_law import write_levels
+    from vinesexp.identification.budget import budget_rows, write_budget
     from vinesexp.identification.estimate import read_estimates, write_identified
     from vinesexp.identification.whole_campaign import identify_campaign
     from vinesexp.records.checks import write_checks
@@ -219,44 +214,42 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
     }
     whole = identify_campaign(found, campaign, impacts)
     write_identified(paths.identified, whole.rows)
-    write_budget(paths.budget, whole.sources)
+    write_budget(paths.rig_budget, budget_rows(whole.sources))
+    write_levels(paths.level_values, whole.levels, whole.rows)
     write_checks(paths.identify_checks, whole.checks)
     return whole.rows
 
 
 def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:
-    """Measured optimal clearances beside the predicted ones, clearances.csv; and what is odd."""
+    """Measured beside predicted clearances, clearances.csv; what is odd; budget.csv."""
+    from vinesexp.clearance.clearance_budget import clearance_budget
     from vinesexp.clearance.comparison import compare, write_clearances
+    from vinesexp.identification.budget import write_budget
     from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import BASE, DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.result_columns import BASE, BUDGET, DECAY_TIMES, IDENTIFIED, LEVEL_VALUES
+    from vinesexp.records.result_columns import RECORD_REGIMES as REGIMES
     from vinesexp.records.tables import read_rows
 
     campaign = campaign_seen_by("compare", campaign)
-    rows, checks = compare(
-        campaign,
-        read_rows(paths.identified, IDENTIFIED),
-        read_rows(paths.regimes, RECORD_REGIMES),
-        read_rows(paths.decay_times, DECAY_TIMES),
-        read_rows(paths.base, BASE),
-    )
+    identified, regimes = read_rows(paths.identified, IDENTIFIED), read_rows(paths.regimes, REGIMES)
+    times, base = read_rows(paths.decay_times, DECAY_TIMES), read_rows(paths.base, BASE)
+    levels = read_rows(paths.level_values, LEVEL_VALUES)
+    rows, checks = compare(campaign, identified, regimes, times, base, levels)
     write_clearances(paths.clearances, rows)
+    budget = read_rows(paths.rig_budget, BUDGET)
+    more = clearance_budget(campaign, identified, budget, regimes, times, base, levels)
+    write_budget(paths.budget, [*budget, *more])
     write_checks(paths.compare_checks, checks)
     return rows
 
 
 def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
-    """Every record simulated again with the identified rig and the base as measured, replay.csv."""
+    """Every record simulated again with the identified rig and its measured base, replay.csv."""
     from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import (
-        BASE,
-        IDENTIFIED,
-        RECORD_REGIMES,
-        REPLAY,
-        REPLAY_CYCLES,
-    )
-    from vinesexp.records.tables import read_rows, write_rows
+    from vinesexp.records.result_columns import BASE, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.tables import read_rows
     from vinesexp.replay.campaign_replay import replay_campaign
-    from vinesexp.replay.replay_table import replay_checks
+    from vinesexp.replay.replay_table import replay_checks, write_replay
 
     campaign = campaign_seen_by("replay", campaign)
     rows, cycles = replay_campaign(
@@ -264,17 +257,16 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
         identified=read_rows(paths.identified, IDENTIFIED),
         regimes=read_rows(paths.regimes, RECORD_REGIMES),
         base=read_rows(paths.base, BASE),
-        conditioned={record.id: paths.conditioned(record.id) for record in campaign.records},
+        paths=paths,
     )
-    write_rows(paths.replay, REPLAY, [row.as_row() for row in rows])
-    write_rows(paths.replay_cycles, REPLAY_CYCLES, cycles)
+    write_replay(paths.replay, paths.replay_cycles, rows, cycles)
     write_checks(paths.replay_checks, replay_checks(rows))
     return rows
 
 
 def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     """The checks of every step in one table, checks.csv, in the order of the records."""
-    from vinesexp.records.checks import read_checks, write_checks
+    from vinesexp.records.checks import read_checks, refusals, write_checks
 
     campaign = campaign_seen_by("checks", campaign)
     tables: Sequence[Path] = [
@@ -284,6 +276,8 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
         paths.replay_checks,
     ]
     found = [check for table in tables for check in read_checks(table)]
+    rows = {record.id: paths.regime(record.id) for record in campaign.records}
+    found += [check for id, path in rows.items() for check in refusals(id, path)]
     write_checks(paths.checks, found)
     return found
 

@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vinesexp.errors import RecordError, nearest
+from vinesexp.identification.estimate import NOTHING, read_estimates
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_dataset
 
 if TYPE_CHECKING:
@@ -39,6 +41,9 @@ class RecordResults:
         Its row of regimes.csv.
     checks : pandas.DataFrame
         Every problem found in it.
+    estimates : pandas.DataFrame
+        What it says alone about M, c1, k1, r and its own channels. The errors are those that its
+        samples show; what sensors and weighing add stands in `Results.identified`.
     """
 
     id: str
@@ -47,6 +52,7 @@ class RecordResults:
     impacts: pandas.DataFrame
     regime: pandas.Series
     checks: pandas.DataFrame
+    estimates: pandas.DataFrame
 
     def __getitem__(self, role: str) -> xarray.DataArray:
         """A measured channel: ``base``, ``displacement`` or ``acceleration``."""
@@ -122,7 +128,7 @@ class Results:
         return rows.iloc[0]
 
     def record(self, name: str) -> RecordResults:
-        """One record: channels, impacts, regime and checks.
+        """One record: channels, impacts, regime, checks and estimates.
 
         Raises
         ------
@@ -140,14 +146,35 @@ class Results:
                 f"record {name} could not be used: {refused['detail'].iloc[0]}", file=self.folder
             )
         regimes = self.regimes
-        return RecordResults(
-            id=name,
-            measured=open_dataset(self.folder / "records" / f"{name}.nc"),
-            conditioned=open_dataset(self.folder / "conditioned" / f"{name}.nc"),
-            impacts=self.table(f"impacts/{name}"),
+        return record_results(
+            ResultPaths(self.folder),
+            name,
             regime=regimes[regimes["record"] == name].iloc[0],
             checks=checks,
         )
+
+
+def record_results(
+    paths: ResultPaths, id: str, *, regime: pandas.Series, checks: pandas.DataFrame
+) -> RecordResults:
+    """The files of one record, opened; samples are read when they are used."""
+    import pandas
+
+    columns = ["parameter", "value", "std_error", "unit", "method", "note"]
+    estimates = [e for e in read_estimates(paths.estimates(id)) if e.parameter != "content"]
+    rows = [
+        [None if e.parameter == NOTHING else getattr(e, name) for name in columns[:-1]] + [e.note]
+        for e in estimates
+    ]
+    return RecordResults(
+        id=id,
+        measured=open_dataset(paths.record(id)),
+        conditioned=open_dataset(paths.conditioned(id)),
+        impacts=pandas.read_csv(paths.impacts(id)),
+        regime=regime,
+        checks=checks,
+        estimates=pandas.DataFrame(rows, columns=columns),
+    )
 
 
 def open_results(folder: str | Path) -> Results:

@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vinesexp.clearance.comparison import compare, write_clearances
+from vinesexp.clearance.curves import amplitude_curve, decay_curves, predicted_lowest
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.clearance.levels import periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
     NEEDED,
     IdentifiedRig,
     MissingValuesError,
-    amplitude_curve,
-    decay_curves,
     identified_rig,
     predicted_b_c,
-    predicted_lowest,
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Campaign, Known, Record
 from vinesexp.records.result_columns import CLEARANCES
 from vinesexp.records.tables import read_rows
+from vinesexp.records.uncertainties import EXACT, Tolerance
 from vinesexp.units import Quantity
 
 HEADER = (
     "test,level,measured_mm,measured_low_mm,measured_high_mm,published_mm,exact_mm,"
-    "predicted_low_mm,predicted_high_mm,error_percent,base_amplitude_mm,kind,records,bound"
+    "predicted_low_mm,predicted_high_mm,error_percent,base_amplitude_mm,kind,records,bound,"
+    "offset_mm"
 )
 TABLE_2 = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "f0": 7.8623, "zeta": 0.0065035}
 TRIED = (25, 30, 32, 33, 34, 35, 45)
@@ -81,7 +82,7 @@ def tests_at_025() -> tuple[Campaign, list[dict[str, str]]]:
 
 def test_table_2_rig_at_025_mm(tests_at_025):
     loaded, regimes = tests_at_025
-    rows, checks = compare(loaded, combined(TABLE_2), regimes)
+    rows, checks = compare(exactly(loaded), combined(TABLE_2), regimes)
     lowest, end = rows
     assert lowest.level == "G = 0.25 mm"
     assert lowest.measured_mm == pytest.approx(33.0, abs=0.2)
@@ -94,6 +95,35 @@ def test_table_2_rig_at_025_mm(tests_at_025):
     )
     assert (end.measured_low_mm, end.measured_high_mm) == pytest.approx((34.0, 35.0))
     assert checks == []
+
+
+def exactly(loaded: Campaign) -> Campaign:
+    """The campaign with everything known stated as exact."""
+    return replace(loaded, known=replace(loaded.known, uncertainties=EXACT))
+
+
+def test_the_uncertainty_of_the_clearances_widens_what_was_measured(tests_at_025):
+    loaded, regimes = tests_at_025
+    known = replace(loaded.known, uncertainties=replace(EXACT, clearance=Tolerance(absolute=1e-4)))
+    exact, wide = (
+        compare(one, combined(TABLE_2), regimes)[0]
+        for one in (exactly(loaded), replace(loaded, known=known))
+    )
+    for narrow, row in zip(exact, wide, strict=True):
+        assert row.measured_mm == narrow.measured_mm
+        assert narrow.measured_low_mm - row.measured_low_mm == pytest.approx(0.196, abs=1e-3)
+        assert row.measured_high_mm - narrow.measured_high_mm == pytest.approx(0.196, abs=1e-3)
+
+
+def test_clearances_off_the_sheet_enter_the_comparison(tests_at_025):
+    loaded, regimes = tests_at_025
+    offset = {"parameter": "clearance_offset", "value": "5e-4", "std_error": "1e-5",
+              "method": "impacts"}  # fmt: skip
+    rows, _ = compare(exactly(loaded), [*combined(TABLE_2), offset], regimes)
+    assert {row.offset_mm for row in rows} == {0.5}
+    for row in rows:
+        expected = 100.0 * (row.exact_mm / (row.measured_mm + 0.5) - 1.0)
+        assert row.error_percent == pytest.approx(expected)
 
 
 def test_table_has_the_columns_of_the_contract_and_empty_cells(tmp_path, tests_at_025):
@@ -356,7 +386,7 @@ def test_the_lowest_predicted_amplitude_lies_inside_the_curve_or_is_unknown(
 ):
     b = np.linspace(0.02, 0.04, len(swing))
     monkeypatch.setattr(
-        "vinesexp.clearance.predicted.amplitude_curve", lambda *_, **__: (b, np.array(swing))
+        "vinesexp.clearance.curves.amplitude_curve", lambda *_, **__: (b, np.array(swing))
     )
     found = predicted_lowest(rig(), G=0.25e-3, frequency=None)
     assert found == (None if least is None else pytest.approx(least, abs=1e-12))

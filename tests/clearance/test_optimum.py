@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from vinesexp.clearance.levels import Tested
 from vinesexp.clearance.optimum import end_of_permanent, fastest, lowest_amplitude
 from vinesexp.errors import AnalysisError
+from vinesexp.theory.steadiness import Swing
 
 TWO, MODULATED = "two symmetric", "strongly modulated"
 
@@ -148,3 +149,27 @@ def test_repeats_count_by_their_mean():
     tests = [Tested(0.03, 4.0), Tested(0.03, 6.0), Tested(0.02, 5.5), Tested(0.04, 5.5)]
     assert lowest_amplitude(tests).value == 5.0
     assert lowest_amplitude(tests).clearance == 0.03
+
+
+def swinging(b: float, first: float, second: float) -> Tested:
+    return Tested(b, 5.0, TWO, f"b{b}", Swing(first, second))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "low"),
+    [
+        (0.016, 0.016, 0.033),  # neither lost nor steady: says nothing
+        (0.016, 0.005, 0.034),  # dies away: the orbit is stable there
+        (0.002, 0.002, 0.034),  # too little to be told from a shaker's wander
+    ],
+)
+def test_a_swing_that_stays_leaves_the_end_open(first, second, low):
+    tests = [swinging(b, 1e-4, 1e-4) for b in (0.030, 0.032, 0.033)]
+    tests += [swinging(0.034, first, second), Tested(0.035, 7.0, MODULATED)]
+    end = end_of_permanent(tests)
+    assert (end.low, end.high) == (low, 0.035)
+
+
+def test_a_wander_that_all_tests_share_is_the_shakers():
+    tests = [swinging(b, 0.01, 0.01) for b in (0.030, 0.032, 0.033)]
+    assert end_of_permanent([*tests, Tested(0.035, 7.0, MODULATED)]).low == 0.033

@@ -13,6 +13,7 @@ from vinesexp.records.campaign import Channel, TimeColumn, load_campaign
 from vinesexp.records.ingest import ingest, ingest_or_refuse, read_channels
 from vinesexp.records.readers.text import TextSource
 from vinesexp.records.store import open_record
+from vinesexp.signals.condition import condition
 from vinesexp.units import STANDARD_GRAVITY
 
 RATE, N = 2000.0, 4000
@@ -259,3 +260,18 @@ def test_an_excluded_record_is_not_even_opened(tmp_path):
     assert (check.outcome, check.detail) == ("excluded", "cable loose")
     with open_record(tmp_path / "a.nc") as record:
         assert record.refused == "excluded: cable loose"
+
+
+def test_a_record_and_its_conditioned_file_say_where_they_come_from(tmp_path):
+    more = write(tmp_path, "a.csv")
+    yaml = YAML + more + "date: 2024-05-01\ninstrument: scope of the lab\n"
+    campaign = make(tmp_path, "a.csv", yaml, row="periodic,34,,7.9,,,,")
+    ingest(campaign, campaign.record("a"), tmp_path / "a.nc")
+    condition(tmp_path / "a.nc", tmp_path / "c.nc", f0_hint=7.9)
+    with open_record(tmp_path / "a.nc") as record, open_record(tmp_path / "c.nc") as conditioned:
+        measured, kept = record.attributes, conditioned.attributes
+    assert (measured["date"], measured["instrument"]) == ("2024-05-01", "scope of the lab")
+    assert measured["source_format"] == "text"
+    for name in ("source", "source_sha256", "date", "instrument", "vinesexp_version", "title"):
+        assert kept[name] == measured[name]
+    np.testing.assert_array_equal(kept["clearance_m"], [0.034])

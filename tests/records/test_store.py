@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp.errors import RecordError
+from vinesexp.records.file_attributes import write_refused
 from vinesexp.records.store import (
     create_record,
     open_dataset,
     open_record,
     uniform_times,
-    write_refused,
 )
 
 QUANTITIES = {"base": "displacement", "acceleration": "acceleration"}
@@ -134,3 +134,22 @@ def test_times_do_not_drift_over_an_hour():
     # Each time is computed from its number: 3600 s is met to the last bits, not to 36e6 roundings.
     (last,) = uniform_times(1e4, 0.1, 36_000_000, 36_000_001)
     assert abs(last - 3600.1) <= np.spacing(3600.1)
+
+
+def test_a_file_says_what_its_channels_are_and_which_conventions_it_follows(tmp_path):
+    write(tmp_path / "a.nc", [np.arange(5.0)], state="bandpassed")
+    with open_dataset(tmp_path / "a.nc") as data:
+        assert data.attrs["Conventions"] == "CF-1.11"
+        assert data["base"].attrs["long_name"] == "bandpassed displacement of the base"
+        assert data["acceleration"].attrs["long_name"].endswith("acceleration of the oscillator")
+        assert data["time"].attrs["axis"] == "T"
+
+
+def test_compressed_codes_of_a_converter_take_less_than_half_and_come_back_the_same(tmp_path):
+    codes = np.round(2000.0 * np.sin(np.arange(200_000) / 500.0)) / 8192.0
+    for name, compressed in (("plain", False), ("packed", True)):
+        write(tmp_path / f"{name}.nc", [codes], compressed=compressed)
+    sizes = [(tmp_path / f"{name}.nc").stat().st_size for name in ("plain", "packed")]
+    assert sizes[1] < 0.5 * sizes[0]
+    with open_record(tmp_path / "plain.nc") as one, open_record(tmp_path / "packed.nc") as other:
+        np.testing.assert_array_equal(one.read("base", 7, 150_000), other.read("base", 7, 150_000))

@@ -12,18 +12,20 @@ from vinesexp.identification.decay_table import decay_table
 from vinesexp.identification.estimate import read_estimates
 from vinesexp.records.campaign import Campaign, Record, load_campaign
 from vinesexp.records.checks import Check, write_checks
+from vinesexp.records.file_attributes import write_refused
 from vinesexp.records.result_columns import (
     BASE,
     DECAY,
     DECAY_TIMES,
     IDENTIFIED,
     IMPACTS,
+    LEVEL_VALUES,
     RECORD_REGIMES,
     REPLAY,
     REPLAY_CYCLES,
 )
 from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import create_record, write_refused
+from vinesexp.records.store import create_record
 from vinesexp.records.tables import read_rows, write_rows
 
 RATE, F0, ZETA = 1000.0, 8.0, 0.0065
@@ -115,6 +117,7 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
         results / "decay_times.csv", DECAY_TIMES, [row for r in releases for row in _times(r)]
     )
     write_rows(results / "base.csv", BASE, [])
+    write_rows(results / "level_values.csv", LEVEL_VALUES, [])
     write_rows(results / "identified.csv", IDENTIFIED, _identified(parameters))
     _replay(campaign, results, {str(r["record"]): r for r in regimes})
     rows, found = compare(

@@ -6,7 +6,7 @@ import pytest
 
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.clearance.levels import Periodic, Tested
-from vinesexp.report.caveats import CAUSES, branch_note, likely_causes
+from vinesexp.report.caveats import CAUSES, branch_note, left_early, likely_causes
 from vinesexp.report.replay_verdict import replay_verdict
 from vinesexp.report.verdict import PeriodicVerdict, headline
 from vinesexp.units import Quantity
@@ -105,3 +105,21 @@ def test_a_rig_that_does_not_replay_its_records_is_said_so():
     only = replay_verdict(rows[:1], checks[:1])
     assert only.warning.startswith("The identified rig does not move as its only record (a)")
     assert replay_verdict([], []) is None
+
+
+@pytest.mark.parametrize(
+    ("regime", "starts", "said"),
+    [
+        ("strongly modulated", "two symmetric: on the orbit; strongly modulated: rest", True),
+        ("strongly modulated", "strongly modulated", False),
+        ("two symmetric", "two symmetric", False),
+    ],
+)
+def test_tests_that_missed_an_orbit_that_is_there_are_no_contradiction(regime, starts, said):
+    tests = (Tested(0.030, 1.0, "two symmetric", "b30"), Tested(0.033, 1.0, regime, "b33"))
+    level = Periodic(0.25e-3, LevelBase(Quantity(0.25e-3), None), tests)
+    end = {"measured_low_mm": "30", "exact_mm": "33.9"}
+    text = left_early(level, end, replayed(b30="two symmetric", b33=starts))
+    assert bool(text) is said
+    assert ("at 33 mm the identified rig keeps them from some starts" in text) is said
+    assert left_early(level, end | {"exact_mm": "32"}, replayed(b33=starts)) == ""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from vinesexp.report.agreement import agreement
 from vinesexp.report.verdict import (
     PeriodicVerdict,
     ReleaseVerdict,
-    agreement,
     headline,
     release_verdicts,
 )
@@ -92,8 +92,8 @@ def test_headline_of_a_measured_optimum():
     text = headline([verdict(lowest=""), verdict()], [], {})
     assert text == (
         "At G = 0.2 mm the mass moved least with a clearance of 26.4 mm (between 26 and 27 mm). "
-        "Permanent two impacts per cycle end between 27 and 27.5 mm; b_c is predicted at "
-        "27.13 ± 0.02 mm."
+        "In these tests permanent two impacts per cycle end between 27 and 27.5 mm; b_c is "
+        "predicted at 27.13 ± 0.02 mm."
     )
 
 
@@ -101,7 +101,7 @@ def test_headline_of_a_bound_is_a_bound():
     low = verdict(lowest="26.8", lowest_within="below 29.2 mm", lowest_bound="at most")
     assert headline([low], [], {}).startswith(
         "At G = 0.2 mm the mass moved least with the smallest clearance that was tried, 26.8 mm: "
-        "the best one lies below 29.2 mm and may be smaller than any tried. Permanent"
+        "the best one lies below 29.2 mm and may be smaller than any tried. In these tests "
     )
     high = verdict(lowest="48.0", lowest_within="above 42 mm", lowest_bound="at least")
     assert (

@@ -7,7 +7,8 @@ import pytest
 
 from vinesexp import Harmonic, Release
 from vinesexp.errors import ParameterError
-from vinesexp.records.store import open_record, write_refused
+from vinesexp.records.file_attributes import write_refused
+from vinesexp.records.store import open_record
 from vinesexp.signals.bands import default_bands
 from vinesexp.signals.condition import condition
 from vinesexp.signals.means import fill_gaps

@@ -89,3 +89,53 @@ def test_interruptions_that_recur_are_modulation_however_short() -> None:
     assert judge(times[~lost], sides[~lost]) is Regime.MODULATED
     lost[:130] = False  # once: a disturbance
     assert judge(times[~lost], sides[~lost]) is Regime.TWO_SYMMETRIC
+
+
+def first_cycles(captured: int, cycles: int = 12) -> Regime:
+    times, sides = alternating(cycles=captured)
+    return regime_of(times, sides, period=1.0, start=0.0, end=float(cycles), decaying=True).regime
+
+
+@pytest.mark.parametrize("captured", range(1, 13))
+def test_a_release_is_never_strongly_modulated(captured: int) -> None:
+    expected = Regime.TWO_SYMMETRIC if captured >= 6 else Regime.CHAOS
+    assert first_cycles(captured) is expected
+
+
+def test_a_release_whose_capture_starts_late_is_captured_all_the_same() -> None:
+    """42 mm from 20 mm: 0.875 of its first cycles have one impact on either side."""
+    times, sides = alternating(cycles=12)
+    late = times > 2.3
+    assert judge(times[late], sides[late], end=12.0) is Regime.MODULATED, "of a steady excitation"
+    found = regime_of(times[late], sides[late], period=1.0, start=0.0, end=12.0, decaying=True)
+    assert found.regime is Regime.TWO_SYMMETRIC
+
+
+def swinging(amplitude: float, decay: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Every impact is there, and their phase swings."""
+    t, s = alternating()
+    return t + amplitude * np.exp(-decay * t) * np.sin(0.7 * t), s
+
+
+def test_impacts_whose_phase_swings_are_not_permanent() -> None:
+    assert judge(*swinging(0.002)) is Regime.TWO_SYMMETRIC
+    assert judge(*swinging(0.06)) is Regime.MODULATED
+    assert judge(*swinging(0.06, decay=0.04)) is Regime.TWO_SYMMETRIC  # on its way to the orbit
+
+
+def test_a_frequency_that_drifts_and_a_false_impact_are_no_swing() -> None:
+    t, s = alternating()
+    assert judge(t * (1.0 + 1e-4 * t), s, end=101.0) is Regime.TWO_SYMMETRIC
+    more = np.append(t, [20.2, 63.3])
+    order = np.argsort(more)
+    assert judge(more[order], np.append(s, [1, -1])[order]) is Regime.TWO_SYMMETRIC
+
+
+def test_a_loss_of_the_ball_in_a_short_record_is_no_permanent_motion() -> None:
+    """One slip of half a period in 78 cycles: nine cycles of ten are there nevertheless."""
+    t, s = alternating(cycles=78)
+    phase = np.where(t < 40.0, 0.15 * (t / 40.0) ** 2, 0.15 * np.exp(-0.1 * (t - 40.0)))
+    keep = np.abs(t - 41.0) > 2.0
+    count = regime_of((t + phase)[keep], s[keep], period=1.0, start=0.0, end=78.0)
+    assert count.captured > 0.9
+    assert count.regime is Regime.MODULATED

@@ -9,11 +9,14 @@ rule compare:
     input:
         PLANNER.again("compare", COMPARE, PATHS.clearances),
         identified=PATHS.identified,
+        budget=PATHS.rig_budget,
+        levels=PATHS.level_values,
         regimes=PATHS.regimes,
         base=PATHS.base,
         times=PATHS.decay_times,
     output:
         clearances=report(PATHS.clearances, category="Tables"),
+        budget=report(PATHS.budget, category="Tables"),
         checks=PATHS.compare_checks,
     log:
         PATHS.log("compare"),
@@ -29,6 +32,7 @@ rule checks:
     input:
         PLANNER.again("checks", COLLECT_CHECKS, PATHS.checks),
         records=each_record(PATHS.ingest_checks),
+        refused=each_record(PATHS.regime),
         summaries=[PATHS.identify_checks, PATHS.compare_checks, PATHS.replay_checks],
     output:
         table=report(PATHS.checks, category="Tables"),

@@ -29,6 +29,8 @@ rule regimes:
     output:
         table=report(PATHS.regimes, category="Tables"),
         base=report(PATHS.base, category="Tables"),
+        bands=report(PATHS.bands, category="Tables"),
+        transitions=report(PATHS.transitions, category="Tables"),
         times=report(PATHS.decay_times, category="Tables"),
     log:
         PATHS.log("regimes"),

@@ -27,8 +27,11 @@ rule report:
         PLANNER.again("report", REPORT, PATHS.report),
         tables=[
             PATHS.identified,
+            PATHS.level_values,
             PATHS.regimes,
             PATHS.base,
+            PATHS.bands,
+            PATHS.transitions,
             PATHS.clearances,
             PATHS.replay,
             PATHS.checks,

@@ -6,6 +6,7 @@ Within a level one number over clearance is to be made small.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -13,6 +14,7 @@ from typing import TypeVar
 from vinesexp.clearance.level_base import LevelBase, base_of_level
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.tables import number
+from vinesexp.theory.steadiness import UNKNOWN, Swing
 
 Rows = Sequence[Mapping[str, str]]
 _T = TypeVar("_T")
@@ -25,13 +27,15 @@ _SAME = 1e-6
 class Tested:
     """One tested clearance, m, with what is to be made small (m or s) and its regime.
 
-    `value` is None where the release never fell to the level within its record.
+    `value` is None where the release never fell to the level within its record; `swing` is that of
+    the phase of its impacts, unknown where they are few.
     """
 
     clearance: float
     value: float | None
     regime: str = ""
     record: str = ""
+    swing: Swing = UNKNOWN
 
     __test__ = False  # not for pytest
 
@@ -94,8 +98,13 @@ def periodic_levels(campaign: Campaign, regimes: Rows, base: Rows) -> list[Perio
     groups: dict[float, list[tuple[Record, Tested]]] = {}
     for record, row in single_nes(campaign, regimes, "periodic"):
         if record.base_amplitude and row.get("amplitude_mean_m"):
+            halves = (number(row.get(name, "")) for name in ("swing_first", "swing"))
             tested = Tested(
-                record.clearance[0], float(row["amplitude_mean_m"]), row["regime"], record.id
+                record.clearance[0],
+                float(row["amplitude_mean_m"]),
+                row["regime"],
+                record.id,
+                Swing(*(math.nan if one is None else one for one in halves)),
             )
             _group(groups, record.base_amplitude).append((record, tested))
     levels = []

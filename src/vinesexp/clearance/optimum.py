@@ -12,8 +12,9 @@ A release has no single best clearance: each amplitude to be reached has its own
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from vinesexp.clearance.levels import Tested
@@ -28,6 +29,10 @@ UNSEEN = "no impact"
 #: What the edge of what was tried leaves open: the optimum lies at the clearance or below, at it or
 #: above, or anywhere.
 Bound = Literal["", "at most", "at least", "open"]
+
+#: Swing of the impacts' phase, in periods and over that of the other tests, that leaves it open
+#: whether two impacts per cycle are permanent.
+_SWINGS, _UNUSUAL = 0.003, 3.0
 
 #: Different clearances that it takes to have one between two others.
 FEWEST = 3
@@ -124,6 +129,29 @@ def lowest_amplitude(tests: Sequence[Tested]) -> Optimum:
     )
 
 
+def widened(optimum: Optimum, of: Callable[[float], float]) -> Optimum:
+    """The bracket by as much wider as the tried clearances are uncertain.
+
+    Parameters
+    ----------
+    optimum : Optimum
+    of : callable
+        Half a 95 % interval of a clearance, m.
+
+    Examples
+    --------
+    >>> wide = widened(Optimum(0.0335, 0.033, 0.034), lambda b: 1e-4)
+    >>> round(wide.low, 4), round(wide.high, 4)
+    (0.0329, 0.0341)
+    """
+    low, high = optimum.low, optimum.high
+    return replace(
+        optimum,
+        low=None if low is None else low - of(low),
+        high=None if high is None else high + of(high),
+    )
+
+
 def _records(tests: Sequence[Tested]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(test.record for test in tests if test.record))
 
@@ -150,7 +178,9 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
 
     The lower bound is the largest clearance up to which every test is permanent, the upper one the
     smallest from which none is; the estimate is their middle. Permanent at all of them, or at none,
-    is a bound. A test without a found impact says nothing: what was not seen is unknown.
+    is a bound. A test without a found impact says nothing: what was not seen is unknown. Nor does
+    one of two impacts per cycle whose phase swings without dying away (`swings`): near its end the
+    orbit takes longer to be lost than a record lasts.
 
     Raises
     ------
@@ -173,6 +203,9 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
             "impacts per cycle end is unknown"
         )
     points, records = _points(seen), _records(seen)
+    undecided = {test.clearance for test in swings(seen)}
+    if len(points) - len(undecided) >= 1:
+        points = [point for point in points if point.clearance not in undecided]
     tried = [point.clearance for point in points]
     permanent = [bool(point.permanent) for point in points]
     first = permanent.index(False) if False in permanent else len(tried)
@@ -184,6 +217,28 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
     bound: Bound = "at least" if low is not None else "at most" if high is not None else "open"
     at = low if low is not None else high if high is not None else tried[0]
     return Optimum(at, low, high, bound=bound, records=records)
+
+
+def swings(tests: Sequence[Tested]) -> list[Tested]:
+    """Tests of permanent impacts whose phase swings more than that of the others, and stays so.
+
+    What all of them share is the shaker's.
+
+    Examples
+    --------
+    >>> from vinesexp.theory.steadiness import Swing
+    >>> steady, swinging = Swing(1e-4, 1e-4), Swing(0.016, 0.016)
+    >>> tests = [Tested(0.030, 5.7, "two symmetric", "a", steady),
+    ...          Tested(0.034, 5.3, "two symmetric", "b", swinging)]
+    >>> [test.record for test in swings(tests)]
+    ['b']
+    """
+    known = [t for t in tests if t.regime in PERMANENT and math.isfinite(t.swing.lasting)]
+    if not known:
+        return []
+    usual = sorted(test.swing.lasting for test in known)[(len(known) - 1) // 2]
+    least = max(_SWINGS, _UNUSUAL * usual)
+    return [test for test in known if test.swing.lasting > least and not test.swing.settles]
 
 
 def fastest(tests: Sequence[Tested], *, resolution: float) -> Optimum:

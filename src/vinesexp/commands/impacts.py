@@ -15,14 +15,13 @@ import tempfile
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.identification.heard_bounces import bounces_heard
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
+from vinesexp.proposal.kind_of_test import oscillates
 from vinesexp.records.campaign import Campaign, Channel, Known, Record, TimeColumn
-from vinesexp.records.columns import has_column
 from vinesexp.records.ingest import read_channels
-from vinesexp.records.proposal import oscillates
-from vinesexp.records.readers import open_source
 from vinesexp.records.result_paths import ResultPaths
-from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, unit_size
+from vinesexp.records.single_file import channel_of, instrument_rate, time_column
 
 #: Probability that a repetition would find the impact again, from which on it is certain.
 _CERTAIN = 0.9
@@ -39,9 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--acceleration-unit",
-        required=True,
         metavar="UNIT",
-        help="m/s^2 or g where the file is in physical units, or a sensitivity: '100 mV/g'",
+        help="m/s^2 or g where the file is in physical units, or a sensitivity: '100 mV/g'; left "
+        "out for a microphone, or any channel that nobody calibrated: then a ball has to bounce",
     )
     parser.add_argument("--displacement", "-x", metavar="COLUMN", help="column, if there is one")
     parser.add_argument("--displacement-unit", metavar="UNIT", help="mm, or '0.5 V/mm'")
@@ -130,8 +129,8 @@ def _write(table: Path, text: str) -> None:
 
 
 def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Namespace) -> str:
-    rate = _rate(args.sample_rate) if args.sample_rate else None
-    time = _time(path, args) if rate is None else None
+    rate = instrument_rate(args.sample_rate, where="--sample-rate") if args.sample_rate else None
+    time = time_column(path, args.time, args.time_unit) if rate is None else None
     # The clearance only says that there is a ball; without it nothing is looked for.
     test = args.test or _test(path, channels, time, rate)
     record = Record(id="record", file=path, test=test, clearance=(1.0,))
@@ -151,68 +150,40 @@ def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Name
         for check in ingest_record(campaign, record, paths=paths, strict=True):
             if check.outcome == "warning":
                 print(f"vinesexp impacts: {path}: {check.detail}", file=sys.stderr)
-        condition_record(campaign, record, paths=paths)
-        find_impacts(campaign, record, paths=paths)
+        condition_record(campaign, record, paths=paths, strict=True)
+        find_impacts(campaign, record, paths=paths, strict=True)
         return paths.impacts(record.id).read_text(encoding="utf-8")
-
-
-def _rate(text: str) -> float:
-    rate = parse_quantity(text, "frequency").value
-    if not 1e-3 <= rate <= 1e12:
-        raise ParameterError(
-            f"found '{text}', expected a rate that an instrument has, such as '10 kHz'",
-            where="--sample-rate",
-        )
-    return rate
-
-
-def _time(path: Path, args: argparse.Namespace) -> TimeColumn | None:
-    """The column of times: as asked for, else as the file says, else one called so."""
-    size = unit_size(args.time_unit, "time")
-    if args.time is not None:
-        column: str | int = int(args.time) if args.time.isdigit() else args.time
-        return TimeColumn(column, args.time_unit, size)
-    source = open_source(path)
-    for pattern in ("Time*", "[Tt][Ii][Mm][Ee]*"):
-        if has_column(source, pattern):
-            return TimeColumn(pattern, args.time_unit, size)
-    states_itself = source.time_column is not None or source.sample_interval is not None
-    states_itself = states_itself or any(column.interval for column in source.columns)
-    return None if states_itself else TimeColumn("Time*", args.time_unit, size)
 
 
 def _test(
     path: Path, channels: dict[str, Channel], time: TimeColumn | None, rate: float | None
 ) -> str:
-    """A motion with impacts, unless nothing oscillates: then shocks, as of a dropped ball."""
+    """A ball that bounces, or a motion with impacts; shocks alone count as dropped, too."""
+    if "sound" in channels:
+        return "drop"
     if "displacement" in channels:
         return "periodic"
     only = {"acceleration": channels["acceleration"]}
-    _, _, values = read_channels(path, only, time=time, sample_rate=rate)
+    found_rate, _, values = read_channels(path, only, time=time, sample_rate=rate)
+    if bounces_heard(values["acceleration"], found_rate) is not None:
+        return "drop"
     return "periodic" if oscillates(values["acceleration"]) else "drop"
 
 
 def _channels(args: argparse.Namespace) -> dict[str, Channel]:
-    channels = {"acceleration": _channel("acceleration", args.acceleration, args.acceleration_unit)}
+    if args.acceleration_unit is None:
+        if args.displacement is not None or args.test == "periodic":
+            raise ParameterError(
+                "--acceleration needs --acceleration-unit, such as m/s^2 or '100 mV/g'; without it "
+                "only the bounces of a ball are found"
+            )
+        heard = int(args.acceleration) if args.acceleration.isdigit() else args.acceleration
+        return {"sound": Channel("sound", heard, "sound", 1.0, unit="1", file_size=1.0)}
+    found = {"acceleration": channel_of("acceleration", args.acceleration, args.acceleration_unit)}
     if args.displacement is not None:
         if args.displacement_unit is None:
             raise ParameterError("--displacement needs --displacement-unit, such as mm or '1 V/mm'")
-        channels["displacement"] = _channel(
+        found["displacement"] = channel_of(
             "displacement", args.displacement, args.displacement_unit
         )
-    return channels
-
-
-def _channel(role: str, column: str, unit: str) -> Channel:
-    """A unit such as ``mm``, or a sensitivity such as ``100 mV/g``."""
-    name: str | int = int(column) if column.isdigit() else column
-    if unit.strip() in UNITS[role]:
-        return Channel(
-            role, name, role, unit_size(unit.strip(), role), unit=unit.strip(), sensitivity=False
-        )
-    if not any(character.isdigit() for character in unit.partition("/")[0]):
-        unit_size(unit.strip(), role)  # says what was expected
-    charge = unit.partition("/")[0].split()[-1] in UNITS["charge"]
-    return Channel(
-        role, name, role, 1.0 / parse_sensitivity(unit, role), unit="C" if charge else "V"
-    )
+    return found

@@ -90,11 +90,13 @@ def read_estimates(path: Path) -> list[Estimate]:
     Raises
     ------
     RecordError
-        The file is not such a list.
+        The file is missing, or is not such a list.
     """
     try:
         rows = json.loads(Path(path).read_text(encoding="utf-8"))
         return [Estimate(**{**row, "records": tuple(row["records"])}) for row in rows]
+    except FileNotFoundError:
+        raise RecordError("is missing; run the estimate step first", file=path) from None
     except (ValueError, TypeError, KeyError) as error:
         raise RecordError(
             f"is no list of estimates ({error}); run the estimate step again", file=path

@@ -6,9 +6,7 @@ its place, so that the other records go on.
 
 from __future__ import annotations
 
-import hashlib
 import os
-import traceback
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,12 +15,14 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.checks import Check
+from vinesexp.records.file_attributes import record_attributes, source_digest, write_refused
 from vinesexp.records.findings import look_over
 from vinesexp.records.joined import AnySamples, JoinedSamples
 from vinesexp.records.readers import Floats, open_source
+from vinesexp.records.refusal import is_of_the_machine, reason_of
 from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Campaign, Channel, Record, TimeColumn
-from vinesexp.records.store import create_record, open_record, write_refused
+from vinesexp.records.store import create_record, open_record
 from vinesexp.records.timebase import UnevenClockError
 
 
@@ -33,10 +33,10 @@ def ingest_or_refuse(campaign: Campaign, record: Record, out: Path) -> list[Chec
     except RecordError as error:
         reported = str(error)
     except Exception as error:  # one file that nobody foresaw must not stop the others
-        traceback.print_exc()  # in a step of the workflow: into its log
-        reason = " ".join(str(error).split())[:200]
-        reported = f"{record.file}: cannot be read ({type(error).__name__}: {reason})"
-    write_refused(out, reported, _attributes(campaign, record))
+        if is_of_the_machine(error):
+            raise
+        reported = f"{record.file}: cannot be read ({reason_of(error)})"
+    write_refused(out, reported, record_attributes(campaign, record))
     return [Check(record.id, "ingest", "refused", reported)]
 
 
@@ -63,7 +63,7 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     """
     if record.exclude:
         reason = record.note or "no reason given"
-        write_refused(out, f"excluded: {reason}", _attributes(campaign, record))
+        write_refused(out, f"excluded: {reason}", record_attributes(campaign, record))
         return [Check(record.id, "exclude", "excluded", reason)]
     setup = campaign.setup_of(record)
     samples: AnySamples
@@ -80,7 +80,7 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
         raise RecordError("none of the campaign's channels is in it", file=record.file)
     out = Path(out)
     unseen = out.with_name(f".{out.name}.{os.getpid()}.new")
-    attributes = {**_attributes(campaign, record), "source_sha256": _digest(record)}
+    attributes = {**record_attributes(campaign, record), **_file_attributes(record, samples)}
     try:
         try:
             _write(unseen, samples, attributes)
@@ -96,6 +96,11 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     return found
 
 
+def _file_attributes(record: Record, samples: AnySamples) -> dict[str, str]:
+    """What the instrument file itself says, and which file it was."""
+    return {"source_sha256": source_digest(record), "source_format": samples.source.format}
+
+
 def _write(path: Path, samples: AnySamples, attributes: Mapping[str, Any]) -> None:
     with create_record(
         path,
@@ -103,6 +108,7 @@ def _write(path: Path, samples: AnySamples, attributes: Mapping[str, Any]) -> No
         start=samples.start,
         quantities=samples.quantities,
         attributes=attributes,
+        compressed=True,
     ) as writer:
         for block in samples.blocks():
             writer.append(block)
@@ -137,33 +143,3 @@ def read_channels(
         if out_of_range := samples.overload(role):
             raise RecordError(out_of_range, file=path)
     return samples.sample_rate, samples.start, values
-
-
-def _attributes(campaign: Campaign, record: Record) -> dict[str, Any]:
-    """What results say about where they come from; paths relative, so that folders can move."""
-    folder = campaign.folder
-    names = [
-        (path.relative_to(folder) if path.is_relative_to(folder) else path).as_posix()
-        for path in record.files
-    ]
-    return {
-        "record": record.id,
-        "test": record.test,
-        "source": ";".join(names),
-        "clearance_m": list(record.clearance) or None,
-        "base_amplitude_m": record.base_amplitude,
-        "frequency_hz": list(record.frequency) if record.frequency else None,
-        "added_mass_kg": record.added_mass,
-        "release_m": record.release,
-        "note": record.note or None,
-        "setup": record.setup or None,
-        **{f"people_{key}": text for key, text in record.people.items()},
-    }
-
-
-def _digest(record: Record) -> str:
-    digests = []
-    for path in record.files:
-        with path.open("rb") as stream:
-            digests.append(hashlib.file_digest(stream, "sha256").hexdigest())
-    return ";".join(digests)

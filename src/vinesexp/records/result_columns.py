@@ -42,8 +42,8 @@ IMPACTS = Table("impacts", "impacts", (
 
 IDENTIFIED = Table("identified", "identify", (
     Column("parameter", "f0, zeta, M, c1, k1, r; r_1, r_2 for several balls"),
-    _number("value", "", "in unit"),
-    _number("std_error", "", "standard error, in unit"),
+    _number("value", "", "in the unit of the column unit"),
+    _number("std_error", "", "standard error, in the same unit"),
     _number("ci95_low", "", "lower end of the 95 % interval"),
     _number("ci95_high", "", "upper end of the 95 % interval"),
     Column("unit", "SI; 1 for a ratio"),
@@ -51,27 +51,73 @@ IDENTIFIED = Table("identified", "identify", (
     Column("records", "ids of the records it came from, separated by semicolons"),
 ))  # fmt: skip
 
-BUDGET = Table("budget", "identify", (
+BUDGET = Table("budget", "compare", (
     Column("parameter", "the value whose error is divided up"),
     Column("source", "what contributes"),
-    _number("contribution", "", "standard error from this source alone, in the parameter's unit"),
+    _number("contribution", "", "standard error from this source alone, SI"),
     _number("share", "1", "share of the variance"),
     Column("note", "what was assumed, and what would shrink it"),
 ))  # fmt: skip
 
+#: f0 and zeta where the mass swings at each base amplitude; no row where they are the same at all.
+LEVEL_VALUES = Table("level_values", "identify", (
+    _number("base_amplitude_mm", "mm", "of records.csv", ".7g"),
+    _number("amplitude_m", "m", "of the mass: least mean amplitude of its tests", ".6g"),
+    _number("f0_hz", "Hz", "natural frequency at that amplitude", ".10g"),
+    _number("f0_error_hz", "Hz", "standard error, with the range around the amplitude", ".3g"),
+    _number("zeta", "1", "damping ratio at that amplitude", ".7g"),
+    _number("zeta_error", "1", "standard error, with the range around the amplitude", ".3g"),
+    _number("c1_n_s_m", "N s/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("c1_error_n_s_m", "N s/m", "standard error", ".3g"),
+    _number("k1_n_m", "N/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("k1_error_n_m", "N/m", "standard error", ".3g"),
+))  # fmt: skip
+
 RECORD_REGIMES = Table("regimes", "regimes", (
     _RECORD,
-    Column("regime", "by docs/theory.md; one a ball, separated by ' | '"),
+    Column("regime", "by docs/theory.md; one a ball, separated by ' | '; a sweep: by frequency"),
     _number("impacts_per_cycle", "1", "of all balls"),
     _number("amplitude_mean_m", "m", "mean over cycles of half the swing"),
     _number("amplitude_max_m", "m", "largest of a cycle"),
     _number("captured", "1", "share of cycles with one impact on either side", needed=False),
+    _number("swing_first", "1", "half the range of the impacts' phase in the first half, in "
+            "periods", needed=False),
+    _number("swing", "1", "the same in the second half", needed=False),
     _number("spells", "", "number of spells of such cycles", needed=False),
     _number("spell_mean_s", "s", "mean length of a spell", needed=False),
     _number("captured_until_s", "s", "of a release: end of the first spell", needed=False),
     _number("decay_rate_captured_1_s", "1/s", "of a release, before it", needed=False),
     _number("decay_rate_after_1_s", "1/s", "of a release, after it", needed=False),
     _number("transition_m", "m", "amplitude at which the ball is lost", needed=False),
+    Column("impacts_per_cycle_each", "of each ball, separated by ' | '", needed=False),
+    _number("amplitude_running_max_m", "m", "of a sweep: largest mean over 0.1 Hz", needed=False),
+))  # fmt: skip
+
+#: What each ball does over the frequency of a sweep: one row a band.
+BANDS = Table("bands", "regimes", (
+    _RECORD,
+    _whole("nes", "ball, from 1; 0: all balls, where they are not told apart"),
+    Column("response", "permanent, modulated or inactive (docs/signals.md)"),
+    _number("from_hz", "Hz", "frequency at which it begins, in the order of time", ".5g"),
+    _number("to_hz", "Hz", "frequency at which it ends", ".5g"),
+    _number("from_s", "s", "time on the record's axis at which it begins", ".6g"),
+    _number("to_s", "s", "time at which it ends", ".6g"),
+    _whole("spells", "spells of two impacts per cycle in it"),
+    _number("impacts_per_cycle", "1", "of the ball", ".4g"),
+    _number("amplitude_mean_m", "m", "mean over its cycles of half the swing", ".6g"),
+    _number("amplitude_max_m", "m", "largest of a cycle", ".6g"),
+))  # fmt: skip
+
+#: When each ball of each release is captured and lost: one row a ball that is captured at all.
+TRANSITIONS = Table("transitions", "regimes", (
+    _RECORD,
+    _whole("nes", "ball, from 1; 0: all balls, where they are not told apart"),
+    _number("clearance_mm", "mm", "of the ball", ".6g"),
+    _number("captured_from_s", "s", "start of its longest spell of two impacts per cycle", ".6g"),
+    _number("captured_until_s", "s", "end of that spell", ".6g"),
+    _number("from_m", "m", "amplitude at its start", ".6g"),
+    _number("transition_m", "m", "amplitude at its end, where the ball is lost (T1)", ".6g"),
+    _number("decay_rate_1_s", "1/s", "of the amplitude in between", ".6g"),
 ))  # fmt: skip
 
 #: How the base moved in each periodic test, from its own channel.
@@ -98,18 +144,20 @@ CLEARANCES = Table("clearances", "compare", (
     Column("test", "periodic or transient"),
     Column("level", "name of the row"),
     _number("measured_mm", "mm", "measured clearance", ".6g"),
-    _number("measured_low_mm", "mm", "tried clearance below it", ".6g"),
-    _number("measured_high_mm", "mm", "tried clearance above it", ".6g"),
+    _number("measured_low_mm", "mm", "tried clearance below it, less its uncertainty", ".6g"),
+    _number("measured_high_mm", "mm", "tried clearance above it, with its uncertainty", ".6g"),
     _number("published_mm", "mm", "b_c or b_t by the published formula", ".6g"),
     _number("exact_mm", "mm", "b_c or b_t without its approximations", ".6g"),
     _number("predicted_low_mm", "mm", "lower end of the 95 % interval of exact_mm", ".6g"),
     _number("predicted_high_mm", "mm", "upper end", ".6g"),
-    _number("error_percent", "%", "exact_mm over measured_mm; empty for a bound", ".6g"),
+    _number("error_percent", "%", "exact_mm over measured_mm; empty for bounds, releases", ".6g"),
     _number("base_amplitude_mm", "mm", "of a periodic row", ".6g", needed=False),
     Column("kind", "lowest amplitude, end of two impacts per cycle, fastest decay", needed=False),
     Column("records", "ids of the records it came from, separated by semicolons", needed=False),
     Column("bound", "empty; 'at most', 'at least' or 'open' where the best clearance is at the "
            "edge of what was tried", needed=False),
+    _number("offset_mm", "mm", "true less stated clearance, where flights show one; measured_mm is "
+            "as stated", ".6g", needed=False),
 ))  # fmt: skip
 
 #: Every record beside what the identified rig does from several starts: one row a number.
@@ -169,16 +217,57 @@ DECAY = Table("decay", "estimate", (
     _number("viscous_m", "m", "amplitude by the identified viscous damping alone", ".9g"),
 ))  # fmt: skip
 
+#: What a step on one record leaves for tables of all records, by the name it goes under there.
+COLLECTED = {
+    "regime": RECORD_REGIMES,
+    "base": BASE,
+    "bands": BANDS,
+    "transitions": TRANSITIONS,
+    "times": DECAY_TIMES,
+}
+
 #: The tables of one results folder, in the order in which they are made.
 TABLES = (
     IMPACTS,
     IDENTIFIED,
     BUDGET,
+    LEVEL_VALUES,
     RECORD_REGIMES,
     BASE,
+    BANDS,
+    TRANSITIONS,
     DECAY_TIMES,
     CLEARANCES,
     REPLAY,
     CHECKS,
     TRUTH,
+    DECAY,
+    REPLAY_CYCLES,
+    TRUE_IMPACTS,
 )
+
+#: Where each table lies, from the results folder, and what it answers.
+WHERE = {
+    "impacts": ("impacts/RECORD.csv", "When and how hard the ball hit: one row an impact."),
+    "identified": ("identified.csv", "What the rig is: one row a parameter and method."),
+    "budget": ("budget.csv", "What the errors of identified.csv are made of."),
+    "level_values": ("level_values.csv", "f0, zeta, c1 and k1 at the amplitude of each level."),
+    "regimes": ("regimes.csv", "How each record moves: one row a record."),
+    "base": ("base.csv", "How the base moved in each periodic test, from its own channel."),
+    "bands": ("bands.csv", "A sweep over its frequency: one row a ball and band of response."),
+    "transitions": ("transitions.csv", "Where each ball of a release is captured and lost."),
+    "decay_times": ("decay_times.csv", "How fast each release fell to each amplitude."),
+    "clearances": ("clearances.csv", "Best clearances, measured beside predicted."),
+    "replay": ("replay.csv", "Each record beside a simulation of the identified rig."),
+    "checks": ("checks.csv", "Every problem found in the data: one row each."),
+    "truth": ("truth.csv", "Simulated campaigns: what was found against the truth."),
+    "decay": (
+        "steps/records/RECORD/decay.csv",
+        "The amplitude of a ring-down beside the identified law.",
+    ),
+    "replay_cycles": ("steps/replay_cycles.csv", "Amplitudes by cycle, measured and replayed."),
+    "true impacts": (
+        "truth/RECORD.csv in the campaign's folder",
+        "Simulated campaigns: the true impacts of a record.",
+    ),
+}

@@ -43,7 +43,7 @@ class ResultPaths:
         return self._step(id, "ingest.csv")
 
     def regime(self, id: str) -> Path:
-        """The record's row of regimes.csv and those of base.csv and decay_times.csv."""
+        """The record's rows of regimes.csv, base.csv, bands.csv and the tables of releases."""
         return self._step(id, "regime.json")
 
     def estimates(self, id: str) -> Path:
@@ -81,13 +81,23 @@ class ResultPaths:
         return self.folder / "steps" / "compare.csv"
 
     @property
+    def rig_budget(self) -> Path:
+        """What the errors of identified.csv are made of."""
+        return self.folder / "steps" / "budget.csv"
+
+    @property
     def identified(self) -> Path:
         return self.folder / "identified.csv"
 
     @property
     def budget(self) -> Path:
-        """What the errors of identified.csv are made of."""
+        """What the errors of identified.csv and of the predicted clearances are made of."""
         return self.folder / "budget.csv"
+
+    @property
+    def level_values(self) -> Path:
+        """f0 and zeta at the amplitude of each level."""
+        return self.folder / "level_values.csv"
 
     @property
     def regimes(self) -> Path:
@@ -102,6 +112,16 @@ class ResultPaths:
     def decay_times(self) -> Path:
         """How fast each release fell to each amplitude."""
         return self.folder / "decay_times.csv"
+
+    @property
+    def bands(self) -> Path:
+        """What each ball does over the frequency of a sweep."""
+        return self.folder / "bands.csv"
+
+    @property
+    def transitions(self) -> Path:
+        """When each ball of each release is captured and lost."""
+        return self.folder / "transitions.csv"
 
     @property
     def clearances(self) -> Path:

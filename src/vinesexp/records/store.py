@@ -7,6 +7,8 @@ it takes 0.03 s where xarray takes 0.3 s, which counts in a step that runs once 
 Samples are stored as float32. Instruments convert with 8 to 16 bits (24 at best, of which the
 last four are noise), and float32 keeps 24: its rounding, 6e-8 of the value, is below every
 sensor here. They come back as float64, in which everything is computed. Times are float64.
+
+Samples as a converter gave them are compressed, filtered ones are not (docs/decisions.md).
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import RecordError
+from vinesexp.records.file_attributes import CONVENTIONS, long_name, write_attributes
 from vinesexp.records.schema import SI_UNITS
 
 if TYPE_CHECKING:
@@ -47,6 +50,8 @@ class RecordWriter:
         start: float,
         quantities: Mapping[str, str],
         attributes: Mapping[str, Any],
+        state: str,
+        compressed: bool,
     ) -> None:
         import h5py
 
@@ -55,12 +60,14 @@ class RecordWriter:
         self.start = start
         self.n = 0
         self._quantities = dict(quantities)
+        self._state = state
+        self._compression = {"compression": "gzip", "compression_opts": 1} if compressed else {}
         self._data: dict[str, Any] = {}
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._partial = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
         # netCDF readers want the order in which things were made.
         self._file: Any = h5py.File(self._partial, "w", track_order=True)
-        _write_attributes(self._file, attributes)
+        write_attributes(self._file, {"Conventions": CONVENTIONS, **attributes})
 
     def append(self, block: Mapping[str, Floats]) -> None:
         """Add one block: for every role, the same number of further samples (SI)."""
@@ -112,9 +119,12 @@ class RecordWriter:
             maxshape=(None,),
             chunks=(min(_CHUNK, max(first, 1)),),
             dtype=np.float32,
+            **self._compression,
         )
-        data.attrs["units"] = SI_UNITS[self._quantities[role]]
-        data.attrs["quantity"] = self._quantities[role]
+        quantity = self._quantities[role]
+        data.attrs["units"] = SI_UNITS[quantity]
+        data.attrs["quantity"] = quantity
+        data.attrs["long_name"] = long_name(role, quantity, self._state)
         return data
 
     def _write_time(self) -> None:
@@ -124,7 +134,7 @@ class RecordWriter:
             maxshape=(None,),
             chunks=(min(_CHUNK, max(self.n, 1)),),
             dtype=np.float64,
-            compression="gzip",  # a ramp shrinks to a sixth; the signals would not shrink
+            compression="gzip",  # a ramp shrinks to a sixth
             compression_opts=1,
             shuffle=True,
         )
@@ -132,6 +142,8 @@ class RecordWriter:
             end = min(begin + _TIME_BLOCK, self.n)
             time[begin:end] = uniform_times(self.sample_rate, self.start, begin, end)
         time.attrs["units"] = "s"
+        time.attrs["long_name"] = "time from the instrument's zero"
+        time.attrs["axis"] = "T"
         time.make_scale("time")
         for data in self._data.values():
             data.dims[0].attach_scale(time)
@@ -214,13 +226,6 @@ class RecordView:
         self.close()
 
 
-def _write_attributes(file: Any, attributes: Mapping[str, Any]) -> None:
-    for name, value in attributes.items():
-        if value is not None:
-            # netCDF has no booleans.
-            file.attrs[name] = np.int8(value) if isinstance(value, bool) else value
-
-
 def uniform_times(sample_rate: float, start: float, begin: int, end: int) -> Floats:
     """Times of samples [begin, end), s: start + i/sample_rate, each rounded once.
 
@@ -242,6 +247,8 @@ def create_record(
     start: float = 0.0,
     quantities: Mapping[str, str],
     attributes: Mapping[str, Any] | None = None,
+    state: str = "",
+    compressed: bool = False,
 ) -> RecordWriter:
     """Begin a record file; nothing is seen under `path` before it is complete.
 
@@ -255,6 +262,10 @@ def create_record(
         Role of each channel to what it measures (``displacement``, ``acceleration``).
     attributes : mapping, optional
         About the record: text, numbers, or sequences of numbers; None values are left out.
+    state : str
+        What was done to the samples, in a word, such as ``bandpassed``.
+    compressed : bool
+        Worth its time for samples as an instrument's converter gave them.
 
     Examples
     --------
@@ -272,19 +283,9 @@ def create_record(
         start=start,
         quantities=quantities,
         attributes=attributes or {},
+        state=state,
+        compressed=compressed,
     )
-
-
-def write_refused(path: Path, reason: str, attributes: Mapping[str, Any] | None = None) -> None:
-    """Write the placeholder of a record that cannot be used, so that the workflow goes on."""
-    import h5py
-
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    with h5py.File(partial, "w", track_order=True) as file:
-        _write_attributes(file, {**(attributes or {}), "refused": reason})
-    os.replace(partial, path)
 
 
 def open_record(path: Path) -> RecordView:

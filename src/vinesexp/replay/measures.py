@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,13 +10,14 @@ from numpy.typing import NDArray
 
 from vinesexp.replay.motions import Replayed
 from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
-from vinesexp.theory.regime_definitions import activation_spells, regime_of
+from vinesexp.theory.regime_definitions import BY_FREQUENCY, activation_spells, regime_of
 
 Floats = NDArray[np.float64]
 
 _POINTS = 40  # a cycle: a swing is known to 0.3 %
 _SETTLING = 0.2  # of a periodic record, left out as in regimes.csv
 _FIRST_CYCLES = 12  # of a release: what it starts with, as in regimes.csv
+_STEADY = 0.05  # standard deviation of the amplitude over its mean
 _FALLEN = 0.25  # of the first cycle: the decay time is until here
 
 
@@ -26,10 +28,11 @@ class Measures:
     Attributes
     ----------
     start : of the replay.
-    amplitude : mean half swing of a cycle, m.
+    amplitude, largest : mean and largest half swing of a cycle, m.
     impacts_per_cycle, regime, spells : as in regimes.csv.
     decay_time : s until the amplitude stays below a quarter of that of the first cycle.
     cycles : time from the beginning (s) and half swing (m) of each cycle.
+    steady : whether the amplitude stays the same from cycle to cycle (`is_steady`).
     """
 
     start: str
@@ -39,6 +42,21 @@ class Measures:
     spells: float
     decay_time: float
     cycles: tuple[Floats, Floats]
+    largest: float = math.nan
+    steady: bool = True
+
+
+def is_steady(time: Floats, amplitude: Floats, length: float) -> bool:
+    """Whether amplitudes of cycles scatter by less than a twentieth, after the first fifth.
+
+    Examples
+    --------
+    >>> t = np.arange(100.0)
+    >>> is_steady(t, np.ones(100), 100.0), is_steady(t, 1.0 + 0.3 * np.sin(t), 100.0)
+    (True, False)
+    """
+    judged = amplitude[time >= _SETTLING * length]
+    return judged.size < 2 or float(judged.std()) < _STEADY * float(judged.mean())
 
 
 def decay_time(time: Floats, amplitude: Floats) -> float:
@@ -85,20 +103,24 @@ def _of_stretch(
     settling = _SETTLING * replayed.length if test == "periodic" else 0.0
     steady = amplitude[time >= settling]
     mean = float(steady.mean()) if steady.size else float("nan")
-    fallen = float("nan") if test == "periodic" else decay_time(time, amplitude)
+    driven = test in ("periodic", "sweep")
+    fallen = float("nan") if driven else decay_time(time, amplitude)
+    largest = float(steady.max()) if steady.size else float("nan")
     per_cycle, regime, spells = float("nan"), "", float("nan")
     if replayed.motion.rig.nes:
         end = replayed.length
         if test == "transient":
             end = min(_FIRST_CYCLES / frequency, end)
         stretch = begin + settling, begin + end
-        per_cycle, regime = _regime(replayed, stretch, 1.0 / frequency, apart)
+        per_cycle, regime = _regime(replayed, stretch, 1.0 / frequency, apart, test)
         spells = _spells(replayed, begin, 1.0 / frequency)
-    return Measures(replayed.start, mean, per_cycle, regime, spells, fallen, (time, amplitude))
+    cycles = time, amplitude
+    still = is_steady(time, amplitude, replayed.length)
+    return Measures(replayed.start, mean, per_cycle, regime, spells, fallen, cycles, largest, still)
 
 
 def _regime(
-    replayed: Replayed, stretch: tuple[float, float], period: float, apart: bool
+    replayed: Replayed, stretch: tuple[float, float], period: float, apart: bool, test: str
 ) -> tuple[float, str]:
     """Impacts per cycle of all balls together, and the regime of each."""
     start, end = stretch
@@ -108,10 +130,14 @@ def _regime(
     balls = range(len(replayed.motion.rig.nes))
     chosen = [hits["nes"] == ball for ball in balls] if apart else [hits["nes"] >= 0]
     counts = [
-        regime_of(hits["time"][own], hits["side"][own], period=period, start=start, end=end)
+        regime_of(
+            *(hits["time"][own], hits["side"][own]),
+            period=period, start=start, end=end, decaying=test == "transient",
+        )
         for own in chosen
-    ]
+    ]  # fmt: skip
     words = " | ".join(count.regime.value for count in counts)
+    words = BY_FREQUENCY if test == "sweep" else words
     return sum(count.impacts_per_cycle for count in counts), words
 
 

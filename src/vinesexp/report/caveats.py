@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from vinesexp.clearance.levels import Periodic
-from vinesexp.clearance.optimum import PERMANENT
+from vinesexp.clearance.optimum import PERMANENT, UNSEEN
+from vinesexp.records.tables import number
 
 Row = Mapping[str, str]
 
@@ -40,6 +41,35 @@ def likely_causes(checks: Sequence[Row]) -> str:
     if not words:
         return "no check names a cause; a clearance or the ball's mass may be off"
     return f"likely causes by the checks: {', '.join(words)}"
+
+
+def left_early(level: Periodic, end: Row, replay: Sequence[Row]) -> str:
+    """Why tests may lose two impacts per cycle below b_c: they began elsewhere; empty if not so.
+
+    Parameters
+    ----------
+    level : Periodic
+    end : mapping
+        Row of clearances.csv of the end of two impacts per cycle.
+    replay : sequence of mappings
+        Rows of replay.csv.
+    """
+    low, exact = number(end.get("measured_low_mm", "")), number(end.get("exact_mm", ""))
+    if exact is None:
+        return ""
+    starts = {row["record"]: row for row in replay if row["quantity"] == "regime"}
+    for test in level.tests:
+        above = low is None or 1e3 * test.clearance > low
+        row = starts.get(test.record)
+        if not above or test.regime in PERMANENT or test.regime in ("", UNSEEN) or row is None:
+            continue
+        shown = {part.partition(":")[0] for part in (row["starts"] or row["replayed"]).split("; ")}
+        if 1e3 * test.clearance < exact and shown & set(PERMANENT):
+            return (
+                f"at {1e3 * test.clearance:g} mm the identified rig keeps them from some starts "
+                "and not from others, so that these tests do not show where the orbit itself ends"
+            )
+    return ""
 
 
 def branch_note(level: Periodic, replay: Sequence[Row]) -> str:

@@ -12,23 +12,31 @@ from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.gallery import listed
 from vinesexp.figures.numbers import significant, with_error
+from vinesexp.identification.untested import UNTESTED
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.result_columns import (
+    BANDS,
     BASE,
     BUDGET,
     CHECKS,
     CLEARANCES,
+    DECAY_TIMES,
     IDENTIFIED,
+    LEVEL_VALUES,
     RECORD_REGIMES,
     REPLAY,
     TABLES,
+    TRANSITIONS,
 )
-from vinesexp.records.tables import read_rows
+from vinesexp.records.tables import Table, read_rows
 from vinesexp.report.budget_rows import budget_table
 from vinesexp.report.errorbars import coverage_table
 from vinesexp.report.inline_figures import inline_svg
+from vinesexp.report.level_rows import levels_table
 from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
+from vinesexp.report.published import published_rows
+from vinesexp.report.regime_rows import regimes_by_test
 from vinesexp.report.replay_verdict import replay_verdict
 from vinesexp.report.summaries import (
     MOST_ROWS,
@@ -109,9 +117,16 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     """Everything the template shows, finished."""
     tables = {
         table.name: read_rows(results / f"{table.name}.csv", table)
-        for table in (IDENTIFIED, RECORD_REGIMES, BASE, CLEARANCES, REPLAY, CHECKS)
+        for table in (
+            IDENTIFIED,
+            LEVEL_VALUES,
+            RECORD_REGIMES,
+            BASE,
+            CLEARANCES,
+            REPLAY,
+            CHECKS,
+        )
     }
-    budget = results / "budget.csv"
     records = [file for record in campaign.records for file in record.files]
     description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
     processed = processed_records(campaign, results)
@@ -121,11 +136,13 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     problems = [row for row in tables["checks"] if row["outcome"] != "ok"]
     figures = [{**vars(drawn), "svg": inline_svg(results, drawn)} for drawn in listed(results)]
     first = min(figures, key=_early, default=None)
-    regimes = regimes_by_test(campaign, tables["regimes"])
+    bands, transitions = _read(results, BANDS), _read(results, TRANSITIONS)
+    regimes = regimes_by_test(campaign, tables["regimes"], bands=bands, transitions=transitions)
     return {
         "campaign": campaign,
         **_verdict(campaign, tables, {row["name"]: row["value"] for row in parameters}),
         "parameters": parameters,
+        "levels": levels_table(tables["level_values"]),
         "unknown": {name: what for name, what in PARAMETERS.items() if name not in known},
         "regimes": regimes,
         "definitions": REGIMES,
@@ -141,8 +158,11 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
             )
         ),
         "notes": [
-            row for row in tables["checks"] if row["outcome"] == "ok" and row["check"] != "ingest"
+            row
+            for row in tables["checks"]
+            if row["outcome"] == "ok" and row["check"] not in ("ingest", UNTESTED)
         ],
+        "untested": [row for row in tables["checks"] if row["check"] == UNTESTED],
         "limits": [row for row in problems if not row["record"]],
         "refused": len({row["record"] for row in problems if row["outcome"] == "refused"}),
         "excluded": len({row["record"] for row in problems if row["outcome"] == "excluded"}),
@@ -154,7 +174,11 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "most": MOST_ROWS,
         "files": files_beside(results, [table.name for table in TABLES]),
         "coverage": coverage_table(),
-        "budget": budget_table(read_rows(budget, BUDGET) if budget.is_file() else []),
+        "budget": budget_table(_read(results, BUDGET)),
+        "published": published_rows(
+            campaign,
+            tables | {t.name: _read(results, t) for t in (DECAY_TIMES, TRANSITIONS)},
+        ),
         "replay": replay_verdict(tables["replay"], tables["checks"]),
         "written": SYMBOLS,
         "processed": processed,
@@ -173,6 +197,12 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     }
 
 
+def _read(results: Path, table: Table) -> list[dict[str, str]]:
+    """Rows of a table; none where it is not there."""
+    file = results / f"{table.name}.csv"
+    return read_rows(file, table) if file.is_file() else []
+
+
 def _early(figure: Mapping[str, Any]) -> int:
     """Which figure stands beside the verdict: clearances, else the fit of a ring-down."""
     return 0 if figure["section"] == "clearance" else 1 if figure["name"] == "ringdown_fit" else 2
@@ -183,25 +213,15 @@ def _verdict(
 ) -> dict[str, Any]:
     levels = periodic_levels(campaign, tables["regimes"], tables["base"])
     rig = identified_rig(tables["identified"], campaign.known)
-    periodic = periodic_verdicts(levels, tables["clearances"], rig, tables["replay"])
+    periodic = periodic_verdicts(
+        levels, tables["clearances"], rig, tables["replay"], tables["level_values"]
+    )
     releases = release_verdicts(tables["clearances"])
     return {
         "periodic": periodic,
         "releases": releases,
         "headline": headline(periodic, releases, parameters, tables["checks"]),
     }
-
-
-def regimes_by_test(campaign: Campaign, regimes: Sequence[Row]) -> dict[str, list[dict[str, Any]]]:
-    """Rows of regimes.csv with what the record was, by test; tests without NES have none."""
-    found: dict[str, list[dict[str, Any]]] = {}
-    by_id = {record.id: record for record in campaign.records}
-    for row in regimes:
-        record = by_id.get(row["record"])
-        if record is not None and record.clearance and row["regime"]:
-            clearance = " + ".join(f"{1e3 * b:g}" for b in record.clearance)
-            found.setdefault(record.test, []).append({**row, "clearance": clearance})
-    return found
 
 
 def _combined(identified: Sequence[Row]) -> dict[str, Row]:

@@ -6,16 +6,16 @@ and a prediction is compared with a bound only where it contradicts it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vinesexp.clearance.comparison import END
+from vinesexp.clearance.curves import predicted_lowest
 from vinesexp.clearance.levels import Periodic
-from vinesexp.clearance.predicted import IdentifiedRig, predicted_lowest
+from vinesexp.clearance.predicted import IdentifiedRig, at_level
 from vinesexp.figures.numbers import millimetres, with_interval
-from vinesexp.records.tables import number
-from vinesexp.report.caveats import branch_note, likely_causes
+from vinesexp.report.agreement import agreement, within
+from vinesexp.report.caveats import branch_note, left_early, likely_causes
 
 Row = Mapping[str, str]
 _NO_ROW: Row = {}
@@ -31,7 +31,7 @@ class PeriodicVerdict:
     lowest, lowest_within : clearance of lowest amplitude, and where it lies for sure (`within`).
     lowest_bound : ``at most`` and the like where it is the edge of what was tried.
     branch : which starts lead to another motion than the one whose end b_c is.
-    end_within : where permanent two impacts per cycle end.
+    end_within : between which tests two impacts per cycle cease to be permanent.
     exact, published : predicted b_c.
     exact_lowest : predicted clearance of lowest amplitude.
     sentence : how b_c and the measurement agree.
@@ -56,14 +56,18 @@ def periodic_verdicts(
     clearances: Sequence[Row],
     rig: IdentifiedRig,
     replay: Sequence[Row] = (),
+    amplitudes: Sequence[Row] = (),
 ) -> list[PeriodicVerdict]:
-    """One verdict a base amplitude, from the rows of clearances.csv and replay.csv."""
+    """One verdict a base amplitude, from clearances.csv, replay.csv and level_values.csv."""
     rows = {row["level"]: row for row in clearances if row["test"] == "periodic"}
     verdicts = []
     for level in levels:
         row, end = rows.get(level.name, _NO_ROW), rows.get(level.name + END, _NO_ROW)
-        least = predicted_lowest(rig, G=level.G, frequency=level.frequency)
+        own = at_level(rig, amplitudes, G=level.nominal)
+        least = predicted_lowest(own, G=level.G, frequency=level.frequency)
         sentence, agrees = agreement(row, end)
+        if agrees is False and (why := left_early(level, end, replay)):
+            sentence, agrees = f"{sentence}; {why}", None
         verdicts.append(
             PeriodicVerdict(
                 level=level.name,
@@ -80,77 +84,6 @@ def periodic_verdicts(
             )
         )
     return verdicts
-
-
-def within(row: Row) -> str:
-    """Where a measured clearance lies for sure, from the tried ones around it; empty if unknown.
-
-    Examples
-    --------
-    >>> within({"measured_mm": "27", "measured_low_mm": "26", "measured_high_mm": "28"})
-    'between 26 and 28 mm'
-    >>> within({"measured_mm": "27", "measured_low_mm": "", "measured_high_mm": "28"})
-    'below 28 mm'
-    """
-    if not row.get("measured_mm"):
-        return ""
-    low, high = number(row["measured_low_mm"]), number(row["measured_high_mm"])
-    if low is not None and high is not None:
-        return f"between {low:g} and {high:g} mm"
-    if low is not None:
-        return f"above {low:g} mm"
-    return f"below {high:g} mm" if high is not None else "not bracketed by what was tried"
-
-
-#: A prediction that misses the bracket by less than this share is reported as agreeing: clearances
-#: are set to a few tenths of a millimetre.
-NEAR = 0.01
-
-
-def agreement(lowest: Row, end: Row) -> tuple[str, bool | None]:
-    """Whether b_c lies where it should: at the end of permanent impacts, else at the optimum.
-
-    Returns
-    -------
-    sentence : str
-    agrees : bool or None
-        None where there is nothing to compare, or a bound that b_c does not contradict.
-
-    Examples
-    --------
-    >>> predicted = {"exact_mm": "33.91", "predicted_low_mm": "33.89", "predicted_high_mm": "33.94"}
-    >>> end = {"measured_mm": "34.25", "measured_low_mm": "34", "measured_high_mm": "34.5"}
-    >>> agreement({}, {**end, **predicted})
-    ('b_c is 0.3 % below the clearances between which two impacts per cycle end', True)
-    >>> agreement({}, {**end, **predicted, "measured_low_mm": "31", "measured_high_mm": ""})
-    ('two impacts per cycle end above 31 mm: b_c is not tested further', None)
-    """
-    if end.get("measured_mm"):
-        row, what = end, "two impacts per cycle end"
-    else:
-        row, what = lowest, "amplitude is lowest"
-        if lowest.get("bound"):
-            return "nothing to compare: the lowest amplitude is at the edge of what was tried", None
-    if not row.get("measured_mm") or not row.get("exact_mm"):
-        return "nothing to compare", None
-    low = number(row["measured_low_mm"])
-    high = number(row["measured_high_mm"])
-    bound = low is None or high is None
-    low, high = low if low is not None else 0.0, high if high is not None else math.inf
-    reach = float(row["predicted_low_mm"]), float(row["predicted_high_mm"])
-    exact = float(row["exact_mm"])
-    if reach[0] <= high and reach[1] >= low:
-        if bound:
-            return f"{what} {within(row)}: b_c is not tested further", None
-        return f"b_c lies in the gap in which {what}", True
-    apart = exact / low - 1.0 if exact < low else exact / high - 1.0
-    side = "below" if apart < 0.0 else "above"
-    share = f"b_c is {100.0 * abs(apart):.1f} % {side}"
-    if bound:
-        tried = low if apart < 0.0 else high
-        text = f"{share} {tried:g} mm, but {what} {within(row)}"
-        return text, None if abs(apart) < NEAR else False
-    return f"{share} the clearances between which {what}", abs(apart) < NEAR
 
 
 @dataclass(frozen=True)
@@ -212,7 +145,7 @@ def headline(
         last = (bracketed or measured)[-1]
         text = f"At {last.level} the mass moved least with {_least(last)}"
         if last.end_within:
-            text += f" Permanent two impacts per cycle end {last.end_within}"
+            text += f" In these tests permanent two impacts per cycle end {last.end_within}"
             text += f"; b_c is predicted at {last.exact} mm." if last.exact else "."
         elif last.exact:
             text += f" b_c is predicted at {last.exact} mm."

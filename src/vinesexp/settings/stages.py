@@ -253,6 +253,18 @@ class RegimeSettings:
         low=0.0, high=0.9, of="largest amplitude",
     )  # fmt: skip
 
+    unowned_share: float = number(
+        0.05, "up to this share of impacts without an owner the balls are judged one by one",
+        measured="docs/signals.md", low=0.0, high=1.0, of="impacts",
+    )  # fmt: skip
+    permanent_cycles: int = number(
+        40, "a spell of a sweep that lasts as long is a band of permanent two impacts per cycle",
+        measured="docs/signals.md", low=5, high=100000, of="cycles",
+    )  # fmt: skip
+    modulation_gap: int = number(
+        40, "shorter spells of a sweep no farther apart are one band of modulated response",
+        measured="docs/signals.md", low=2, high=100000, of="cycles",
+    )  # fmt: skip
     smallest_ball: float = number(
         1e-3, "no regime is stated where a ball this light (times 1 + r) could hit unseen",
         measured="tests/signals/test_visibility.py", low=1e-6, high=1.0,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -12,23 +13,46 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.records.campaign import Record
 from vinesexp.records.store import RecordView, open_record
+from vinesexp.signals.balls import Series, by_ball
 from vinesexp.signals.cycles import cycles_from, time_to_level
 from vinesexp.signals.impacts.impact_table import Impacts
-from vinesexp.signals.transition import transition_of
+from vinesexp.signals.sweep_bands import band_rows, largest_running_mean
+from vinesexp.signals.swept_frequency import swept
+from vinesexp.signals.transition import transition_of, transition_row
 from vinesexp.signals.visibility import could_be_seen
-from vinesexp.theory.regime_definitions import activation_spells, regime_of
+from vinesexp.theory.regime_definitions import BY_FREQUENCY, activation_spells, regime_of
+from vinesexp.theory.steadiness import Swing
 
 #: Amplitudes of a release that times are reported for, as shares of the release.
 LEVELS = (0.5, 0.25, 0.15, 0.1)
-
+#: Frequency over which the amplitude of a sweep is averaged, Hz.
+RUNNING = 0.1
 
 Row = Mapping[str, str | float | None]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a record shows: its row of regimes.csv, and rows of bands.csv and transitions.csv."""
+
+    regime: dict[str, str | float | None]
+    bands: list[dict[str, str | float | None]] = field(default_factory=list)
+    transitions: list[dict[str, str | float | None]] = field(default_factory=list)
 
 
 def regime_of_record(
     record: Record, *, measured: Path, conditioned: Path, impacts: Impacts
 ) -> dict[str, str | float | None]:
-    """One row of regimes.csv.
+    """The row of regimes.csv of `shown_by_record`."""
+    return shown_by_record(
+        record, measured=measured, conditioned=conditioned, impacts=impacts
+    ).regime
+
+
+def shown_by_record(
+    record: Record, *, measured: Path, conditioned: Path, impacts: Impacts
+) -> Shown:
+    """Regime and amplitude of a record; of a sweep its bands, of a release where balls are lost.
 
     Parameters
     ----------
@@ -40,44 +64,49 @@ def regime_of_record(
 
     Returns
     -------
-    dict
-        ``record``, ``regime``, ``impacts_per_cycle``, ``amplitude_mean_m``, ``amplitude_max_m``,
-        ``captured`` (share of cycles with one impact on either side), ``spells`` and
-        ``spell_mean_s`` (of such cycles in a row), and for a release ``captured_until_s``,
-        ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and ``transition_m`` (amplitude where
-        the ball is lost). None or absent where it cannot be known: a record that could not show
-        impacts, for its noise or its sampling, has no regime.
+    Shown
+        In its row ``regime`` (one word a ball; of a sweep `BY_FREQUENCY`), ``impacts_per_cycle``
+        of all balls and ``impacts_per_cycle_each``, ``amplitude_mean_m``, ``amplitude_max_m``, of
+        a sweep ``amplitude_running_max_m``, ``captured`` (share of cycles with one impact on
+        either side), ``swing_first`` and ``swing`` (of their phase, in periods, in either half),
+        ``spells`` and ``spell_mean_s`` (of such cycles in a row), and of a release with one ball
+        ``captured_until_s``, ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and
+        ``transition_m`` (amplitude where the ball is lost). None or absent where it cannot be
+        known: a record that could not show impacts, for its noise or its sampling, has no regime.
     """
-    row: dict[str, str | float | None] = {
-        "record": record.id,
-        "regime": None,
-        "impacts_per_cycle": None,
-        "amplitude_mean_m": None,
-        "amplitude_max_m": None,
-        "captured": None,
-    }
+    row = unknown_regime(record)
     with open_record(conditioned) as view:
         frequency = view.attributes.get("oscillation_hz")
         if view.refused is not None or "displacement" not in view.roles or not frequency:
-            return row
+            return Shown(row)
         time, amplitude = _amplitudes(view, float(frequency))
-        length = view.n / view.sample_rate
-        start = view.start
+        length, start = view.n / view.sample_rate, view.start
+        base = swept(view, float(frequency)) if record.test == "sweep" else None
     if amplitude.size == 0:
-        return row
-    begin = record.settings.regimes.settling * length if record.test == "periodic" else 0.0
+        return Shown(row)
+    period = 1.0 / float(frequency)
+    settings = record.settings.regimes
+    begin = settings.settling * length if record.test == "periodic" else 0.0
     steady = amplitude[time >= begin]
     row["amplitude_mean_m"] = float(steady.mean())
     row["amplitude_max_m"] = float(steady.max())
-    if record.clearance and _seen(record, measured, conditioned, impacts, length * frequency):
-        end = length
-        if record.test == "transient":
-            end = min(record.settings.regimes.first_cycles / float(frequency), length)
-        row |= _regimes(
-            record, impacts, period=1.0 / float(frequency), begin=start + begin, end=start + end
-        )
-        row |= _spells(record, impacts, 1.0 / float(frequency), start, (time, amplitude))
-    return row
+    decay = start + time, amplitude
+    if base is not None:
+        row["amplitude_running_max_m"] = largest_running_mean(base, decay, width=RUNNING)
+    if not record.clearance or not _seen(record, measured, conditioned, impacts, length / period):
+        return Shown(row)
+    end = length
+    if record.test == "transient":
+        end = min(settings.first_cycles * period, length)
+    series = by_ball(impacts, record.clearance, unowned_share=settings.unowned_share)
+    row |= _regimes(record, series, period=period, begin=start + begin, end=start + end)
+    row |= _spells(record, impacts, period, start, (time, amplitude))
+    if base is not None:
+        return Shown(row, bands=band_rows(record.id, series, base, decay, settings))
+    if record.test != "transient":
+        return Shown(row)
+    found = [transition_row(record.id, one, decay, start=start, period=period) for one in series]
+    return Shown(row, transitions=[one for one in found if one is not None])
 
 
 def _seen(
@@ -94,6 +123,12 @@ def _seen(
             frequency=float(view.attributes["oscillation_hz"]),
             settings=record.settings,
         )
+
+
+def unknown_regime(record: Record) -> dict[str, str | float | None]:
+    """The row of regimes.csv of a record of which nothing is known."""
+    columns = ("regime", "impacts_per_cycle", "amplitude_mean_m", "amplitude_max_m", "captured")
+    return {"record": record.id, **dict.fromkeys(columns)}
 
 
 def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | float | None]]:
@@ -132,23 +167,35 @@ def _amplitudes(view: RecordView, frequency: float) -> tuple[FloatArray, FloatAr
 
 
 def _regimes(
-    record: Record, impacts: Impacts, *, period: float, begin: float, end: float
+    record: Record, series: Sequence[Series], *, period: float, begin: float, end: float
 ) -> dict[str, str | float | None]:
     """Regime of each ball, and of all impacts together where the ball is not known."""
     if end - begin < period:
         return {}
-    n = len(record.clearance)
-    apart = n > 1 and bool(np.all(impacts.nes > 0))
-    chosen = [impacts.nes == ball for ball in range(1, n + 1)] if apart else [impacts.nes >= 0]
     counts = [
-        regime_of(impacts.time_s[mine], impacts.side[mine], period=period, start=begin, end=end)
-        for mine in chosen
-    ]
+        regime_of(
+            *(one.time, one.side),
+            period=period, start=begin, end=end, decaying=record.test == "transient",
+        )
+        for one in series
+    ]  # fmt: skip
+    words = " | ".join(count.regime.value for count in counts)
     return {
-        "regime": " | ".join(count.regime.value for count in counts),
+        "regime": BY_FREQUENCY if record.test == "sweep" else words,
         "impacts_per_cycle": sum(count.impacts_per_cycle for count in counts),
+        "impacts_per_cycle_each": " | ".join(f"{count.impacts_per_cycle:.2f}" for count in counts),
         "captured": min(count.captured for count in counts),
+        **_swing([count.swing for count in counts]),
     }
+
+
+def _swing(swings: list[Swing]) -> dict[str, str | float | None]:
+    """That of the ball that swings most; nothing where impacts are too few."""
+    known = [swing for swing in swings if math.isfinite(swing.lasting)]
+    if not known:
+        return {}
+    most = max(known, key=lambda swing: swing.lasting)
+    return {"swing_first": most.first, "swing": most.second}
 
 
 def _spells(

@@ -13,6 +13,10 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.settings.stages import RegimeSettings
+from vinesexp.signals.balls import Series
+from vinesexp.theory.regime_definitions import activation_spells
+
+_FEWEST = 4  # cycles that a decay rate is fitted to
 
 
 @dataclass(frozen=True)
@@ -60,3 +64,52 @@ def transition_of(
         return None
     rates = [-float(np.polyfit(t[part], np.log(A[part]), 1)[0]) for part in (before, ~before)]
     return Transition(rates[0], rates[1], float(np.exp(np.interp(lost, t, np.log(A)))))
+
+
+def transition_row(
+    record: str,
+    series: Series,
+    decay: tuple[FloatArray, FloatArray],
+    *,
+    start: float,
+    period: float,
+) -> dict[str, str | float | None] | None:
+    """When one ball of a release is captured and when it is lost, and the amplitudes there.
+
+    The capture is the longest spell of two impacts per cycle; where it ends lies the transition
+    point (T1) of this ball. Of several balls each has its own.
+
+    Parameters
+    ----------
+    record : str
+    series : Series
+        Impacts of the ball.
+    decay : (time, amplitude)
+        Cycle by cycle; s on the record's axis, m.
+    start, period : float
+        First moment of the record, period of the oscillation; s.
+
+    Returns
+    -------
+    dict or None
+        A row of transitions.csv; None for a ball that was never captured.
+    """
+    spells = activation_spells(series.time, series.side, period=period)
+    if not len(spells):
+        return None
+    begin, end = spells[np.argmax(spells[:, 1] - spells[:, 0])]
+    time, amplitude = decay
+    captured = (time >= begin) & (time <= end) & (amplitude > 0.0)
+    rate = None
+    if int(captured.sum()) >= _FEWEST:
+        rate = -float(np.polyfit(time[captured], np.log(amplitude[captured]), 1)[0])
+    return {
+        "record": record,
+        "nes": series.ball,
+        "clearance_mm": 1e3 * series.clearance,
+        "captured_from_s": float(begin - start),
+        "captured_until_s": float(end - start),
+        "from_m": float(np.interp(begin, time, amplitude)),
+        "transition_m": float(np.interp(end, time, amplitude)),
+        "decay_rate_1_s": rate,
+    }

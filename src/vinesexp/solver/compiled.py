@@ -3,6 +3,11 @@
 numba looks only at the file a function stands in to decide whether its cached machine code is still
 good, but the code holds the functions it calls from other files too: after an edit there, it
 would silently run the old ones. Here the whole set of compiled modules is the stamp.
+
+Every operation is rounded by itself, in the order in which it is written. Which products and sums
+a compiler would contract into one rounding depends on what it has inlined, and that on what was
+compiled before and what came from the cache: a chaotic motion would then differ from one fresh
+installation to the next. Without that freedom the same code gives the same bytes.
 """
 
 from __future__ import annotations
@@ -56,7 +61,6 @@ def _jit(function: Callable[..., Any], **options: Any) -> Any:
         cache=True,
         nogil=True,
         error_model="numpy",
-        fastmath={"contract"},
         no_cfunc_wrapper=True,
         **options,
     )(function)
@@ -69,10 +73,8 @@ def _jit(function: Callable[..., Any], **options: Any) -> Any:
 def compiled(function: F) -> F:
     """Compile on first use, keep the machine code on disk; to be called by compiled code only.
 
-    What only Python would need to call it is not made: that is a tenth of the compilation. Products
-    and sums may be contracted into one operation with one rounding; nothing else is reordered.
-    Division by zero gives inf or nan, as in numpy: a check at every division costs more than the
-    division.
+    What only Python would need to call it is not made: that is a tenth of the compilation. Division
+    by zero gives inf or nan, as in numpy: a check at every division costs more than the division.
     """
     return cast("F", _jit(function, no_cpython_wrapper=True))
 

@@ -1,7 +1,8 @@
 """Names of the response regimes, with definitions that measured and simulated records share.
 
 Everything is judged by the impacts alone: how many fall into a cycle, on which side, how alike the
-cycles are, and how the amplitude swings. Theory, simulation and records use the same words.
+cycles are, and whether two impacts per cycle come and go. Theory, simulation and records use the
+same words. They are those of section 2.2 of the paper; docs/theory.md, section 9, has the sources.
 """
 
 from __future__ import annotations
@@ -10,16 +11,17 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from vinesexp.errors import ParameterError
+from vinesexp.theory.steadiness import UNKNOWN, Swing, swing_of
 
 
 class Regime(Enum):
     """A response regime; its value is the name used in files and figures."""
 
     NO_IMPACT = "no impact"
-    CHAOS = "chaos below T1"
+    CHAOS = "chaos"
     MODULATED = "strongly modulated"
     TWO_SYMMETRIC = "two symmetric"
     TWO_ASYMMETRIC = "two asymmetric"
@@ -30,19 +32,26 @@ class Regime(Enum):
 #: name -> definition, as a report prints it.
 REGIMES: dict[str, str] = {
     "no impact": "no ball meets a wall after the transient",
-    "chaos below T1": "impacts, but in under a tenth of the cycles one on either side",
-    "strongly modulated": "spells of two impacts per cycle come and go: three or more of them, "
-    "or a tenth to nine tenths of the cycles",
-    "two symmetric": "one impact on either side in nine cycles of ten, half a period apart, in one "
-    "spell or two",
+    "chaos": "impacts, but in under a tenth of the cycles (of a release: under half of its first "
+    "ones) one on either side",
+    "strongly modulated": "of a steady excitation: spells of two impacts per cycle come and go, "
+    "three or more of them, or a tenth to nine tenths of the cycles; or their phase swings by 0.03 "
+    "of a period or more",
+    "two symmetric": "one impact on either side in nine cycles of ten (of a release: in half of "
+    "its first ones), half a period apart, in one spell or two, their phase steady",
     "two asymmetric": "the same, unequally spaced",
     "three or more per cycle": "more than two and a half impacts per cycle on the average",
     "chatter": "the ball comes to rest on a wall (ten impacts on one side within half a period)",
 }
 
+#: What the cell of a sweep says in place of a regime: it has several, one after the other.
+BY_FREQUENCY = "by frequency"
+
 CAPTURED = 0.9  # share of cycles with one impact on either side: permanent
+HALF = 0.5  # the same of the first cycles of a release: captured
 ESCAPED = 0.1  # share below which there is no capture at all
 ASYMMETRY = 0.02  # of a period: two gaps that differ by more are unequal
+SWINGS = 0.03  # of a period: impacts whose phase swings by more are not permanent
 COME_AND_GO = 3  # spells from which on even nine cycles of ten are not permanent
 PAIRED = 0.1  # of a period, by which two gaps may miss it
 MANY = 2.5  # impacts per cycle
@@ -59,18 +68,29 @@ class RegimeCount:
     impacts_per_cycle : average.
     captured : share of cycles with exactly one impact on either side.
     asymmetry : difference of the two median gaps in captured cycles over the period (NaN without).
+    swing : how far the phase of captured impacts swings (NaN where they are few).
     """
 
     regime: Regime
     impacts_per_cycle: float
     captured: float
     asymmetry: float
+    swing: Swing = UNKNOWN
 
 
 def regime_of(
-    times: ArrayLike, sides: ArrayLike, *, period: float, start: float, end: float
+    times: ArrayLike,
+    sides: ArrayLike,
+    *,
+    period: float,
+    start: float,
+    end: float,
+    decaying: bool = False,
 ) -> RegimeCount:
     """Judge the impacts of one ball between `start` and `end`.
+
+    Modulated response is one that comes back: a release passes through its regimes once, so its
+    stretch is named after what fills half of it.
 
     Parameters
     ----------
@@ -80,6 +100,8 @@ def regime_of(
         Of the oscillation, s.
     start, end : float
         The stretch to be judged, s; at least one period long.
+    decaying : bool
+        The stretch is of a release: never strongly modulated.
 
     Raises
     ------
@@ -104,12 +126,23 @@ def regime_of(
         return RegimeCount(Regime.NO_IMPACT, 0.0, 0.0, float("nan"))
     gaps, paired = _paired_gaps(t, side, period)
     # one impact more, because the stretch cuts a cycle at its ends
-    captured = min(0.5 * (paired + 1) / cycles, 1.0) if paired else 0.0
+    captured = min(0.5 * (int(paired.sum()) + 1) / cycles, 1.0) if paired.any() else 0.0
     asymmetry = float(np.ptp(gaps)) / period if gaps.size == 2 else float("nan")
     per_cycle = t.size / cycles
-    return RegimeCount(
-        _named(t, side, period, per_cycle, captured, asymmetry), per_cycle, captured, asymmetry
-    )
+    swing = swing_of(t, side, paired, period=period)
+    if decaying:
+        permanent = captured >= HALF
+    else:
+        recurring = len(activation_spells(t, side, period=period)) >= COME_AND_GO
+        # NaN where impacts are few: no swing is shown
+        permanent = captured >= CAPTURED and not recurring and not swing.lasting > SWINGS
+    if per_cycle <= MANY and permanent:
+        regime = Regime.TWO_SYMMETRIC if asymmetry <= ASYMMETRY else Regime.TWO_ASYMMETRIC
+    elif per_cycle <= MANY and captured >= ESCAPED and not decaying:
+        regime = Regime.MODULATED
+    else:
+        regime = _irregular(t, side, period, per_cycle)
+    return RegimeCount(regime, per_cycle, captured, asymmetry, swing)
 
 
 def activation_spells(times: ArrayLike, sides: ArrayLike, *, period: float) -> np.ndarray:
@@ -153,13 +186,15 @@ def activation_spells(times: ArrayLike, sides: ArrayLike, *, period: float) -> n
     return np.asarray(spells[spells[:, 1] - spells[:, 0] >= 1.9 * period])
 
 
-def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> tuple[np.ndarray, int]:
-    """Gaps out of captured cycles as (from +1, from -1) medians, and the impacts that bound them.
+def _paired_gaps(
+    t: np.ndarray, side: np.ndarray, period: float
+) -> tuple[np.ndarray, NDArray[np.bool_]]:
+    """Gaps out of captured cycles as (from +1, from -1) medians, and which impacts bound them.
 
     Captured: sides alternate, and two gaps together last a period.
     """
     if t.size < 3:
-        return np.empty(0), 0
+        return np.empty(0), np.zeros(t.size, dtype=bool)
     gap = np.diff(t)
     crosses = side[1:] != side[:-1]
     cycle = crosses[:-1] & crosses[1:] & (np.abs(gap[:-1] + gap[1:] - period) < PAIRED * period)
@@ -170,22 +205,11 @@ def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> tuple[np.nda
     impacts[:-1] |= part
     impacts[1:] |= part
     medians = [float(np.median(g)) for s in (1, -1) if (g := gap[part & (side[:-1] == s)]).size]
-    return np.array(medians), int(impacts.sum())
+    return np.array(medians), impacts
 
 
-def _named(
-    t: np.ndarray,
-    side: np.ndarray,
-    period: float,
-    per_cycle: float,
-    captured: float,
-    asymmetry: float,
-) -> Regime:
-    recurring = len(activation_spells(t, side, period=period)) >= COME_AND_GO
-    if captured >= CAPTURED and per_cycle <= MANY and not recurring:
-        return Regime.TWO_SYMMETRIC if asymmetry <= ASYMMETRY else Regime.TWO_ASYMMETRIC
-    if captured >= ESCAPED and per_cycle <= MANY:
-        return Regime.MODULATED
+def _irregular(t: np.ndarray, side: np.ndarray, period: float, per_cycle: float) -> Regime:
+    """Without two impacts per cycle: chatter, more than two, or chaos."""
     n = CHATTER_RUN
     if t.size >= n:
         same = np.lib.stride_tricks.sliding_window_view(side, n)

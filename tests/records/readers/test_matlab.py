@@ -4,6 +4,7 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
+import scipy.io.wavfile
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import open_source
@@ -36,6 +37,18 @@ def test_vectors_are_columns(form, compress, orient, tmp_path):
     found = values(source, [names.index("CH2"), names.index("CH1")])
     np.testing.assert_array_equal(found, np.stack([B, A], axis=1))
     assert source.locate(0) == "sample 1"
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".wav", ".h5", ""])
+@pytest.mark.parametrize("form", ["4", "5"])
+def test_the_content_decides_and_not_the_suffix(form, suffix, tmp_path):
+    scipy.io.savemat(tmp_path / "a.mat", {"CH1": A, "dt": 0.5}, format=form)
+    other = (tmp_path / "a.mat").rename(tmp_path / f"b{suffix}")
+    assert [column.name for column in open_source(other).columns] == ["CH1"]
+    scipy.io.wavfile.write(tmp_path / "a.wav", 1000, B)
+    source = open_source((tmp_path / "a.wav").rename(tmp_path / "c.mat"))
+    assert source.format == "WAV"
+    np.testing.assert_allclose(values(source, [0])[:, 0] * 2**15, B)
 
 
 def test_a_matrix_is_columns_along_its_longer_axis(tmp_path):

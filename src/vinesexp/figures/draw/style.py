@@ -31,7 +31,7 @@ COLOURS = {
     "impact +1": "#D55E00",
     "impact -1": "#0072B2",
     "no impact": "#BBBBBB",
-    "chaos below T1": "#8A8A8A",
+    "chaos": "#8A8A8A",
     "strongly modulated": "#D55E00",
     "two symmetric": "#0072B2",
     "two asymmetric": "#56B4E9",

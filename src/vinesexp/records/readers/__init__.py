@@ -1,8 +1,9 @@
 """Instrument files of every known format, behind one small interface.
 
 A new format is one module with `NAME`, `recognises(head, suffix)` and `open_file(path)`, and its
-entry in `READERS`. Content decides, not the name: a .csv that is really something else is reported
-or read for what it is.
+entry in `READERS`; it runs in a child process (`guard.py`) unless it is in `PLAIN`, and what it
+names in `LIBRARIES` is imported before, once for all files. Content decides, not the name: a .csv
+that is really something else is reported or read for what it is.
 """
 
 from __future__ import annotations
@@ -20,12 +21,14 @@ from vinesexp.records.readers import (
     mdf,
     numpy_files,
     parquet,
+    scope_binary,
     tdms,
     tektronix,
     text,
     universal,
     wav,
 )
+from vinesexp.records.readers.guard import GuardedSource
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats, Source
 
 __all__ = ["BLOCK_ROWS", "READERS", "Column", "Floats", "Source", "open_source"]
@@ -43,10 +46,14 @@ READERS = (
     numpy_files,
     tektronix,
     lecroy,
+    scope_binary,
     excel,
     archive,
     text,
 )
+
+#: Of these no bytes can crash or stall anything; every other format is read in a child process.
+PLAIN = (wav, tektronix, lecroy, text)
 
 _HEAD = 4096  # bytes that are shown to `recognises`
 
@@ -84,6 +91,8 @@ def open_source(path: Path) -> Source:
         )
     for reader in READERS:
         if reader.recognises(head, suffix):
+            if reader not in PLAIN:
+                return GuardedSource(path, reader)
             source: Source = reader.open_file(path)
             return source
     raise RecordError(

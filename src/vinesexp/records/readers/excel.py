@@ -18,6 +18,7 @@ from vinesexp.records.readers.source import BLOCK_ROWS, Floats
 from vinesexp.records.readers.text import TextSource
 
 NAME = "Excel (.xlsx, .xls)"
+LIBRARIES = ("openpyxl", "xlrd")
 
 _XLS = b"\xd0\xcf\x11\xe0"
 

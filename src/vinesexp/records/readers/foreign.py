@@ -9,11 +9,12 @@ _MAGIC = (
     (b"%PDF", "a PDF document"),
     (b"\x89PNG", "a PNG picture"),
     (b"\xff\xd8\xff", "a JPEG picture"),
-    (b"AG10", "a Keysight .bin file"),
-    (b"\x0f\x0f:WFM#", "a Tektronix .wfm file"),
-    (b"\xf0\xf0:WFM#", "a Tektronix .wfm file"),
-    (b":WFM#", "a Tektronix .wfm file"),
-    (b"\xa5\xa5", "a Rigol .wfm file"),
+    (b"\x1aE\xdf\xa3", "an enDAQ .ide file or a Matroska film"),
+    (b"ID3", "an MP3 file"),
+    (b"fLaC", "a FLAC file"),
+    (b"OggS", "an Ogg file"),
+    (b"caff", "an Apple CAF file"),
+    (b"#!AMR", "an AMR file"),
 )
 
 
@@ -22,11 +23,13 @@ def name_of(head: bytes) -> str | None:
 
     Examples
     --------
-    >>> name_of(b"\\x0f\\x0f:WFM#003....")
-    'a Tektronix .wfm file'
+    >>> name_of(b"fLaC....")
+    'a FLAC file'
     >>> name_of(b"time,CH1\\n0,1\\n") is None
     True
     """
+    if head[4:8] == b"ftyp":
+        return "an MPEG-4 file (.m4a, .mp4)"
     for magic, name in _MAGIC:
         if head.startswith(magic):
             return name

@@ -27,11 +27,13 @@ from vinesexp.records.readers.source import (
 )
 
 NAME = "HDF5"
+LIBRARIES = ("h5py",)
 
 _MAGIC = b"\x89HDF\r\n\x1a\n"
 _RATES = ("sample_rate_hz", "sample_rate", "fs")
 _SHORTEST, _LONGEST = 1e-15, 1e9  # s between samples: what lies outside is no sampling
 _WIDEST = 2000  # columns of a matrix
+_SWELL = 2000  # samples a byte: what was never written takes no room, and may be stated at any size
 _INTERVALS = ("sample_interval_s", "sample_interval", "dt")
 
 
@@ -75,6 +77,7 @@ class Hdf5Source:
         self.path = path
         self.start = 0.0
         self.time_column: int | None = None
+        self._size = path.stat().st_size
         self._series: list[_Series] = []
         self._contradictions: list[RecordError] = []
         found: list[tuple[str, Any]] = []
@@ -146,6 +149,13 @@ class Hdf5Source:
         if _is_elsewhere(item):
             raise RecordError(
                 f"dataset '{name}' keeps its samples in another file; copy them into this one",
+                file=self.path,
+            )
+        if item.size > _SWELL * self._size:
+            sizes = " by ".join(str(length) for length in shape)
+            raise RecordError(
+                f"dataset '{name}' is {sizes}, more than the file can hold; export the record "
+                "again",
                 file=self.path,
             )
         if max(shape) > 1:

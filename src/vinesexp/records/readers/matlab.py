@@ -8,6 +8,7 @@ what stands beside them or deeper. Version 7.3 is HDF5 inside and read so.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,7 @@ from vinesexp.records.readers.source import (
 )
 
 NAME = "MATLAB .mat"
+LIBRARIES = ("scipy.io", "h5py")
 
 _NUMBERS = {"double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64"}
 _DEEPEST = 20  # structures inside structures
@@ -34,8 +36,26 @@ _SWELL = 2000  # zlib packs to a thousandth at best
 
 
 def recognises(head: bytes, suffix: str) -> bool:
-    """Versions 5 to 7.3 begin with their name; version 4 is known by the suffix alone."""
-    return head.startswith(b"MATLAB ") or (suffix == ".mat" and b"\0" in head)
+    """Versions 5 to 7.3 begin with their name, version 4 with the header of its first variable."""
+    hdf = suffix == ".mat" and hdf5.recognises(head, suffix)
+    return head.startswith(b"MATLAB ") or hdf or _is_version_4(head)
+
+
+def _is_version_4(head: bytes) -> bool:
+    """Whether five integers and a name stand there as version 4 writes them before a variable."""
+    if len(head) < 24:
+        return False
+    for order in "<>":
+        kind, rows, columns, complex_part, length = struct.unpack_from(f"{order}5i", head)
+        machine, reserved, precision, matrix = (kind // 10**k % 10 for k in (3, 2, 1, 0))
+        if not (0 <= kind < 5000 and machine <= 4 and reserved == 0 and precision <= 5):
+            continue
+        if matrix > 2 or rows < 1 or columns < 1 or complex_part not in (0, 1):
+            continue
+        name = head[20 : 20 + length]
+        if 2 <= length <= 64 and name[-1:] == b"\0" and name[:-1].decode("latin-1").isidentifier():
+            return True
+    return False
 
 
 def open_file(path: Path) -> MatlabSource | hdf5.Hdf5Source:

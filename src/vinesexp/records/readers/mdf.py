@@ -16,6 +16,7 @@ from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.source import Column, Floats, TableSource
 
 NAME = "MDF (MF4)"
+LIBRARIES = ("asammdf",)
 
 
 def recognises(head: bytes, suffix: str) -> bool:

@@ -12,6 +12,7 @@ from vinesexp.records.readers.labels import only_time, unit_in_name
 from vinesexp.records.readers.source import Column, TableSource
 
 NAME = "Parquet"
+LIBRARIES = ("pyarrow.parquet",)
 
 
 def recognises(head: bytes, suffix: str) -> bool:

@@ -24,6 +24,7 @@ from vinesexp.records.readers.source import (
 )
 
 NAME = "LabVIEW TDMS"
+LIBRARIES = ("nptdms",)
 
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit", "units")
 

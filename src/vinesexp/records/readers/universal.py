@@ -18,6 +18,7 @@ from vinesexp.records.readers.labels import unit_of_label
 from vinesexp.records.readers.source import Column, TableSource
 
 NAME = "Universal file (UFF 58)"
+LIBRARIES = ("pyuff",)
 
 _TIME = 17  # of abscissa_spec_data_type
 _FUNCTIONS = {2: "auto spectra", 3: "cross spectra", 4: "frequency responses", 6: "coherences"}

@@ -1,0 +1,69 @@
+"""`vinesexp compare A B`: two results folders, what changed, and whether it matters."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from vinesexp.errors import VinesexpError
+from vinesexp.records.tables import write_rows
+from vinesexp.report.differences_page import differences_page, lead
+from vinesexp.results import open_results
+from vinesexp.results_differences import DIFFERENCES, Difference, Differences, compare_results
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Two results folders, and where page and table go."""
+    parser.add_argument("a", type=Path, metavar="A", help="results folder, such as results/spring")
+    parser.add_argument("b", type=Path, metavar="B", help="another; differences are B minus A")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write a page")
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="write every row as a table")
+    parser.add_argument("--all", action="store_true", help="print what stayed the same too")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print what differs; 0 whether or not anything does."""
+    for folder in (args.a, args.b):
+        open_results(folder)  # says in one line what is missing
+    found = compare_results(args.a, args.b)
+    print("\n".join(text_of(found, everything=args.all)))
+    if args.html is not None:
+        with writing(args.html):
+            args.html.write_text(differences_page(found), encoding="utf-8")
+    if args.csv is not None:
+        with writing(args.csv):
+            write_rows(args.csv, DIFFERENCES, [row.as_row() for row in found.rows])
+    return 0
+
+
+def text_of(found: Differences, *, everything: bool = False) -> list[str]:
+    """Lines for the console: the answer, the data, then values, clearances, and what changed."""
+    lines = [f"A: {found.a}", f"B: {found.b}", found.about_data(), lead(found), ""]
+    shown = [
+        row for row in found.rows if everything or row.matters or row.kind in ("value", "clearance")
+    ]
+    width = max([len(_name(row)) for row in shown], default=0)
+    for row in shown:
+        apart = row.errors_apart
+        much = "" if apart is None else f" ({abs(apart):.1f} errors apart)"
+        note = f"; {row.note}" if row.note else ""
+        change = f"{row.a or '-'} -> {row.b or '-'}"
+        lines.append(f"{_name(row):<{width}}  {row.verdict}{much}: {change}{note}")
+    return lines
+
+
+def _name(row: Difference) -> str:
+    return f"{row.what} ({row.unit})" if row.unit not in ("", "1") else row.what
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """A file that a person named: its folder is made, and what goes wrong is one line."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise VinesexpError(f"cannot be written ({reason}); name another", file=path) from None

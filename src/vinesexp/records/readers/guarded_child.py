@@ -1,0 +1,124 @@
+"""The side of a guarded reader that may crash: a process that serves one source by pipe.
+
+A message is its length in eight bytes, then a pickle. Whatever goes wrong in the reader is answered
+as a refusal with its reason; what cannot be answered ends the process, and who asked sees the pipe
+close.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import pickle
+import signal
+import struct
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NoReturn
+
+from vinesexp.errors import RecordError
+
+_LENGTH = struct.Struct("<Q")
+
+
+def send(pipe: int, message: Any) -> None:
+    """Write one message."""
+    packed = pickle.dumps(message, protocol=5)
+    rest = memoryview(_LENGTH.pack(len(packed)) + packed)
+    while rest:
+        rest = rest[os.write(pipe, rest) :]
+
+
+def receive(pipe: int) -> Any:
+    """Read one message; EOFError where the other side is gone."""
+    return pickle.loads(_read(pipe, _LENGTH.unpack(_read(pipe, _LENGTH.size))[0]))
+
+
+def _read(pipe: int, count: int) -> bytes:
+    found = bytearray()
+    while len(found) < count:
+        part = os.read(pipe, min(count - len(found), 1 << 20))
+        if not part:
+            raise EOFError
+        found += part
+    return bytes(found)
+
+
+def serve(
+    reader: Any, path: Path, limits: tuple[int, float, int], requests: int, answers: int
+) -> NoReturn:
+    """Answer requests until nobody asks any more, then end this process."""
+    try:
+        faulthandler.disable()  # a crash is reported by who asked
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is told, and ends this one
+        silent = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(silent, 1)
+        os.dup2(silent, 2)
+        _limit(limits[0], limits[2])
+        source: Any = None
+        streams: dict[int, Iterator[Any]] = {}
+        while True:
+            what, *given = receive(requests)
+            try:
+                if what == "open":
+                    source = reader.open_file(path)
+                    value: Any = _facts(source)
+                elif what == "blocks":
+                    stream, columns, rows = given
+                    streams[stream] = iter(source.blocks(columns, rows))
+                    value = None
+                elif what == "next":
+                    value = next(streams[given[0]], None)
+                elif what == "close":
+                    value = streams.pop(given[0], None) and None
+                else:
+                    value = source.locate(given[0])
+                send(answers, ("ok", value))
+            except RecordError as error:
+                send(answers, ("refused", (error.problem, error.where)))
+            except Exception as error:  # whatever the broken bytes lead to
+                reason = " ".join(str(error).split())[:200]
+                problem = (
+                    f"cannot be read as {reader.NAME} ({type(error).__name__}: {reason}); copy or "
+                    "export the record again"
+                )
+                send(answers, ("refused", (problem, None)))
+    except BaseException:
+        os._exit(0)  # nobody asks any more, or nobody can be answered
+
+
+def _facts(source: Any) -> dict[str, Any]:
+    names = ("format", "sample_interval", "start", "time_column", "stated_rows")
+    columns = [(c.name, c.unit, c.interval, c.start) for c in source.columns]
+    return {**{name: getattr(source, name) for name in names}, "columns": columns}
+
+
+def _limit(seconds: int, memory: int) -> None:
+    """Let the system end this process when it takes too much."""
+    import resource
+
+    with suppress(ValueError, OSError):
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
+    with suppress(ValueError, OSError, StopIteration):
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+        held = next(line.split()[1] for line in status.splitlines() if "VmData" in line)
+        most = int(held) * 1024 + memory
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+    with suppress(ValueError, OSError):
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def main() -> None:
+    """Serve a source in a process that was started, not copied."""
+    from importlib import import_module
+
+    module, path, seconds, patience, memory, requests, answers = sys.argv[1:]
+    serve(
+        import_module(module),
+        Path(path),
+        (int(seconds), float(patience), int(memory)),
+        int(requests),
+        int(answers),
+    )

@@ -1,0 +1,90 @@
+"""Binary files of oscilloscopes: Tektronix and Rigol .wfm, Keysight and Rigol .bin."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers.extras import need, unreadable
+from vinesexp.records.readers.source import Column, TableSource
+
+NAME = "Tektronix and Rigol .wfm, Keysight and Rigol .bin"
+
+#: First bytes and what they are the beginning of.
+_MAGIC = (
+    (b"\x0f\x0f:WFM#", "Tektronix WFM"),
+    (b"\xf0\xf0:WFM#", "Tektronix WFM"),
+    (b"\xa5\xa5\x00\x00", "Rigol WFM"),
+    (b"\xa1\xa5\x00\x00", "Rigol WFM"),
+    (b"\xa5\xa5\xa4\x01", "Rigol WFM"),
+    (b"\xa5\xa5\x38\x00", "Rigol WFM"),
+    (b"RG01", "Rigol BIN"),
+    (b"RG03", "Rigol BIN"),
+    (b"AG01", "Keysight BIN"),
+    (b"AG03", "Keysight BIN"),
+    (b"AG10", "Keysight BIN"),
+)
+#: First bytes that are no sign of their own: the name has to end in .wfm, too.
+_RIGOL_BY_NAME = (b"\x01\xff\xff\xff", b"\x02\x00\x00\x00")
+_UNITS = {"w": "W", "a": "A", "v": "V"}
+
+
+def recognises(head: bytes, suffix: str) -> bool:
+    """The first bytes; for two families of Rigol the suffix, too."""
+    return _kind(head) is not None or (suffix == ".wfm" and head.startswith(_RIGOL_BY_NAME))
+
+
+def open_file(path: Path) -> TableSource:
+    """Read the channels of a file; RecordError where it is not whole, or holds a sequence."""
+    library = need(
+        "RigolWFM.wfm", extra="scope", what="a binary file of an oscilloscope", path=path
+    )
+    with path.open("rb") as stream:
+        kind = _kind(stream.read(16)) or "Rigol WFM"
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            file = library.Wfm.from_file(str(path))
+            frames = int(getattr(file, "frame_count", 1) or 1)
+            channels = [_channel(one) for one in file.channels if one.enabled]
+    except Exception as error:  # whatever the broken bytes lead to
+        raise unreadable(kind, error, path) from None
+    if frames > 1:
+        raise RecordError(
+            f"holds a sequence of {frames} frames; save each as a file of its own", file=path
+        )
+    if not channels or any(not np.isfinite(values).all() for _, values in channels):
+        raise RecordError(f"holds no samples ({kind}); save the channels again", file=path)
+    wrong = [column for column, _ in channels if not 0.0 < (column.interval or 0.0) < np.inf]
+    if wrong:
+        raise RecordError(f"states an interval of {wrong[0].interval} s", file=path)
+    columns, series = zip(*channels, strict=True)
+    return TableSource(path, kind, columns, series)
+
+
+def _kind(head: bytes) -> str | None:
+    return next((name for magic, name in _MAGIC if head.startswith(magic)), None)
+
+
+def _channel(one: Any) -> tuple[Column, np.ndarray[Any, np.dtype[np.float64]]]:
+    values = np.asarray(one.volts, dtype=np.float64)
+    unit = _UNITS.get(getattr(one.unit, "name", ""))
+    name = str(one.name).replace("CH ", "CH")
+    return Column(name, unit, _short(float(one.seconds_per_point)), float(one.times[0])), values
+
+
+def _short(interval: float) -> float:
+    """An interval that went through single precision: the short decimal number that it means.
+
+    Examples
+    --------
+    >>> _short(float(np.float32(8e-8))), _short(2.5e-9 / 3.0)
+    (8e-08, 8.333333333333334e-10)
+    """
+    if float(np.float32(interval)) != interval:
+        return interval
+    return float(np.format_float_scientific(np.float32(interval)))

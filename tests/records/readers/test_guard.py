@@ -1,0 +1,150 @@
+"""Readers that crash, hang or ask for all memory there is: one line, and the others go on."""
+
+import ctypes
+import gc
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import h5py
+import numpy as np
+import pytest
+
+from vinesexp.errors import RecordError
+from vinesexp.records import readers
+from vinesexp.records.readers import open_source
+from vinesexp.records.readers.guard import GuardedSource, Limits
+from vinesexp.records.readers.source import Column, TableSource
+
+QUICK = Limits(seconds=1, patience=2.0, memory=1 << 28)
+
+
+def reader(open_file):
+    return SimpleNamespace(NAME="Test format", open_file=open_file, __name__="test")
+
+
+def crashing(path):
+    ctypes.string_at(0)
+
+
+def spinning(path):
+    while True:
+        pass
+
+
+def sleeping(path):
+    time.sleep(1000.0)
+
+
+def greedy(path):
+    return np.ones(1 << 30)
+
+
+def leaving(path):
+    os._exit(3)
+
+
+def mistaken(path):
+    return {}["no such\nkey"]
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "a.bin"
+    path.write_bytes(b"bytes")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("open_file", "words"),
+    [
+        (crashing, "segmentation fault"),
+        (spinning, "more than 1 s of the processor"),
+        (sleeping, "gives nothing for 2 s"),
+        (greedy, "Unable to allocate"),
+        (leaving, "status 3"),
+        (mistaken, "KeyError"),
+    ],
+)
+def test_a_reader_that_breaks_is_one_line(open_file, words, file):
+    with pytest.raises(RecordError, match=words) as refused:
+        GuardedSource(file, reader(open_file), QUICK)
+    assert str(refused.value).startswith(f"{file}: ")
+    assert "\n" not in str(refused.value)
+    assert "Test format" in str(refused.value)
+
+
+def test_a_crash_among_the_samples_leaves_what_was_read_and_no_process(file):
+    class Breaking(TableSource):
+        def blocks(self, columns, rows=3):
+            for k, block in enumerate(super().blocks(columns, 3)):
+                if k == 2:
+                    os.kill(os.getpid(), signal.SIGSEGV)
+                yield block
+
+    def open_file(path):
+        return Breaking(path, "Test", [Column("x")], [np.arange(12.0)], sample_interval=0.5)
+
+    source = GuardedSource(file, reader(open_file), QUICK)
+    assert (source.format, source.sample_interval) == ("Test", 0.5)
+    assert source.locate(4) == "sample 4"
+    blocks = source.blocks([0])
+    assert next(blocks)[:, 0].tolist() == [0.0, 1.0, 2.0]
+    assert next(blocks)[:, 0].tolist() == [3.0, 4.0, 5.0]
+    with pytest.raises(RecordError, match="segmentation fault"):
+        next(blocks)
+    with pytest.raises(RecordError, match="segmentation fault"):
+        next(source.blocks([0]))
+
+
+def write_hdf5(path: Path) -> None:
+    with h5py.File(path, "w") as stored:
+        stored.attrs["fs"] = 100.0
+        stored["x"] = np.arange(1000.0)
+
+
+def test_a_source_gives_the_same_through_a_copy_of_this_process_and_a_new_one(tmp_path):
+    write_hdf5(tmp_path / "a.h5")
+    copied = open_source(tmp_path / "a.h5")
+    waiting = threading.Event()
+    beside = threading.Thread(target=waiting.wait)
+    beside.start()  # copying a process with threads is unsafe
+    try:
+        started = open_source(tmp_path / "a.h5")
+    finally:
+        waiting.set()
+        beside.join()
+    assert copied._child.process is None
+    assert started._child.process is not None
+    assert copied.columns == started.columns == (Column("x", None, 0.01),)
+    for source in (copied, started):
+        first, second = source.blocks([0], 600), source.blocks([0], 600)
+        assert next(first)[-1, 0] == 599.0  # two readings of one source do not mix
+        assert [len(block) for block in second] == [600, 400]
+        assert [len(block) for block in first] == [400]
+
+
+def test_the_child_ends_with_its_source(tmp_path):
+    write_hdf5(tmp_path / "a.h5")
+    source = open_source(tmp_path / "a.h5")
+    pid = source._child.pid
+    os.kill(pid, 0)
+    del source
+    gc.collect()
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+def test_every_format_that_a_library_reads_is_guarded():
+    names = {reader.__name__.rpartition(".")[2] for reader in readers.PLAIN}
+    assert names == {"wav", "tektronix", "lecroy", "text"}
+
+
+def test_a_dataset_larger_than_its_file_can_hold_is_refused(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as stored:
+        stored.create_dataset("x", shape=(10**12,), chunks=(1024,), dtype="f8")
+    with pytest.raises(RecordError, match="more than the file can hold"):
+        open_source(tmp_path / "a.h5")

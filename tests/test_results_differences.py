@@ -1,0 +1,120 @@
+"""Two results folders: what differs, against its error."""
+
+import csv
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp.cli import main
+from vinesexp.records.checks import Check, write_checks
+from vinesexp.records.result_columns import CLEARANCES, IDENTIFIED, RECORD_REGIMES
+from vinesexp.records.store import create_record
+from vinesexp.records.tables import write_rows
+from vinesexp.results_differences import compare_results
+
+
+def write_results(
+    folder: Path, *, M: float = 4.7, error: float = 0.02, b: float = 34.0, source: str = "s",
+    regime: str = "two symmetric",
+) -> Path:  # fmt: skip
+    write_rows(
+        folder / "identified.csv",
+        IDENTIFIED,
+        [
+            {"parameter": "M", "value": M, "std_error": error, "unit": "kg", "method": method}
+            for method in ("added mass", "combined")
+        ],
+    )
+    row = {"test": "periodic", "level": "G = 0.25 mm", "measured_mm": b}
+    row |= {"measured_low_mm": b - 0.5, "measured_high_mm": b + 0.5}
+    row |= {"exact_mm": 33.9, "predicted_low_mm": 33.8, "predicted_high_mm": 34.0}
+    write_rows(folder / "clearances.csv", CLEARANCES, [row])
+    regimes = {"record": "b34", "regime": regime, "amplitude_mean_m": 3e-3}
+    write_rows(folder / "regimes.csv", RECORD_REGIMES, [regimes])
+    write_checks(folder / "checks.csv", [Check("b34", "ingest", "ok", "fine")])
+    with create_record(
+        folder / "records/b34.nc", sample_rate=10.0, quantities={"base": "displacement"},
+        attributes={"source_sha256": source},
+    ) as writer:  # fmt: skip
+        writer.append({"base": np.zeros(3)})
+    return folder
+
+
+def verdicts(a: Path, b: Path) -> dict[str, str]:
+    return {row.what: row.verdict for row in compare_results(a, b).rows}
+
+
+LEVEL = "periodic, G = 0.25 mm"
+
+
+def test_other_records_differ_where_the_difference_is_beyond_both_errors(tmp_path):
+    a = write_results(tmp_path / "a")
+    near = write_results(tmp_path / "near", M=4.75, b=34.6, source="t")
+    far = write_results(tmp_path / "far", M=4.80, b=36.0, source="t")
+    assert verdicts(a, near)["M"] == "within error"
+    assert verdicts(a, near)[f"measured, {LEVEL}"] == "within error"
+    found = compare_results(a, far)
+    assert not found.same_data
+    rows = {row.what: row for row in found.rows}
+    assert rows["M"].verdict == "differs"
+    assert rows["M"].errors_apart == pytest.approx(0.1 / (0.02 * np.sqrt(2)))
+    assert rows[f"measured, {LEVEL}"].verdict == "differs"
+    assert rows[f"predicted, {LEVEL}"].verdict == "within error"
+
+
+def test_the_same_records_have_the_same_error_and_a_smaller_difference_counts(tmp_path):
+    a = write_results(tmp_path / "a")
+    for M, verdict in ((4.7, "same"), (4.71, "within error"), (4.73, "differs")):
+        b = write_results(tmp_path / f"b{M}", M=M)
+        assert compare_results(a, b).same_data
+        assert verdicts(a, b)["M"] == verdict
+
+
+def test_regimes_checks_and_what_only_one_has(tmp_path):
+    a = write_results(tmp_path / "a")
+    b = write_results(tmp_path / "b", regime="chaotic", error=0.1)
+    write_checks(b / "checks.csv", [Check("b34", "clipped", "warning", "3 samples")])
+    rows = {row.what: row for row in compare_results(a, b).rows}
+    assert rows["b34"].verdict == "changed"
+    assert (rows["b34: clipped"].verdict, rows["b34: clipped"].note) == ("only in B", "3 samples")
+    assert "5 times" in rows["M"].note
+
+
+def test_the_command_prints_and_writes_page_and_table(tmp_path, capsys):
+    a = write_results(tmp_path / "a <1>")
+    b = write_results(tmp_path / "b", M=4.8)
+    page, table = tmp_path / "out/page.html", tmp_path / "out/table.csv"
+    assert main(["compare", str(a), str(b), "--html", str(page), "--csv", str(table)]) == 0
+    printed = capsys.readouterr().out
+    assert "What differs: M (5.0 errors apart)." in printed
+    assert "same instrument files (1)" in printed
+    text = page.read_text(encoding="utf-8")
+    assert "a &lt;1&gt;" in text
+    assert "5.0 errors apart" in text
+    with table.open(encoding="utf-8", newline="") as stream:
+        rows = {row["what"]: row for row in csv.DictReader(stream)}
+    assert rows["M"]["verdict"] == "differs"
+    assert float(rows["M"]["difference"]) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("break_it", "message"),
+    [
+        (lambda b: shutil.rmtree(b), "holds no results"),
+        (lambda b: (b / "clearances.csv").unlink(), "is missing; run the compare step"),
+    ],
+)
+def test_a_folder_without_results_is_one_line(tmp_path, capsys, break_it, message):
+    a, b = write_results(tmp_path / "a"), write_results(tmp_path / "b")
+    break_it(b)
+    assert main(["compare", str(a), str(b)]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line
+
+
+def test_a_place_that_cannot_be_written_is_one_line(tmp_path, capsys):
+    a = write_results(tmp_path / "a")
+    assert main(["compare", str(a), str(a), "--html", str(a / "identified.csv/x.html")]) == 1
+    assert "cannot be written" in capsys.readouterr().err

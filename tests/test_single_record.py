@@ -1,0 +1,114 @@
+"""One record in a notebook gives what the same record gives in a campaign."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vinesexp
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+from vinesexp.errors import ParameterError, RecordError
+from vinesexp.pipeline import analyse_campaign
+from vinesexp.records.campaign import load_campaign
+from vinesexp.records.result_paths import ResultPaths
+
+RATE = 10_000.0
+
+
+@pytest.fixture(scope="module")
+def periodic() -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Ten seconds of the published rig, lasers and accelerometer, and its true impacts."""
+    rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.03, r=0.6)])
+    base = Harmonic(amplitude=0.25e-3, frequency=7.862)
+    motion = simulate(rig, base, Release(y0=[0.0299]), duration=22.0)
+    t = 12.0 + np.arange(100_000) / RATE
+    x, v = motion.at(t)
+    hits = motion.impacts
+    inside = (hits["time"] > 12.0) & (hits["time"] < 22.0 - 1e-3)
+    times, jump = hits["time"][inside], (hits["v_after"] - hits["v_before"])[inside]
+    w = 2.0 * np.pi * 7.862
+    xe = 0.25e-3 * np.sin(w * t)
+    a = -(1.147e4 * (x - xe) + 3.02 * (v - 0.25e-3 * w * np.cos(w * t))) / 4.7
+    for at, dv in zip(times, jump, strict=True):
+        k = np.flatnonzero((t > at) & (t < at + 4e-4))
+        a[k] += dv * np.pi / (2 * 4e-4) * np.sin(np.pi * (t[k] - at) / 4e-4)
+    rng = np.random.default_rng(3)
+    channels = {
+        "base": xe + rng.normal(0.0, 2e-6, t.size),
+        "displacement": x + rng.normal(0.0, 6e-6, t.size),
+        "acceleration": a + rng.normal(0.0, 0.3, t.size),
+    }
+    return channels, times - 12.0
+
+
+def test_impacts_regime_and_values_of_one_record(periodic):
+    channels, times = periodic
+    found = vinesexp.analyse(
+        channels, "10 kHz", test="periodic", clearance="30 mm", nes_mass=0.032,
+        base_amplitude=0.25e-3, frequency=7.862,
+    )  # fmt: skip
+    assert abs(len(found.impacts) - len(times)) <= 2
+    assert np.abs(found.impacts["time_s"].to_numpy()[:, None] - times).min(axis=1).max() < 5e-4
+    assert found.regime["regime"] == "two symmetric"
+    combined = found.identified[found.identified["method"] == "combined"].set_index("parameter")
+    assert combined.loc["r", "ci95_low"] < 0.6 < combined.loc["r", "ci95_high"]
+    assert float(found["displacement"].max()) == pytest.approx(channels["displacement"].max())
+
+
+def test_the_same_file_in_a_campaign_gives_the_same_numbers(tmp_path: Path):
+    t = np.arange(4000) / 500.0
+    x = 20.0 * np.exp(-0.4 * t) * np.cos(2 * np.pi * 7.862 * t)
+    x += np.random.default_rng(0).normal(0.0, 0.006, t.size)
+    table = np.column_stack([t, x])
+    np.savetxt(
+        tmp_path / "a.csv", table, fmt="%.6f", delimiter=",", header="Time,Laser\ns,mm", comments=""
+    )
+    (tmp_path / "campaign.yaml").write_text(
+        "channels: {displacement: {column: Laser, quantity: displacement, unit: mm}}\n"
+        "time: {column: Time, unit: s}\n"
+    )
+    (tmp_path / "records.csv").write_text("record,file,test\nrecord,a.csv,ringdown\n")
+    analyse_campaign(load_campaign(tmp_path), paths=ResultPaths(tmp_path / "results"))
+    channels, rate = vinesexp.read_file(tmp_path / "a.csv", {"displacement": ("Laser", "mm")})
+    found = vinesexp.analyse(channels, rate, test="ringdown", folder=tmp_path / "kept")
+    theirs = vinesexp.open_results(tmp_path / "results")
+    assert found.identified.equals(theirs.identified)
+    assert found.estimates.equals(theirs.record("record").estimates)
+    assert (tmp_path / "kept" / "records" / "record.nc").is_file()
+
+
+@pytest.mark.parametrize(
+    ("channels", "given", "message"),
+    [
+        ({"displacment": np.ones(9)}, {}, "did you mean 'displacement'"),
+        ({"displacement": np.ones((3, 3))}, {}, "channel displacement: found 3x3"),
+        ({"displacement": ["a", "b"]}, {}, "array of numbers"),
+        ({}, {}, "found none"),
+        ({"displacement": np.ones(9), "base": np.ones(8)}, {}, "displacement 9, base 8"),
+        ({"displacement": np.ones(9)}, {"test": "ringdwn"}, "did you mean 'ringdown'"),
+        ({"displacement": np.ones(9)}, {"clearance": "34"}, "clearance: the unit is missing"),
+        ({"displacement": np.ones(9)}, {"clearance": -1.0}, "clearance: found -1.0"),
+        ({"displacement": np.ones(9)}, {"nes_mass": "32 mm"}, "nes_mass: 'mm' is a unit of"),
+        ({"displacement": np.ones(9)}, {"frequency": (1.0, 2.0, 3.0)}, "a pair"),
+        ({"displacement": np.ones(9)}, {"settings": "impacts.treshold = 7"}, "'threshold'"),
+    ],
+)
+def test_a_mistake_is_one_line_that_names_the_argument(channels, given, message):
+    with pytest.raises(ParameterError) as error:
+        vinesexp.analyse(channels, 100.0, **{"test": "ringdown", **given})
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_samples_that_cannot_be_used_are_refused_as_in_a_campaign():
+    x = np.sin(np.arange(1000) / 10.0)
+    x[500] = np.nan
+    with pytest.raises(RecordError, match="NaN among the samples") as error:
+        vinesexp.analyse({"displacement": x}, 100.0, test="ringdown")
+    assert "/" not in str(error.value), "no temporary file is named"
+
+
+def test_every_public_name_is_there():
+    for name in vinesexp.__all__:
+        assert getattr(vinesexp, name) is not None
+    assert dir(vinesexp) == vinesexp.__all__
