@@ -15,13 +15,13 @@ REPOSITORY = Path(__file__).parents[1]
 
 #: From the ground up; a module imports from its own floor or from one below.
 FLOORS = (
-    {"errors", "arrays"},
+    {"errors", "arrays", "public_names"},
     {"units", "rig", "excitation"},
     {"settings"},
     {"theory", "solver", "records"},
     {"signals"},
     {"identification"},
-    {"clearance", "design"},
+    {"clearance", "design", "proposal"},
     {"replay"},
     {"pipeline", "analysis_results", "results"},
     {"single_record", "results_differences"},

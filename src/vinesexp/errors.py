@@ -10,6 +10,8 @@ import difflib
 from collections.abc import Iterable
 from pathlib import Path
 
+_LONGEST = 1000  # characters of a word in a message
+
 
 class VinesexpError(Exception):
     """A mistake in the user's input, reported in one line.
@@ -34,10 +36,10 @@ class VinesexpError(Exception):
     def __init__(
         self, problem: str, *, file: str | Path | None = None, where: str | None = None
     ) -> None:
-        self.problem = " ".join(problem.split())
+        self.problem = shown(" ".join(problem.split()))
         self.file = file
         self.where = where
-        place = ", ".join(str(part) for part in (file, where) if part is not None)
+        place = ", ".join(shown(str(part)) for part in (file, where) if part is not None)
         super().__init__(f"{place}: {self.problem}" if place else self.problem)
 
 
@@ -59,6 +61,27 @@ class TableError(VinesexpError):
 
 class AnalysisError(VinesexpError):
     """The data do not hold what was asked of them (too short, no impact, no decay)."""
+
+
+def shown(text: str) -> str:
+    """Text from anywhere as a person can read it in one line.
+
+    What a console would obey or cannot show is written as its code; words longer than any path,
+    which a damaged cell can be, lose their middle.
+
+    Examples
+    --------
+    >>> print(shown("found 'a\\x00b\\x1b[2J'\\n"))
+    found 'a\\x00b\\x1b[2J'\\n
+    >>> len(shown("9" * 5000))
+    301
+    """
+    if len(text) > _LONGEST:
+        cut = (w if len(w) <= _LONGEST else f"{w[:200]}…{w[-100:]}" for w in text.split(" "))
+        text = " ".join(cut)
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -99,18 +100,26 @@ def ingest_record(
     return checks
 
 
-def condition_record(campaign: Campaign, record: Record, *, paths: ResultPaths) -> Bands | None:
+def condition_record(
+    campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
+) -> Bands | None:
     """Bandpass the channels: the oscillator's motion in its band, the impacts in theirs."""
+    from vinesexp.records.file_attributes import write_refused
+    from vinesexp.records.refusal import refused_where_it_fails
     from vinesexp.signals.condition import condition
 
     campaign, record = _seen(campaign, record, step="condition")
-    return condition(
-        paths.record(record.id),
-        paths.conditioned(record.id),
-        bandpass=campaign.bandpass,
-        f0_hint=centre_frequency(record),
-        settings=record.settings,
-    )
+    out = paths.conditioned(record.id)
+    bands = None
+    with refused_where_it_fails("condition", record.id, partial(write_refused, out), strict=strict):
+        bands = condition(
+            paths.record(record.id),
+            out,
+            bandpass=campaign.bandpass,
+            f0_hint=centre_frequency(record),
+            settings=record.settings,
+        )
+    return bands
 
 
 def centre_frequency(record: Record) -> float | None:
@@ -124,37 +133,15 @@ def centre_frequency(record: Record) -> float | None:
     return sum(record.frequency) / len(record.frequency) if record.frequency else None
 
 
-def find_impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> tuple[Impacts, Row]:
+def find_impacts(
+    campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
+) -> tuple[Impacts, Row]:
     """Acceleration spikes to impacts, and the regime that they and the amplitude show."""
-    import json
-
-    from vinesexp.signals.base_motion import base_rows
-    from vinesexp.signals.impacts.find import impacts_of_record
-    from vinesexp.signals.regimes import decay_times, shown_by_record
+    from vinesexp.signals.record_impacts import write_impacts_and_regime
 
     campaign, record = _seen(campaign, record, step="impacts")
-    measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
-    impacts = impacts_of_record(
-        measured,
-        conditioned,
-        paths.impacts(record.id),
-        clearance=record.clearance,
-        nes_mass=[mass.value for mass in campaign.known.nes_mass],
-        test=record.test,
-        settings=record.settings,
-    )
-    shown = shown_by_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
-    row = paths.regime(record.id)
-    row.parent.mkdir(parents=True, exist_ok=True)
-    step = {
-        "regime": [shown.regime],
-        "bands": shown.bands,
-        "transitions": shown.transitions,
-        "base": base_rows(record, measured=measured, conditioned=conditioned),
-        "times": decay_times(record, conditioned=conditioned),
-    }
-    row.write_text(json.dumps(step, indent=1) + "\n", encoding="utf-8")
-    return impacts, shown.regime
+    masses = [mass.value for mass in campaign.known.nes_mass]
+    return write_impacts_and_regime(record, paths=paths, nes_mass=masses, strict=strict)
 
 
 def estimate_from_record(
@@ -163,36 +150,42 @@ def estimate_from_record(
     """What one record says about M, c1, k1 and r, each value with its standard error."""
     from vinesexp.identification.decay_table import decay_table
     from vinesexp.identification.estimate import write_estimates
-    from vinesexp.identification.one_record import estimate_record
+    from vinesexp.identification.one_record import estimate_record, nothing
+    from vinesexp.records.refusal import refused_where_it_fails
     from vinesexp.records.result_columns import DECAY
     from vinesexp.records.tables import write_rows
 
     campaign, record = _seen(campaign, record, step="estimate")
-    found = estimate_record(
-        record,
-        campaign.known,
-        measured=paths.record(record.id),
-        conditioned=paths.conditioned(record.id),
-        impacts=paths.impacts(record.id),
-    )
+    measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
+    found: list[Estimate] = []
+    decay: list[Row] = []
+
+    def leave(reason: str) -> None:
+        found[:] = [nothing(record.id, reason)]
+
+    with refused_where_it_fails("estimate", record.id, leave, strict=False):
+        found = estimate_record(
+            record,
+            campaign.known,
+            measured=measured,
+            conditioned=conditioned,
+            impacts=paths.impacts(record.id),
+        )
+        if record.test == "ringdown":
+            decay = decay_table(found, conditioned)
     write_estimates(paths.estimates(record.id), found)
-    decay = decay_table(found, paths.conditioned(record.id)) if record.test == "ringdown" else []
     write_rows(paths.decay(record.id), DECAY, decay)
     return found
 
 
 def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
     """One table of all records each: regimes, base, bands, transitions, decay times."""
-    import json
-
     from vinesexp.records.result_columns import COLLECTED
     from vinesexp.records.tables import write_rows
+    from vinesexp.signals.record_impacts import read_shown
 
     campaign = campaign_seen_by("regimes", campaign)
-    steps = [
-        json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
-        for record in campaign.records
-    ]
+    steps = [read_shown(paths.regime(record.id)) for record in campaign.records]
     for key, table in COLLECTED.items():
         write_rows(paths.folder / f"{table.name}.csv", table, [r for s in steps for r in s[key]])
     return [row for step in steps for row in step["regime"]]
@@ -200,6 +193,7 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
 
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
     """M, c1, k1 and r from the estimates of all records: identified.csv, budget.csv, checks."""
+    from vinesexp.identification.amplitude_law import write_levels
     from vinesexp.identification.budget import write_budget
     from vinesexp.identification.estimate import read_estimates, write_identified
     from vinesexp.identification.whole_campaign import identify_campaign
@@ -220,6 +214,7 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
     whole = identify_campaign(found, campaign, impacts)
     write_identified(paths.identified, whole.rows)
     write_budget(paths.budget, whole.sources)
+    write_levels(paths.level_values, whole.levels, whole.rows)
     write_checks(paths.identify_checks, whole.checks)
     return whole.rows
 
@@ -228,7 +223,13 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
     """Measured optimal clearances beside the predicted ones, clearances.csv; and what is odd."""
     from vinesexp.clearance.comparison import compare, write_clearances
     from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import BASE, DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.result_columns import (
+        BASE,
+        DECAY_TIMES,
+        IDENTIFIED,
+        LEVEL_VALUES,
+        RECORD_REGIMES,
+    )
     from vinesexp.records.tables import read_rows
 
     campaign = campaign_seen_by("compare", campaign)
@@ -238,6 +239,7 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
         read_rows(paths.regimes, RECORD_REGIMES),
         read_rows(paths.decay_times, DECAY_TIMES),
         read_rows(paths.base, BASE),
+        read_rows(paths.level_values, LEVEL_VALUES),
     )
     write_clearances(paths.clearances, rows)
     write_checks(paths.compare_checks, checks)
@@ -245,18 +247,12 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
 
 
 def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
-    """Every record simulated again with the identified rig and the base as measured, replay.csv."""
+    """Every record simulated again with the identified rig and its measured base, replay.csv."""
     from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import (
-        BASE,
-        IDENTIFIED,
-        RECORD_REGIMES,
-        REPLAY,
-        REPLAY_CYCLES,
-    )
-    from vinesexp.records.tables import read_rows, write_rows
+    from vinesexp.records.result_columns import BASE, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.tables import read_rows
     from vinesexp.replay.campaign_replay import replay_campaign
-    from vinesexp.replay.replay_table import replay_checks
+    from vinesexp.replay.replay_table import replay_checks, write_replay
 
     campaign = campaign_seen_by("replay", campaign)
     rows, cycles = replay_campaign(
@@ -264,10 +260,9 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
         identified=read_rows(paths.identified, IDENTIFIED),
         regimes=read_rows(paths.regimes, RECORD_REGIMES),
         base=read_rows(paths.base, BASE),
-        conditioned={record.id: paths.conditioned(record.id) for record in campaign.records},
+        paths=paths,
     )
-    write_rows(paths.replay, REPLAY, [row.as_row() for row in rows])
-    write_rows(paths.replay_cycles, REPLAY_CYCLES, cycles)
+    write_replay(paths.replay, paths.replay_cycles, rows, cycles)
     write_checks(paths.replay_checks, replay_checks(rows))
     return rows
 
@@ -275,6 +270,7 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
 def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     """The checks of every step in one table, checks.csv, in the order of the records."""
     from vinesexp.records.checks import read_checks, write_checks
+    from vinesexp.signals.record_impacts import read_shown
 
     campaign = campaign_seen_by("checks", campaign)
     tables: Sequence[Path] = [
@@ -284,6 +280,10 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
         paths.replay_checks,
     ]
     found = [check for table in tables for check in read_checks(table)]
+    for record in campaign.records:  # what a step on it could not digest
+        reason = read_shown(paths.regime(record.id)).get("refused")
+        if reason:
+            found.append(Check(record.id, "impacts", "refused", reason))
     write_checks(paths.checks, found)
     return found
 

@@ -93,24 +93,30 @@ def run_step(function: Callable[..., Any], *, log: str | Path, **arguments: Any)
             raise SystemExit(1) from None
         seconds = time.perf_counter() - started
         stream.write(f"{summary if summary is not None else 'done'} in {seconds:.2f} s\n")
-        stream.write(f"process: {time.process_time():.2f} s of processor time, {_peak_memory()}\n")
+        stream.write(f"process: {time.process_time():.2f} s of processor time, {_memory_words()}\n")
 
 
-def _peak_memory() -> str:
-    """Largest memory that this process has held, where the system says it.
+def _memory_words() -> str:
+    peak = peak_memory()
+    return "peak memory unknown" if peak is None else f"peak memory {peak:.0f} MiB"
+
+
+def peak_memory() -> float | None:
+    """Largest memory that this process has held, MiB, where the system says it.
 
     The usual `ru_maxrss` outlives the start of a new program on Linux, and a step would show what
-    its parent had held; VmHWM is of this program alone.
+    its parent had held; VmHWM is of this program alone. Of the processes that it started and that
+    have ended the largest counts too.
     """
-    try:
-        status = Path("/proc/self/status").read_text(encoding="ascii")
-        kilobytes = next(line.split()[1] for line in status.splitlines() if "VmHWM" in line)
-        return f"peak memory {int(kilobytes) / 2**10:.0f} MiB"
-    except (OSError, StopIteration):
-        pass
     try:
         import resource
     except ImportError:  # Windows
-        return "peak memory unknown"
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return f"peak memory {peak / (2**20 if sys.platform == 'darwin' else 2**10):.0f} MiB"
+        return None
+    size = 2**20 if sys.platform == "darwin" else 2**10
+    children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / size
+    try:
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+        kilobytes = next(line.split()[1] for line in status.splitlines() if "VmHWM" in line)
+        return max(int(kilobytes) / 2**10, children)
+    except (OSError, StopIteration):
+        return max(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / size, children)

@@ -9,6 +9,7 @@ rule compare:
     input:
         PLANNER.again("compare", COMPARE, PATHS.clearances),
         identified=PATHS.identified,
+        levels=PATHS.level_values,
         regimes=PATHS.regimes,
         base=PATHS.base,
         times=PATHS.decay_times,
@@ -29,6 +30,7 @@ rule checks:
     input:
         PLANNER.again("checks", COLLECT_CHECKS, PATHS.checks),
         records=each_record(PATHS.ingest_checks),
+        refused=each_record(PATHS.regime),
         summaries=[PATHS.identify_checks, PATHS.compare_checks, PATHS.replay_checks],
     output:
         table=report(PATHS.checks, category="Tables"),

@@ -31,6 +31,7 @@ rule identify:
     output:
         identified=report(PATHS.identified, category="Tables"),
         budget=report(PATHS.budget, category="Tables"),
+        levels=report(PATHS.level_values, category="Tables"),
         checks=PATHS.identify_checks,
     log:
         PATHS.log("identify"),

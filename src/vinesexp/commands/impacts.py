@@ -15,10 +15,11 @@ import tempfile
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.identification.heard_bounces import bounces_heard
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
+from vinesexp.proposal.kind_of_test import oscillates
 from vinesexp.records.campaign import Campaign, Channel, Known, Record, TimeColumn
 from vinesexp.records.ingest import read_channels
-from vinesexp.records.proposal import oscillates
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.single_file import channel_of, instrument_rate, time_column
 
@@ -149,19 +150,21 @@ def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Name
         for check in ingest_record(campaign, record, paths=paths, strict=True):
             if check.outcome == "warning":
                 print(f"vinesexp impacts: {path}: {check.detail}", file=sys.stderr)
-        condition_record(campaign, record, paths=paths)
-        find_impacts(campaign, record, paths=paths)
+        condition_record(campaign, record, paths=paths, strict=True)
+        find_impacts(campaign, record, paths=paths, strict=True)
         return paths.impacts(record.id).read_text(encoding="utf-8")
 
 
 def _test(
     path: Path, channels: dict[str, Channel], time: TimeColumn | None, rate: float | None
 ) -> str:
-    """A motion with impacts, unless nothing oscillates: then shocks, as of a dropped ball."""
+    """A ball that bounces, or a motion with impacts; shocks alone count as dropped, too."""
     if "displacement" in channels:
         return "periodic"
     only = {"acceleration": channels["acceleration"]}
-    _, _, values = read_channels(path, only, time=time, sample_rate=rate)
+    found_rate, _, values = read_channels(path, only, time=time, sample_rate=rate)
+    if bounces_heard(values["acceleration"], found_rate) is not None:
+        return "drop"
     return "periodic" if oscillates(values["acceleration"]) else "drop"
 
 

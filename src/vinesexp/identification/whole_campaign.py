@@ -35,4 +35,5 @@ def identify_campaign(
         [*whole.rows, *consistent.effects],
         [*consistent.checks, *whole.checks],
         whole.sources,
+        whole.levels,
     )

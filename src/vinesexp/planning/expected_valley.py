@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, amplitude_curve
+from vinesexp.clearance.curves import amplitude_curve
+from vinesexp.clearance.predicted import NEEDED, IdentifiedRig
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.theory.optimal_clearance import b_c_exact
 from vinesexp.units import COVERAGE_95, Quantity

@@ -7,7 +7,6 @@ its place, so that the other records go on.
 from __future__ import annotations
 
 import os
-import traceback
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from vinesexp.records.file_attributes import record_attributes, source_digest, w
 from vinesexp.records.findings import look_over
 from vinesexp.records.joined import AnySamples, JoinedSamples
 from vinesexp.records.readers import Floats, open_source
+from vinesexp.records.refusal import is_of_the_machine, reason_of
 from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Campaign, Channel, Record, TimeColumn
 from vinesexp.records.store import create_record, open_record
@@ -33,9 +33,9 @@ def ingest_or_refuse(campaign: Campaign, record: Record, out: Path) -> list[Chec
     except RecordError as error:
         reported = str(error)
     except Exception as error:  # one file that nobody foresaw must not stop the others
-        traceback.print_exc()  # in a step of the workflow: into its log
-        reason = " ".join(str(error).split())[:200]
-        reported = f"{record.file}: cannot be read ({type(error).__name__}: {reason})"
+        if is_of_the_machine(error):
+            raise
+        reported = f"{record.file}: cannot be read ({reason_of(error)})"
     write_refused(out, reported, record_attributes(campaign, record))
     return [Check(record.id, "ingest", "refused", reported)]
 

@@ -59,6 +59,20 @@ BUDGET = Table("budget", "identify", (
     Column("note", "what was assumed, and what would shrink it"),
 ))  # fmt: skip
 
+#: f0 and zeta where the mass swings at each base amplitude; no row where they are the same at all.
+LEVEL_VALUES = Table("level_values", "identify", (
+    _number("base_amplitude_mm", "mm", "of records.csv", ".7g"),
+    _number("amplitude_m", "m", "of the mass: least mean amplitude of its tests", ".6g"),
+    _number("f0_hz", "Hz", "natural frequency at that amplitude", ".10g"),
+    _number("f0_error_hz", "Hz", "standard error, with the range around the amplitude", ".3g"),
+    _number("zeta", "1", "damping ratio at that amplitude", ".7g"),
+    _number("zeta_error", "1", "standard error, with the range around the amplitude", ".3g"),
+    _number("c1_n_s_m", "N s/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("c1_error_n_s_m", "N s/m", "standard error", ".3g"),
+    _number("k1_n_m", "N/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("k1_error_n_m", "N/m", "standard error", ".3g"),
+))  # fmt: skip
+
 RECORD_REGIMES = Table("regimes", "regimes", (
     _RECORD,
     Column("regime", "by docs/theory.md; one a ball, separated by ' | '; a sweep: by frequency"),
@@ -217,6 +231,7 @@ TABLES = (
     IMPACTS,
     IDENTIFIED,
     BUDGET,
+    LEVEL_VALUES,
     RECORD_REGIMES,
     BASE,
     BANDS,

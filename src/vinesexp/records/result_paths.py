@@ -90,6 +90,11 @@ class ResultPaths:
         return self.folder / "budget.csv"
 
     @property
+    def level_values(self) -> Path:
+        """f0 and zeta at the amplitude of each level."""
+        return self.folder / "level_values.csv"
+
+    @property
     def regimes(self) -> Path:
         return self.folder / "regimes.csv"
 

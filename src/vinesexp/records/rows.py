@@ -50,6 +50,8 @@ class Rows:
         """Complete rows with the number of their first; what is missing at the ends is trimmed."""
         begun, before, hole, done = False, 0, None, 0
         for raw in self.source.blocks(self.indexes):
+            if not len(raw):
+                continue
             row, done = done, done + len(raw)
             block = self._within_range(raw, row)
             missing = np.asarray(np.isnan(block).any(axis=1))

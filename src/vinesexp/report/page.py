@@ -20,7 +20,9 @@ from vinesexp.records.result_columns import (
     BUDGET,
     CHECKS,
     CLEARANCES,
+    DECAY_TIMES,
     IDENTIFIED,
+    LEVEL_VALUES,
     RECORD_REGIMES,
     REPLAY,
     TRANSITIONS,
@@ -28,8 +30,10 @@ from vinesexp.records.result_columns import (
 from vinesexp.records.tables import Table, read_rows
 from vinesexp.report.budget_rows import budget_table
 from vinesexp.report.errorbars import coverage_table
+from vinesexp.report.level_rows import levels_table
 from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
+from vinesexp.report.published import published_rows
 from vinesexp.report.regime_rows import regimes_by_test
 from vinesexp.report.replay_verdict import replay_verdict
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
@@ -104,7 +108,15 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     """Everything the template shows, finished."""
     tables = {
         table.name: read_rows(results / f"{table.name}.csv", table)
-        for table in (IDENTIFIED, RECORD_REGIMES, BASE, CLEARANCES, REPLAY, CHECKS)
+        for table in (
+            IDENTIFIED,
+            LEVEL_VALUES,
+            RECORD_REGIMES,
+            BASE,
+            CLEARANCES,
+            REPLAY,
+            CHECKS,
+        )
     }
     records = [file for record in campaign.records for file in record.files]
     description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
@@ -118,6 +130,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "campaign": campaign,
         **_verdict(campaign, tables, {row["name"]: row["value"] for row in parameters}),
         "parameters": parameters,
+        "levels": levels_table(tables["level_values"]),
         "unknown": {name: what for name, what in PARAMETERS.items() if name not in known},
         "regimes": regimes_by_test(
             campaign,
@@ -146,6 +159,10 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "headings": TESTS,
         "coverage": coverage_table(),
         "budget": budget_table(_read(results, BUDGET)),
+        "published": published_rows(
+            campaign,
+            tables | {t.name: _read(results, t) for t in (DECAY_TIMES, TRANSITIONS)},
+        ),
         "replay": replay_verdict(tables["replay"], tables["checks"]),
         "written": SYMBOLS,
         "processed": processed,
@@ -180,7 +197,9 @@ def _verdict(
 ) -> dict[str, Any]:
     levels = periodic_levels(campaign, tables["regimes"], tables["base"])
     rig = identified_rig(tables["identified"], campaign.known)
-    periodic = periodic_verdicts(levels, tables["clearances"], rig, tables["replay"])
+    periodic = periodic_verdicts(
+        levels, tables["clearances"], rig, tables["replay"], tables["level_values"]
+    )
     releases = release_verdicts(tables["clearances"])
     return {
         "periodic": periodic,

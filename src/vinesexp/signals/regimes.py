@@ -74,10 +74,7 @@ def shown_by_record(
         ``transition_m`` (amplitude where the ball is lost). None or absent where it cannot be
         known: a record that could not show impacts, for its noise or its sampling, has no regime.
     """
-    row: dict[str, str | float | None] = dict.fromkeys(
-        ("regime", "impacts_per_cycle", "amplitude_mean_m", "amplitude_max_m", "captured")
-    )
-    row = {"record": record.id, **row}
+    row = unknown_regime(record)
     with open_record(conditioned) as view:
         frequency = view.attributes.get("oscillation_hz")
         if view.refused is not None or "displacement" not in view.roles or not frequency:
@@ -126,6 +123,12 @@ def _seen(
             frequency=float(view.attributes["oscillation_hz"]),
             settings=record.settings,
         )
+
+
+def unknown_regime(record: Record) -> dict[str, str | float | None]:
+    """The row of regimes.csv of a record of which nothing is known."""
+    columns = ("regime", "impacts_per_cycle", "amplitude_mean_m", "amplitude_max_m", "captured")
+    return {"record": record.id, **dict.fromkeys(columns)}
 
 
 def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | float | None]]:

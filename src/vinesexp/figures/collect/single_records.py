@@ -26,6 +26,7 @@ _SHOWN = {
     "displacement": ("displacement (mm)", 1e3),
     "base": ("base (mm)", 1e3),
     "acceleration": ("acceleration (m/s²)", 1.0),
+    "sound": ("sound (uncalibrated)", 1.0),
 }
 _BLOCK = 1 << 20  # samples read at once
 _ZOOM_CYCLES = 3.5
@@ -130,24 +131,25 @@ def marks_of(record: Record, results: Path) -> Marks:
 def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     marks = marks_of(record, results)
     with open_record(results / f"conditioned/{record.id}.nc") as view:
-        if "acceleration" not in view.roles or not marks.time.size:
+        role = next((one for one in ("acceleration", "sound") if one in view.roles), None)
+        if role is None or not marks.time.size:
             return
         begin, end = _stretch(view, record, marks)
-        zoom = Trace("acceleration", view.time(begin, end), view.read("acceleration", begin, end))
+        zoom = Trace(role, view.time(begin, end), view.read(role, begin, end))
         motion = None
         if "displacement" in view.roles and record.test != "drop":
             motion = Trace(
                 *("displacement", view.time(begin, end)),
                 1e3 * view.read("displacement", begin, end),
             )
-        trace = whole(view, "acceleration", frequency=_oscillation(record, results))
+        trace = whole(view, role, frequency=_oscillation(record, results))
     figure = impacts_on_acceleration(
         *(trace, zoom, marks),
         title=f"{record.id}: {_set_up(record)}, {marks.time.size} impacts",
         motion=motion,
     )
     caption = (
-        f"Record {record.id}. Above: bandpassed acceleration, every spike an impact; the shaded "
+        f"Record {record.id}. Above: bandpassed {role}, every spike an impact; the shaded "
         "stretch is enlarged below. Middle: by how much each impact changed the velocity of the "
         "mass, coloured by the wall that was hit. Below: the stretch with every impact found "
         "marked. Each spike should carry one mark, and a mark should sit on a spike."

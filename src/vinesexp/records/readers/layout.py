@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -69,8 +70,9 @@ class Layout:
         if self.delimiter is None:
             return line.split()
         if '"' in line:
-            row = next(csv.reader([line], delimiter=self.delimiter, skipinitialspace=True), [])
-            return [cell.strip() for cell in row]
+            with suppress(csv.Error):  # lone returns inside, or a quote that swallows all
+                row = next(csv.reader([line], delimiter=self.delimiter, skipinitialspace=True), [])
+                return [cell.strip() for cell in row]
         return [cell.strip() for cell in line.split(self.delimiter)]
 
     def is_number(self, cell: str) -> bool:

@@ -222,7 +222,7 @@ class TextSource:
         return [j for j, cell in enumerate(self.layout.cells(row)) if self._is_data(j, cell)]
 
     def _is_data(self, j: int, cell: str) -> bool:
-        return j >= 2 and self.layout.is_value(cell)
+        return 2 <= j < len(self.columns) and self.layout.is_value(cell)
 
     def _name_from(self, stated: Stated) -> None:
         """Names that are only units, `Second,Volt`, give way to those that the preamble states."""

@@ -1,4 +1,4 @@
-"""Which channel is the base, the displacement, the acceleration: from units, names and physics.
+"""Which channel is the base, displacement, acceleration or a microphone: units, names, physics.
 
 Physics says: the acceleration is the second derivative of the displacement, so what lies above
 the oscillator's frequency is stronger in it by the frequency squared; the base does not ring, so it
@@ -14,14 +14,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.identification.heard_bounces import bounces_heard
+from vinesexp.proposal.survey import ColumnView, FileView
 from vinesexp.records.readers import Floats
-from vinesexp.records.survey import ColumnView, FileView
 from vinesexp.units import UNITS
 
 _NAMES = {
     "base": re.compile(r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot", re.I),
     "acceleration": re.compile(r"acc|accel|beschl|pcb|icp|imu", re.I),
     "displacement": re.compile(r"laser|disp|pos|depl|weg|ldv|vib|mass|osc", re.I),
+    "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),
+}
+_COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
+_SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
+_AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)
+_AUDIBLE = 8000.0  # Hz: a WAV file sampled faster may be a microphone's
+#: Quantities by whose units a column can have each role.
+_MEASURED = {
+    "displacement": ("displacement", "voltage"),
+    "base": ("displacement", "velocity", "acceleration", "voltage"),
+    "acceleration": ("acceleration", "voltage", "charge"),
+    "sound": ("pressure", "voltage"),
 }
 
 
@@ -58,22 +71,58 @@ class Traits:
 
 def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
     """Roles of the channels that the files share, by `label_of` their columns' names."""
-    by_label: dict[str, list[tuple[FileView, ColumnView]]] = {}
+    places: dict[str, list[tuple[FileView, ColumnView]]] = {}
     for file in files:
         for column in file.signals:
-            by_label.setdefault(label_of(column), []).append((file, column))
+            places.setdefault(label_of(column), []).append((file, column))
+    left = _without_other_axes(places)
     guesses: dict[str, Guess] = {}
-    for label, places in by_label.items():
-        guess = _by_unit_or_name(label, [column for _, column in places])
-        if guess is not None and guess.role not in {g.role for g in guesses.values()}:
-            guesses[label] = guess
-    rest = [
-        label
-        for label, places in by_label.items()
-        if label not in guesses and not any(_measures_no_motion(c.unit) for _, c in places)
-    ]
+    for role in _NAMES:
+        found = {
+            label: guess
+            for label in left
+            if label not in guesses
+            and (guess := _by_unit_or_name(label, [c for _, c in places[label]])) is not None
+            and guess.role == role
+        }
+        if found:
+            best = min(
+                found, key=lambda label: (bool(_COMMAND.search(label)), -_moves(places[label]))
+            )
+            guesses[best] = found[best]
     taken = {guess.role for guess in guesses.values()}
-    return guesses | _by_physics(files, rest, set(_NAMES) - taken)
+    rest = [label for label in left if label not in guesses]
+    if "sound" not in taken:
+        heard = next((label for label in rest if _is_heard(places[label])), None)
+        if heard is not None:
+            guesses[heard] = Guess("sound", "hits are heard in it whose distances shrink", False)
+            rest.remove(heard)
+    open_roles = set(_NAMES) - {guess.role for guess in guesses.values()} - {"sound"}
+    return guesses | _by_physics(files, rest, open_roles)
+
+
+def _without_other_axes(places: Mapping[str, list[tuple[FileView, ColumnView]]]) -> list[str]:
+    """Labels, of the axes of one sensor only the one that moves most, and no sum of axes."""
+    by_sensor: dict[str, list[str]] = {}
+    for label in places:
+        axis = _AXIS.fullmatch(label)
+        by_sensor.setdefault(axis[1].lower() if axis and axis[1] else label, []).append(label)
+    several = {axes[0]: axes for axes in by_sensor.values() if len(axes) > 1}
+    left = [max(axes, key=lambda label: _moves(places[label])) for axes in by_sensor.values()]
+    return [label for label in left if not (several and _SUM.search(label))]
+
+
+def _moves(places: Sequence[tuple[FileView, ColumnView]]) -> float:
+    """How far a channel moves about its mean, in its unit: the median of its files."""
+    return float(np.median([column.finite.std() for _, column in places]))
+
+
+def _is_heard(places: Sequence[tuple[FileView, ColumnView]]) -> bool:
+    """Whether a channel is a microphone's: WAV files in most of which a ball bounces."""
+    if any(file.format != "WAV" or (file.rate or 0.0) < _AUDIBLE for file, _ in places):
+        return False
+    heard = [bounces_heard(c.finite, c.rate) is not None for _, c in places if c.rate]
+    return 2 * sum(heard) >= len(places)
 
 
 def label_of(column: ColumnView) -> str:
@@ -118,20 +167,21 @@ def _unsteadiness(values: Floats) -> float:
     return float(levels.std()) / mean if mean > 0.0 else 0.0
 
 
-def _measures_no_motion(unit: str | None) -> bool:
-    """Whether the unit is of a load cell or a microphone: none of the three roles."""
-    return unit in UNITS["force"] or unit in UNITS["pressure"]
+def may_be(column: ColumnView, role: str) -> bool:
+    """Whether a column's unit allows a role; one without a unit that is known may be anything."""
+    known = {quantity for quantity, table in UNITS.items() if column.unit in table} - {"time"}
+    return not known or bool(known & set(_MEASURED[role]))
 
 
 def _by_unit_or_name(label: str, columns: Sequence[ColumnView]) -> Guess | None:
     units = {column.unit for column in columns}
     unit = units.pop() if len(units) == 1 else None
-    if _measures_no_motion(unit):
-        return None
     named = next((role for role, form in _NAMES.items() if form.search(label)), None)
+    if named is not None and not may_be(columns[0], named):
+        named = None
     if unit in UNITS["acceleration"]:
         if named == "base":
-            return None
+            return Guess("base", f"its unit is {unit}, its name says base", True)
         return Guess("acceleration", f"its unit is {unit}", True)
     if unit in UNITS["displacement"]:
         if named in ("base", "displacement"):
@@ -151,8 +201,12 @@ def _by_physics(
             for column in file.signals
             if label_of(column) in labels
         }
+        allowed = {
+            role: {one for one in traits if _anywhere([file], one, role)}
+            for role in ("acceleration", "base")
+        }
         if len(traits) >= 2:
-            _vote(traits, votes)
+            _vote(traits, votes, allowed)
     guesses: dict[str, Guess] = {}
     rest = list(labels)
     reasons = {
@@ -161,30 +215,58 @@ def _by_physics(
     }
     for role in ("acceleration", "base"):
         chosen = next((one for one, _ in votes[role].most_common() if one in rest), None)
-        if role in open_roles and chosen is not None and len(rest) > 1:
+        if role in open_roles and chosen is not None and (len(rest) > 1 or not open_roles - {role}):
             count = sum(votes[role].values())
             reported = f"{reasons[role]} (in {votes[role][chosen]} of {count} files)"
             guesses[chosen] = Guess(role, reported, False)
             rest.remove(chosen)
-    if "displacement" in open_roles and len(rest) == 1:
-        only = len(labels) == 1
-        reported = "the only signal" if only else "what is left"
-        guesses[rest[0]] = Guess("displacement", reported, False)
+    left = [label for label in rest if _anywhere(files, label, "displacement")]
+    if "displacement" in open_roles and left:
+        why = "the only signal" if len(labels) == 1 else "what is left"
+        if len(left) > 1:
+            names = ", ".join(left)
+            why = f"it oscillates most clearly of what is left ({names}); look which one it is"
+        best = max(left, key=lambda label: _clearness(files, label))
+        # Without an accelerometer of its own a rig may still have one of these two.
+        guesses[best] = Guess("displacement", why, False)
     return guesses
 
 
-def _vote(traits: Mapping[str, Traits], votes: Mapping[str, Counter[str]]) -> None:
+def _anywhere(files: Sequence[FileView], label: str, role: str) -> bool:
+    columns = [c for file in files for c in file.signals if label_of(c) == label]
+    return all(may_be(column, role) for column in columns)
+
+
+def _clearness(files: Sequence[FileView], label: str) -> float:
+    """How far the strongest motion of a channel stands above its spectrum, over its files."""
+    found = 0.0
+    for file in files:
+        for column in file.signals:
+            _, amplitudes = column.spectrum()
+            if label_of(column) == label and len(amplitudes) >= 8:
+                found += float(amplitudes[1:].max()) / (float(np.median(amplitudes)) or 1.0)
+    return found
+
+
+def _vote(
+    traits: Mapping[str, Traits],
+    votes: Mapping[str, Counter[str]],
+    allowed: Mapping[str, set[str]],
+) -> None:
+    """Add what one file says; `allowed` are the channels whose units permit each role."""
     loud = {label: t for label, t in traits.items() if not t.quiet}
     quiet = [label for label, t in traits.items() if t.quiet]
     by_roughness = sorted(loud, key=lambda label: loud[label].rough)
     if len(by_roughness) >= 2:
         first, second = by_roughness[-1], by_roughness[-2]
-        if loud[first].rough > 3.0 * loud[second].rough:
+        clear = loud[first].rough > 3.0 * loud[second].rough
+        if clear and first in allowed["acceleration"]:
             votes["acceleration"][first] += 1
-    if len(quiet) == 1 and loud:
+    if len(quiet) == 1 and loud and quiet[0] in allowed["base"]:
         votes["base"][quiet[0]] += 1
     elif len(loud) >= 2 and not quiet:
         others = by_roughness[:-1] if len(loud) > 2 else list(loud)
         steady = sorted(others, key=lambda label: loud[label].steady)
-        if len(steady) >= 2 and loud[steady[0]].steady < 0.5 * loud[steady[1]].steady:
+        clear = len(steady) >= 2 and loud[steady[0]].steady < 0.5 * loud[steady[1]].steady
+        if clear and steady[0] in allowed["base"]:
             votes["base"][steady[0]] += 1

@@ -1,0 +1,129 @@
+"""Long records: processor time and peak memory of every step, each in a process of its own.
+
+    python benchmarks/scale.py [--minutes 5 10] [--rate 100000] [--channels base displacement ...]
+
+Makes a driven record with two impacts a cycle as float32 HDF5, block by block, and takes it through
+the steps on records. Prints a table: time should grow as the length, memory not at all.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.pipeline import condition_record, estimate_from_record, find_impacts, ingest_record
+from vinesexp.records.campaign import Campaign, load_campaign
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.store import open_record
+from vinesexp.step import peak_memory
+
+STEPS = {
+    "ingest": ingest_record,
+    "condition": condition_record,
+    "impacts": find_impacts,
+    "estimate": estimate_from_record,
+}
+DESCRIPTION = """\
+title: Long record
+known: {{nes_mass: 32 g}}
+channels:
+{channels}
+"""
+ROLES = {
+    "base": "quantity: displacement, unit: m",
+    "displacement": "quantity: displacement, unit: m",
+    "acceleration": "quantity: acceleration, unit: m/s^2",
+}
+_BLOCK = 1 << 20
+
+
+def write_record(folder: Path, *, minutes: float, rate: float, roles: list[str]) -> Path:
+    """A campaign of one periodic record: 7.862 Hz, a contact of 0.4 ms twice a cycle."""
+    import h5py
+
+    n = round(60.0 * minutes * rate)
+    (folder / "raw").mkdir(parents=True)
+    f, w = 7.862, 2.0 * np.pi * 7.862
+    rng = np.random.default_rng(1)
+    with h5py.File(folder / "raw/long.h5", "w") as file:
+        file.attrs["sample_rate_hz"] = rate
+        sets = {role: file.create_dataset(role, (n,), "f4", chunks=(1 << 18,)) for role in roles}
+        for begin in range(0, n, _BLOCK):
+            t = np.arange(begin, min(begin + _BLOCK, n)) / rate
+            since = np.mod(t, 0.5 / f)
+            pulse = np.where(since < 4e-4, np.sin(np.pi * since / 4e-4), 0.0)
+            sign = np.where(np.floor(t * 2.0 * f) % 2 == 0, 1.0, -1.0)
+            noise = rng.standard_normal((3, len(t)))
+            made = {
+                "base": 2.5e-4 * np.sin(w * t) + 2e-6 * noise[0],
+                "displacement": 3e-3 * np.sin(w * t - 1.5) + 6e-6 * noise[1],
+                "acceleration": -3e-3 * w**2 * np.sin(w * t - 1.5)
+                + 60.0 * sign * pulse + 0.3 * noise[2],
+            }  # fmt: skip
+            for role, stored in sets.items():
+                stored[begin : begin + len(t)] = made[role]
+    channels = [f"  {role}: {{column: {role}, {ROLES[role]}}}" for role in roles]
+    text = DESCRIPTION.format(channels="\n".join(channels))
+    (folder / "campaign.yaml").write_text(text, encoding="utf-8")
+    row = "long,raw/long.h5,periodic,34,0.25,7.862"
+    head = "record,file,test,clearance_mm,base_amplitude_mm,frequency_hz"
+    (folder / "records.csv").write_text(f"{head}\n{row}\n", encoding="utf-8")
+    return folder
+
+
+def measured(step: str, folder: Path, results: Path) -> tuple[float, float]:
+    """Processor seconds and peak MiB of a step in a new process."""
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe()
+    process = context.Process(target=_run, args=(step, folder, results, there))
+    process.start()
+    there.close()
+    found: tuple[float, float] = here.recv()
+    process.join()
+    return found
+
+
+def _run(step: str, folder: Path, results: Path, pipe: object) -> None:
+    campaign: Campaign = load_campaign(folder)
+    STEPS[step](campaign, campaign.record("long"), paths=ResultPaths(results))
+    pipe.send((time.process_time(), peak_memory() or float("nan")))
+
+
+def covered(results: Path) -> str:
+    """What the results say of the end of the record: the last impact, the length."""
+    paths = ResultPaths(results)
+    lines = paths.impacts("long").read_text(encoding="utf-8").splitlines()
+    with open_record(paths.conditioned("long")) as view:
+        seconds = view.n / view.sample_rate
+    return f"{len(lines) - 1} impacts, the last at {lines[-1].split(',')[0]} of {seconds:.0f} s"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--minutes", type=float, nargs="+", default=[5.0, 10.0])
+    parser.add_argument("--rate", type=float, default=1e5)
+    parser.add_argument("--channels", nargs="+", default=["displacement", "acceleration"])
+    parser.add_argument("--folder", type=Path, help="where the records go; default: temporary")
+    arguments = parser.parse_args()
+    print("| record | samples | " + " | ".join(f"{s} s, MiB" for s in STEPS) + " |")
+    print("|---" * (2 + len(STEPS)) + "|")
+    for minutes in arguments.minutes:
+        with tempfile.TemporaryDirectory(dir=arguments.folder) as temporary:
+            folder, results = Path(temporary) / "campaign", Path(temporary) / "results"
+            write_record(folder, minutes=minutes, rate=arguments.rate, roles=arguments.channels)
+            n = round(60.0 * minutes * arguments.rate)
+            cells = [f"{minutes:g} min", f"{n / 1e6:g} million"]
+            for step in STEPS:
+                seconds, peak = measured(step, folder, results)
+                cells.append(f"{seconds:.1f}, {peak:.0f}")
+            print("| " + " | ".join(cells) + " |", flush=True)
+            print(covered(results), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+"""One case by its name, ``target:number``, judged: what happened and how long it took."""
+
+from __future__ import annotations
+
+import random
+import resource
+import shutil
+import time
+import traceback
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+from .targets import TARGETS
+
+SLOW = 10.0  # s of the processor
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a case.
+
+    Parameters
+    ----------
+    case : str
+        Its name.
+    word : str
+        ``ok``, ``refused``, ``looked at``; ``FOUND`` where something is wrong.
+    detail : str
+        The traceback of what was found.
+    seconds : float
+        Of the processor, child processes included.
+    """
+
+    case: str
+    word: str
+    detail: str
+    seconds: float
+
+
+def run_case(case: str, folder: Path) -> Outcome:
+    """Run a case in `folder`, which is emptied before."""
+    target, _, number = case.partition(":")
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    rng = random.Random(f"{target}:{number}")
+    started = _used()
+    detail = ""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            word = TARGETS[target](rng, folder)
+    except Exception:
+        word, detail = "FOUND", traceback.format_exc()
+    seconds = _used() - started
+    if seconds > SLOW:
+        word, detail = "FOUND", f"{seconds:.1f} s of the processor\n{detail}"
+    return Outcome(case, word, detail, seconds)
+
+
+def _used() -> float:
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime

@@ -1,0 +1,192 @@
+"""The public code that meets hostile input: it answers, or refuses in one line.
+
+A target takes a case's own random numbers and an empty folder, and returns a word of what happened;
+anything that a person should not meet is an exception.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.errors import RecordError, VinesexpError
+from vinesexp.pipeline import analyse_campaign, analyse_record
+from vinesexp.records.campaign import (
+    Campaign,
+    Channel,
+    Known,
+    Record,
+    TimeColumn,
+    campaign_problems,
+)
+from vinesexp.records.ingest import ingest
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.store import create_record, open_record
+from vinesexp.records.survey import view_file
+
+from . import seeds, signals
+from .mutations import damaged, reworded
+
+
+class FoundError(AssertionError):
+    """Input that was answered wrongly: infinity called good, a message of several lines."""
+
+
+def text_file(rng: random.Random, folder: Path) -> str:
+    """A text file of an instrument, damaged."""
+    names = seeds.files("text")
+    name = rng.choice(sorted(names))
+    raw = names[name]
+    if rng.random() < 0.6:
+        encoding = "utf-16" if name.startswith("utf16") else "latin-1"
+        raw = reworded(raw.decode(encoding), rng).encode(encoding, "replace")
+    else:
+        raw = damaged(raw, rng, list(names.values()))
+    return _read(folder / name, raw, rng)
+
+
+def binary_file(rng: random.Random, folder: Path) -> str:
+    """A binary instrument file, damaged."""
+    names = seeds.files("binary")
+    name = rng.choice(sorted(names))
+    return _read(folder / name, damaged(names[name], rng, list(names.values())), rng)
+
+
+def _read(path: Path, raw: bytes, rng: random.Random) -> str:
+    path.write_bytes(raw)
+    try:
+        if rng.random() < 0.3:
+            view = view_file(path)
+            for column in view.signals:
+                column.peak()
+            return "looked at"
+        record = Record(id="a", file=path, test=rng.choice(signals.TESTS))
+        ingest(_any_campaign(path.parent, rng), record, path.parent / "a.nc")
+    except RecordError as error:
+        return _one_line(error)
+    _require_finite(path.parent / "a.nc")
+    return "ok"
+
+
+def _any_campaign(folder: Path, rng: random.Random) -> Campaign:
+    column = rng.choice((0, 1, 1, 1))
+    accept = frozenset({"frozen", "saturated"})
+    laser = Channel("displacement", column, "displacement", 1e-3, unit="mm", accept=accept)
+    time, rate = rng.choice(((None, None), (None, 1000.0), (TimeColumn(0, "s", 1.0), None)))
+    return _campaign(folder, {"displacement": laser}, time, rate)
+
+
+def _campaign(
+    folder: Path, channels: dict[str, Channel], time: TimeColumn | None, rate: float | None
+) -> Campaign:
+    return Campaign(folder, "fuzz", "fuzz", Known(), channels, time, rate, None)
+
+
+def _require_finite(path: Path) -> None:
+    with open_record(path) as view:
+        for role in view.roles:
+            values = view.read(role)
+            if not np.isfinite(values).all() or np.abs(values).max() > 1e9:
+                raise FoundError(f"{role} called good: {values[~np.isfinite(values)][:3]}")
+        if not 0.0 < view.sample_rate < np.inf:
+            raise FoundError(f"sample rate {view.sample_rate} called good")
+
+
+def _one_line(error: VinesexpError) -> str:
+    if "\n" in str(error) or not str(error).isprintable():
+        raise FoundError(f"a message that is not one line: {error!r}")
+    return "refused"
+
+
+def campaign_yaml(rng: random.Random, folder: Path) -> str:
+    """campaign.yaml, reworded or damaged."""
+    text = rng.choice((seeds.CAMPAIGN, seeds.FULL_CAMPAIGN))
+    return _described(folder, _spoiled(text, rng), seeds.RECORDS.encode())
+
+
+def records_csv(rng: random.Random, folder: Path) -> str:
+    """records.csv, reworded or damaged."""
+    return _described(folder, seeds.FULL_CAMPAIGN.encode(), _spoiled(seeds.RECORDS, rng))
+
+
+def _spoiled(text: str, rng: random.Random) -> bytes:
+    if rng.random() < 0.3:
+        return damaged(text.encode(), rng)
+    return reworded(text, rng).encode(errors="replace")
+
+
+def _described(folder: Path, yaml: bytes, table: bytes) -> str:
+    (folder / "campaign.yaml").write_bytes(yaml)
+    (folder / "records.csv").write_bytes(table)
+    problems = campaign_problems(folder)
+    for problem in problems:
+        _one_line(problem)
+    return "refused" if problems else "ok"
+
+
+def scene_yaml(rng: random.Random, folder: Path) -> str:
+    """scene.yaml, reworded or damaged; not simulated."""
+    from vinesexp.laboratory.scene import load_scene
+
+    text = (seeds.REPOSITORY / "data/twin/scene.yaml").read_text(encoding="utf-8")
+    (folder / "scene.yaml").write_bytes(_spoiled(text, rng))
+    try:
+        load_scene(folder / "scene.yaml")
+    except VinesexpError as error:
+        return _one_line(error)
+    return "ok"
+
+
+def signal(rng: random.Random, folder: Path) -> str:
+    """A hostile signal through every step on records, and sometimes those on a campaign."""
+    rate, channels = signals.hostile(rng)
+    with create_record(
+        folder / "raw.h5",
+        sample_rate=rate,
+        quantities=dict.fromkeys(channels, "displacement"),
+    ) as writer:
+        writer.append(channels)
+    accept = frozenset({"frozen", "saturated"} if rng.random() < 0.7 else ())
+    kinds = {r: "acceleration" if r == "acceleration" else "displacement" for r in channels}
+    units = {"acceleration": "m/s^2", "displacement": "m"}
+    roles = {
+        role: Channel(role, role, kind, 1.0, unit=units[kind], accept=accept)
+        for role, kind in kinds.items()
+    }
+    campaign = _campaign(folder, roles, None, rate)
+    test = rng.choice(signals.TESTS)
+    driven = test in ("sweep", "periodic")
+    record = Record(
+        id="a",
+        file=folder / "raw.h5",
+        test=test,
+        clearance=rng.choice(((), (0.03,), (0.03, 0.02))) if test != "drop" else (),
+        frequency=(7.9, 7.9) if driven and rng.random() < 0.5 else None,
+        base_amplitude=2.5e-4 if driven and rng.random() < 0.5 else None,
+        release=0.02 if test in ("ringdown", "transient") else None,
+    )
+    paths = ResultPaths(folder / "results")
+    if rng.random() < 0.05:
+        analyse_campaign(replace(campaign, records=(record,)), paths=paths)
+    else:
+        analyse_record(campaign, record, paths=paths)
+    with open_record(paths.record("a")) as view:
+        if view.refused is not None:
+            return "refused"
+    _require_finite(paths.record("a"))
+    _require_finite(paths.conditioned("a"))
+    return "ok"
+
+
+TARGETS: dict[str, Callable[[random.Random, Path], str]] = {
+    "text": text_file,
+    "binary": binary_file,
+    "campaign": campaign_yaml,
+    "records": records_csv,
+    "scene": scene_yaml,
+    "signal": signal,
+}
