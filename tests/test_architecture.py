@@ -24,7 +24,7 @@ FLOORS = (
     {"clearance", "design", "proposal"},
     {"replay"},
     {"pipeline", "analysis_results", "results"},
-    {"single_record", "results_differences"},
+    {"single_record", "results_differences", "difference"},
     {"planning", "handover"},
     {"laboratory"},
     {"figures"},
