@@ -22,6 +22,7 @@ from pathlib import Path
 from benchmarks.robustness.campaigns import Departure
 from benchmarks.robustness.departures import all_departures
 from benchmarks.robustness.kept import KeptTruth, keep, kept
+from benchmarks.robustness.other_rigs import instruments, other_rigs, plans
 from benchmarks.robustness.page import page, summary
 from benchmarks.robustness.study import Outcome, studied
 
@@ -40,7 +41,8 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="few rigs, one seed, no page")
     parser.add_argument("--only", default="", help="rigs whose name has this, no page")
     args = parser.parse_args()
-    chosen = [d for d in all_departures() if args.only in d.name]
+    every = [*all_departures(), *other_rigs(), *plans(), *instruments()]
+    chosen = [d for d in every if args.only in d.name]
     if args.quick:
         chosen = [d for d in chosen if any(word in d.name for word in _QUICK)]
     seeds = range(1, 2 if args.quick else args.seeds + 1)

@@ -15,10 +15,13 @@ COMMANDS = {
     "init": "campaign.yaml and records.csv proposed from a folder of files",
     "check": "look a campaign over without running it",
     "run": "the workflow on a campaign: records to report; all options of snakemake",
+    "plan": "what to test next and why, or a first campaign from rig values",
     "compare": "two results folders: what changed, and whether it matters",
+    "export": "records, impacts and tables for Matlab, spreadsheets, modal software, archives",
     "design": "what clearance to build and what it gives; b_c and b_t with sensitivities",
     "simulate": "records of a scene",
     "impacts": "impacts in one file",
+    "completion": "what bash, zsh or fish need to complete commands and options",
 }
 
 

@@ -193,8 +193,9 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
 
 
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
-    """M, c1, k1 and r from the estimates of all records: identified.csv, budget.csv, checks."""
-    from vinesexp.identification.budget import write_budget
+    """M, c1, k1 and r from the estimates of all records: identified.csv, checks, error budget."""
+    from vinesexp.identification.amplitude_law import write_levels
+    from vinesexp.identification.budget import budget_rows, write_budget
     from vinesexp.identification.estimate import read_estimates, write_identified
     from vinesexp.identification.whole_campaign import identify_campaign
     from vinesexp.records.checks import write_checks
@@ -213,44 +214,42 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
     }
     whole = identify_campaign(found, campaign, impacts)
     write_identified(paths.identified, whole.rows)
-    write_budget(paths.budget, whole.sources)
+    write_budget(paths.rig_budget, budget_rows(whole.sources))
+    write_levels(paths.level_values, whole.levels, whole.rows)
     write_checks(paths.identify_checks, whole.checks)
     return whole.rows
 
 
 def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:
-    """Measured optimal clearances beside the predicted ones, clearances.csv; and what is odd."""
+    """Measured beside predicted clearances, clearances.csv; what is odd; budget.csv."""
+    from vinesexp.clearance.clearance_budget import clearance_budget
     from vinesexp.clearance.comparison import compare, write_clearances
+    from vinesexp.identification.budget import write_budget
     from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import BASE, DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.result_columns import BASE, BUDGET, DECAY_TIMES, IDENTIFIED, LEVEL_VALUES
+    from vinesexp.records.result_columns import RECORD_REGIMES as REGIMES
     from vinesexp.records.tables import read_rows
 
     campaign = campaign_seen_by("compare", campaign)
-    rows, checks = compare(
-        campaign,
-        read_rows(paths.identified, IDENTIFIED),
-        read_rows(paths.regimes, RECORD_REGIMES),
-        read_rows(paths.decay_times, DECAY_TIMES),
-        read_rows(paths.base, BASE),
-    )
+    identified, regimes = read_rows(paths.identified, IDENTIFIED), read_rows(paths.regimes, REGIMES)
+    times, base = read_rows(paths.decay_times, DECAY_TIMES), read_rows(paths.base, BASE)
+    levels = read_rows(paths.level_values, LEVEL_VALUES)
+    rows, checks = compare(campaign, identified, regimes, times, base, levels)
     write_clearances(paths.clearances, rows)
+    budget = read_rows(paths.rig_budget, BUDGET)
+    more = clearance_budget(campaign, identified, budget, regimes, times, base, levels)
+    write_budget(paths.budget, [*budget, *more])
     write_checks(paths.compare_checks, checks)
     return rows
 
 
 def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
-    """Every record simulated again with the identified rig and the base as measured, replay.csv."""
+    """Every record simulated again with the identified rig and its measured base, replay.csv."""
     from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import (
-        BASE,
-        IDENTIFIED,
-        RECORD_REGIMES,
-        REPLAY,
-        REPLAY_CYCLES,
-    )
-    from vinesexp.records.tables import read_rows, write_rows
+    from vinesexp.records.result_columns import BASE, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.tables import read_rows
     from vinesexp.replay.campaign_replay import replay_campaign
-    from vinesexp.replay.replay_table import replay_checks
+    from vinesexp.replay.replay_table import replay_checks, write_replay
 
     campaign = campaign_seen_by("replay", campaign)
     rows, cycles = replay_campaign(
@@ -258,10 +257,9 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
         identified=read_rows(paths.identified, IDENTIFIED),
         regimes=read_rows(paths.regimes, RECORD_REGIMES),
         base=read_rows(paths.base, BASE),
-        conditioned={record.id: paths.conditioned(record.id) for record in campaign.records},
+        paths=paths,
     )
-    write_rows(paths.replay, REPLAY, [row.as_row() for row in rows])
-    write_rows(paths.replay_cycles, REPLAY_CYCLES, cycles)
+    write_replay(paths.replay, paths.replay_cycles, rows, cycles)
     write_checks(paths.replay_checks, replay_checks(rows))
     return rows
 

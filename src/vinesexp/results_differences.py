@@ -1,8 +1,7 @@
 """What differs between two results folders, and whether it matters: difference against error.
 
-Two campaigns, or two versions of one. Where both analyse the same instrument files (by SHA-256),
-their errors are the same errors: a difference then comes from settings, description or code, and
-is held against the error of one of them. Otherwise the two errors add.
+Where both analyse the same instrument files (by SHA-256), their errors are the same: a difference
+comes from settings, description or code, and is held against one error. Otherwise the two add.
 """
 
 from __future__ import annotations
@@ -121,10 +120,8 @@ class Differences:
                 "description, settings or code, and is held against the error of one of them."
             )
         if self.shared:
-            return (
-                f"{self.shared} instrument files are in both (A has {self.of_a}, B {self.of_b}): "
-                "errors are added as if they were independent, so a small difference can be real."
-            )
+            files = f"{self.shared} instrument files are in both (A has {self.of_a}, B {self.of_b})"
+            return f"{files}: errors are added as if independent; a small difference can be real."
         return "No instrument file is in both: the two errors add."
 
 
@@ -206,9 +203,8 @@ def _values(a: Path, b: Path, same: bool) -> Iterator[Difference]:
         note = ""
         if errors[0] and errors[1] and not 0.8 < errors[1] / errors[0] < 1.25:
             note = f"its error is {errors[1] / errors[0]:.2g} times that of A"
-        shown = [f"{v:.7g} +- {e:.2g}" for v, e in zip(values, errors, strict=True)]
-        unit = one[name]["unit"]
-        yield Difference("value", name, unit, shown[0], shown[1], verdict, d, error, note)
+        a_b = [f"{v:.7g} +- {e:.2g}" for v, e in zip(values, errors, strict=True)]
+        yield Difference("value", name, one[name]["unit"], a_b[0], a_b[1], verdict, d, error, note)
 
 
 def _clearances(a: Path, b: Path, same: bool) -> Iterator[Difference]:
@@ -267,8 +263,8 @@ def _regimes(a: Path, b: Path) -> Iterator[Difference]:
         if sizes[0] and sizes[1] and abs(sizes[1] / sizes[0] - 1.0) > _AMPLITUDE:
             note = f"mean amplitude {sizes[1] / sizes[0]:.3g} times that of A"
         changed = regimes[0] != regimes[1] or bool(note)
-        verdict: Verdict = "changed" if changed else "same"
-        yield Difference("regime", name, "", regimes[0], regimes[1], verdict, note=note)
+        ab = (regimes[0], regimes[1])
+        yield Difference("regime", name, "", *ab, "changed" if changed else "same", note=note)
 
 
 def _checks(a: Path, b: Path) -> Iterator[Difference]:

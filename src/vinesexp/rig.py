@@ -61,12 +61,8 @@ class Oscillator:
 
     Parameters
     ----------
-    M : float
-        Mass, kg, > 0.
-    c1 : float
-        Viscous damping, N s/m, >= 0.
-    k1 : float
-        Stiffness, N/m, > 0.
+    M, c1, k1 : float
+        Mass (kg, > 0), viscous damping (N s/m, >= 0), stiffness (N/m, > 0).
     k3 : float
         Cubic stiffness, N/m^3: the spring's force is k1 z + k3 z^3, z = x - x_e. Only the
         simulation knows it; what is linear (f0, zeta, the theory) is of small amplitudes.
@@ -133,8 +129,10 @@ class NES:
         Deceleration mu g of the ball as it slides or rolls over the floor of its cavity, m/s^2,
         >= 0; at rest on the floor friction holds it up to the same value.
     tilt : float
-        Constant acceleration of the ball towards +x, m/s^2: that of a floor that is not level. (The
+        Constant acceleration of the ball towards +x, m/s^2: a floor that is not level. (The
         oscillator's own weight is in its equilibrium, from which x is measured.)
+    contact_time : float
+        Duration of a contact, s; 0: an instant. Known to the simulation only, without friction.
 
     Examples
     --------
@@ -151,6 +149,7 @@ class NES:
     r_slope: float = 0.0
     friction: float = 0.0
     tilt: float = 0.0
+    contact_time: float = 0.0
 
     def __post_init__(self) -> None:
         require(math.isfinite(self.m) and self.m > 0, "ball mass m", self.m, "kg, above zero")
@@ -160,9 +159,11 @@ class NES:
         b, r = self.clearance(-1), self.restitution(-1)
         require(math.isfinite(b) and b > 0, "clearance b_minus", b, "m, above zero")
         require(0.0 <= r <= 1.0, "restitution r_minus", r, "a number from 0 to 1")
-        good = math.isfinite(self.friction) and self.friction >= 0.0
-        require(good, "friction mu g", self.friction, "m/s^2, zero or above")
         require(math.isfinite(self.tilt), "tilt", self.tilt, "m/s^2, a finite number")
+        for name, value, unit in (
+            ("friction mu g", self.friction, "m/s^2"), ("contact_time", self.contact_time, "s")
+        ):  # fmt: skip
+            require(0.0 <= value < math.inf, name, value, f"{unit}, zero or above")
 
     def clearance(self, side: int) -> float:
         """Clearance to the wall of side +1 or -1, m."""

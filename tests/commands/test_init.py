@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from vinesexp.cli import main
+from vinesexp.proposal.kind_of_test import has_shocks
 from vinesexp.records.campaign import campaign_problems, load_campaign
 from vinesexp.records.ingest import ingest_or_refuse
-from vinesexp.records.proposal import has_shocks
 
 SCENE = """\
 title: Small twin

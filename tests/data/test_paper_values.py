@@ -45,7 +45,7 @@ def test_every_row_says_where_it_is_from(name):
         if name == "equations.csv":
             assert re.match(r"\(\d+\)", row["equation"])
         else:
-            assert re.match(r"(Table|Figure|Section|Equation) \d", row["source"])
+            assert re.match(r"(Table|Figures?|Section|Equation) \(?\d", row["source"])
 
 
 def test_table_2_agrees_with_its_own_reduced_parameters():
@@ -115,6 +115,28 @@ def test_notes_state_the_exact_values_that_theory_gives():
     gamma = (1.0 - 0.6) / (1.0 + 0.6)
     closed = 2.0 * math.sqrt(4.0 + math.pi**2 * gamma**2) / (math.pi**2 - 4.0)
     assert exact == pytest.approx(closed, rel=1e-14)
-    notes = " ".join(row["note"] for name in FILES for row in rows_of(name))
+    notes = " ".join(row.get("note", "") for name in FILES for row in rows_of(name))
     for text in (f"{exact:.4f}", f"{20 / exact:.1f} mm", f"{30 / exact:.2f} mm"):
         assert text in notes
+
+
+def test_every_claim_has_a_verdict_on_the_page():
+    page = (PAPER.parents[1] / "docs" / "paper.md").read_text(encoding="utf-8")
+    rows = rows_of("claims.csv")
+    assert len({row["claim"] for row in rows}) == len(rows) > 30
+    for row in rows:
+        start = f"| {row['source']} | {row['text']} | **"
+        verdict = page.partition(start)[2].partition("** | ")[0]
+        assert verdict in ("agrees", "in part", "differs", "cannot be judged"), row["claim"]
+
+
+def test_the_twin_is_compared_with_values_that_its_records_can_judge():
+    from vinesexp.records.campaign import load_campaign
+
+    twin = load_campaign(PAPER.parent / "twin")
+    assert len(twin.published) > 15
+    clearances = {tuple(1e3 * b for b in record.clearance) for record in twin.records}
+    for value in twin.published:
+        for tried in [*value.tried_mm.split("|"), value.clearance_mm]:
+            if tried:
+                assert tuple(float(b) for b in tried.split(";")) in clearances

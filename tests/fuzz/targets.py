@@ -15,6 +15,7 @@ import numpy as np
 
 from vinesexp.errors import RecordError, VinesexpError
 from vinesexp.pipeline import analyse_campaign, analyse_record
+from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign import (
     Campaign,
     Channel,
@@ -26,7 +27,6 @@ from vinesexp.records.campaign import (
 from vinesexp.records.ingest import ingest
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record, open_record
-from vinesexp.records.survey import view_file
 
 from . import seeds, signals
 from .mutations import damaged, reworded

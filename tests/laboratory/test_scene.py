@@ -274,6 +274,62 @@ def test_the_sheet_states_the_uncertainty_of_a_gain_and_not_its_error(tmp_path):
     assert "sensitivity: 40 mV/mm" in text
 
 
+SHEET = SCENE.replace(
+    "seed: 7",
+    "seed: 7\nsheet: {nes_mass: 0.1 g, clearance: 0.05 mm, release: 0.2 mm, added_mass: 0.3 g, "
+    "clock: 0.01 %, seed: 3}",
+)
+
+
+def test_the_truth_is_drawn_around_the_sheet(tmp_path):
+    plain, scene = scene_of(tmp_path), scene_of(tmp_path, SHEET)
+    assert plain.performed(plain.tests[0]) == plain.tests[0]
+    for written, test in zip(plain.tests, scene.tests, strict=True):
+        true = scene.performed(test)
+        for nominal, b in zip(written.clearance, true.clearance, strict=True):
+            assert 0.0 < abs(b - nominal) < 4 * 5e-5
+        for nominal, value, error in (
+            (written.release, true.release, 2e-4),
+            (written.added_mass, true.added_mass, 3e-4),
+        ):
+            assert (value == 0.0) if nominal == 0.0 else 0.0 < abs(value - nominal) < 4 * error
+        for ball in scene.rig(true).nes:
+            assert 0.0 < abs(ball.m - 0.032) < 4e-4
+        assert 0.0 < abs(test.oscilloscope.clock_error) < 4e-4
+    moved = scene_of(tmp_path, SHEET.replace("seed: 3", "seed: 4"))
+    assert group_text(moved, "driven") != group_text(scene, "driven")
+
+
+def test_the_files_of_a_campaign_state_the_sheet_and_its_uncertainties(tmp_path):
+    from vinesexp.laboratory.campaign_files import campaign_text, records_text
+
+    plain, scene = scene_of(tmp_path), scene_of(tmp_path, SHEET)
+    assert records_text(scene) == records_text(plain)
+    assert "uncertainties: exact" in campaign_text(plain)
+    text = campaign_text(scene)
+    for line in ("  clearance: 0.05 mm", "  clock: 0.01 %", "  model: exact", "nes_mass: 32 g"):
+        assert line in text
+
+
+def test_a_motion_is_that_of_the_true_clearance(tmp_path):
+    scene = scene_of(tmp_path, SHEET)
+    simulate_group(scene, "driven", tmp_path)
+    test = scene.groups["driven"][0]
+    true = scene.performed(test)
+    text = (tmp_path / f"truth/{test.record}.bench.csv").read_text()
+    assert f"clearance,nes 1 wall +1,{true.clearance[0]:.17g},m" in text
+    assert f"mass,nes 1,{scene.rig(true).nes[0].m:.17g},kg" in text
+    assert motion_of(scene, test).rig.nes[0].b == true.clearance[0]
+
+
+def test_contacts_that_last_are_a_key_of_the_rig_but_not_with_friction(tmp_path):
+    lasting = SCENE.replace("restitution: 0.6", "restitution: 0.6, contact_time: 0.9 ms")
+    assert scene_of(tmp_path, lasting).balls[0].contact_time == pytest.approx(9e-4)
+    both = lasting.replace("contact_time", "friction: 0.1 m/s^2, contact_time")
+    with pytest.raises(CampaignError, match="contacts that last and friction"):
+        scene_of(tmp_path, both)
+
+
 def test_the_example_of_departures_in_the_documentation_is_a_scene(tmp_path):
     text = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
     block = text[text.index("## What departs from the model") :]

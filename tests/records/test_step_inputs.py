@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from vinesexp.records.published_table import PublishedValue
 from vinesexp.records.schema import Campaign, Channel, Known, Record, Setup, TimeColumn
 from vinesexp.records.step_inputs import (
     CAMPAIGN_FIELDS,
@@ -33,6 +34,7 @@ CAMPAIGN_CHANGES = {
     "settings": Settings(impacts=ImpactSettings(threshold=7.0)),
     "setups": {"second": Setup({"base": CHANNEL})},
     "people": {"operator": "A"},
+    "published": (PublishedValue("r", "0.6"),),
 }
 RECORD_CHANGES = {
     "file": Path("camp/b.csv"),

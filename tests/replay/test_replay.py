@@ -12,10 +12,13 @@ from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Campaign, Known, Record
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record
 from vinesexp.replay.campaign_replay import replay_campaign
+from vinesexp.replay.drives import drive_of
 from vinesexp.replay.measures import Measures, decay_time, measures_of
-from vinesexp.replay.motions import ON_ORBIT, Replayed, replays, rig_of
+from vinesexp.replay.model import Model, rig_of
+from vinesexp.replay.motions import ON_ORBIT, Replayed, replays
 from vinesexp.replay.replay_table import compared, replay_checks
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.theory.regime_definitions import regime_of
@@ -33,7 +36,7 @@ def periodic(b: float, **changed) -> Record:
 
 def motion_of(record: Record, values=TABLE_2, duration=30.0, settle=20.0):
     """Displacement and row of regimes.csv of a test, as a perfect measurement gives them."""
-    rig = rig_of(record, values, (0.032,))
+    rig = rig_of(record, Model(values, (0.032,)))
     drive, x0 = None, record.release or 0.0
     if record.test == "periodic":
         drive = Harmonic(G, F)
@@ -54,25 +57,24 @@ def motion_of(record: Record, values=TABLE_2, duration=30.0, settle=20.0):
 
 
 def replayed(folder: Path, records: list[Record], *, truth=TABLE_2, identified=TABLE_2):
-    regimes, conditioned = [], {}
+    regimes, paths = [], ResultPaths(folder)
     for record in records:
         x, row = motion_of(record, truth)
         regimes.append(row)
-        conditioned[record.id] = folder / f"{record.id}.nc"
-        with create_record(
-            conditioned[record.id], sample_rate=RATE, quantities={"displacement": "displacement"},
-            attributes={"oscillation_hz": F},
-        ) as writer:  # fmt: skip
-            writer.append({"displacement": x})
+        for path in (paths.conditioned(record.id), paths.record(record.id)):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with create_record(
+                path, sample_rate=RATE, quantities={"displacement": "displacement"},
+                attributes={"oscillation_hz": F},
+            ) as writer:  # fmt: skip
+                writer.append({"displacement": x})
     known = Known(nes_mass=(Quantity(0.032),))
     campaign = Campaign(folder, "c", "C", known, {}, None, None, None, tuple(records))
     rows = [
         {"parameter": name, "value": str(value), "std_error": "0", "method": "combined"}
         for name, value in identified.items()
     ]
-    return replay_campaign(
-        campaign, identified=rows, regimes=regimes, base=[], conditioned=conditioned
-    )
+    return replay_campaign(campaign, identified=rows, regimes=regimes, base=[], paths=paths)
 
 
 RECORDS = [
@@ -139,19 +141,21 @@ def test_an_excluded_record_and_unknown_values_are_left_out(tmp_path):
 
 def test_what_a_rig_needs_is_named():
     with pytest.raises(AnalysisError, match="no replay without M, k1, r"):
-        rig_of(periodic(30.0), {"c1": 1.0}, (0.03,))
+        rig_of(periodic(30.0), Model({"c1": 1.0}, (0.03,)))
     with pytest.raises(AnalysisError, match="no replay without m"):
-        rig_of(periodic(30.0), TABLE_2, ())
-    two = rig_of(periodic(30.0, clearance=(0.02, 0.03)), TABLE_2 | {"r_2": 0.5}, (0.03, 0.04))
+        rig_of(periodic(30.0), Model(TABLE_2, ()))
+    values = TABLE_2 | {"r_2": 0.5}
+    two = rig_of(periodic(30.0, clearance=(0.02, 0.03)), Model(values, (0.03, 0.04)))
     assert [(ball.m, ball.b, ball.r) for ball in two.nes] == [(0.03, 0.02, 0.6), (0.04, 0.03, 0.5)]
-    assert pytest.approx(5.1) == rig_of(RECORDS[4], TABLE_2, ()).oscillator.M
+    assert pytest.approx(5.1) == rig_of(RECORDS[4], Model(TABLE_2, ())).oscillator.M
 
 
 def test_the_predicted_orbit_is_one_of_the_starts_and_stays():
     record = periodic(33.0)
     rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.033, r=0.6)])
     base = LevelBase(Quantity(G), Quantity(F))
-    found = {one.start: one for one in replays(record, rig, base=base, release=0.0, length=20.0)}
+    drive = drive_of(record, rig, base=base, samples=None, length=20.0)
+    found = {one.start: one for one in replays(rig, drive, plain=rig)}
     (on_orbit,) = measures_of(found[ON_ORBIT], test="periodic", frequency=F)
     assert on_orbit.regime == "two symmetric"
     assert on_orbit.amplitude == pytest.approx(5.27e-3, rel=0.01)

@@ -19,6 +19,7 @@ from vinesexp.records.result_columns import (
     DECAY_TIMES,
     IDENTIFIED,
     IMPACTS,
+    LEVEL_VALUES,
     RECORD_REGIMES,
     REPLAY,
     REPLAY_CYCLES,
@@ -116,6 +117,7 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
         results / "decay_times.csv", DECAY_TIMES, [row for r in releases for row in _times(r)]
     )
     write_rows(results / "base.csv", BASE, [])
+    write_rows(results / "level_values.csv", LEVEL_VALUES, [])
     write_rows(results / "identified.csv", IDENTIFIED, _identified(parameters))
     _replay(campaign, results, {str(r["record"]): r for r in regimes})
     rows, found = compare(

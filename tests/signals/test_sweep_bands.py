@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from vinesexp import NES, Oscillator, Release, Rig, Sweep, simulate
+from vinesexp.records.result_columns import BANDS
+from vinesexp.records.tables import read_rows, write_rows
 from vinesexp.settings.stages import RegimeSettings
 from vinesexp.signals.balls import Series
 from vinesexp.signals.cycles import cycle_amplitudes
@@ -62,6 +64,15 @@ def test_25_mm_is_permanent_around_resonance():
     assert permanent["to_hz"] == pytest.approx(8.08, abs=0.03)
     assert permanent["impacts_per_cycle"] == pytest.approx(2.0, abs=0.02)
     assert permanent["amplitude_max_m"] == pytest.approx(11.1e-3, rel=0.03)
+
+
+def test_rows_are_those_of_the_table(tmp_path):
+    series, base, decay = swept_rig(0.034)
+    rows = band_rows("a", [series], base, decay, SETTINGS)
+    write_rows(tmp_path / "bands.csv", BANDS, rows)
+    back = read_rows(tmp_path / "bands.csv", BANDS)
+    assert [row["response"] for row in back] == [row["response"] for row in rows]
+    assert {row["nes"] for row in back} == {"1"}
 
 
 def test_45_mm_is_modulated_and_its_running_mean_lies_below_its_peak():

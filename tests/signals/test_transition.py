@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from vinesexp import NES, Oscillator, Release, Rig, simulate
+from vinesexp.records.result_columns import TRANSITIONS
+from vinesexp.records.tables import read_rows, write_rows
 from vinesexp.signals.balls import Series
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.transition import transition_of, transition_row
@@ -46,7 +48,7 @@ def test_a_side_without_cycles_gives_nothing(lost):
     assert transition_of(t, 0.02 * np.exp(-0.05 * t), lost=lost) is None
 
 
-def test_each_ball_of_a_pair_is_lost_at_its_own_amplitude():
+def test_each_ball_of_a_pair_is_lost_at_its_own_amplitude(tmp_path):
     """33 + 10 mm from 20 mm: the large cavity first, then the small one (T1a, T1b)."""
     rig = Rig(TABLE_2, nes=[NES(m=0.032, b=b, r=0.6) for b in (0.033, 0.010)])
     start = Release(0.02, 0.0, [0.02 + 0.999 * 0.033, 0.02 + 0.008])
@@ -69,6 +71,8 @@ def test_each_ball_of_a_pair_is_lost_at_its_own_amplitude():
     for row, b in zip(rows, (0.033, 0.010), strict=True):
         assert 0.6 < row["transition_m"] / (0.1572 * b) < 1.2
     assert small["from_m"] < 0.0073 * 1.3  # A_2(0.6) b, above which the small one rattles
+    write_rows(tmp_path / "t.csv", TRANSITIONS, rows)
+    assert [row["nes"] for row in read_rows(tmp_path / "t.csv", TRANSITIONS)] == ["1", "2"]
     assert transition_row(
         "a", Series(1, 0.01, np.empty(0), np.empty(0)), decay, start=0.0, period=0.1
     ) is None  # fmt: skip

@@ -118,7 +118,7 @@ def test_a_2_never_reaches_0_6() -> None:
 
 def test_captured_starts_of_table_1_take_longer_than_printed() -> None:
     """b = 50 mm, 30 to 5 mm: 2.6 s is printed; all captured starts take 2.73 to 2.80 s."""
-    from benchmarks.paper_figures import captured, release, times_to
+    from benchmarks.paper.rig import captured, release, times_to
 
     places = 0.03 + 0.05 * np.random.default_rng(4).uniform(-0.999, 0.999, 40)
     motions = [release(0.05, float(y), 14.0) for y in places]

@@ -109,7 +109,7 @@ def test_time_on_the_stable_branch_is_the_closed_form() -> None:
         (0.020, 0.015, 1.73, 0.04),
         (0.020, 0.005, 3.79, 0.04),
         (0.050, 0.015, 1.29, 0.04),
-        # below T1: median over the captured of 40 ball starts, benchmarks.paper_figures
+        # below T1: median over the captured of 40 ball starts, benchmarks.paper
         (0.050, 0.005, 2.73, 0.04),
         (0.050, 0.003, 4.23, 0.04),
     ],

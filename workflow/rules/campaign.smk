@@ -61,7 +61,7 @@ def shown_in(wildcards):
     """What the figures of a family are drawn from."""
     if wildcards.family == "results":
         tables = PATHS.identified, PATHS.regimes, PATHS.base, PATHS.decay_times, PATHS.clearances
-        replayed = PATHS.replay, PATHS.replay_cycles
+        replayed = PATHS.replay, PATHS.replay_cycles, PATHS.level_values
         return [
             *tables,
             *replayed,

@@ -26,6 +26,7 @@ rule report:
         PLANNER.again("report", REPORT, PATHS.report),
         tables=[
             PATHS.identified,
+            PATHS.level_values,
             PATHS.regimes,
             PATHS.base,
             PATHS.bands,

@@ -25,6 +25,7 @@ from vinesexp.clearance.predicted import (
     IdentifiedRig,
     MissingValuesError,
     Predicted,
+    at_level,
     identified_rig,
     predicted_b_c,
     predicted_b_t,
@@ -91,15 +92,20 @@ class Comparison:
 
 
 def compare(
-    campaign: Campaign, identified: Rows, regimes: Rows, times: Rows = (), base: Rows = ()
+    campaign: Campaign,
+    identified: Rows,
+    regimes: Rows,
+    times: Rows = (),
+    base: Rows = (),
+    amplitudes: Rows = (),
 ) -> tuple[list[Comparison], list[Check]]:
     """Measured against predicted, level by level, and what cannot be compared and why.
 
     Parameters
     ----------
     campaign : Campaign
-    identified, regimes, times, base : sequences of mappings
-        Rows of identified.csv, regimes.csv, decay_times.csv and base.csv.
+    identified, regimes, times, base, amplitudes : sequences of mappings
+        Rows of identified.csv, regimes.csv, decay_times.csv, base.csv and level_values.csv.
 
     Returns
     -------
@@ -116,7 +122,8 @@ def compare(
     checks: list[Check] = []
     for level in periodic_levels(campaign, regimes, base):
         checks += _base_checks(campaign, level, base)
-        predicted = _predicted(checks, level.name, partial(predicted_b_c, rig, base=level.base))
+        own = at_level(rig, amplitudes, G=level.nominal)
+        predicted = _predicted(checks, level.name, partial(predicted_b_c, own, base=level.base))
         for name, kind, find in (
             (level.name, LOWEST, lowest_amplitude),
             (level.name + END, PERMANENT_END, end_of_permanent),

@@ -1,4 +1,4 @@
-"""Predictions from identified values: b_c and b_t, and the curves that go through them.
+"""Predictions from identified values: b_c and b_t.
 
 The identified k1 and c1 are made from M, f0 and zeta, so their errors go together; the covariance
 that the predictions get says so. Without it the error of f0, known to a few parts in a million,
@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
+from vinesexp.identification.budget import BASE, FREQUENCY, RELEASE
 from vinesexp.records.campaign import Known
 from vinesexp.records.uncertainties import EXACT, Uncertainties
 from vinesexp.rig import RIG_VALUES
@@ -51,12 +52,14 @@ class IdentifiedRig:
     f0, zeta : natural frequency, Hz, and damping ratio where identified, at the amplitude of the
         periodic tests.
     inputs : what the lab set, and how well: the release of a transient test.
+    effective : of `values`, those that stand for rubbing or a contact that lasts.
     """
 
     values: Mapping[str, Quantity]
     f0: Quantity | None = None
     zeta: Quantity | None = None
     inputs: Uncertainties = EXACT
+    effective: tuple[str, ...] = ()
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -110,11 +113,40 @@ def identified_rig(identified: Sequence[Mapping[str, str]], known: Known) -> Ide
     }
     if known.nes_mass:
         values["m"] = known.nes_mass[0]
+    effective = []
     for row in identified:
         name = {"r_effective": "r", "nes_mass_effective": "m"}.get(row["parameter"])
-        if name in values:
+        if name is not None and name in values:
             values[name] = Quantity(float(row["value"]), float(row["std_error"] or 0.0))
-    return IdentifiedRig(values, found.get("f0"), found.get("zeta"), known.uncertainties)
+            effective.append(name)
+    return IdentifiedRig(
+        values, found.get("f0"), found.get("zeta"), known.uncertainties, tuple(effective)
+    )
+
+
+def at_level(rig: IdentifiedRig, levels: Sequence[Mapping[str, str]], *, G: float) -> IdentifiedRig:
+    """The rig with f0, zeta, c1 and k1 of the amplitude at which a level works.
+
+    Parameters
+    ----------
+    rig : IdentifiedRig
+    levels : sequence of mappings
+        Rows of level_values.csv; without one of this level the rig stays as it is.
+    G : float
+        Base amplitude of records.csv, m.
+    """
+    own = [row for row in levels if abs(1e-3 * float(row["base_amplitude_mm"]) - G) < 1e-6 * G]
+    if not own:
+        return rig
+    row = own[0]
+    values = dict(rig.values)
+    for name, column in (("c1", "n_s_m"), ("k1", "n_m")):
+        if row.get(f"{name}_{column}"):
+            pair = row[f"{name}_{column}"], row[f"{name}_error_{column}"]
+            values[name] = Quantity(*map(float, pair))
+    f0 = Quantity(float(row["f0_hz"]), float(row["f0_error_hz"]))
+    zeta = Quantity(float(row["zeta"]), float(row["zeta_error"]))
+    return replace(rig, values=values, f0=f0, zeta=zeta)
 
 
 @dataclass(frozen=True)
@@ -125,6 +157,8 @@ class Predicted:
     exact: float
     low: float
     high: float
+    #: Identified value or input to the standard error of `exact` from it alone, m.
+    parts: Mapping[str, float] = field(default_factory=dict)
 
 
 def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
@@ -156,16 +190,37 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
         frequency=None if f is None else f.value,
     )
     at = None if f is None else f.value
-    moves = [exact(base.G.value + base.G.std_error, at) - found.exact] if base.G.std_error else []
+    moves = {}
+    if base.G.std_error:
+        moves[BASE] = abs(exact(base.G.value + base.G.std_error, at) - found.exact)
     if f is not None and f.std_error:
-        moves.append(exact(base.G.value, f.value + f.std_error) - found.exact)
-    more = COVERAGE_95 * math.hypot(*moves) if moves else 0.0
+        moves[FREQUENCY] = abs(exact(base.G.value, f.value + f.std_error) - found.exact)
+    more = COVERAGE_95 * math.hypot(*moves.values()) if moves else 0.0
     return Predicted(
         found.published,
         found.exact,
         found.exact - math.hypot(found.exact - found.low, more),
         found.exact + math.hypot(found.high - found.exact, more),
+        {**_parts(rig, found.gradient), **moves},
     )
+
+
+def _parts(rig: IdentifiedRig, gradient: Mapping[str, float]) -> dict[str, float]:
+    """What each identified value contributes to the error of a clearance; they are independent.
+
+    c1 and k1 are made of M, f0 and zeta where these are known.
+    """
+    by = {name: gradient[name] * quantity.value for name, quantity in rig.values.items()}
+    shares = {name: q.std_error / abs(q.value) for name, q in rig.values.items() if q.value}
+    f0, zeta = rig.f0, rig.zeta
+    if f0 is None or zeta is None or "k1" not in by:
+        return {name: abs(by[name]) * share for name, share in shares.items()}
+    return {
+        "M": abs(by["M"] + by["c1"] + by["k1"]) * shares["M"],
+        "f0": abs(by["c1"] + 2.0 * by["k1"]) * f0.std_error / f0.value,
+        "zeta": abs(by["c1"]) * zeta.std_error / zeta.value if zeta.value else 0.0,
+        **{name: abs(by[name]) * shares[name] for name in ("r", "m") if name in shares},
+    }
 
 
 def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
@@ -175,12 +230,15 @@ def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
     _require(rig, ("r",))
     found = predict_transient(x0=x0, values=rig.values, covariance=rig.covariance)
     # b_t is in proportion to the release.
-    more = COVERAGE_95 * found.exact * rig.inputs.release.of(x0) / x0 if x0 else 0.0
+    release = found.exact * rig.inputs.release.of(x0) / x0 if x0 else 0.0
+    more = COVERAGE_95 * release
+    r = abs(found.gradient["r"]) * rig.values["r"].std_error
     return Predicted(
         found.published,
         found.exact,
         found.exact - math.hypot(found.exact - found.low, more),
         found.exact + math.hypot(found.high - found.exact, more),
+        {"r": r, RELEASE: release},
     )
 
 
@@ -188,103 +246,3 @@ def _require(rig: IdentifiedRig, names: Sequence[str]) -> None:
     missing = [name for name in names if name not in rig.values]
     if missing:
         raise MissingValuesError(missing)
-
-
-def amplitude_curve(
-    rig: IdentifiedRig, *, G: float, frequency: float | None, low: float, high: float
-) -> tuple[Floats, Floats]:
-    """Predicted swing of the mass over clearance, m, in permanent two impacts per cycle.
-
-    Half the swing of the exact symmetric orbit over one period, which is what the amplitude of a
-    record is, from `low` up to the exact b_c; empty where that is below `low` or unknown.
-    """
-    from vinesexp.theory.optimal_clearance import b_c_exact
-    from vinesexp.theory.orbits import Reduced, amplitudes_at, family
-
-    if rig.missing:
-        return np.empty(0), np.empty(0)
-    values = {name: rig.values[name].value for name in NEEDED}
-    try:
-        end = float(b_c_exact(G=G, frequency=frequency, **values))
-    except AnalysisError:
-        return np.empty(0), np.empty(0)
-    if end <= low:
-        return np.empty(0), np.empty(0)
-    b = np.linspace(low, min(high, end), 60)
-    p = Reduced.of_rig(frequency=frequency, **values)
-    orbit = family(amplitudes_at(b / G, p)[1], p)
-    swing = _half_swing(
-        orbit.x, orbit.v_after, orbit.phase, zeta=float(p.zeta), Omega=float(p.Omega)
-    )
-    return b, G * swing
-
-
-def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -> float | None:
-    """Clearance of the smallest swing on the exact orbit, m: a little below b_c.
-
-    None where it cannot be known, or where the swing still falls at b_c.
-    """
-    try:
-        at = None if frequency is None else Quantity(frequency)
-        end = predicted_b_c(rig, base=LevelBase(Quantity(G), at)).exact
-    except AnalysisError:
-        return None
-    b, swing = amplitude_curve(rig, G=G, frequency=frequency, low=0.5 * end, high=end)
-    if not b.size or (i := int(np.argmin(swing))) in (0, b.size - 1):
-        return None
-    a0, a1, a2 = swing[i - 1 : i + 2]
-    return float(b[i] + 0.5 * (b[1] - b[0]) * (a0 - a2) / (a0 - 2.0 * a1 + a2))
-
-
-def _half_swing(
-    x: Floats, v: Floats, phase: NDArray[np.complex128], *, zeta: float, Omega: float
-) -> Floats:
-    """Largest |x| between two impacts of the symmetric orbit, in units w0 = 1, G = 1.
-
-    Between impacts x = e^(-zeta t)(h cos + g sin) + steady response; of 201 samples over half a
-    period the largest misses the top by less than (pi/400)^2/2 = 3e-5 of the amplitude.
-    """
-    zeta = max(zeta, 1e-9)  # an undamped resonance has no steady response
-    H = (1.0 + 2j * zeta * Omega) / (1.0 - Omega**2 + 2j * zeta * Omega)
-    wd = math.sqrt(1.0 - zeta**2)
-    steady = H * phase
-    h = x - steady.imag
-    g = (v - (1j * Omega * steady).imag + zeta * h) / wd
-    t = np.linspace(0.0, math.pi / Omega, 201)[:, None]
-    free = np.exp(-zeta * t) * (h * np.cos(wd * t) + g * np.sin(wd * t))
-    swing: Floats = np.abs(free + (steady * np.exp(1j * Omega * t)).imag).max(axis=0)
-    return swing
-
-
-def decay_curves(
-    rig: IdentifiedRig, *, x0: float, targets: Sequence[float], clearances: Floats
-) -> Floats | None:
-    """Predicted time for a captured ball to bring the release x0 down to each target.
-
-    All at once, since the decay that they share is what takes time.
-
-    Parameters
-    ----------
-    rig : IdentifiedRig
-    x0 : float
-        Release, m.
-    targets : sequence of float
-        Amplitudes to be reached, m.
-    clearances : ndarray, shape (n,)
-        m.
-
-    Returns
-    -------
-    ndarray, shape (len(targets), n), or None
-        s; None where a value is missing or a target lies above the release.
-    """
-    from vinesexp.theory.transient import Decaying, captured_time
-
-    if rig.missing or not targets:
-        return None
-    values = {name: rig.values[name].value for name in NEEDED}
-    try:
-        release = Decaying(x_m=x0, **values)
-        return captured_time(release, b=clearances, level=np.asarray(targets)[:, None])
-    except AnalysisError:
-        return None

@@ -18,6 +18,13 @@ from vinesexp.records.checks import Check
 from vinesexp.records.ingest import ingest_or_refuse
 from vinesexp.records.store import open_record
 
+#: Size and name of the unit that a bench speaks in.
+_BENCH = {
+    "displacement": (1e-3, " mm"),
+    "velocity": (1e-3, " mm/s"),
+    "acceleration": (1.0, " m/s^2"),
+    "sound": (1.0, ""),
+}
 _LOOKED_AT = 1 << 22  # samples of a channel
 
 
@@ -71,9 +78,8 @@ def _reach(path: Path) -> str:
         for role in view.roles:
             values = view.read(role, 0, _LOOKED_AT)
             far = float(abs(values - values.mean()).max())
-            length = view.quantity(role) == "displacement"
-            size = f"{1e3 * far:.3g} mm" if length else f"{far:.3g} m/s^2"
-            reported.append(f"{role} +-{size}")
+            size, unit = _BENCH[view.quantity(role)]
+            reported.append(f"{role} +-{far / size:.3g}{unit}")
         seconds = view.n / view.sample_rate
     return f"; {seconds:.4g} s, {', '.join(reported)}"
 

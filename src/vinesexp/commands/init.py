@@ -14,15 +14,16 @@ import sys
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, RecordError
+from vinesexp.proposal.campaign_proposal import Proposal, ProposedChannel, propose
+from vinesexp.proposal.kind_of_test import OPEN
+from vinesexp.proposal.survey import FileView, view_file
 from vinesexp.records.campaign_schema import NAME as SCHEMA_NAME
 from vinesexp.records.campaign_schema import schema_text
-from vinesexp.records.proposal import OPEN, Proposal, ProposedChannel, propose
 from vinesexp.records.schema import SHEET_COLUMNS
-from vinesexp.records.survey import FileView, view_file
 
 _OUTPUT = {
     "displacement": ("V/mm", "0.5 V/mm"),
-    "base": ("V/mm", "0.5 V/mm"),
+    "velocity": ("V/(mm/s)", "0.1 V/(mm/s)"),
     "acceleration": ("mV/g", "100 mV/g"),
 }
 _SKIPPED = {".md", ".pdf", ".png", ".jpg", ".svg", ".py", ".m", ".docx", ".yaml", ".yml", ".json"}
@@ -85,10 +86,10 @@ def campaign_text(folder: Path, proposal: Proposal) -> str:
         lines += _channel_lines(channel)
     if not proposal.channels:
         lines += ["  # no channel could be recognised; name them here"]
-    if proposal.has_wav:
+    if proposal.has_wav and any(one.quantity for one in proposal.channels):
         lines.append("# In WAV files 1 is full scale: say what it means, as file_unit: 10 V.")
     if proposal.time is not None:
-        column = _quoted(proposal.time)
+        column = proposal.time if proposal.time.isdigit() else _quoted(proposal.time)
         lines.append(f"time: {{column: {column}, unit: s}}   # look: is the unit right?")
     elif proposal.has_no_times:
         reported = ", ".join(proposal.has_no_times[:3])
@@ -109,15 +110,17 @@ def _quoted(text: str) -> str:
 
 def _channel_lines(channel: ProposedChannel) -> list[str]:
     column = channel.pattern if channel.pattern.isdigit() else _quoted(channel.pattern)
-    quantity = "acceleration" if channel.role == "acceleration" else "displacement"
+    optional = ", optional: yes" if channel.optional else ""
+    if channel.quantity is None:
+        entry = f"{{column: {column}{optional}}}"
+        return [f"  # {channel.role}: look: {channel.why}", f"  {channel.role}: {entry}"]
     if channel.unit is not None:
         value, mark = f'unit: "{channel.unit}"', "" if channel.sure else "look: "
     else:
-        unit, example = _OUTPUT[channel.role]
+        unit, example = _OUTPUT[channel.quantity]
         value = f'sensitivity: "{channel.sensitivity or f"{OPEN} {unit}"}"'
         mark = "" if channel.sensitivity else f"FILL IN, such as {example}; "
-    optional = ", optional: yes" if channel.optional else ""
-    entry = f"{{column: {column}, quantity: {quantity}, {value}{optional}}}"
+    entry = f"{{column: {column}, quantity: {channel.quantity}, {value}{optional}}}"
     return [f"  # {channel.role}: {mark}{channel.why}", f"  {channel.role}: {entry}"]
 
 
@@ -159,8 +162,8 @@ def _views(folder: Path) -> tuple[list[FileView], list[str]]:
 def _ask(proposal: Proposal) -> None:  # pragma: no cover
     """Ask for the sensitivities that no file states; an empty answer leaves one open."""
     for channel in proposal.channels:
-        if channel.unit is None:
-            example = _OUTPUT[channel.role][1]
+        if channel.unit is None and channel.quantity is not None:
+            example = _OUTPUT[channel.quantity][1]
             question = f"sensitivity of {channel.role} ({channel.pattern}), such as {example}: "
             channel.sensitivity = input(question).strip() or None
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.errors import CampaignError, VinesexpError
+from vinesexp.proposal.roles import Guess, guess_roles, label_of
+from vinesexp.proposal.survey import ColumnView, FileView, view_file
 from vinesexp.records.readers import Floats
-from vinesexp.records.roles import Guess, guess_roles, label_of
-from vinesexp.records.survey import ColumnView, FileView, view_file
 
 _BARS = " ▁▂▃▄▅▆▇█"
 _WIDTH = 32
@@ -56,6 +56,7 @@ def describe(view: FileView, guesses: dict[str, Guess]) -> list[str]:
         guess = guesses.get(label_of(column))
         if column.kind == "signal" and guess is not None:
             lines.append(f"     {'':<{width}} {guess.role}? {guess.why}")
+    lines += [f"  look: {remark}" for remark in view.remarks]
     return lines + [f"  not read: {problem}" for problem in view.problems]
 
 

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from vinesexp.identification.addedmass import added_mass
+from vinesexp.identification.amplitude_law import LevelValues, law_rows, level_values
 from vinesexp.identification.average import mean_of
 from vinesexp.identification.budget import Source, combined_source, product
 from vinesexp.identification.consistency import (
@@ -45,11 +46,14 @@ class Identified:
     checks : list of Check
     sources : list of Source
         The combined values and what their errors are made of (budget.csv).
+    levels : tuple of LevelValues
+        f0 and zeta at each base amplitude, where they depend on amplitude (level_values.csv).
     """
 
     rows: list[Estimate]
     checks: list[Check]
     sources: list[Source]
+    levels: tuple[LevelValues, ...] = ()
 
     def source(self, parameter: str) -> Source | None:
         """The combined value of a parameter with the parts of its error."""
@@ -95,7 +99,25 @@ def weigh(found: Sequence[Estimate], campaign: Campaign) -> Identified:
     for restitution in _restitution(working.estimates, campaign):
         add(restitution)
     checks += _absent(rows)
-    return Identified(rows, [*checks, *remarks(used)], sources)
+    law, levels = _over_amplitude(used, campaign, sources, working.amplitude)
+    return Identified([*rows, *law], [*checks, *remarks(used)], sources, levels)
+
+
+def _over_amplitude(
+    found: Sequence[Estimate], campaign: Campaign, sources: Sequence[Source],
+    amplitude: float | None,
+) -> tuple[list[Estimate], tuple[LevelValues, ...]]:  # fmt: skip
+    """The law of damping and stiffness, and f0 and zeta level by level, where they depend on it."""
+    have = {s.estimate.parameter: s for s in sources if s.estimate.parameter in ("f0", "zeta")}
+    if amplitude is None or len(have) < 2:
+        return [], ()
+    f0, zeta = have["f0"].total, have["zeta"].total
+    alone = {
+        name: math.sqrt(max(s.total.std_error**2 - s.parts.get("amplitude", 0.0) ** 2, 0.0))
+        for name, s in have.items()
+    }
+    levels = level_values(found, campaign, f0, zeta, amplitude, alone)
+    return law_rows(found, f0, zeta, amplitude), tuple(levels)
 
 
 @dataclass(frozen=True)

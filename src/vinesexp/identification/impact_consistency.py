@@ -84,6 +84,8 @@ def consistent_impacts(
     )
     evidence = weigh(collisions, prior=prior)
     effects = [*_effect_rows(evidence, ids), *_effective_rows(evidence, found, campaign, ids)]
+    if "r_speed_slope" in evidence.best.effects:  # the speed at which r holds
+        effects.append(Estimate("r_speed", collisions.working_speed, 0.0, "m/s", METHOD, ids))
     if ratio is not None:
         effects.append(Estimate("jump_ratio", ratio.ratio, ratio.error, "1", METHOD, ids))
     checks = [*effect_checks(evidence), *ratio_check(ratio, fault), *sensor_check(fault)]

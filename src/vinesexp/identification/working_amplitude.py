@@ -19,7 +19,7 @@ from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check, Outcome
 
 #: Amplitudes around the smallest one tested at which the optimum may work.
-_AROUND = (0.8, 1.25)
+AROUND = (0.8, 1.25)
 _SHIFT_UNSURE = 0.3  # of the shift of a sweep: its resonance has all amplitudes up to its own
 _FEW = 1e-9  # relative: a curve that varies by less is flat
 _SIGNIFICANT = 4.0  # standard errors that f0 has to change by
@@ -49,7 +49,7 @@ class Working:
 
 
 @dataclass(frozen=True)
-class _Curve:
+class Curve:
     """One parameter of one record over amplitude."""
 
     amplitude: np.ndarray
@@ -88,7 +88,7 @@ def at_working_amplitude(found: Sequence[Estimate], campaign: Campaign) -> Worki
         For the base amplitudes that belong together.
     """
     kept = [e for e in found if not e.parameter.endswith("_at")]
-    curves = _curves(found)
+    curves = curves_of(found)
     if all(curve.flat for curve in curves.values()):
         return Working(kept, None, {}, [])
     low, high = _range(found, campaign, curves)
@@ -98,11 +98,11 @@ def at_working_amplitude(found: Sequence[Estimate], campaign: Campaign) -> Worki
     for name in ("f0", "zeta"):
         own = [curve for (_, parameter), curve in curves.items() if parameter == name]
         if own:
-            spread[name] = float(np.mean([_spread(curve, low, high) for curve in own]))
+            spread[name] = float(np.mean([spread_over(curve, low, high) for curve in own]))
     return Working(moved, amplitude, spread, _said(found, curves, amplitude))
 
 
-def _spread(curve: _Curve, low: float, high: float) -> float:
+def spread_over(curve: Curve, low: float, high: float) -> float:
     """Standard uncertainty of a value that depends on amplitude.
 
     Any amplitude of the range is equally likely; and whether an orbit is stable is decided by what
@@ -113,14 +113,14 @@ def _spread(curve: _Curve, low: float, high: float) -> float:
     return math.hypot(float(np.ptp(values)) / math.sqrt(12.0), increment / math.sqrt(3.0))
 
 
-def _curves(found: Sequence[Estimate]) -> dict[tuple[str, str], _Curve]:
+def curves_of(found: Sequence[Estimate]) -> dict[tuple[str, str], Curve]:
     """(record, parameter) to its values over amplitude."""
     points: dict[tuple[str, str], list[Estimate]] = {}
     for e in found:
         if e.parameter.endswith("_at") and e.amplitude:
             points.setdefault((e.records[0], e.parameter.removesuffix("_at")), []).append(e)
     return {
-        key: _Curve(*(np.array(column) for column in zip(*_sorted(own), strict=True)))
+        key: Curve(*(np.array(column) for column in zip(*_sorted(own), strict=True)))
         for key, own in points.items()
     }
 
@@ -129,18 +129,24 @@ def _sorted(own: Sequence[Estimate]) -> list[tuple[float, float, float]]:
     return sorted((e.amplitude or 0.0, e.value, e.std_error) for e in own)
 
 
-def _range(
-    found: Sequence[Estimate], campaign: Campaign, curves: dict[tuple[str, str], _Curve]
-) -> tuple[float, float]:
-    """Amplitudes at which the periodic tests work; else those of the releases, or ring-downs."""
+def swing_of_levels(found: Sequence[Estimate], campaign: Campaign) -> dict[float, float]:
+    """Base amplitude of the periodic tests with one NES to the least amplitude of the mass, m."""
     swing = {e.records[0]: e.value for e in found if e.parameter == "working_amplitude"}
     levels: dict[float, float] = {}
     for record in campaign.records:
         if record.id in swing and record.base_amplitude and len(record.clearance) == 1:
             least = levels.get(record.base_amplitude, math.inf)
             levels[record.base_amplitude] = min(least, swing[record.id])
+    return levels
+
+
+def _range(
+    found: Sequence[Estimate], campaign: Campaign, curves: dict[tuple[str, str], Curve]
+) -> tuple[float, float]:
+    """Amplitudes at which the periodic tests work; else those of the releases, or ring-downs."""
+    levels = swing_of_levels(found, campaign)
     if levels:
-        return _AROUND[0] * min(levels.values()), _AROUND[1] * max(levels.values())
+        return AROUND[0] * min(levels.values()), AROUND[1] * max(levels.values())
     releases = [abs(r.release) for r in campaign.records if r.test == "transient" and r.release]
     if releases:
         return 0.5 * min(releases), max(releases)
@@ -153,7 +159,7 @@ def _range(
     return middle, middle
 
 
-def _moved(e: Estimate, curves: dict[tuple[str, str], _Curve], amplitude: float) -> Estimate:
+def _moved(e: Estimate, curves: dict[tuple[str, str], Curve], amplitude: float) -> Estimate:
     """An estimate at another amplitude, by its own record or, for a sweep, by the ring-downs."""
     curve = curves.get((e.records[0], e.parameter)) if e.records else None
     if curve is not None and e.method in ("likelihood", "envelope"):
@@ -170,7 +176,7 @@ def _moved(e: Estimate, curves: dict[tuple[str, str], _Curve], amplitude: float)
 
 
 def _said(
-    found: Sequence[Estimate], curves: dict[tuple[str, str], _Curve], amplitude: float
+    found: Sequence[Estimate], curves: dict[tuple[str, str], Curve], amplitude: float
 ) -> list[Check]:
     """What depends on amplitude, over the range that the ring-downs show."""
     words = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}

@@ -9,6 +9,7 @@ from vinesexp.excitation import Base, Harmonic, Release, SteppedSweep, Sweep, We
 from vinesexp.laboratory.base_record import BaseRecord
 from vinesexp.laboratory.oscilloscope import Oscilloscope
 from vinesexp.laboratory.sensors import Sensor
+from vinesexp.laboratory.sheet import Sheet
 from vinesexp.rig import NES, Oscillator, Rig
 
 
@@ -108,6 +109,8 @@ class Scene:
         Of the oscillator beyond c1; none unless the scene asks for it.
     groups : mapping
         Name to tests: what is simulated, and re-simulated, together.
+    sheet : Sheet
+        How well masses, clearances and releases are known: the truth is drawn around them.
     """
 
     title: str
@@ -116,6 +119,7 @@ class Scene:
     balls: tuple[NES, ...]
     damping: WeakDamping = field(default_factory=WeakDamping)
     groups: Mapping[str, tuple[Test, ...]] = field(default_factory=dict)
+    sheet: Sheet = field(default_factory=Sheet)
 
     @property
     def tests(self) -> tuple[Test, ...]:
@@ -123,11 +127,38 @@ class Scene:
         return tuple(test for group in self.groups.values() for test in group)
 
     def ball(self, number: int, *, clearance: float, minus: float | None = None) -> NES:
-        """NES `number`, counted from 0, set to its clearances."""
-        return replace(self.balls[number if len(self.balls) > 1 else 0], b=clearance, b_minus=minus)
+        """NES `number`, counted from 0, set to its clearances, with its true mass."""
+        ball = self.balls[number if len(self.balls) > 1 else 0]
+        m = ball.m + self.sheet.off("nes_mass", self.seed, f"ball {number + 1}")
+        return replace(ball, m=m, b=clearance, b_minus=minus)
+
+    def performed(self, test: Test) -> Test:
+        """A test as it really was: clearances, release and load off what the sheet says."""
+        if self.sheet.exact:
+            return test
+        offs = [
+            self.sheet.off("clearance", self.seed, test.record, f"nes {i + 1}")
+            for i in range(len(test.clearance))
+        ]
+        both = (
+            tuple(b + off for b, off in zip(own, offs, strict=False))
+            for own in (test.clearance, test.clearance_minus)
+        )
+        clearance, minus = both
+        release, load = test.release, test.added_mass
+        if release:
+            release += self.sheet.off("release", self.seed, test.record)
+        if load:
+            load += self.sheet.off("added_mass", self.seed, f"{load:.9g} kg")
+        return replace(
+            test, clearance=clearance, clearance_minus=minus, release=release, added_mass=load
+        )
 
     def rig(self, test: Test) -> Rig:
-        """The rig as it stands in one test: added mass on, NESs set to their clearances."""
+        """The rig as it stands in one test: added mass on, NESs set to their clearances.
+
+        Of a test as it was `performed`, the true rig.
+        """
         loaded = replace(self.oscillator, M=self.oscillator.M + test.added_mass)
         minus = test.clearance_minus or (None,) * len(test.clearance)
         return Rig(

@@ -25,22 +25,34 @@ def departures_text(scene: Scene, test: Test) -> str | None:
 
 
 def _of_rig(scene: Scene, test: Test) -> Iterator[tuple[str, str, float, str]]:
+    test = scene.performed(test)
     rig, damping = scene.rig(test), scene.damping
+    if scene.sheet.added_mass and test.added_mass:
+        yield "added_mass", "oscillator", test.added_mass, "kg"
+    if scene.sheet.release and test.release:
+        yield "release", "oscillator", test.release, "m"
     if rig.oscillator.k3:
         yield "cubic_stiffness", "oscillator", rig.oscillator.k3, "N/m^3"
     if damping.quadratic:
         yield "quadratic_damping", "oscillator", damping.quadratic, "N s^2/m^2"
     if damping.coulomb:
         yield "coulomb_damping", "oscillator", damping.coulomb, "N"
-    if is_plain(rig) and all(nes.b_minus is None for nes in rig.nes):
+    as_written = scene.sheet.exact and all(nes.b_minus is None for nes in rig.nes)
+    if is_plain(rig) and as_written:
         return
     for number, nes in enumerate(rig.nes, start=1):
+        if scene.sheet.nes_mass:
+            yield "mass", f"nes {number}", nes.m, "kg"
         for side, name in ((1, "wall +1"), (-1, "wall -1")):
             yield "clearance", f"nes {number} {name}", nes.clearance(side), "m"
             yield "restitution", f"nes {number} {name}", nes.restitution(side), "1"
+        if is_plain(rig):
+            continue
         yield "restitution_slope", f"nes {number}", nes.r_slope, "s/m"
         yield "friction", f"nes {number}", nes.friction, "m/s^2"
         yield "tilt", f"nes {number}", nes.tilt, "m/s^2"
+        if nes.contact_time:
+            yield "contact_time", f"nes {number}", nes.contact_time, "s"
 
 
 def _of_sensors(test: Test) -> Iterator[tuple[str, str, float, str]]:

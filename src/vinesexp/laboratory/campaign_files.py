@@ -8,6 +8,7 @@ from __future__ import annotations
 from vinesexp.laboratory.bench import Scene, Test
 from vinesexp.laboratory.scene import raw_file
 from vinesexp.laboratory.sensors import Accelerometer
+from vinesexp.laboratory.sheet import stated
 from vinesexp.records.schema import SHEET_COLUMNS
 from vinesexp.units import STANDARD_GRAVITY
 
@@ -23,8 +24,7 @@ def campaign_text(scene: Scene) -> str:
     if masses:
         text = masses[0] if len(masses) == 1 else "[" + ", ".join(masses) + "]"
         lines += ["known:", f"  nes_mass: {text}"]
-    # The virtual sheet states what was simulated: sensors without gain errors, balls as weighed.
-    lines.append("uncertainties: exact")
+    lines += stated(scene.sheet)
     lines.append("channels:")
     for number, (role, sensor) in enumerate(scene.tests[0].sensors.items(), start=1):
         if isinstance(sensor, Accelerometer):

@@ -68,7 +68,8 @@ def _write(path: Path, text: str) -> None:
 
 
 def motion_of(scene: Scene, test: Test) -> Moving:
-    """The exact motion of a test, from its very beginning."""
+    """The exact motion of a test as it was performed, from its very beginning."""
+    test = scene.performed(test)
     if test.kind == "drop":
         ball = scene.balls[0]
         return drop(ball, M=scene.oscillator.M, height=test.height, duration=test.duration)

@@ -75,7 +75,7 @@ def group_files(scene: Scene, group: str) -> list[Path]:
 def group_text(scene: Scene, group: str) -> str:
     """All that the files of a group depend on, as one text: rig, seed, tests with their sensors."""
     tests = tuple(replace(test, note="") for test in _tests(scene, group))
-    return repr((scene.seed, scene.oscillator, scene.damping, scene.balls, tests))
+    return repr((scene.seed, scene.oscillator, scene.damping, scene.balls, scene.sheet, tests))
 
 
 def simulate_group(scene: Scene, group: str, folder: Path) -> list[Path]:

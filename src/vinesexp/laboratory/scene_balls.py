@@ -19,14 +19,18 @@ def read_balls(rig: Layers) -> tuple[NES, ...]:
         "restitution_slope": rig.lengthy("restitution_slope", "restitution slope", signed=True),
         "friction": rig.lengthy("friction", "acceleration", zero=True),
         "tilt": rig.lengthy("tilt", "acceleration", signed=True),
+        "contact_time": rig.lengthy("contact_time", "time", zero=True),
     }
+    if any(values["contact_time"]) and any(values["friction"]):
+        rig.complain("contact_time", "contacts that last and friction are not simulated together")
+        return ()
     for key in ("restitution", "restitution_minus"):
         for r in values[key]:
             if r > 1.0:
                 rig.complain(key, f"found {r:g}, expected a number from 0 to 1")
                 return ()
     if not masses or not values["restitution"]:
-        for key in ("restitution_minus", "restitution_slope", "friction", "tilt"):
+        for key in ("restitution_minus", "restitution_slope", "friction", "tilt", "contact_time"):
             if values[key]:
                 rig.complain(key, "there is no ball; give nes_mass and restitution")
         return ()
@@ -51,6 +55,7 @@ def read_balls(rig: Layers) -> tuple[NES, ...]:
             r_slope=of("restitution_slope", i) or 0.0,
             friction=of("friction", i) or 0.0,
             tilt=of("tilt", i) or 0.0,
+            contact_time=of("contact_time", i) or 0.0,
         )
         for i in range(n)
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, nearest
@@ -18,12 +19,13 @@ from vinesexp.laboratory.scene_balls import read_balls
 from vinesexp.laboratory.scene_base import read_base
 from vinesexp.laboratory.scene_layers import Layers, refuse_unknown
 from vinesexp.laboratory.scene_sensors import read_oscilloscope, read_sensors
+from vinesexp.laboratory.sheet import read_sheet
 from vinesexp.records.problems import Problems
 from vinesexp.records.yamltree import read_yaml
 from vinesexp.rig import NES, Oscillator
 from vinesexp.units import parse_quantity
 
-KEYS = ("title", "seed", "rig", "sensors", "oscilloscope", "groups")
+KEYS = ("title", "seed", "rig", "sheet", "sensors", "oscilloscope", "groups")
 RIG_KEYS = (
     "mass",
     "damping",
@@ -37,6 +39,7 @@ RIG_KEYS = (
     "restitution_slope",
     "friction",
     "tilt",
+    "contact_time",
 )
 #: Keys of a record; a group takes them too, and `records`.
 TEST_KEYS = (
@@ -98,12 +101,16 @@ def read_scene(file: Path, problems: Problems) -> Scene | None:
     seed = top.values.get("seed")
     if not isinstance(seed, int):
         problems.add(f"found '{seed}', expected a whole number", where=top.where("seed"))
-    groups = dict(_groups(whole, balls, seed if isinstance(seed, int) else 0))
+    sheet = read_sheet(whole)
+    known_seed = seed if isinstance(seed, int) else 0
+    clock = sheet.off("clock", known_seed, "oscilloscope")
+    drawn = known_seed if sheet.seed is None else sheet.seed
+    groups = dict(_groups(whole, balls, drawn, clock))
     _refuse_twice(groups, whole)
     if problems.found or oscillator is None or not isinstance(seed, int):
         return None
     title = str(top.values.get("title") or file.resolve().parent.name)
-    return Scene(title, seed, oscillator, balls, damping, groups)
+    return Scene(title, seed, oscillator, balls, damping, groups, sheet)
 
 
 def _oscillator(rig: Layers) -> Oscillator | None:
@@ -114,7 +121,9 @@ def _oscillator(rig: Layers) -> Oscillator | None:
     return None if M is None or c1 is None or k1 is None else Oscillator(M=M, c1=c1, k1=k1, k3=k3)
 
 
-def _groups(whole: Layers, balls: Balls, seed: int) -> Iterator[tuple[str, tuple[Test, ...]]]:
+def _groups(
+    whole: Layers, balls: Balls, seed: int, clock: float
+) -> Iterator[tuple[str, tuple[Test, ...]]]:
     groups = whole.under("groups")
     if not groups.names():
         whole.complain("groups", "no groups of tests; each has 'records'")
@@ -131,7 +140,15 @@ def _groups(whole: Layers, balls: Balls, seed: int) -> Iterator[tuple[str, tuple
             entry = records.under(record)
             entry.refuse_unknown(TEST_KEYS)
             tests.append(_test(record, entry.over(group), whole, balls, seed))
-        yield name, tuple(test for test in tests if test is not None)
+        yield name, tuple(_with_clock(test, clock) for test in tests if test is not None)
+
+
+def _with_clock(test: Test, error: float) -> Test:
+    """The test on an oscilloscope whose clock is off by what its sheet leaves open."""
+    if not error:
+        return test
+    scope = test.oscilloscope
+    return replace(test, oscilloscope=replace(scope, clock_error=scope.clock_error + error))
 
 
 def _test(name: str, entry: Layers, whole: Layers, balls: Balls, seed: int) -> Test | None:

@@ -10,7 +10,7 @@ from vinesexp.laboratory.modes import Mode
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
 from vinesexp.laboratory.scene_layers import Layers
 from vinesexp.laboratory.sensors import Accelerometer, Laser, Sensor
-from vinesexp.records.schema import ROLES
+from vinesexp.records.schema import MOTIONS
 from vinesexp.units import parse_quantity, parse_sensitivity
 
 COMMON_KEYS = (
@@ -42,9 +42,9 @@ def read_sensors(layers: Layers, seed: int) -> dict[str, Sensor]:
 
     A gain that is stated with its uncertainty alone is drawn, one for the role in the whole scene.
     """
-    layers.refuse_unknown(tuple(ROLES))
+    layers.refuse_unknown(MOTIONS)
     found: dict[str, Sensor] = {}
-    for role in ROLES:
+    for role in MOTIONS:
         entry = layers.under(role)
         if not entry.sections:
             continue
@@ -145,10 +145,10 @@ def read_oscilloscope(layers: Layers) -> Oscilloscope | None:
     if form not in FORMATS:
         layers.complain("format", f"unknown format '{form}'; {nearest(form, FORMATS)}")
     skew = layers.under("skew")
-    skew.refuse_unknown(tuple(ROLES))
+    skew.refuse_unknown(MOTIONS)
     late = {
         role: skew.quantity(role, "time", signed=True) or 0.0
-        for role in ROLES
+        for role in MOTIONS
         if role in skew.names()
     }
     error = 0.0

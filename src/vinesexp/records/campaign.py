@@ -110,5 +110,6 @@ def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
         setups=description.setups,
         people=description.people,
         settings=description.settings,
+        published=description.published,
     )
     return campaign, [*problems.found, *description_problems.found, *table_problems.found]

@@ -10,7 +10,7 @@ import json
 from dataclasses import fields
 from typing import Any
 
-from vinesexp.records.channel_section import CHANNEL_KEYS, SETUP_KEYS
+from vinesexp.records.channel_section import CHANNEL_KEYS, SETUP_KEYS, SOUND_KEYS
 from vinesexp.records.description import BAND_KEYS, KEYS, KNOWN_KEYS, PEOPLE_KEYS
 from vinesexp.records.schema import ACCEPTABLE, ROLES
 from vinesexp.records.uncertainties import Uncertainties
@@ -81,6 +81,10 @@ def _section(properties: dict[str, Any], *, nullable: bool = False) -> dict[str,
 def _channels() -> dict[str, Any]:
     found = {}
     for role, quantities in ROLES.items():
+        if role == "sound":
+            keys = {key: _CHANNEL.get(key, {}) for key in SOUND_KEYS}
+            found[role] = {**_section(keys), "required": ["column"]}
+            continue
         keys = {key: _CHANNEL.get(key, {}) for key in CHANNEL_KEYS}
         keys["quantity"] = {"enum": list(quantities)}
         found[role] = {**_section(keys), "required": ["column", "quantity"]}

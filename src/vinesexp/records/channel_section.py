@@ -27,6 +27,8 @@ CHANNEL_KEYS = (
     "optional",
     "accept",
 )
+#: Keys of a microphone, of which only the times of hits are used: it needs no calibration.
+SOUND_KEYS = ("column", "optional", "accept")
 SETUP_KEYS = ("channels", "time", "sample_rate")
 
 
@@ -80,7 +82,27 @@ def read_channels_section(top: Section, problems: Problems) -> dict[str, Channel
     return found
 
 
+def _sound(entry: Section, where: str, problems: Problems) -> Channel | None:
+    """A microphone, or any sensor that is not calibrated: only drop tests use it."""
+    refuse_unknown(entry, SOUND_KEYS, problems)
+    column = _column(entry, where, problems)
+    if column is None:
+        return None
+    return Channel(
+        role="sound",
+        column=column,
+        quantity="sound",
+        scale=1.0,
+        unit="1",
+        file_size=1.0,  # whatever the header says
+        optional=yes_or_no(entry, "optional", problems),
+        accept=_accept(entry, problems),
+    )
+
+
 def _channel(role: str, entry: Section, where: str, problems: Problems) -> Channel | None:
+    if role == "sound":
+        return _sound(entry, where, problems)
     refuse_unknown(entry, CHANNEL_KEYS, problems)
     column = _column(entry, where, problems)
     quantity = _quantity(role, entry, where, problems)

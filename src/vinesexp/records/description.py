@@ -11,6 +11,7 @@ from pathlib import Path
 
 from vinesexp.records.channel_section import read_channels_section, read_setups, read_time
 from vinesexp.records.problems import Problems
+from vinesexp.records.published_table import PublishedValue, read_published
 from vinesexp.records.schema import Channel, Known, Setup, TimeColumn
 from vinesexp.records.settings_section import read_settings
 from vinesexp.records.uncertainties import Uncertainties, read_uncertainties
@@ -36,6 +37,7 @@ KEYS = (
     "uncertainties",
     "allow_outside",
     "setups",
+    "published",
 )
 KNOWN_KEYS = ("mass", "nes_mass")
 BAND_KEYS = ("low", "high")
@@ -57,6 +59,7 @@ class Description:
     allow_outside: bool = False
     setups: dict[str, Setup] = field(default_factory=dict)
     people: dict[str, str] = field(default_factory=dict)
+    published: tuple[PublishedValue, ...] = ()
 
 
 def read_description(file: Path, problems: Problems) -> Description:
@@ -87,6 +90,7 @@ def read_description(file: Path, problems: Problems) -> Description:
         allow_outside=yes_or_no(top, "allow_outside", problems),
         setups=read_setups(top, Setup(channels, time, rate), problems),
         people={key: str(top.values[key]) for key in PEOPLE_KEYS if top.values.get(key)},
+        published=read_published(top, file.parent, problems),
     )
 
 

@@ -20,7 +20,7 @@ _MOVING = {
     "sweep": _MOTION,
     "periodic": _MOTION,
     "transient": ("displacement", "acceleration"),
-    "drop": ("acceleration",),
+    "drop": ("acceleration", "sound"),
 }
 
 _LEAST_PERIODS = 2.0
@@ -87,7 +87,13 @@ def _period(view: RecordView, record: Record) -> float | None:
         )
     if record.test == "drop":  # a bouncing ball has no period
         return None
-    motion = next(role for role in _MOTION if role in view.roles)
+    motion = next((role for role in _MOTION if role in view.roles), None)
+    if motion is None:
+        raise RecordError(
+            f"{', '.join(view.roles)} alone serves drop tests only, expected a channel of the "
+            f"motion in a {record.test} test; correct 'test' in records.csv, or the channels",
+            file=record.file,
+        )
     seconds = view.n / view.sample_rate
     held = seconds * min(record.frequency) if record.frequency else periods(view, motion)
     if held == 0.0:
@@ -116,7 +122,8 @@ def _described(view: RecordView, samples: AnySamples, runs: list[Stretch], defec
 def _judge(record: Record, channel: Channel, defect: str, reported: str) -> Check:
     # Where an accelerometer is clipped the impact is still there, and is marked as clipped later;
     # a clipped displacement would quietly change every amplitude.
-    if defect in channel.accept or (channel.role, defect) == ("acceleration", "saturated"):
+    loud = defect == "saturated" and channel.role in ("acceleration", "sound")
+    if defect in channel.accept or loud:
         return Check(record.id, defect, "warning", reported)
     raise RecordError(
         f"{reported}, or add accept: {defect} to channels.{channel.role}", file=record.file

@@ -51,12 +51,26 @@ IDENTIFIED = Table("identified", "identify", (
     Column("records", "ids of the records it came from, separated by semicolons"),
 ))  # fmt: skip
 
-BUDGET = Table("budget", "identify", (
+BUDGET = Table("budget", "compare", (
     Column("parameter", "the value whose error is divided up"),
     Column("source", "what contributes"),
-    _number("contribution", "", "standard error from this source alone, in the parameter's unit"),
+    _number("contribution", "", "standard error from this source alone, SI"),
     _number("share", "1", "share of the variance"),
     Column("note", "what was assumed, and what would shrink it"),
+))  # fmt: skip
+
+#: f0 and zeta where the mass swings at each base amplitude; no row where they are the same at all.
+LEVEL_VALUES = Table("level_values", "identify", (
+    _number("base_amplitude_mm", "mm", "of records.csv", ".7g"),
+    _number("amplitude_m", "m", "of the mass: least mean amplitude of its tests", ".6g"),
+    _number("f0_hz", "Hz", "natural frequency at that amplitude", ".10g"),
+    _number("f0_error_hz", "Hz", "standard error, with the range around the amplitude", ".3g"),
+    _number("zeta", "1", "damping ratio at that amplitude", ".7g"),
+    _number("zeta_error", "1", "standard error, with the range around the amplitude", ".3g"),
+    _number("c1_n_s_m", "N s/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("c1_error_n_s_m", "N s/m", "standard error", ".3g"),
+    _number("k1_n_m", "N/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("k1_error_n_m", "N/m", "standard error", ".3g"),
 ))  # fmt: skip
 
 RECORD_REGIMES = Table("regimes", "regimes", (
@@ -217,6 +231,7 @@ TABLES = (
     IMPACTS,
     IDENTIFIED,
     BUDGET,
+    LEVEL_VALUES,
     RECORD_REGIMES,
     BASE,
     BANDS,
@@ -236,8 +251,11 @@ WHERE = {
     "impacts": ("impacts/RECORD.csv", "When and how hard the ball hit: one row an impact."),
     "identified": ("identified.csv", "What the rig is: one row a parameter and method."),
     "budget": ("budget.csv", "What the errors of identified.csv are made of."),
+    "level_values": ("level_values.csv", "f0, zeta, c1 and k1 at the amplitude of each level."),
     "regimes": ("regimes.csv", "How each record moves: one row a record."),
     "base": ("base.csv", "How the base moved in each periodic test, from its own channel."),
+    "bands": ("bands.csv", "A sweep over its frequency: one row a ball and band of response."),
+    "transitions": ("transitions.csv", "Where each ball of a release is captured and lost."),
     "decay_times": ("decay_times.csv", "How fast each release fell to each amplitude."),
     "clearances": ("clearances.csv", "Best clearances, measured beside predicted."),
     "replay": ("replay.csv", "Each record beside a simulation of the identified rig."),

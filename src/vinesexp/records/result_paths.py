@@ -81,13 +81,23 @@ class ResultPaths:
         return self.folder / "steps" / "compare.csv"
 
     @property
+    def rig_budget(self) -> Path:
+        """What the errors of identified.csv are made of."""
+        return self.folder / "steps" / "budget.csv"
+
+    @property
     def identified(self) -> Path:
         return self.folder / "identified.csv"
 
     @property
     def budget(self) -> Path:
-        """What the errors of identified.csv are made of."""
+        """What the errors of identified.csv and of the predicted clearances are made of."""
         return self.folder / "budget.csv"
+
+    @property
+    def level_values(self) -> Path:
+        """f0 and zeta at the amplitude of each level."""
+        return self.folder / "level_values.csv"
 
     @property
     def regimes(self) -> Path:

@@ -12,6 +12,7 @@ from functools import cached_property
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, nearest
+from vinesexp.records.published_table import PublishedValue
 from vinesexp.records.uncertainties import EXACT, Uncertainties
 from vinesexp.settings.stages import Settings
 from vinesexp.units import Quantity
@@ -38,10 +39,19 @@ ROLES: Mapping[str, tuple[str, ...]] = {
     "base": ("displacement", "velocity", "acceleration"),
     "displacement": ("displacement",),
     "acceleration": ("acceleration",),
+    "sound": ("sound",),
 }
 
+#: Of them those that sensors of motion have, which have to be calibrated.
+MOTIONS = ("base", "displacement", "acceleration")
+
 #: SI unit of each quantity a channel can have.
-SI_UNITS: Mapping[str, str] = {"displacement": "m", "acceleration": "m/s^2", "velocity": "m/s"}
+SI_UNITS: Mapping[str, str] = {
+    "displacement": "m",
+    "acceleration": "m/s^2",
+    "velocity": "m/s",
+    "sound": "1",
+}
 
 #: What a channel may accept in its data (a warning then, not a refusal).
 ACCEPTABLE = ("saturated", "frozen")
@@ -196,6 +206,8 @@ class Campaign:
         Further ways to read files, by the name that records call them by.
     people : mapping
         Keys for people (operator, date, ...), carried and not used.
+    published : tuple of PublishedValue
+        Values that the report compares with; the analysis does not see them.
     """
 
     folder: Path
@@ -210,6 +222,7 @@ class Campaign:
     settings: Settings = field(default_factory=Settings)
     setups: Mapping[str, Setup] = field(default_factory=dict)
     people: Mapping[str, str] = field(default_factory=dict)
+    published: tuple[PublishedValue, ...] = ()
 
     def setup_of(self, record: Record) -> Setup:
         """How to read a record's files."""

@@ -16,7 +16,9 @@ from vinesexp.records.schema import Campaign, Known, Record
 
 _ROW = tuple(field.name for field in fields(Record) if field.name not in ("id", "row"))
 _MEASURED = tuple(name for name in _ROW if name != "settings")
-_ALL = tuple(field.name for field in fields(Campaign) if field.name not in ("folder", "records"))
+_REPORTED = tuple(f.name for f in fields(Campaign) if f.name not in ("folder", "records"))
+#: Published values are for the report: no step of the analysis may see them.
+_ALL = tuple(name for name in _REPORTED if name != "published")
 
 #: Fields of the campaign that a step sees, parts of a field with a dot. A step that weighs all
 #: records sees everything.
@@ -33,7 +35,7 @@ CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "score": (),
     "figures": _ALL,
     "pages": ("title", "known"),
-    "report": _ALL,
+    "report": _REPORTED,
 }
 
 #: Fields of a row of records.csv that a step sees: its record's row, or all rows.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ Floats = NDArray[np.float64]
 _POINTS = 40  # a cycle: a swing is known to 0.3 %
 _SETTLING = 0.2  # of a periodic record, left out as in regimes.csv
 _FIRST_CYCLES = 12  # of a release: what it starts with, as in regimes.csv
+_STEADY = 0.05  # standard deviation of the amplitude over its mean
 _FALLEN = 0.25  # of the first cycle: the decay time is until here
 
 
@@ -26,10 +28,11 @@ class Measures:
     Attributes
     ----------
     start : of the replay.
-    amplitude : mean half swing of a cycle, m.
+    amplitude, largest : mean and largest half swing of a cycle, m.
     impacts_per_cycle, regime, spells : as in regimes.csv.
     decay_time : s until the amplitude stays below a quarter of that of the first cycle.
     cycles : time from the beginning (s) and half swing (m) of each cycle.
+    steady : whether the amplitude stays the same from cycle to cycle (`is_steady`).
     """
 
     start: str
@@ -39,6 +42,21 @@ class Measures:
     spells: float
     decay_time: float
     cycles: tuple[Floats, Floats]
+    largest: float = math.nan
+    steady: bool = True
+
+
+def is_steady(time: Floats, amplitude: Floats, length: float) -> bool:
+    """Whether amplitudes of cycles scatter by less than a twentieth, after the first fifth.
+
+    Examples
+    --------
+    >>> t = np.arange(100.0)
+    >>> is_steady(t, np.ones(100), 100.0), is_steady(t, 1.0 + 0.3 * np.sin(t), 100.0)
+    (True, False)
+    """
+    judged = amplitude[time >= _SETTLING * length]
+    return judged.size < 2 or float(judged.std()) < _STEADY * float(judged.mean())
 
 
 def decay_time(time: Floats, amplitude: Floats) -> float:
@@ -85,7 +103,9 @@ def _of_stretch(
     settling = _SETTLING * replayed.length if test == "periodic" else 0.0
     steady = amplitude[time >= settling]
     mean = float(steady.mean()) if steady.size else float("nan")
-    fallen = float("nan") if test == "periodic" else decay_time(time, amplitude)
+    driven = test in ("periodic", "sweep")
+    fallen = float("nan") if driven else decay_time(time, amplitude)
+    largest = float(steady.max()) if steady.size else float("nan")
     per_cycle, regime, spells = float("nan"), "", float("nan")
     if replayed.motion.rig.nes:
         end = replayed.length
@@ -94,7 +114,9 @@ def _of_stretch(
         stretch = begin + settling, begin + end
         per_cycle, regime = _regime(replayed, stretch, 1.0 / frequency, apart, test)
         spells = _spells(replayed, begin, 1.0 / frequency)
-    return Measures(replayed.start, mean, per_cycle, regime, spells, fallen, (time, amplitude))
+    cycles = time, amplitude
+    still = is_steady(time, amplitude, replayed.length)
+    return Measures(replayed.start, mean, per_cycle, regime, spells, fallen, cycles, largest, still)
 
 
 def _regime(

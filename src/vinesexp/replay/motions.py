@@ -1,4 +1,4 @@
-"""A record simulated again: the identified rig, the base as measured, and several starts.
+"""A record simulated again from several starts.
 
 Nobody measures where the ball was when a record began, and some motions depend on it. So a record
 is replayed from several starts, each with its name.
@@ -8,41 +8,41 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
-from vinesexp.excitation import Harmonic, Release
-from vinesexp.records.schema import Record
-from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.excitation import Harmonic, Release, WeakDamping
+from vinesexp.replay.drives import Drive
+from vinesexp.rig import Rig
 
 if TYPE_CHECKING:
     from vinesexp.solver.motion import Motion
 
 #: Tests that are replayed.
-TESTS = ("periodic", "transient", "ringdown")
+TESTS = ("periodic", "transient", "ringdown", "sweep")
 ON_ORBIT = "on the orbit"
-#: Starts of the ball in a periodic test whose oscillator is at rest: place in clearances from the
-#: middle, speed in clearances a radian of the oscillator.
+#: Starts of the ball in a test whose base moves: place in clearances from the middle, speed in
+#: clearances a radian of the oscillator.
 BALL_STARTS = {
     "ball at wall +1": (0.999, 0.0),
     "ball at wall -1": (-0.999, 0.0),
     "ball moving up": (0.1, 0.6),
     "ball moving down": (-0.3, -1.1),
 }
+#: More of them where the base is taken as measured, whose record cannot go on: chaotic motion needs
+#: several draws.
+MORE_STARTS = {
+    f"ball moving, {n}": (math.sin(2.4 * n), 1.2 * math.cos(1.7 * n)) for n in range(1, 9)
+}
+#: A ball that rubs may lie in the middle while the mass swings under it.
+AT_REST = {"ball in the middle": (0.0, 0.0)}
 #: In a release the ball rests anywhere in its cavity.
 _PLACES = 12
 RELEASE_STARTS = {
     f"ball at {place:+.2f} b": (place, 0.0)
     for place in (0.999 * (2 * i / (_PLACES - 1) - 1) for i in range(_PLACES))
 }
-
-_SETTLES = 5.0  # decay times of the oscillator before a periodic replay is judged
-_FEWEST_CYCLES = 40
-#: A periodic replay goes on for this many lengths of the record: where motion is chaotic, a record
-#: is one draw of many.
-WINDOWS = 3
 
 
 @dataclass(frozen=True)
@@ -55,103 +55,87 @@ class Replayed:
     length: float
 
 
-def rig_of(record: Record, values: Mapping[str, float], masses: tuple[float, ...]) -> Rig:
-    """The identified rig as it was in one test: its added mass, its balls and clearances.
-
-    Parameters
-    ----------
-    record : Record
-    values : mapping
-        ``M``, ``c1``, ``k1`` and, where there are balls, ``r`` or ``r_1``, ``r_2``; SI.
-    masses : tuple of float
-        Of the balls, kg; a single one holds for all.
-
-    Raises
-    ------
-    AnalysisError
-        A value is not known.
-    """
-    needed = ["M", "c1", "k1"]
-    missing = [name for name in needed if name not in values]
-    balls = []
-    for i, b in enumerate(record.clearance):
-        r = values.get(f"r_{i + 1}", values.get("r"))
-        if r is None or not masses:
-            missing += ["r"] * (r is None) + ["m"] * (not masses)
-            break
-        balls.append(NES(m=masses[i] if len(masses) > i else masses[0], b=b, r=r))
-    if missing:
-        raise AnalysisError(f"no replay without {', '.join(missing)}")
-    M = values["M"] + (record.added_mass or 0.0)
-    return Rig(Oscillator(M=M, c1=values["c1"], k1=values["k1"]), nes=balls)
-
-
 def replays(
-    record: Record, rig: Rig, *, base: LevelBase | None, release: float, length: float
+    rig: Rig,
+    drive: Drive,
+    *,
+    plain: Rig,
+    x0: float = 0.0,
+    v0: float = 0.0,
+    damping: WeakDamping | None = None,
 ) -> list[Replayed]:
     """Simulate a record from every start.
 
     Parameters
     ----------
-    record : Record
-        Of one of `TESTS`.
     rig : Rig
-    base : LevelBase or None
-        Of a periodic test.
-    release : float
-        m; of the others.
-    length : float
-        Of the record, s.
+    drive : Drive
+    plain : Rig
+        The nearest one without effects, whose orbit of two impacts per cycle is known.
+    x0, v0 : float
+        Of the mass where the replay begins: m, m/s.
+    damping : WeakDamping, optional
+        Of the oscillator, beside c1.
     """
     from vinesexp.solver.simulation import simulate
 
-    drive, settle = None, 0.0
-    if record.test == "periodic":
-        if base is None or base.frequency is None:
-            raise AnalysisError("no replay without amplitude and frequency of the base")
-        decay = 1.0 / (rig.oscillator.zeta * 2.0 * math.pi * rig.oscillator.f0)
-        settle = max(_SETTLES * decay, _FEWEST_CYCLES / base.frequency.value)
-        drive = Harmonic(base.G.value, base.frequency.value)
-        release = 0.0
     w0 = 2.0 * math.pi * rig.oscillator.f0
-    begins = tuple(settle + i * length for i in range(WINDOWS if drive else 1))
     found = []
-    starts = {"released": (0.0, 0.0)}
-    if rig.nes:
-        starts = BALL_STARTS if drive else RELEASE_STARTS
-    for name, (place, speed) in starts.items():
+    for name, (place, speed) in _starts(rig, drive).items():
         # Two balls start apart, so that they do not move as one.
         signs = [(-1) ** i for i in range(len(rig.nes))]
         state = Release(
-            release,
-            0.0,
-            [release + sign * place * ball.b for sign, ball in zip(signs, rig.nes, strict=True)],
-            [sign * speed * w0 * ball.b for sign, ball in zip(signs, rig.nes, strict=True)],
+            x0,
+            v0,
+            [x0 + sign * place * ball.b for sign, ball in zip(signs, rig.nes, strict=True)],
+            [v0 + sign * speed * w0 * ball.b for sign, ball in zip(signs, rig.nes, strict=True)],
         )
-        motion = simulate(rig, drive, state, duration=begins[-1] + length)
-        found.append(Replayed(name, motion, begins, length))
-    if drive is not None and len(rig.nes) == 1:
-        found += _on_orbit(rig, drive, length)
+        duration = drive.begins[-1] + drive.length
+        motion = simulate(rig, drive.base, state, duration=duration, damping=damping)
+        found.append(Replayed(name, motion, drive.begins, drive.length))
+    if drive.sine is not None and len(rig.nes) == 1:
+        found += _on_orbit(rig, plain, drive.sine, drive.length, damping)
     return found
 
 
-def _on_orbit(rig: Rig, drive: Harmonic, length: float) -> list[Replayed]:
+def _starts(rig: Rig, drive: Drive) -> Mapping[str, tuple[float, float]]:
+    if not rig.nes:
+        return {"released": (0.0, 0.0)}
+    if drive.base is None:
+        return RELEASE_STARTS
+    starts = dict(BALL_STARTS)
+    if any(ball.rubs for ball in rig.nes):
+        starts |= AT_REST
+    if len(drive.begins) == 1 and drive.begins[0] > 0.0:
+        starts |= MORE_STARTS
+    return starts
+
+
+def with_other_clearance(rig: Rig, share: float) -> Rig:
+    """The rig with its cavities longer by a share."""
+    return replace(rig, nes=[replace(ball, b=(1.0 + share) * ball.b) for ball in rig.nes])
+
+
+def _on_orbit(
+    rig: Rig, plain: Rig, sine: Harmonic, length: float, damping: WeakDamping | None
+) -> list[Replayed]:
     """A replay that starts on the stable orbit of two impacts per cycle, where there is one."""
     from vinesexp.solver.simulation import simulate
     from vinesexp.theory.rig_orbits import symmetric_orbits
 
-    oscillator, ball = rig.oscillator, rig.nes[0]
+    oscillator, ball = plain.oscillator, plain.nes[0]
     try:
         orbits = symmetric_orbits(
-            G=drive.amplitude, b=ball.b, M=oscillator.M, c1=oscillator.c1, k1=oscillator.k1,
-            m=ball.m, r=ball.r, frequency=drive.frequency,
+            G=sine.amplitude, b=ball.b, M=oscillator.M, c1=oscillator.c1, k1=oscillator.k1,
+            m=ball.m, r=ball.r, frequency=sine.frequency,
         )  # fmt: skip
     except AnalysisError:
         return []
     for orbit in orbits:
         if orbit.stable and orbit.admissible:
-            state = Release(orbit.x, orbit.v_after, [orbit.x - ball.b], [orbit.u])
-            moved = Harmonic(drive.amplitude, drive.frequency, orbit.phase)
-            motion = simulate(rig, moved, state, duration=length)
+            y = orbit.x - min(ball.b, rig.nes[0].b)  # at the wall, and within the cavity
+            state = Release(orbit.x, orbit.v_after, [y], [orbit.u])
+            moved = Harmonic(sine.amplitude, sine.frequency, orbit.phase)
+            motion = simulate(rig, moved, state, duration=length, damping=damping)
             return [Replayed(ON_ORBIT, motion, (0.0,), length)]
     return []

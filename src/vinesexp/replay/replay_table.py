@@ -9,19 +9,38 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from vinesexp.records.checks import Check
+from vinesexp.records.result_columns import REPLAY, REPLAY_CYCLES
 from vinesexp.records.schema import Record
-from vinesexp.records.tables import Value, number
+from vinesexp.records.tables import Value, number, write_rows
 from vinesexp.replay.measures import Measures
+from vinesexp.theory.regime_definitions import Regime
 
 #: Shares by which a measured number may miss its replays: clearances are known no better.
-TOLERANCE = {"amplitude": 0.03, "impacts per cycle": 0.05, "decay time": 0.05, "spells": 0.3}
+TOLERANCE = {
+    "amplitude": 0.03,
+    "largest amplitude": 0.05,
+    "impacts per cycle": 0.05,
+    "decay time": 0.05,
+    "spells": 0.3,
+}
 #: Standard deviations over the replays of one regime that come on top.
 SCATTER = 3.0
-_UNITS = {"amplitude": "m", "impacts per cycle": "1", "decay time": "s", "spells": "1"}
+_UNITS = {
+    "amplitude": "m",
+    "largest amplitude": "m",
+    "impacts per cycle": "1",
+    "decay time": "s",
+    "spells": "1",
+}
+#: Impacts per cycle below which a ball lies still: what is found then is noise.
+_STILL = 0.1
+_NO_IMPACT = Regime.NO_IMPACT.value
+_VARYING = "amplitude varies"
 _NAMED = 5  # starts: more are counted
 _FEW_SPELLS = 3.0  # that a short record may have more or less
 #: Numbers that decide whether a record is replayed, by test; the others are shown.
@@ -29,6 +48,7 @@ DECISIVE = {
     "periodic": ("amplitude", "regime"),
     "transient": ("decay time",),
     "ringdown": ("decay time",),
+    "sweep": ("amplitude",),
 }
 
 
@@ -64,7 +84,13 @@ class Compared:
 
 
 def compared(
-    record: Record, row: Mapping[str, str], decay: float, found: Sequence[Measures]
+    record: Record,
+    row: Mapping[str, str],
+    decay: float,
+    found: Sequence[Measures],
+    *,
+    steady: bool = True,
+    near: bool = False,
 ) -> list[Compared]:
     """Rows of one record.
 
@@ -77,48 +103,61 @@ def compared(
         Measured decay time, s; NaN where there is none.
     found : sequence of Measures
         Of all replays.
+    steady : bool
+        Whether the amplitude of the record stays the same from cycle to cycle.
+    near : bool
+        The replays are of clearances within what nobody can know: a record replayed lies in the
+        range of all of them.
     """
-    groups = _groups(record, row, found)
+    per_cycle = number(row.get("impacts_per_cycle"))
+    still = per_cycle is not None and per_cycle < _STILL and len(record.clearance) == 1
+    regime = _NO_IMPACT if still and row["regime"] else row.get("regime", "")
+    moving = bool(per_cycle) and not still
+    groups = _groups(record, regime if steady else _VARYING, found, moving=moving, whole=near)
     decisive = DECISIVE[record.test]
 
     def of(quantity: str, measured: float | None, value: Callable[[Measures], float]) -> Compared:
         values = [[v for one in own if math.isfinite(v := value(one))] for own in groups]
-        return _number(
-            record.id, quantity, measured, [v for v in values if v], quantity in decisive
-        )
+        values = [v for v in values if v]
+        return _number(record.id, quantity, measured, values, quantity in decisive, near)
 
     rows = []
-    if record.test == "periodic":
+    if record.test in ("periodic", "sweep"):
         rows.append(of("amplitude", number(row["amplitude_mean_m"]), lambda m: m.amplitude))
-    else:
+    if record.test == "sweep":
+        rows.append(of("largest amplitude", number(row["amplitude_max_m"]), lambda m: m.largest))
+    elif record.test != "periodic":
         measured = decay if math.isfinite(decay) else None
         rows.append(of("decay time", measured, lambda m: m.decay_time))
     if record.clearance:
-        per_cycle = number(row["impacts_per_cycle"])
         rows.append(of("impacts per cycle", per_cycle, lambda m: m.impacts_per_cycle))
-        rows.append(_regime(record.id, row["regime"], found, "regime" in decisive))
+        rows.append(_regime(record.id, regime, found, "regime" in decisive))
     if len(record.clearance) == 1:
         rows.append(of("spells", number(row.get("spells")), lambda m: m.spells))
     return rows
 
 
 def _groups(
-    record: Record, row: Mapping[str, str], found: Sequence[Measures]
+    record: Record, regime: str, found: Sequence[Measures], *, moving: bool, whole: bool
 ) -> list[list[Measures]]:
     """Replays that are alike; without those whose ball rests where the record's did not.
 
     Periodic replays are alike by their regime, and those of the record's own count alone where
-    there are any. A release depends on where the ball lay: each replay is its own.
+    there are any; motions whose amplitude varies are one distribution, since where it is chaotic
+    a record may bear this name or that. A release depends on where the ball lay: each replay is
+    its own. A sweep goes through many regimes: its replays are one distribution.
     """
-    moving = [one for one in found if one.impacts_per_cycle > 0.0]
-    if number(row.get("impacts_per_cycle")) and moving:
-        found = moving
+    meeting = [one for one in found if one.impacts_per_cycle >= _STILL]
+    if moving and meeting:
+        found = meeting
+    if record.test == "sweep" or whole:
+        return [list(found)]
     if record.test != "periodic":
         return [[one] for one in found]
     by_regime: dict[str, list[Measures]] = {}
     for one in found:
-        by_regime.setdefault(one.regime, []).append(one)
-    own = by_regime.get(row.get("regime", ""))
+        by_regime.setdefault(one.regime if one.steady else _VARYING, []).append(one)
+    own = by_regime.get(regime)
     return [own] if own else list(by_regime.values())
 
 
@@ -128,6 +167,7 @@ def _number(
     measured: float | None,
     groups: Sequence[Sequence[float]],
     decisive: bool,
+    near: bool,
 ) -> Compared:
     unit = _UNITS[quantity]
     if not groups:
@@ -139,7 +179,10 @@ def _number(
     allowed = SCATTER * float(np.std(nearest)) + TOLERANCE[quantity] * abs(centre)
     if quantity == "spells":
         allowed = max(allowed, _FEW_SPELLS)
-    outcome = "differs" if abs(measured - centre) > allowed else "ok"
+    off = abs(measured - centre)
+    if near:
+        allowed, off = TOLERANCE[quantity] * abs(centre), max(low - measured, measured - high, 0.0)
+    outcome = "differs" if off > allowed else "ok"
     deviation = measured / centre - 1.0 if centre else None
     return Compared(
         record, quantity, unit, measured, centre, low, high, deviation, outcome, "", decisive
@@ -166,6 +209,14 @@ def _regime(record: str, measured: str, found: Sequence[Measures], decisive: boo
         *(record, "regime", "", measured or None, words, None, None, None, outcome, starts),
         decisive=decisive,
     )
+
+
+def write_replay(
+    table: Path, cycles_table: Path, rows: Sequence[Compared], cycles: Sequence[Mapping[str, Value]]
+) -> None:
+    """replay.csv and replay_cycles.csv."""
+    write_rows(table, REPLAY, [row.as_row() for row in rows])
+    write_rows(cycles_table, REPLAY_CYCLES, cycles)
 
 
 def replay_checks(rows: Sequence[Compared]) -> list[Check]:

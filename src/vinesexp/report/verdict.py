@@ -10,8 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vinesexp.clearance.comparison import END
+from vinesexp.clearance.curves import predicted_lowest
 from vinesexp.clearance.levels import Periodic
-from vinesexp.clearance.predicted import IdentifiedRig, predicted_lowest
+from vinesexp.clearance.predicted import IdentifiedRig, at_level
 from vinesexp.figures.numbers import millimetres, with_interval
 from vinesexp.report.agreement import agreement, within
 from vinesexp.report.caveats import branch_note, left_early, likely_causes
@@ -55,13 +56,15 @@ def periodic_verdicts(
     clearances: Sequence[Row],
     rig: IdentifiedRig,
     replay: Sequence[Row] = (),
+    amplitudes: Sequence[Row] = (),
 ) -> list[PeriodicVerdict]:
-    """One verdict a base amplitude, from the rows of clearances.csv and replay.csv."""
+    """One verdict a base amplitude, from clearances.csv, replay.csv and level_values.csv."""
     rows = {row["level"]: row for row in clearances if row["test"] == "periodic"}
     verdicts = []
     for level in levels:
         row, end = rows.get(level.name, _NO_ROW), rows.get(level.name + END, _NO_ROW)
-        least = predicted_lowest(rig, G=level.G, frequency=level.frequency)
+        own = at_level(rig, amplitudes, G=level.nominal)
+        least = predicted_lowest(own, G=level.G, frequency=level.frequency)
         sentence, agrees = agreement(row, end)
         if agrees is False and (why := left_early(level, end, replay)):
             sentence, agrees = f"{sentence}; {why}", None

@@ -105,8 +105,7 @@ def condition(
 
 def condition_or_refuse(record_path: Path, out_path: Path, **options: Any) -> Bands | None:
     """`condition`, with a record that cannot be filtered turned into a placeholder."""
-    leave = partial(write_refused, out_path)
-    bands: Bands | None = None
+    leave, bands = partial(write_refused, out_path), None
     with refused_where_it_fails("condition", Path(record_path).stem, leave, strict=False):
         bands = condition(record_path, out_path, **options)
     return bands

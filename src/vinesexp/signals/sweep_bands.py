@@ -116,13 +116,13 @@ def band_rows(
             rows.append(
                 {
                     "record": record,
-                    "nes": float(one.ball),
+                    "nes": one.ball,
                     "response": band.response,
                     "from_hz": float(low),
                     "to_hz": float(high),
                     "from_s": float(begin),
                     "to_s": float(end),
-                    "spells": float(band.spells),
+                    "spells": band.spells,
                     "impacts_per_cycle": float(((one.time >= begin) & (one.time <= end)).sum())
                     / (band.end - band.begin),
                     "amplitude_mean_m": float(inside.mean()) if inside.size else None,

@@ -105,7 +105,7 @@ def transition_row(
         rate = -float(np.polyfit(time[captured], np.log(amplitude[captured]), 1)[0])
     return {
         "record": record,
-        "nes": float(series.ball),
+        "nes": series.ball,
         "clearance_mm": 1e3 * series.clearance,
         "captured_from_s": float(begin - start),
         "captured_until_s": float(end - start),

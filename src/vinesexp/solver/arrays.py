@@ -40,8 +40,10 @@ def is_plain(rig: Rig) -> bool:
     Clearances that differ between the two walls are plain: only the width of a cavity matters.
     """
     return rig.oscillator.k3 == 0.0 and all(
-        not nes.rubs and nes.r_slope == 0.0 and nes.restitution(-1) == nes.r for nes in rig.nes
-    )
+        not nes.rubs and nes.r_slope == 0.0 and nes.restitution(-1) == nes.r
+        and nes.contact_time == 0.0
+        for nes in rig.nes
+    )  # fmt: skip
 
 
 def parameters(rig: Rig, damping: WeakDamping) -> FloatArray:

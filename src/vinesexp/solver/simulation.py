@@ -111,8 +111,11 @@ def _run(
         start[:, L_MASS] = rig.oscillator.M
     start_labels[:, 1] = np.arange(rows)
     numbers, labels = [start], [start_labels]
-    loop = _plain_loop if plain else _rubbing_loop
-    fill = loop(rig, base, damping, duration, remainder, general)
+    if any(nes.contact_time for nes in rig.nes):
+        fill = _lasting_loop(rig, base, damping, duration, release, balls, y0)
+    else:
+        loop = _plain_loop if plain else _rubbing_loop
+        fill = loop(rig, base, damping, duration, remainder, general)
     while state[0] < duration:
         size = CHUNK + 8 * n
         log, log_labels = np.empty((size, width)), np.empty((size, 3), dtype=np.int32)
@@ -168,5 +171,28 @@ def _rubbing_loop(
 
     def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: Labels) -> int:
         return run_rubbing(par, kind, table, duration, limit, state, balls, log, labels, work)
+
+    return fill
+
+
+def _lasting_loop(
+    rig: Rig, base: Base | None, damping: WeakDamping, duration: float, release: Release,
+    balls: FloatArray, y0: FloatArray,
+) -> Loop:  # fmt: skip
+    """The loop of `lasting.py`, for contacts that last."""
+    from vinesexp.solver.lasting import lasting_table, run_lasting
+    from vinesexp.solver.series import ORDER
+
+    if any(nes.friction or not nes.contact_time for nes in rig.nes):
+        raise ParameterError(
+            "contact_time together with friction, or for some of the balls only, is not simulated; "
+            "give every ball a contact_time and none friction, or leave contact_time out"
+        )
+    kind, table = drive_table(base)
+    par, work = parameters(rig, damping), np.zeros((4, ORDER + 1))
+    own = lasting_table(rig, balls, x0=release.x0, y0=y0, v0=release.v0)
+
+    def fill(state: FloatArray, _: FloatArray, log: FloatArray, labels: Labels) -> int:
+        return run_lasting(par, kind, table, duration, state, own, log, labels, work)
 
     return fill

@@ -11,13 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.clearance.comparison import END
+from vinesexp.clearance.curves import amplitude_curve, decay_curves
 from vinesexp.clearance.levels import Periodic, Release, periodic_levels, release_levels
-from vinesexp.clearance.predicted import (
-    IdentifiedRig,
-    amplitude_curve,
-    decay_curves,
-    identified_rig,
-)
+from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
 from vinesexp.figures.collect.motions_on_manifold import draw_manifold
 from vinesexp.figures.collect.regimes_of_tests import draw_regimes
 from vinesexp.figures.collect.replays import draw_replay
@@ -39,6 +35,7 @@ from vinesexp.records.result_columns import (
     CLEARANCES,
     DECAY_TIMES,
     IDENTIFIED,
+    LEVEL_VALUES,
     RECORD_REGIMES,
 )
 from vinesexp.records.tables import number, read_rows
@@ -60,7 +57,12 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     rows = read_rows(results / "clearances.csv", CLEARANCES)
     compared = {(row["test"], row["level"]): row for row in rows}
     rig = identified_rig(identified, campaign.known)
-    yield from _periodic(periodic_levels(campaign, regimes, base), regimes, compared, rig)
+    amplitudes = read_rows(results / "level_values.csv", LEVEL_VALUES)
+    levels = [
+        (level, at_level(rig, amplitudes, G=level.nominal))
+        for level in periodic_levels(campaign, regimes, base)
+    ]
+    yield from _periodic(levels, regimes, compared)
     yield from _releases(release_levels(campaign, regimes, times), compared, rig)
     yield from draw_regimes(campaign, results, regimes)
     yield from draw_manifold(campaign, results, regimes, rig)
@@ -83,13 +85,12 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
 
 
 def _periodic(
-    levels: Sequence[Periodic],
+    levels: Sequence[tuple[Periodic, IdentifiedRig]],
     regimes: Sequence[Row],
     compared: Mapping[tuple[str, str], Row],
-    rig: IdentifiedRig,
 ) -> Iterator[tuple[Figure, Drawn]]:
     by_id = {row["record"]: row for row in regimes}
-    valleys = [_valley(level, by_id, compared, rig) for level in levels]
+    valleys = [_valley(level, by_id, compared, rig) for level, rig in levels]
     if not valleys:
         return
     line = (
@@ -138,6 +139,7 @@ def _valley(
         * np.array([float(by_id[test.record]["amplitude_max_m"]) for test in level.tests]),
         regime=tuple(test.regime for test in level.tests),
         curve=(1e3 * b, 1e3 * amplitude),
+        records=tuple(test.record for test in level.tests),
         lowest=_interval(row, "measured"),
         end=_interval(compared.get(("periodic", level.name + END), {}), "measured"),
         published=number(row.get("published_mm")),
@@ -181,6 +183,7 @@ def _reached(
         clearance=1e3 * np.array([test.clearance for test in level.tests]),
         time=np.array([np.nan if test.value is None else test.value for test in level.tests]),
         curve=curve,
+        records=tuple(test.record for test in level.tests),
         best=_interval(compared.get(("transient", level.name), {}), "measured"),
     )
 

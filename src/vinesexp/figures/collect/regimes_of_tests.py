@@ -39,7 +39,9 @@ def draw_regimes(
         name = " + ".join(f"{1e3 * b:g}" for b in record.clearance) + " mm"
         counts = _impacts_per_cycle(record, results)
         if counts.size:
-            groups.setdefault(title, []).append(Strip(name, regime_of[record.id], counts))
+            groups.setdefault(title, []).append(
+                Strip(name, regime_of[record.id], counts, record.id)
+            )
     if not groups:
         return
     caption = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,7 @@ _SHOWN = {
     "displacement": ("displacement (mm)", 1e3),
     "base": ("base (mm)", 1e3),
     "acceleration": ("acceleration (m/s²)", 1.0),
+    "sound": ("sound (uncalibrated)", 1.0),
 }
 _BLOCK = 1 << 20  # samples read at once
 _ZOOM_CYCLES = 3.5
@@ -87,7 +89,7 @@ def whole(view: RecordView, role: str, *, frequency: float) -> Trace:
     return Trace(name, time, factor * low, factor * high)
 
 
-def amplitude(view: RecordView, name: str) -> Trace:
+def amplitude(view: RecordView, name: str, record: str = "") -> Trace:
     """Half the swing of the displacement in each cycle, mm."""
     frequency = float(view.attributes.get("oscillation_hz") or 0.0)
     cycles = round(frequency * view.n / view.sample_rate)
@@ -98,6 +100,7 @@ def amplitude(view: RecordView, name: str) -> Trace:
     return Trace(
         *(name, time[:count].reshape(-1, part).mean(axis=1)),
         swing[:count].reshape(-1, part).max(axis=1),
+        record=record,
     )
 
 
@@ -130,24 +133,25 @@ def marks_of(record: Record, results: Path) -> Marks:
 def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     marks = marks_of(record, results)
     with open_record(results / f"conditioned/{record.id}.nc") as view:
-        if "acceleration" not in view.roles or not marks.time.size:
+        role = next((one for one in ("acceleration", "sound") if one in view.roles), None)
+        if role is None or not marks.time.size:
             return
         begin, end = _stretch(view, record, marks)
-        zoom = Trace("acceleration", view.time(begin, end), view.read("acceleration", begin, end))
+        zoom = Trace(role, view.time(begin, end), view.read(role, begin, end))
         motion = None
         if "displacement" in view.roles and record.test != "drop":
             motion = Trace(
                 *("displacement", view.time(begin, end)),
                 1e3 * view.read("displacement", begin, end),
             )
-        trace = whole(view, "acceleration", frequency=_oscillation(record, results))
+        trace = whole(view, role, frequency=_oscillation(record, results))
     figure = impacts_on_acceleration(
         *(trace, zoom, marks),
         title=f"{record.id}: {_set_up(record)}, {marks.time.size} impacts",
         motion=motion,
     )
     caption = (
-        f"Record {record.id}. Above: bandpassed acceleration, every spike an impact; the shaded "
+        f"Record {record.id}. Above: bandpassed {role}, every spike an impact; the shaded "
         "stretch is enlarged below. Middle: by how much each impact changed the velocity of the "
         "mass, coloured by the wall that was hit. Below: the stretch with every impact found "
         "marked. Each spike should carry one mark, and a mark should sit on a spike."
@@ -195,10 +199,11 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
             with open_record(results / f"conditioned/{record.id}.nc") as view:
                 if "displacement" not in view.roles:
                     continue
-                trace = amplitude(view, _balls(record))
+                trace = amplitude(view, _balls(record), record.id)
             start, end = record.frequency or (0.0, 0.0)
             share = (trace.time - trace.time[0]) / (trace.time[-1] - trace.time[0])
-            traces.append(Trace(trace.name, start + (end - start) * share, trace.values))
+            at = start + (end - start) * share
+            traces.append(Trace(trace.name, at, trace.values, record=record.id))
         if not traces:
             continue
         figure = amplitudes(
@@ -230,12 +235,13 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
         for record in [*free, *chosen] if chosen else []:
             with open_record(results / f"conditioned/{record.id}.nc") as view:
                 if "displacement" in view.roles:
-                    traces.append(amplitude(view, _balls(record)))
+                    traces.append(amplitude(view, _balls(record), record.id))
         if not traces:
             continue
         latest = max(trace.time[-1] for trace in traces[len(free) :])
         traces = [
-            Trace(t.name, t.time[t.time <= latest], t.values[t.time <= latest]) for t in traces
+            replace(t, time=t.time[t.time <= latest], values=t.values[t.time <= latest])
+            for t in traces
         ]
         figure = amplitudes(traces, xlabel="time (s)", ylabel="amplitude (mm)", bare=len(free))
         caption = (

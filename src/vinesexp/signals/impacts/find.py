@@ -30,7 +30,8 @@ from vinesexp.signals.impacts.slopes import (
 )
 from vinesexp.signals.impacts.stream import Stream
 
-_HEARD = ("acceleration", "displacement", "base")  # channels of a drop test, the best first
+#: Channels of a drop test, the best first.
+_HEARD = ("acceleration", "sound", "displacement", "base")
 
 
 def impacts_of_record(

@@ -9,18 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-import numpy as np
-
-from vinesexp.records.readers import Floats
-from vinesexp.records.roles import Guess, common_frequency, envelope, guess_roles, label_of
-from vinesexp.records.survey import ColumnView, FileView
+from vinesexp.proposal.kind_of_test import OPEN, describe_test
+from vinesexp.proposal.roles import Guess, guess_roles, label_of
+from vinesexp.proposal.survey import FileView
 from vinesexp.units import UNITS
-
-OPEN = "?"  # stands where a person has to fill in; no value is read from it
 
 _HINTS = {
     "clearance_mm": re.compile(r"(?<![A-Za-z])b[_=]?(\d+(?:\.\d+)?)(?:mm)?(?![A-Za-z0-9])"),
@@ -28,17 +24,21 @@ _HINTS = {
     "added_mass_g": re.compile(r"(?<![.\d])(\d+(?:\.\d+)?)\s?g(?![A-Za-z])"),
     "release_mm": re.compile(r"(?:x0|rel(?:ease)?)[_=]?(\d+(?:\.\d+)?)", re.IGNORECASE),
 }
-_QUANTITY = {"base": "displacement", "displacement": "displacement", "acceleration": "acceleration"}
+_ROLES = ("base", "displacement", "acceleration", "sound")
+_CHANNEL_NUMBER = re.compile(r"[\s_-]*(?<![A-Za-z])CH?_?[1-8](?!\d)|(?<=\d)CH[1-8](?!\d)", re.I)
 
 
 @dataclass
 class ProposedChannel:
     """One line under `channels`, and why it is so.
 
+    `quantity` is None for a microphone, which has neither unit nor sensitivity.
+
     `unit` is the unit of the files where they state a physical one; else `sensitivity` is due.
     """
 
     role: str
+    quantity: str | None
     pattern: str
     unit: str | None
     why: str
@@ -80,10 +80,11 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     files : sequence of FileView
         Those that could be read.
     """
+    files = joined(files)
     guesses = guess_roles(files)
     channels = [
         _channel(label, guess, files)
-        for role in _QUANTITY
+        for role in _ROLES
         for label, guess in guesses.items()
         if guess.role == role
     ]
@@ -91,107 +92,61 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     used: set[str] = set()
     records = [_record(folder, file, by_role, used) for file in files]
     times = sorted({c.name for f in files for c in f.columns if c.kind == "time" and c.name})
+    unnamed = {c.index for f in files for c in f.columns if c.kind == "time" and not c.name}
+    time = _pattern(times) if times else str(unnamed.pop()) if len(unnamed) == 1 else None
     wav = any(file.format == "WAV" for file in files)
     blind = [file.path.name for file in files if file.rate is None]
-    return Proposal(channels, records, _pattern(times) if times else None, wav, blind)
-
-
-def describe_test(file: FileView, by_role: Mapping[str, str]) -> tuple[str, dict[str, str], str]:
-    """Test, the numbers that its signals show, and the reason in words."""
-    columns = {
-        role: next((c for c in file.signals if label_of(c) == label), None)
-        for role, label in by_role.items()
-    }
-    x = columns.get("displacement") or columns.get("acceleration")
-    a = columns.get("acceleration") or columns.get("displacement")
-    base = columns.get("base")
-    if x is None or a is None:
-        return OPEN, {}, "no channel of the oscillator in it"
-    hits = has_shocks(a.finite)
-    common = common_frequency(file)
-    if not _stands_out(x) and (base is None or not _stands_out(base)):
-        if hits:
-            return "drop", {}, "shocks and no oscillation"
-        return OPEN, {}, "nothing moves in it"
-    levels = envelope(x.finite)
-    if base is not None and _stands_out(base) and base.rate and common > 0.0:
-        begin, end = swept(base)
-        if abs(end - begin) > 0.015 * common:
-            cells = {"frequency_hz": f"{begin:.4g}:{end:.4g}"}
-            return "sweep", cells, "the frequency of the base changes"
-        cells = {"frequency_hz": f"{0.5 * (begin + end):.5g}"}
-        if base.unit in UNITS["displacement"]:
-            amplitude = float(np.sqrt(2.0) * base.finite.std()) * UNITS["displacement"][base.unit]
-            cells["base_amplitude_mm"] = f"{1e3 * amplitude:.4g}"
-        return "periodic", cells, "the base moves at one frequency"
-    if levels[-4:].mean() < 0.6 * levels[:4].mean():
-        values = {}
-        if x.unit in UNITS["displacement"]:
-            far = float(np.abs(x.finite - np.median(x.finite)).max())
-            values["release_mm"] = f"{1e3 * far * UNITS['displacement'][x.unit]:.3g}"
-        if hits:
-            return "transient", values, "it decays, with shocks"
-        return "ringdown", values, "it decays, without shocks"
-    return OPEN, {}, "it neither decays nor follows a base"
-
-
-def has_shocks(values: Floats) -> bool:
-    """Whether short shocks stand out of a signal's second differences, as no smooth motion has."""
-    if len(values) < 100:
-        return False
-    second = np.diff(values, 2)
-    spread = float(np.median(np.abs(second))) * 1.4826
-    floor = max(spread, 1e-12 * float(np.ptp(values)))
-    return int(np.count_nonzero(np.abs(second) > 12.0 * floor)) >= 3
-
-
-def swept(column: ColumnView) -> tuple[float, float]:
-    """Frequencies at the beginning and the end of a motion, Hz, from its zero crossings."""
-    x = column.finite - column.finite.mean()
-    level = 0.3 * float(x.std())
-    state = np.where(x > level, 1, np.where(x < -level, -1, 0))
-    known = np.flatnonzero(state)
-    rising = known[1:][(state[known[1:]] > 0) & (state[known[:-1]] < 0)] / (column.rate or 1.0)
-    if len(rising) < 8:
-        return column.peak()[0], column.peak()[0]
-    count = np.arange(len(rising), dtype=np.float64)
-    middle = rising.mean()
-    a, b, _ = np.polyfit(rising - middle, count, 2)
-    ends = np.array([0.0, len(x) / (column.rate or 1.0)]) - middle
-    return float(b + 2.0 * a * ends[0]), float(b + 2.0 * a * ends[1])
-
-
-def oscillates(values: Floats) -> bool:
-    """Whether one oscillation holds a tenth of a signal's power; shocks fill the whole spectrum."""
-    column = ColumnView(0, "", None, "signal", values, None)
-    frequencies, amplitudes = column.spectrum()
-    if not _stands_out(column):
-        return False
-    power = amplitudes**2
-    peak = column.peak()[0]
-    near = np.abs(frequencies - peak) <= 0.05 * peak + 2.0 / len(values)
-    return bool(power[near].sum() > 0.1 * power[1:].sum())
-
-
-def _stands_out(column: ColumnView) -> bool:
-    _, amplitudes = column.spectrum()
-    if len(amplitudes) < 8:
-        return False
-    return float(amplitudes[1:].max()) > 40.0 * float(np.median(amplitudes))
+    return Proposal(channels, records, time, wav, blind)
 
 
 def _channel(label: str, guess: Guess, files: Sequence[FileView]) -> ProposedChannel:
     columns = [c for f in files for c in f.signals if label_of(c) == label]
     units = {c.unit for c in columns}
     unit = units.pop() if len(units) == 1 else None
-    physical = unit if unit in UNITS[_QUANTITY[guess.role]] else None
+    quantity = _quantity(guess.role, label, unit)
+    physical = unit if quantity is not None and unit in UNITS[quantity] else None
     names = sorted({c.name for c in columns if c.name})
     every = [[c.name for c in f.columns] for f in files]
     pattern = _pattern(names, label, every) if names else str(columns[0].index)
     everywhere = len(columns) == len(files)
     return ProposedChannel(
-        guess.role, pattern, physical, guess.why, guess.sure, optional=not everywhere
+        guess.role, quantity, pattern, physical, guess.why, guess.sure, optional=not everywhere
     )
+
+
+def _quantity(role: str, label: str, unit: str | None) -> str | None:
+    """What a channel measures: of the base by its unit, or by its name."""
+    if role == "sound":
+        return None
+    if role != "base":
+        return role
+    by_unit = (q for q in ("velocity", "acceleration") if unit in UNITS[q])
+    return next(by_unit, "acceleration" if re.search(r"acc", label, re.I) else "displacement")
+
+
+def joined(files: Sequence[FileView]) -> list[FileView]:
+    """Files of one record taken together: those that differ in a channel's number alone.
+
+    Oscilloscopes write F0001CH1.CSV and F0001CH2.CSV, or C1_0001.trc and C2_0001.trc.
+    """
+    groups: dict[tuple[Path, str, str], list[FileView]] = {}
+    for file in files:
+        bare = _CHANNEL_NUMBER.sub("", file.path.stem)
+        groups.setdefault((file.path.parent, bare, file.path.suffix), []).append(file)
+    found = []
+    for group in groups.values():
+        labels = [
+            label_of(c) for f in group for c in f.columns if c.kind not in ("time", "counter")
+        ]
+        same = len({file.rate for file in group}) == 1 and len(labels) == len(set(labels))
+        if len(group) == 1 or not same:
+            found += group
+            continue
+        first = group[0]
+        more = [c for f in group[1:] for c in f.columns if c.kind not in ("time", "counter")]
+        paths = tuple(file.path for file in group[1:])
+        found.append(replace(first, columns=(*first.columns, *more), more_paths=paths))
+    return sorted(found, key=lambda file: file.path)
 
 
 def _pattern(names: Sequence[str], label: str = "", every: Sequence[Sequence[str]] = ()) -> str:
@@ -216,7 +171,8 @@ def _shared(names: Sequence[str]) -> str:
 def _record(
     folder: Path, file: FileView, by_role: Mapping[str, str], used: set[str]
 ) -> ProposedRecord:
-    stem = re.sub(r"[^A-Za-z0-9_.+-]+", "_", file.path.stem).strip("._-+") or "record"
+    shown = _CHANNEL_NUMBER.sub("", file.path.stem) if file.more_paths else file.path.stem
+    stem = re.sub(r"[^A-Za-z0-9_.+-]+", "_", shown).strip("._-+") or "record"
     name = stem if stem[0].isalnum() else f"r{stem}"
     while name.lower() in used:
         name += "_2"
@@ -236,5 +192,6 @@ def _record(
     missing = [column for column in wanted.get(test, []) if column not in cells]
     if test == OPEN:
         missing = ["test"]
-    path = file.path.relative_to(folder).as_posix()
+    paths = (file.path, *file.more_paths)
+    path = ";".join(one.relative_to(folder).as_posix() for one in paths)
     return ProposedRecord(name, path, test, cells, missing, why)

@@ -20,8 +20,11 @@ from vinesexp.units import UNITS
 
 _MOST = 1 << 21  # samples of a column that are looked at
 _TIME_NAME = re.compile(
-    r"(?:.*/)?(time|zeit|temps|tempo|t|x_value|second|seconds)\b", re.IGNORECASE
+    r"(?:.*/)?(time|timestamps?|zeit|temps|tempo|tiempo|t|x_value|sec|seconds?|elapsed)(?![a-z])",
+    re.IGNORECASE,
 )
+_UNEVEN = 0.6  # standard deviation of the steps over their mean
+_APART = 0.01  # by which the header's rate and that of the times may differ, relative
 
 
 @dataclass(frozen=True)
@@ -94,6 +97,10 @@ class FileView:
         Number of the column of times.
     problems : tuple of str
         What could not be read.
+    remarks : tuple of str
+        What is odd about its times.
+    more_paths : tuple of Path
+        Further files of the same record, whose columns are among these.
     """
 
     path: Path
@@ -102,6 +109,8 @@ class FileView:
     rate: float | None
     time: int | None
     problems: tuple[str, ...] = field(default=())
+    remarks: tuple[str, ...] = field(default=())
+    more_paths: tuple[Path, ...] = field(default=())
 
     @property
     def signals(self) -> tuple[ColumnView, ...]:
@@ -124,8 +133,9 @@ def view_file(path: Path) -> FileView:
         try:
             read[index] = _values(source, index)
         except RecordError as error:
-            problems.append(str(error))
-    time, rate = _time_and_rate(source, read)
+            if source.columns[index].name:  # a preamble beside the first rows has no name
+                problems.append(str(error))
+    time, rate, remarks = _time_and_rate(source, read)
     columns = []
     for index, values in read.items():
         column = source.columns[index]
@@ -133,7 +143,9 @@ def view_file(path: Path) -> FileView:
         kind = "time" if index == time else _kind(values, column.unit)
         if kind != "empty":
             columns.append(ColumnView(index, column.name, column.unit, kind, values, own))
-    return FileView(path, source.format, tuple(columns), rate, time, tuple(problems))
+    return FileView(
+        path, source.format, tuple(columns), rate, time, tuple(problems), tuple(remarks)
+    )
 
 
 def _values(source: Source, index: int) -> Floats:
@@ -158,8 +170,11 @@ def _kind(values: Floats, unit: str | None) -> str:
     return "signal"
 
 
-def _time_and_rate(source: Source, read: dict[int, Floats]) -> tuple[int | None, float | None]:
-    """The column of times and the rate: as the format says, else a ramp called so."""
+def _time_and_rate(
+    source: Source, read: dict[int, Floats]
+) -> tuple[int | None, float | None, list[str]]:
+    """The column of times, the rate, and what is odd: as the format says, else a ramp called so."""
+    stated = 1.0 / source.sample_interval if source.sample_interval else None
     candidates = [] if source.time_column is None else [source.time_column]
     candidates += [j for j in read if _TIME_NAME.match(source.columns[j].name)]
     # A ramp in the first column, without a name or under any name, is the times most likely.
@@ -169,15 +184,22 @@ def _time_and_rate(source: Source, read: dict[int, Floats]) -> tuple[int | None,
         steps = np.diff(finite)
         if len(steps) < 3 or steps.min() < 0.0 or steps.mean() <= 0.0:
             continue
-        if float(np.std(steps)) > 0.6 * float(steps.mean()):
-            continue
         named = _TIME_NAME.match(source.columns[j].name) or source.columns[j].unit in UNITS["time"]
-        if not named and steps.min() == steps.max() == 1.0:
-            continue  # row numbers
-        size = UNITS["time"].get(source.columns[j].unit or "s", 1.0)
-        rate = (len(finite) - 1) / (float(finite[-1] - finite[0]) * size)
-        return j, float(f"{rate:.6g}")
-    if source.sample_interval:
-        return None, float(f"{1.0 / source.sample_interval:.9g}")
+        uneven = float(np.std(steps)) > _UNEVEN * float(steps.mean())
+        if not named and (uneven or steps.min() == steps.max() == 1.0):
+            continue  # anything that grows; row numbers
+        unit = source.columns[j].unit or "s"
+        rate = (len(finite) - 1) / (float(finite[-1] - finite[0]) * UNITS["time"].get(unit, 1.0))
+        remarks = []
+        if uneven:
+            remarks.append(
+                f"times are uneven: their steps run from {steps.min():.3g} to "
+                f"{steps.max():.3g} {unit}"
+            )
+        if stated is not None and abs(stated - rate) > _APART * rate:
+            remarks.append(f"the header states {stated:.6g} Hz, the times say {rate:.6g} Hz")
+        return j, float(f"{rate:.6g}"), remarks
+    if stated is not None:
+        return None, float(f"{stated:.9g}"), []
     intervals = {c.interval for c in source.columns if c.interval and c.interval > 0.0}
-    return None, 1.0 / intervals.pop() if len(intervals) == 1 else None
+    return None, 1.0 / intervals.pop() if len(intervals) == 1 else None, []

@@ -1,0 +1,116 @@
+"""Curves that go through the predictions: amplitude and decay time over clearance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.clearance.level_base import LevelBase
+from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, predicted_b_c
+from vinesexp.errors import AnalysisError
+from vinesexp.units import Quantity
+
+Floats = NDArray[np.float64]
+
+
+def amplitude_curve(
+    rig: IdentifiedRig, *, G: float, frequency: float | None, low: float, high: float
+) -> tuple[Floats, Floats]:
+    """Predicted swing of the mass over clearance, m, in permanent two impacts per cycle.
+
+    Half the swing of the exact symmetric orbit over one period, which is what the amplitude of a
+    record is, from `low` up to the exact b_c; empty where that is below `low` or unknown.
+    """
+    from vinesexp.theory.optimal_clearance import b_c_exact
+    from vinesexp.theory.orbits import Reduced, amplitudes_at, family
+
+    if rig.missing:
+        return np.empty(0), np.empty(0)
+    values = {name: rig.values[name].value for name in NEEDED}
+    try:
+        end = float(b_c_exact(G=G, frequency=frequency, **values))
+    except AnalysisError:
+        return np.empty(0), np.empty(0)
+    if end <= low:
+        return np.empty(0), np.empty(0)
+    b = np.linspace(low, min(high, end), 60)
+    p = Reduced.of_rig(frequency=frequency, **values)
+    orbit = family(amplitudes_at(b / G, p)[1], p)
+    swing = _half_swing(
+        orbit.x, orbit.v_after, orbit.phase, zeta=float(p.zeta), Omega=float(p.Omega)
+    )
+    return b, G * swing
+
+
+def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -> float | None:
+    """Clearance of the smallest swing on the exact orbit, m: a little below b_c.
+
+    None where it cannot be known, or where the swing still falls at b_c.
+    """
+    try:
+        at = None if frequency is None else Quantity(frequency)
+        end = predicted_b_c(rig, base=LevelBase(Quantity(G), at)).exact
+    except AnalysisError:
+        return None
+    b, swing = amplitude_curve(rig, G=G, frequency=frequency, low=0.5 * end, high=end)
+    if not b.size or (i := int(np.argmin(swing))) in (0, b.size - 1):
+        return None
+    a0, a1, a2 = swing[i - 1 : i + 2]
+    return float(b[i] + 0.5 * (b[1] - b[0]) * (a0 - a2) / (a0 - 2.0 * a1 + a2))
+
+
+def _half_swing(
+    x: Floats, v: Floats, phase: NDArray[np.complex128], *, zeta: float, Omega: float
+) -> Floats:
+    """Largest |x| between two impacts of the symmetric orbit, in units w0 = 1, G = 1.
+
+    Between impacts x = e^(-zeta t)(h cos + g sin) + steady response; of 201 samples over half a
+    period the largest misses the top by less than (pi/400)^2/2 = 3e-5 of the amplitude.
+    """
+    zeta = max(zeta, 1e-9)  # an undamped resonance has no steady response
+    H = (1.0 + 2j * zeta * Omega) / (1.0 - Omega**2 + 2j * zeta * Omega)
+    wd = math.sqrt(1.0 - zeta**2)
+    steady = H * phase
+    h = x - steady.imag
+    g = (v - (1j * Omega * steady).imag + zeta * h) / wd
+    t = np.linspace(0.0, math.pi / Omega, 201)[:, None]
+    free = np.exp(-zeta * t) * (h * np.cos(wd * t) + g * np.sin(wd * t))
+    swing: Floats = np.abs(free + (steady * np.exp(1j * Omega * t)).imag).max(axis=0)
+    return swing
+
+
+def decay_curves(
+    rig: IdentifiedRig, *, x0: float, targets: Sequence[float], clearances: Floats
+) -> Floats | None:
+    """Predicted time for a captured ball to bring the release x0 down to each target.
+
+    All at once, since the decay that they share is what takes time.
+
+    Parameters
+    ----------
+    rig : IdentifiedRig
+    x0 : float
+        Release, m.
+    targets : sequence of float
+        Amplitudes to be reached, m.
+    clearances : ndarray, shape (n,)
+        m.
+
+    Returns
+    -------
+    ndarray, shape (len(targets), n), or None
+        s; None where a value is missing or a target lies above the release.
+    """
+    from vinesexp.theory.transient import Decaying, captured_time
+
+    if rig.missing or not targets:
+        return None
+    values = {name: rig.values[name].value for name in NEEDED}
+    try:
+        release = Decaying(x_m=x0, **values)
+        return captured_time(release, b=clearances, level=np.asarray(targets)[:, None])
+    except AnalysisError:
+        return None

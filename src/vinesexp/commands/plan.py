@@ -1,0 +1,225 @@
+"""`vinesexp plan`: what to test next and why, or a first campaign from rig values alone."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from vinesexp.clearance.predicted import IdentifiedRig
+from vinesexp.commands.compare import writing
+from vinesexp.design.inputs import EXCITATION, RIG, gather
+from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.planning.campaign_plan import LevelPlan, Needs, needs_of, plan_levels
+from vinesexp.planning.expected_valley import Valley
+from vinesexp.planning.first_tests import PlannedTest, first_tests, next_tests, records_sheet
+from vinesexp.records.campaign import load_campaign
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.rig import Oscillator
+from vinesexp.units import Quantity, parse_quantity
+
+_OPTIONS = (*RIG, *(option for option in EXCITATION if option.symbol != "v0"))
+#: Relative standard uncertainty of a value that states none, in a first plan.
+_ASSUMED = 0.02
+#: How near to the resonance a first ring-down lets one tune the base, of f0.
+_TUNED = 2e-4
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """A campaign that was run, or the values of a rig."""
+    parser.add_argument(
+        "campaign",
+        type=Path,
+        nargs="?",
+        metavar="CAMPAIGN",
+        help="folder of a campaign with results",
+    )
+    parser.add_argument(
+        "--results", type=Path, metavar="DIR", help="its results (results/<campaign>)"
+    )
+    parser.add_argument(
+        "--target", default="2 %", metavar="SHARE", help="bracket to reach, of the clearance (2 %%)"
+    )
+    parser.add_argument(
+        "--records", type=Path, metavar="FILE", help="write the tests as records.csv to fill in"
+    )
+    for option in _OPTIONS:
+        parser.add_argument(
+            option.flag,
+            dest=option.symbol,
+            metavar="VALUE",
+            action="append",
+            help=f"without a campaign: such as '{option.example}'",
+        )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the plan; write its records.csv where one is asked for."""
+    texts = {option.symbol: getattr(args, option.symbol) for option in _OPTIONS}
+    given = [option.flag for option in _OPTIONS if texts[option.symbol]]
+    if args.campaign is not None and given:
+        raise ParameterError("a campaign has its own rig; leave this out", where=given[0])
+    if args.campaign is None and not given:
+        raise ParameterError("name a campaign that was run, or give rig values, such as --mass")
+    target = _share(args.target)
+    if args.campaign is not None:
+        tests = _of_campaign(args.campaign, args.results, target)
+    else:
+        tests = _of_values(texts)
+    if args.records is not None and tests:
+        if args.records.exists():
+            raise VinesexpError("is there already; name another file", file=args.records)
+        with writing(args.records):
+            args.records.write_text(records_sheet(tests), encoding="utf-8")
+        print(f"written: {args.records}; fill in the files as they are measured")
+    return 0
+
+
+def _share(text: str) -> float:
+    share = parse_quantity(text, "ratio").value
+    if not 0.001 <= share <= 0.5:
+        raise ParameterError(f"found '{text}', expected 0.1 % to 50 %", where="--target")
+    return share
+
+
+def _of_campaign(folder: Path, results: Path | None, target: float) -> list[PlannedTest]:
+    campaign = load_campaign(folder)
+    results = Path("results") / campaign.name if results is None else results
+    if not ResultPaths(results).identified.is_file():
+        raise VinesexpError(
+            f"holds no results; run vinesexp run {folder} first, or name them with --results",
+            file=results,
+        )
+    plans = plan_levels(campaign, results, target=target)
+    lines = [f"{campaign.title}: what to test next"]
+    if not plans:
+        lines.append("no periodic tests yet: give --mass and the others for a first plan")
+    for plan in plans:
+        lines += _level_lines(plan, target)
+    print("\n".join([*lines, "", *_needs_lines(needs_of(campaign, results, plans))]))
+    return next_tests(plans)
+
+
+def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
+    """One level: where it stands, what to test, what that leaves."""
+    now = plan.width_now
+    state = "its lowest amplitude is at the edge of what was tried"
+    if now is not None:
+        state = f"lowest amplitude bracketed within {100 * now:.2g} %"
+    lines = ["", f"{plan.name}: {len(plan.tested)} clearances tested, {state}"]
+    if plan.valley is None:
+        lines.append("  the rig is not identified far enough to say where the minimum lies")
+    else:
+        low, high = plan.valley.interval
+        expected = f"{_mm(plan.valley.lowest)} ({_mm(low)} to {_mm(high)} mm, 95 %)"
+        lines.append(f"  expected by the identified rig: {expected}")
+        lines.append(_scatter_line(plan, asked))
+    if plan.next:
+        reported = ", ".join(_mm(b) for b in plan.next)
+        lines.append(f"  test next, in this order: {reported} mm")
+        lines.append("  after each one, run and plan again: what it shows changes the next")
+    elif now is not None:
+        lines.append("  nothing more to test here")
+    if plan.bracket is not None and plan.next:
+        low, best, high = plan.bracket
+        width = 100 * (high - low) / best
+        lines.append(
+            f"  if the rig is as identified, that leaves {_mm(low)} to {_mm(high)} mm "
+            f"({width:.2g} %)"
+        )
+    return lines
+
+
+def _scatter_line(plan: LevelPlan, asked: float) -> str:
+    scatter = f"{100 * plan.scatter:.2g} %"
+    if not math.isfinite(plan.target):
+        return f"  the valley is too flat for amplitudes that scatter by {scatter}: repeat tests"
+    if plan.target > asked:
+        return (
+            f"  amplitudes scatter by {scatter}: a bracket below {100 * plan.target:.2g} % would "
+            "be decided by chance; longer or repeated records narrow it"
+        )
+    return f"  amplitudes scatter by {scatter}: enough to decide {100 * asked:.2g} %"
+
+
+def _needs_lines(needs: Needs) -> list[str]:
+    lines = ["Records and instruments"]
+    if needs.settle is not None and needs.record is not None:
+        lines.append(
+            f"  wait {needs.settle:.0f} s after switching on, then record {needs.record:.0f} s"
+        )
+    if needs.swing:
+        lines.append(
+            f"  displacement: a range of +-{1.3e3 * needs.swing:.2g} mm (largest seen x 1.3)"
+        )
+    if needs.acceleration is not None:
+        lines.append(
+            f"  acceleration: a range of +-{1.3 * needs.acceleration:.0f} m/s^2 (largest impact x "
+            f"1.3); {needs.clipped} of {needs.impacts} impacts saturated"
+        )
+    if needs.impacts:
+        share = 100.0 * needs.sure / needs.impacts
+        enough = "the sampling suffices" if share > 90.0 else "sample faster, or lower the noise"
+        lines.append(f"  {share:.0f} % of the impacts are certain: {enough}")
+    if needs.ring_downs is not None:
+        lines.append(
+            f"  M to 0.5 %: mount {1e3 * needs.added:.3g} g {needs.ring_downs} times, with a "
+            "ring-down each time, and as many without"
+        )
+    elif needs.added:
+        lines.append(f"  M to 0.5 %: {1e3 * needs.added:.3g} g is too little to weigh; add more")
+    return lines
+
+
+def _of_values(texts: dict[str, Sequence[str] | None]) -> list[PlannedTest]:
+    """A first campaign; values without an error count as known to 2 %."""
+    given = gather({symbol: said or () for symbol, said in texts.items()})
+    missing = [o.flag for o in (*RIG, EXCITATION[0]) if o.symbol not in given]
+    if missing:
+        raise ParameterError(f"a plan needs {', '.join(missing)} too")
+
+    def about(value: Quantity) -> Quantity:
+        return value if value.std_error else replace(value, std_error=_ASSUMED * value.value)
+
+    values = {o.symbol: about(given.one(o.symbol)) for o in RIG}
+    host = Oscillator(M=values["M"].value, c1=values["c1"].value, k1=values["k1"].value)
+    # The base will be tuned to the resonance as it is found, whatever M and k1 are.
+    f0, zeta = Quantity(host.f0, _TUNED * host.f0), Quantity(host.zeta, _ASSUMED * host.zeta)
+    rig = IdentifiedRig(values, f0, zeta)
+    frequency = given.one("frequency").value if "frequency" in given else host.f0
+    release = abs(given.one("x0").value) if "x0" in given else None
+    tests, valley = first_tests(rig, G=about(given.one("G")), frequency=frequency, release=release)
+    print("\n".join(_first_lines(tests, valley)))
+    return tests
+
+
+def _first_lines(tests: Sequence[PlannedTest], valley: Valley | None) -> list[str]:
+    lines = ["A first campaign"]
+    if valley is None:
+        lines.append("no clearance gives two impacts per cycle here: see vinesexp design")
+    else:
+        low, high = valley.interval
+        lines.append(
+            f"lowest amplitude expected at {_mm(valley.lowest)} mm ({_mm(low)} to {_mm(high)} mm, "
+            "95 %)"
+        )
+    for test in tests:
+        cells = test.cells
+        what = [cells["test"]]
+        for key, unit in (
+            ("clearance_mm", "mm"),
+            ("base_amplitude_mm", "mm base"),
+            ("frequency_hz", "Hz"),
+            ("added_mass_g", "g added"),
+            ("release_mm", "mm release"),
+        ):
+            if cells.get(key):
+                what.append(f"{cells[key]} {unit}")
+        lines.append(f"  {cells['record']:<14} {', '.join(what)}: {test.why}")
+    return [*lines, "then: vinesexp run, and vinesexp plan CAMPAIGN for the next clearances"]
+
+
+def _mm(b: float) -> str:
+    return f"{1e3 * b:.4g}"

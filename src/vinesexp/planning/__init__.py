@@ -1,0 +1,1 @@
+"""What to test next, and what a first campaign should hold: `vinesexp plan`."""

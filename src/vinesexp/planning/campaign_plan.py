@@ -1,0 +1,278 @@
+"""What a measured campaign should test next, level by level, and what instruments that takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.clearance.levels import Periodic, periodic_levels
+from vinesexp.clearance.optimum import PERMANENT
+from vinesexp.clearance.predicted import IdentifiedRig, identified_rig
+from vinesexp.design.ensemble import duration_of
+from vinesexp.planning.expected_valley import Valley, expected_valley
+from vinesexp.planning.next_clearance import TARGET, bracket_of, next_clearance
+from vinesexp.records.campaign import Campaign
+from vinesexp.records.result_columns import BASE, IDENTIFIED, IMPACTS, RECORD_REGIMES, REPLAY
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.tables import number, read_rows
+from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.units import Quantity
+
+#: Scatter of mean amplitudes where no two records or replays show one.
+SCATTER = 0.002
+
+
+@dataclass(frozen=True)
+class LevelPlan:
+    """What to test next at one base amplitude.
+
+    Attributes
+    ----------
+    name : str
+        As in clearances.csv.
+    G : float
+        m.
+    frequency : float or None
+        Hz.
+    tested : mapping
+        Clearance (m) to mean amplitude (m).
+    valley : Valley or None
+        Where the identified rig has its minimum; None where the rig is not known.
+    scatter : float
+        Relative scatter of the lab's amplitudes.
+    target : float
+        Relative width of bracket that is aimed at: what was asked, or what the scatter decides.
+    next : tuple of float
+        Clearances to test next, in order, as far as the expected valley foresees, m.
+    bracket : tuple of float or None
+        Low, best, high after these tests, m, if the rig is as identified.
+    """
+
+    name: str
+    G: float
+    frequency: float | None
+    tested: Mapping[float, float]
+    valley: Valley | None
+    scatter: float
+    target: float
+    next: tuple[float, ...]
+    bracket: tuple[float, float, float] | None
+
+    @property
+    def width_now(self) -> float | None:
+        """Relative width of the bracket that is measured; None while it is open."""
+        return bracket_of(self.tested).width if self.tested else None
+
+
+def plan_levels(campaign: Campaign, results: Path, *, target: float = TARGET) -> list[LevelPlan]:
+    """A plan for every base amplitude that was tested, the widest bracket first.
+
+    Raises
+    ------
+    TableError
+        A table of the results is missing or damaged.
+    """
+    paths = ResultPaths(results)
+    rig = identified_rig(read_rows(paths.identified, IDENTIFIED), campaign.known)
+    regimes, base = read_rows(paths.regimes, RECORD_REGIMES), read_rows(paths.base, BASE)
+    scatter = scatter_of(paths)
+    plans = [
+        plan_level(rig, level, scatter=scatter, target=target)
+        for level in periodic_levels(campaign, regimes, base)
+    ]
+    return sorted(plans, key=lambda plan: -(plan.width_now or math.inf))
+
+
+def plan_level(
+    rig: IdentifiedRig, level: Periodic, *, scatter: float, target: float = TARGET
+) -> LevelPlan:
+    """The tests that bracket the minimum of one level, if the rig is as identified."""
+    tested: dict[float, float] = {}
+    for b in sorted({test.clearance for test in level.tests}):
+        values = [t.value for t in level.tests if t.clearance == b and t.value is not None]
+        if values:
+            tested[b] = float(np.mean(values))
+    valley = expected_valley(rig, G=level.base.G, frequency=level.frequency)
+    if valley is not None:
+        target = max(target, valley.narrowest(scatter))
+    ahead, bracket = _ahead(tested, valley, target)
+    return LevelPlan(
+        *(level.name, level.G, level.frequency, tested, valley, scatter, target, ahead, bracket)
+    )
+
+
+def _ahead(
+    tested: Mapping[float, float], valley: Valley | None, target: float
+) -> tuple[tuple[float, ...], tuple[float, float, float] | None]:
+    """The next clearances if the rig is as identified, and the bracket after them."""
+    if valley is None or not math.isfinite(target):
+        one = next_clearance(tested, expected=None) if len(tested) > 1 else None
+        return (() if one is None else (one,)), None
+    seen = dict(tested)
+    size = _scale(tested, valley)
+    ahead: list[float] = []
+    while len(ahead) < 12:
+        b = next_clearance(seen, expected=valley.lowest, target=target)
+        if b is None:
+            break
+        seen[b] = size * _modelled(valley, b)
+        ahead.append(b)
+    found = bracket_of(seen)
+    if found.low is None or found.high is None:
+        return tuple(ahead), None
+    return tuple(ahead), (found.low, found.best, found.high)
+
+
+def _modelled(valley: Valley, b: float) -> float:
+    """Amplitude of the expected valley; beyond its end the amplitude jumps."""
+    if b > valley.end:
+        return 1.5 * float(valley.amplitude[-1]) * (b / valley.end)
+    if b < valley.b[0]:
+        return float(valley.amplitude[0] * valley.b[0] / b)
+    return float(np.interp(b, valley.b, valley.amplitude))
+
+
+def _scale(tested: Mapping[float, float], valley: Valley) -> float:
+    """Measured over expected amplitude, so that tests done and tests ahead compare."""
+    inside = [a / _modelled(valley, b) for b, a in tested.items() if b <= valley.end]
+    return float(np.median(inside)) if inside else 1.0
+
+
+def scatter_of(paths: ResultPaths) -> float:
+    """Relative scatter of the records' mean amplitudes about their replays: the lab's own noise.
+
+    Of records with permanent impacts: others differ from replay to replay, with no noise at all. A
+    share that all have in common (a sensitivity) is no scatter. Too few records: `SCATTER`.
+    """
+    if not paths.replay.is_file():
+        return SCATTER
+    regimes = {row["record"]: row["regime"] for row in read_rows(paths.regimes, RECORD_REGIMES)}
+    deviations = np.array(
+        [
+            float(row["deviation"])
+            for row in read_rows(paths.replay, REPLAY)
+            if row["quantity"].startswith("amplitude")
+            and row["deviation"]
+            and regimes.get(row["record"]) in PERMANENT
+        ]
+    )
+    if deviations.size < 4:
+        return SCATTER
+    return float(1.4826 * np.median(np.abs(deviations - np.median(deviations))))
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What the instruments and the length of the records have to be.
+
+    Attributes
+    ----------
+    settle, record : float or None
+        s to wait after switching on, and to record; None where the rig is not known.
+    swing : float
+        Largest displacement to expect, m.
+    acceleration : float or None
+        Largest acceleration that was measured in an impact, m/s^2.
+    clipped, sure, impacts : int
+        Impacts whose acceleration saturated; that are found again with probability 0.9; all.
+    ring_downs : int or None
+        Ring-downs on either side of the added mass for M to 0.5 %; None where that cannot be had.
+    added : float
+        The added mass that this holds for, kg.
+    """
+
+    settle: float | None
+    record: float | None
+    swing: float
+    acceleration: float | None
+    clipped: int
+    sure: int
+    impacts: int
+    ring_downs: int | None
+    added: float
+
+
+def needs_of(campaign: Campaign, results: Path, plans: Sequence[LevelPlan]) -> Needs:
+    """Lengths, ranges and ring-downs from the identified rig and the impacts that were found."""
+    paths = ResultPaths(results)
+    rig = identified_rig(read_rows(paths.identified, IDENTIFIED), campaign.known)
+    rows = [
+        row
+        for record in campaign.records
+        if record.clearance and paths.impacts(record.id).is_file()
+        for row in read_rows(paths.impacts(record.id), IMPACTS)
+    ]
+    peaks = [abs(p) for row in rows if (p := number(row["peak_acceleration_m_s2"])) is not None]
+    swings = [
+        amplitude
+        for row in read_rows(paths.regimes, RECORD_REGIMES)
+        if (amplitude := number(row["amplitude_max_m"])) is not None
+    ]
+    settle = record = None
+    frequency = next((plan.frequency for plan in plans if plan.frequency), None)
+    if not rig.missing:
+        v = {name: quantity.value for name, quantity in rig.values.items()}
+        host = Oscillator(M=v["M"], c1=v["c1"], k1=v["k1"])
+        whole = Rig(host, nes=[NES(m=v["m"], b=0.03, r=v["r"])])
+        settle, end = duration_of(whole, frequency or host.f0)
+        record = end - settle
+    M = rig.values.get("M")
+    loads = [record_.added_mass for record_ in campaign.records if record_.added_mass]
+    added = max(loads, default=0.1 * M.value if M else 0.0)
+    inputs = campaign.known.uncertainties
+    ring_downs = None
+    if M is not None and added:
+        ring_downs = ring_downs_for(
+            0.005,
+            M=M.value,
+            added=Quantity(added, inputs.added_mass.of(added)),
+            remounting=inputs.remounting.relative,
+        )
+    return Needs(
+        *(settle, record, max(swings, default=0.0), max(peaks, default=None)),
+        clipped=sum(row["clipped"] == "1" for row in rows),
+        sure=sum((number(row["confidence"]) or 0.0) > 0.9 for row in rows),
+        impacts=len(rows),
+        ring_downs=ring_downs,
+        added=added,
+    )
+
+
+def ring_downs_for(error: float, *, M: float, added: Quantity, remounting: float) -> int | None:
+    """Ring-downs, each mounted anew, without and with an added mass for M to a relative error.
+
+    With n on either side M = P0 added/(P1 - P0), P = 1/f^2, so its relative error is the added
+    mass's own and (1 + M/added) 2 sqrt(2/n) times that of f from mounting to mounting.
+
+    Parameters
+    ----------
+    error : float
+        Relative standard error wanted.
+    M : float
+        kg.
+    added : Quantity
+        kg.
+    remounting : float
+        Relative standard uncertainty of f0 from one mounting to the next.
+
+    Returns
+    -------
+    int or None
+        None where the weighing of the added mass alone exceeds the error.
+
+    Examples
+    --------
+    >>> ring_downs_for(0.005, M=4.7, added=Quantity(0.2, 3e-4), remounting=1e-4)
+    3
+    >>> ring_downs_for(0.005, M=4.7, added=Quantity(0.02, 3e-4), remounting=1e-4) is None
+    True
+    """
+    left = error**2 - (added.std_error / added.value) ** 2
+    if left <= 0.0:
+        return None
+    by_one = (1.0 + M / added.value) * 2.0 * math.sqrt(2.0) * remounting
+    return max(1, math.ceil(by_one**2 / left))

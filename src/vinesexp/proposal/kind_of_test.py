@@ -1,0 +1,197 @@
+"""What a record is a test of, by what its signals do: decay, sweep, steady, release, bounces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vinesexp.identification.heard_bounces import bounces_heard
+from vinesexp.proposal.roles import common_frequency, envelope, label_of
+from vinesexp.proposal.survey import ColumnView, FileView
+from vinesexp.records.readers import Floats
+from vinesexp.units import UNITS
+
+OPEN = "?"  # stands where a person has to fill in; no value is read from it
+
+_BRIEF = 12.0  # times the second differences around it, by which a shock stands out
+_SHOCKS = 3  # fewer may be anything
+_OFF_BEAT = 0.25  # cycles that the zero crossings of a sine scatter by
+_SCATTER = 0.1  # of the logarithm of a sweep's frequency from cycle to cycle
+_AROUND = 64  # samples at least that a shock is compared with
+
+
+def describe_test(file: FileView, by_role: Mapping[str, str]) -> tuple[str, dict[str, str], str]:
+    """Test, the numbers that its signals show, and the reason in words."""
+    columns = {
+        role: next((c for c in file.signals if label_of(c) == label), None)
+        for role, label in by_role.items()
+    }
+    x = columns.get("displacement") or columns.get("acceleration") or columns.get("sound")
+    a = columns.get("acceleration") or x
+    base = columns.get("base")
+    if x is None or a is None:
+        return OPEN, {}, "no channel of the oscillator in it"
+    if (heard := _bounces(columns)) is not None:
+        return "drop", {}, heard
+    if columns.get("sound") is x:
+        return OPEN, {}, "no bounces heard in it"
+    hits = has_shocks(a.finite, _period(file))
+    if not _stands_out(x) and (base is None or not _stands_out(base)):
+        if hits:
+            return "drop", {}, "shocks and no oscillation"
+        return OPEN, {}, "nothing moves in it"
+    if base is not None and _stands_out(base) and base.rate and common_frequency(file) > 0.0:
+        return _driven(file, base)
+    if decays(x.finite):
+        values = {}
+        if x.unit in UNITS["displacement"]:
+            far = float(np.abs(x.finite - np.median(x.finite)).max())
+            values["release_mm"] = f"{1e3 * far * UNITS['displacement'][x.unit]:.3g}"
+        # How it was let go is no impact of the ball.
+        if has_shocks(after_release(a.finite), _period(file)):
+            return "transient", values, "it decays, with shocks"
+        return "ringdown", values, "it decays, without shocks"
+    return OPEN, {}, "it neither decays nor follows a base"
+
+
+def _bounces(columns: Mapping[str, ColumnView | None]) -> str | None:
+    """The reason why a record is a drop test, where its flights shrink by one ratio."""
+    for role in ("sound", "acceleration", "displacement"):
+        column = columns.get(role)
+        if column is None or not column.rate or (role != "sound" and oscillates(column.finite)):
+            continue
+        found = bounces_heard(column.finite, column.rate)
+        if found is not None:
+            return f"{found.count} hits whose distances shrink by {found.r:.3g} each"
+    return None
+
+
+def _driven(file: FileView, base: ColumnView) -> tuple[str, dict[str, str], str]:
+    found = swept(base)
+    if found is None:
+        return OPEN, {}, "the base moves, but neither at one frequency nor as a sweep"
+    begin, end = found
+    if abs(end - begin) > 0.015 * common_frequency(file):
+        cells = {"frequency_hz": f"{begin:.4g}:{end:.4g}"}
+        return "sweep", cells, "the frequency of the base changes"
+    cells = {"frequency_hz": f"{0.5 * (begin + end):.5g}"}
+    if base.unit in UNITS["displacement"]:
+        amplitude = float(np.sqrt(2.0) * base.finite.std()) * UNITS["displacement"][base.unit]
+        cells["base_amplitude_mm"] = f"{1e3 * amplitude:.4g}"
+    return "periodic", cells, "the base moves at one frequency"
+
+
+def _period(file: FileView) -> int:
+    """Samples of the strongest motion's period; 0 where nothing is known of it."""
+    frequency = common_frequency(file)
+    rate = file.rate or 1.0
+    return round(rate / frequency) if frequency > 0.0 else 0
+
+
+def decays(values: Floats) -> bool:
+    """Whether a motion is clearly less at its end than where it is largest, and before that not.
+
+    A record may begin at rest, before its release.
+
+    Examples
+    --------
+    >>> t = np.arange(4000) / 100.0
+    >>> wait = np.where(t < 10.0, 0.0, np.exp(-0.2 * (t - 10.0).clip(0)) * np.cos(9 * t))
+    >>> decays(wait), decays(np.cos(9 * t))
+    (True, False)
+    """
+    levels = envelope(values)
+    top = int(np.argmax(levels))
+    return top < 0.75 * len(levels) and bool(levels[-4:].mean() < 0.6 * levels[top])
+
+
+def after_release(values: Floats) -> Floats:
+    """The samples from the loudest part of a record on."""
+    levels = envelope(values)
+    return values[len(values) * (int(np.argmax(levels)) + 1) // len(levels) :]
+
+
+def has_shocks(values: Floats, period: int = 0) -> bool:
+    """Whether short shocks stand out of the second differences around them, as no motion has.
+
+    Each sample is compared with its own surroundings of a period or more, so that neither a decay
+    nor the steps of a coarse converter pass for shocks.
+
+    Examples
+    --------
+    >>> t = np.arange(3000) / 100.0
+    >>> smooth = np.round(60 * np.exp(-0.5 * t) * np.cos(8 * t))  # whole numbers, strongly damped
+    >>> has_shocks(smooth, 78)
+    False
+    >>> smooth[300:2800:400] += 200.0
+    >>> has_shocks(smooth, 78)
+    True
+    """
+    if len(values) < 100:
+        return False
+    second = np.abs(np.diff(values, 2))
+    size = max(_AROUND, min(period, len(second) // 4))
+    levels = np.abs(np.diff(values))
+    step = float(levels[levels > 0.0].min()) if (levels > 0.0).any() else 0.0
+    whole = len(second) // size * size
+    parts = second[:whole].reshape(-1, size)
+    spread = 1.4826 * np.median(parts, axis=1)
+    # A window that is quiet between two loud ones is no surrounding of its own.
+    padded = np.concatenate((spread[:1], spread, spread[-1:]))
+    around = np.maximum(np.maximum(padded[:-2], padded[2:]), spread)
+    floor = max(1e-12 * float(np.ptp(values)), step)
+    tall = parts > _BRIEF * np.maximum(around, floor)[:, np.newaxis]
+    return int(tall.any(axis=1).sum()) >= _SHOCKS or int(tall.sum()) >= 4 * _SHOCKS
+
+
+def swept(column: ColumnView) -> tuple[float, float] | None:
+    """Frequencies at the beginning and the end of a motion, Hz, from its zero crossings.
+
+    None where these are not those of a sine whose frequency rests or changes evenly.
+    """
+    x = column.finite - column.finite.mean()
+    level = 0.3 * float(x.std())
+    state = np.where(x > level, 1, np.where(x < -level, -1, 0))
+    known = np.flatnonzero(state)
+    rising = known[1:][(state[known[1:]] > 0) & (state[known[:-1]] < 0)] / (column.rate or 1.0)
+    if len(rising) < 8:
+        return None
+    count = np.arange(len(rising), dtype=np.float64)
+    middle = rising.mean()
+    found = np.polyfit(rising - middle, count, 2)
+    if float(np.std(count - np.polyval(found, rising - middle))) > _OFF_BEAT:
+        # The frequency of an analyser's sweep may change by the decade.
+        return _logarithmic(rising, len(x) / (column.rate or 1.0))
+    a, b, _ = found
+    ends = np.array([0.0, len(x) / (column.rate or 1.0)]) - middle
+    return float(b + 2.0 * a * ends[0]), float(b + 2.0 * a * ends[1])
+
+
+def _logarithmic(rising: Floats, seconds: float) -> tuple[float, float] | None:
+    """The same of a sweep whose frequency changes by equal factors in equal times."""
+    frequency = 1.0 / np.diff(rising)
+    at = 0.5 * (rising[1:] + rising[:-1])
+    slope, level = np.polyfit(at, np.log(frequency), 1)
+    if float(np.std(np.log(frequency) - slope * at - level)) > _SCATTER:
+        return None
+    return float(np.exp(level)), float(np.exp(level + slope * seconds))
+
+
+def oscillates(values: Floats) -> bool:
+    """Whether one oscillation holds a tenth of a signal's power; shocks fill the whole spectrum."""
+    column = ColumnView(0, "", None, "signal", values, None)
+    frequencies, amplitudes = column.spectrum()
+    if not _stands_out(column):
+        return False
+    power = amplitudes**2
+    peak = column.peak()[0]
+    near = np.abs(frequencies - peak) <= 0.05 * peak + 2.0 / len(values)
+    return bool(power[near].sum() > 0.1 * power[1:].sum())
+
+
+def _stands_out(column: ColumnView) -> bool:
+    _, amplitudes = column.spectrum()
+    if len(amplitudes) < 8:
+        return False
+    return float(amplitudes[1:].max()) > 40.0 * float(np.median(amplitudes))

@@ -1,0 +1,274 @@
+"""Which channel is the base, displacement, acceleration or a microphone: units, names, physics.
+
+Physics says: the acceleration is the second derivative of the displacement, so what lies above
+the oscillator's frequency is stronger in it by the frequency squared; the base does not ring, so it
+rests where the others decay and keeps its amplitude where they beat.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vinesexp.identification.heard_bounces import bounces_heard
+from vinesexp.proposal.survey import ColumnView, FileView
+from vinesexp.records.readers import Floats
+from vinesexp.units import UNITS
+
+_NAMES = {
+    "base": re.compile(r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot", re.I),
+    "acceleration": re.compile(r"acc|accel|beschl|pcb|icp|imu", re.I),
+    "displacement": re.compile(r"laser|disp|pos|depl|weg|ldv|vib|mass|osc", re.I),
+    "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),
+}
+_COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
+_SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
+_AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)
+_AUDIBLE = 8000.0  # Hz: a WAV file sampled faster may be a microphone's
+#: Quantities by whose units a column can have each role.
+_MEASURED = {
+    "displacement": ("displacement", "voltage"),
+    "base": ("displacement", "velocity", "acceleration", "voltage"),
+    "acceleration": ("acceleration", "voltage", "charge"),
+    "sound": ("pressure", "voltage"),
+}
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A proposed role and the reasons, in words.
+
+    `sure` says that a unit or a name, not physics alone, supports it.
+    """
+
+    role: str
+    why: str
+    sure: bool
+
+
+@dataclass(frozen=True)
+class Traits:
+    """What a signal does, relative to the others of its file.
+
+    Parameters
+    ----------
+    rough : float
+        Strength between 3 and 30 times the common frequency over that at it.
+    steady : float
+        Variation of the amplitude along the record: 0 for a steady motion.
+    quiet : bool
+        No motion stands out of the noise at the common frequency.
+    """
+
+    rough: float
+    steady: float
+    quiet: bool
+
+
+def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
+    """Roles of the channels that the files share, by `label_of` their columns' names."""
+    places: dict[str, list[tuple[FileView, ColumnView]]] = {}
+    for file in files:
+        for column in file.signals:
+            places.setdefault(label_of(column), []).append((file, column))
+    left = _without_other_axes(places)
+    guesses: dict[str, Guess] = {}
+    for role in _NAMES:
+        found = {
+            label: guess
+            for label in left
+            if label not in guesses
+            and (guess := _by_unit_or_name(label, [c for _, c in places[label]])) is not None
+            and guess.role == role
+        }
+        if found:
+            best = min(
+                found, key=lambda label: (bool(_COMMAND.search(label)), -_moves(places[label]))
+            )
+            guesses[best] = found[best]
+    taken = {guess.role for guess in guesses.values()}
+    # A second column that is called so is none of the others: the command beside the base.
+    named = [label for label in left if any(form.search(label) for form in _NAMES.values())]
+    rest = [label for label in left if label not in guesses and label not in named]
+    if "sound" not in taken:
+        heard = next((label for label in rest if _is_heard(places[label])), None)
+        if heard is not None:
+            guesses[heard] = Guess("sound", "hits are heard in it whose distances shrink", False)
+            rest.remove(heard)
+    open_roles = set(_NAMES) - {guess.role for guess in guesses.values()} - {"sound"}
+    return guesses | _by_physics(files, rest, open_roles)
+
+
+def _without_other_axes(places: Mapping[str, list[tuple[FileView, ColumnView]]]) -> list[str]:
+    """Labels, of the axes of one sensor only the one that moves most, and no sum of axes."""
+    by_sensor: dict[str, list[str]] = {}
+    for label in places:
+        axis = _AXIS.fullmatch(label)
+        by_sensor.setdefault(axis[1].lower() if axis and axis[1] else label, []).append(label)
+    several = {axes[0]: axes for axes in by_sensor.values() if len(axes) > 1}
+    left = [max(axes, key=lambda label: _moves(places[label])) for axes in by_sensor.values()]
+    return [label for label in left if not (several and _SUM.search(label))]
+
+
+def _moves(places: Sequence[tuple[FileView, ColumnView]]) -> float:
+    """How far a channel moves about its mean, in its unit: the median of its files."""
+    return float(np.median([column.finite.std() for _, column in places]))
+
+
+def _is_heard(places: Sequence[tuple[FileView, ColumnView]]) -> bool:
+    """Whether a channel is a microphone's: WAV files in most of which a ball bounces."""
+    if any(file.format != "WAV" or (file.rate or 0.0) < _AUDIBLE for file, _ in places):
+        return False
+    heard = [bounces_heard(c.finite, c.rate) is not None for _, c in places if c.rate]
+    return 2 * sum(heard) >= len(places)
+
+
+def label_of(column: ColumnView) -> str:
+    """The name that a channel has whatever the format: ``scope/CH1``, ``CH1 (V)`` are ``CH1``."""
+    plain = re.sub(r"\s*[(\[][^()\[\]]*[)\]]", "", column.name).strip()
+    plain = plain.rpartition("/")[2] or plain
+    return plain or f"#{column.index}"
+
+
+def traits_of(file: FileView, column: ColumnView) -> Traits:
+    """What a signal does, about the frequency that moves most of the file's signals."""
+    common = common_frequency(file)
+    frequencies, amplitudes = column.spectrum()
+    if common <= 0.0 or len(amplitudes) < 8:
+        return Traits(0.0, 0.0, True)
+    near = (frequencies > 0.7 * common) & (frequencies < 1.4 * common)
+    above = (frequencies > 3.0 * common) & (frequencies < 30.0 * common)
+    strong = float(np.sqrt(np.sum(amplitudes[near] ** 2)))
+    high = float(np.sqrt(np.sum(amplitudes[above] ** 2)))
+    floor = float(np.median(amplitudes))
+    quiet = not near.any() or float(amplitudes[near].max()) < 20.0 * floor
+    return Traits(high / strong if strong > 0.0 else 0.0, _unsteadiness(column.finite), quiet)
+
+
+def common_frequency(file: FileView) -> float:
+    """Frequency of the strongest motion that most signals of a file share, Hz."""
+    peaks = [column.peak()[0] for column in file.signals]
+    return float(np.median(peaks)) if peaks else 0.0
+
+
+def envelope(values: Floats, pieces: int = 24) -> Floats:
+    """Rms of equal pieces of a signal about its mean."""
+    x = values - values.mean()
+    return np.array([float(np.sqrt(np.mean(part**2))) for part in np.array_split(x, pieces)])
+
+
+def _unsteadiness(values: Floats) -> float:
+    if len(values) < 200:
+        return 0.0
+    levels = envelope(values)
+    mean = float(levels.mean())
+    return float(levels.std()) / mean if mean > 0.0 else 0.0
+
+
+def may_be(column: ColumnView, role: str) -> bool:
+    """Whether a column's unit allows a role; one without a unit that is known may be anything."""
+    known = {quantity for quantity, table in UNITS.items() if column.unit in table} - {"time"}
+    return not known or bool(known & set(_MEASURED[role]))
+
+
+def _by_unit_or_name(label: str, columns: Sequence[ColumnView]) -> Guess | None:
+    units = {column.unit for column in columns}
+    unit = units.pop() if len(units) == 1 else None
+    named = next((role for role, form in _NAMES.items() if form.search(label)), None)
+    if named is not None and not may_be(columns[0], named):
+        named = None
+    if unit in UNITS["acceleration"]:
+        if named == "base":
+            return Guess("base", f"its unit is {unit}, its name says base", True)
+        return Guess("acceleration", f"its unit is {unit}", True)
+    if unit in UNITS["displacement"]:
+        if named in ("base", "displacement"):
+            return Guess(named, f"its unit is {unit}, its name says {named}", True)
+        return None
+    return Guess(named, f"its name says {named}", True) if named else None
+
+
+def _by_physics(
+    files: Sequence[FileView], labels: Sequence[str], open_roles: set[str]
+) -> dict[str, Guess]:
+    """Roles by what the signals do; every file has a vote."""
+    votes: dict[str, Counter[str]] = {"acceleration": Counter(), "base": Counter()}
+    for file in files:
+        traits = {
+            label_of(column): traits_of(file, column)
+            for column in file.signals
+            if label_of(column) in labels
+        }
+        allowed = {
+            role: {one for one in traits if _anywhere([file], one, role)}
+            for role in ("acceleration", "base")
+        }
+        if len(traits) >= 2:
+            _vote(traits, votes, allowed)
+    guesses: dict[str, Guess] = {}
+    rest = list(labels)
+    reasons = {
+        "acceleration": "more of it lies above the strongest motion, as in a second derivative",
+        "base": "it rests or keeps its amplitude where the others ring",
+    }
+    for role in ("acceleration", "base"):
+        chosen = next((one for one, _ in votes[role].most_common() if one in rest), None)
+        if role in open_roles and chosen is not None and (len(rest) > 1 or not open_roles - {role}):
+            count = sum(votes[role].values())
+            reported = f"{reasons[role]} (in {votes[role][chosen]} of {count} files)"
+            guesses[chosen] = Guess(role, reported, False)
+            rest.remove(chosen)
+    left = [label for label in rest if _anywhere(files, label, "displacement")]
+    if "displacement" in open_roles and left:
+        why = "the only signal" if len(labels) == 1 else "what is left"
+        if len(left) > 1:
+            names = ", ".join(left)
+            why = f"it oscillates most clearly of what is left ({names}); look which one it is"
+        best = max(left, key=lambda label: _clearness(files, label))
+        # Without an accelerometer of its own a rig may still have one of these two.
+        guesses[best] = Guess("displacement", why, False)
+    return guesses
+
+
+def _anywhere(files: Sequence[FileView], label: str, role: str) -> bool:
+    columns = [c for file in files for c in file.signals if label_of(c) == label]
+    return all(may_be(column, role) for column in columns)
+
+
+def _clearness(files: Sequence[FileView], label: str) -> float:
+    """How far the strongest motion of a channel stands above its spectrum, over its files."""
+    found = 0.0
+    for file in files:
+        for column in file.signals:
+            _, amplitudes = column.spectrum()
+            if label_of(column) == label and len(amplitudes) >= 8:
+                found += float(amplitudes[1:].max()) / (float(np.median(amplitudes)) or 1.0)
+    return found
+
+
+def _vote(
+    traits: Mapping[str, Traits],
+    votes: Mapping[str, Counter[str]],
+    allowed: Mapping[str, set[str]],
+) -> None:
+    """Add what one file says; `allowed` are the channels whose units permit each role."""
+    loud = {label: t for label, t in traits.items() if not t.quiet}
+    quiet = [label for label, t in traits.items() if t.quiet]
+    by_roughness = sorted(loud, key=lambda label: loud[label].rough)
+    if len(by_roughness) >= 2:
+        first, second = by_roughness[-1], by_roughness[-2]
+        clear = loud[first].rough > 3.0 * loud[second].rough
+        if clear and first in allowed["acceleration"]:
+            votes["acceleration"][first] += 1
+    if len(quiet) == 1 and loud and quiet[0] in allowed["base"]:
+        votes["base"][quiet[0]] += 1
+    elif len(loud) >= 2 and not quiet:
+        others = by_roughness[:-1] if len(loud) > 2 else list(loud)
+        steady = sorted(others, key=lambda label: loud[label].steady)
+        clear = len(steady) >= 2 and loud[steady[0]].steady < 0.5 * loud[steady[1]].steady
+        if clear and steady[0] in allowed["base"]:
+            votes["base"][steady[0]] += 1

@@ -1,0 +1,150 @@
+"""`vinesexp init` on shuffled files: with the marked fields, the results are those of the names."""
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp.cli import main
+from vinesexp.pipeline import analyse_campaign
+from vinesexp.records.campaign import load_campaign
+from vinesexp.records.result_paths import ResultPaths
+
+TWIN = Path(__file__).resolve().parents[2] / "data/twin"
+SMALL = """\
+title: Small twin
+seed: 7
+rig: {mass: 4.7 kg, damping: 3.02 N s/m, stiffness: 1.147e4 N/m, nes_mass: 32 g, restitution: 0.6}
+sensors:
+  base: {sensitivity: 400 mV/mm, noise: 2 um, range: 2.5 mm}
+  displacement: {sensitivity: 40 mV/mm, noise: 6 um, bandwidth: 5 kHz, range: 25 mm}
+  acceleration: {sensitivity: 20 mV/g, noise: 0.3 m/s^2, pulse: 0.4 ms, range: 50 g}
+oscilloscope: {sample_rate: 5 kHz, bits: 14, full_scale: 1 V}
+groups:
+  a:
+    test: ringdown
+    duration: 8 s
+    oscilloscope: {format: oscilloscope-csv}
+    records: {ring: {release: 20 mm}, added: {release: 20 mm, added_mass: 400 g}}
+  b:
+    test: transient
+    duration: 8 s
+    release: 20 mm
+    ball_start: wall -1
+    oscilloscope: {format: matlab}
+    records: {release_b24: {clearance: 24 mm}}
+  c:
+    test: periodic
+    duration: 10 s
+    settle: 20 s
+    base_amplitude: 0.25 mm
+    frequency: 7.862 Hz
+    ball_start: wall -1
+    oscilloscope: {format: hdf5}
+    records: {steady_b30: {clearance: 30 mm}, steady_b38: {clearance: 38 mm}}
+  d:
+    test: drop
+    duration: 1.5 s
+    oscilloscope: {format: wav}
+    records: {drop_1: {height: 50 mm}}
+"""
+SENSITIVITIES = {"base": "400 mV/mm", "displacement": "40 mV/mm", "acceleration": "20 mV/g"}
+ASKED_FOR = ("clearance_mm", "base_amplitude_mm", "added_mass_g", "release_mm")
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def shuffled(raw: Path, folder: Path, *, seed: int) -> dict[str, str]:
+    """Copies of the files under new names and one another's suffixes; new name to old one."""
+    files = sorted(raw.iterdir())
+    rng = np.random.default_rng(seed)
+    suffixes = [files[i].suffix for i in rng.permutation(len(files))]
+    folder.mkdir(parents=True)
+    meant = {}
+    for k, i in enumerate(rng.permutation(len(files))):
+        shutil.copy(files[i], folder / f"rec{k:02d}{suffixes[k]}")
+        meant[f"rec{k:02d}"] = files[i].stem
+    return meant
+
+
+def fill_in(folder: Path, meant: dict[str, str], truth: list[dict[str, str]]) -> None:
+    """What a person fills in: sensitivities, the ball, and the cells that a note asks for."""
+    lines = (folder / "campaign.yaml").read_text(encoding="utf-8").splitlines()
+    for k, line in enumerate(lines):
+        role = line.strip().partition(":")[0]
+        if role in SENSITIVITIES:
+            assert '"? ' in line
+            old = line.split('sensitivity: "')[1].split('"')[0]
+            lines[k] = line.replace(old, SENSITIVITIES[role])
+        elif role in ("#known", "#  nes_mass"):
+            lines[k] = line[1:]
+    text = "\n".join([*lines, "uncertainties: exact", ""])
+    (folder / "campaign.yaml").write_text(text, encoding="utf-8")
+    by_record = {row["record"]: row for row in truth}
+    rows = rows_of(folder / "records.csv")
+    for row in rows:
+        asked = row["note"].partition("FILL IN")[2]
+        for column in ASKED_FOR:
+            if column in asked:
+                row[column] = by_record[meant[row["record"]]][column]
+    with (folder / "records.csv").open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def compare(named: Path, folder: Path, out: Path, capsys, *, seed: int) -> None:
+    """Analyse a campaign with its names and again from its shuffled files alone."""
+    meant = shuffled(named / "raw", folder / "raw", seed=seed)
+    assert main(["init", str(folder)]) == 0
+    truth = rows_of(named / "records.csv")
+    assert {meant[row["record"]]: row["test"] for row in rows_of(folder / "records.csv")} == {
+        row["record"]: row["test"] for row in truth
+    }
+    fill_in(folder, meant, truth)
+    capsys.readouterr()
+    assert main(["check", str(folder)]) == 0, capsys.readouterr().out
+    results = [
+        analyse_campaign(load_campaign(one), paths=ResultPaths(out / str(k)))
+        for k, one in enumerate((named, folder))
+    ]
+    expected, found = (
+        {(e.parameter, e.method): (e.value, e.std_error) for e in one.identified} for one in results
+    )
+    assert set(found) == set(expected)
+    assert ("M", "combined") in expected
+    for key, values in expected.items():
+        assert found[key] == pytest.approx(values, rel=1e-6, nan_ok=True), key
+    outcomes = [sorted((c.check, c.outcome) for c in one.checks) for one in results]
+    assert outcomes[0] == outcomes[1]
+    kept = [
+        [json.dumps(vars(c) | {"records": None}, default=str) for c in one.clearances]
+        for one in results
+    ]
+    assert kept[0] == kept[1]
+
+
+def test_a_small_campaign_comes_to_the_same_results(tmp_path, capsys):
+    named = tmp_path / "named"
+    tmp_path.joinpath("scene.yaml").write_text(SMALL)
+    assert main(["simulate", str(tmp_path / "scene.yaml"), str(named)]) == 0
+    yaml = named / "campaign.yaml"
+    text = yaml.read_text()
+    if "uncertainties" not in text:
+        yaml.write_text(text + "uncertainties: exact\n")
+    compare(named, tmp_path / "unnamed", tmp_path / "results", capsys, seed=1)
+
+
+@pytest.mark.slow
+def test_the_twin_comes_to_the_same_results(tmp_path, capsys):
+    named = tmp_path / "named"
+    assert main(["simulate", str(TWIN / "scene.yaml"), str(named)]) == 0
+    for name in ("campaign.yaml", "records.csv"):
+        shutil.copy(TWIN / name, named / name)
+    compare(named, tmp_path / "unnamed", tmp_path / "results", capsys, seed=1)

@@ -1,0 +1,137 @@
+"""What a plan says of a measured campaign, and of rig values alone."""
+
+import csv
+import re
+from pathlib import Path
+
+import pytest
+
+from vinesexp.clearance.curves import amplitude_curve
+from vinesexp.clearance.predicted import IdentifiedRig
+from vinesexp.cli import main
+from vinesexp.planning.campaign_plan import plan_levels, scatter_of
+from vinesexp.planning.expected_valley import expected_valley
+from vinesexp.records.campaign import load_campaign
+from vinesexp.records.checks import write_checks
+from vinesexp.records.result_columns import BASE, IDENTIFIED, RECORD_REGIMES, REPLAY
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.tables import write_rows
+from vinesexp.units import Quantity
+
+VALUES = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "m": 0.032}
+RIG = ("--mass", "4.7 kg", "--damping", "3.02 N s/m", "--stiffness", "1.147e4 N/m")
+RIG += ("--nes-mass", "32 g", "--restitution", "0.6", "--base-amplitude", "0.25 mm")
+
+
+@pytest.fixture
+def campaign(tmp_path: Path) -> Path:
+    """Three clearances of the published rig, the lowest amplitude at the smallest of them."""
+    tried = (0.030, 0.033, 0.036)
+    (tmp_path / "campaign.yaml").write_text(
+        "title: Spring\nknown: {nes_mass: 32 g}\n"
+        "channels: {displacement: {column: a, quantity: displacement, unit: mm}}\n"
+    )
+    rows = [f"b{k},a.csv,periodic,{1e3 * b:g},0.25,7.862" for k, b in enumerate(tried)]
+    head = "record,file,test,clearance_mm,base_amplitude_mm,frequency_hz"
+    (tmp_path / "records.csv").write_text("\n".join([head, *rows, ""]))
+    paths = ResultPaths(tmp_path / "out")
+    units = {"M": "kg", "c1": "N s/m", "k1": "N/m", "r": "1"}
+    write_rows(
+        paths.identified,
+        IDENTIFIED,
+        [
+            {"parameter": p, "value": VALUES[p], "std_error": 0.002 * VALUES[p], "unit": unit,
+             "method": "combined"}
+            for p, unit in units.items()
+        ],
+    )  # fmt: skip
+    rig = IdentifiedRig({name: Quantity(value) for name, value in VALUES.items()})
+    regimes = []
+    for k, b in enumerate(tried):
+        _, swing = amplitude_curve(rig, G=0.25e-3, frequency=7.862, low=b, high=b + 1e-6)
+        amplitude = float(swing[0]) if swing.size else 0.009
+        regime = "two symmetric" if b < 0.034 else "strongly modulated"
+        regimes.append({"record": f"b{k}", "regime": regime, "amplitude_mean_m": amplitude,
+                        "amplitude_max_m": 1.1 * amplitude})  # fmt: skip
+    write_rows(paths.regimes, RECORD_REGIMES, regimes)
+    write_rows(paths.base, BASE, [])
+    write_checks(paths.checks, [])
+    return tmp_path
+
+
+def test_the_next_tests_lie_around_what_the_rig_predicts(campaign):
+    (plan,) = plan_levels(load_campaign(campaign), campaign / "out", target=0.04)
+    assert plan.width_now > 0.15
+    assert plan.valley.lowest == pytest.approx(0.03298, rel=2e-3)
+    assert 1 <= len(plan.next) <= 4
+    low, best, high = plan.bracket
+    assert low < plan.valley.lowest < high
+    assert (high - low) / best <= plan.target * (1.0 + 1e-6)
+
+
+def test_scatter_widens_what_can_be_decided(campaign):
+    paths = ResultPaths(campaign / "out")
+    assert scatter_of(paths) == 0.002
+    rows = [
+        {"record": f"b{k % 2}", "quantity": "amplitude", "deviation": d}
+        for k, d in enumerate((0.02, 0.021, 0.019, 0.0205, 0.0195))
+    ]
+    write_rows(paths.replay, REPLAY, [*rows, {**rows[0], "record": "b2", "deviation": 0.5}])
+    assert scatter_of(paths) == pytest.approx(1.4826 * 0.0005)
+    (plan,) = plan_levels(load_campaign(campaign), campaign / "out", target=0.005)
+    assert plan.target > 0.005
+
+
+def test_the_command_writes_rows_that_a_campaign_takes(campaign, tmp_path, capsys):
+    out, sheet = campaign / "out", tmp_path / "next.csv"
+    words = ["plan", str(campaign), "--results", str(out), "--records", str(sheet)]
+    assert main(words) == 0
+    printed = capsys.readouterr().out
+    assert "G = 0.25 mm: 3 clearances tested" in printed
+    assert "test next, in this order" in printed
+    rows = list(csv.DictReader(sheet.read_text().splitlines()))
+    assert rows
+    assert all(row["test"] == "periodic" for row in rows)
+    again = tmp_path / "again"
+    again.mkdir()
+    (again / "campaign.yaml").write_text((campaign / "campaign.yaml").read_text())
+    (again / "records.csv").write_text(sheet.read_text())
+    assert len(load_campaign(again).records) == len(rows)
+
+
+def test_a_first_plan_needs_only_the_rig(tmp_path, capsys):
+    sheet = tmp_path / "records.csv"
+    assert main(["plan", *RIG, "--release", "20 mm", "--records", str(sheet)]) == 0
+    printed = capsys.readouterr().out
+    lowest = float(re.search(r"expected at ([\d.]+) mm", printed)[1])
+    assert lowest == pytest.approx(32.98, abs=0.1)
+    tests = [row["test"] for row in csv.DictReader(sheet.read_text().splitlines())]
+    assert {"ringdown", "sweep", "drop", "periodic", "transient"} == set(tests)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "name a campaign that was run, or give rig values"),
+        (["nowhere"], "no such folder"),
+        (["nowhere", "--mass", "1 kg"], "has its own rig"),
+        (["--mass", "1 kg", "--restitution", "0.6"], "--damping"),
+        ([*RIG, "--target", "90 %"], "expected 0.1 % to 50 %"),
+    ],
+)
+def test_a_mistake_is_one_line(words, message, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["plan", *words]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line
+
+
+def test_a_campaign_without_results_says_what_to_run(campaign, capsys):
+    assert main(["plan", str(campaign), "--results", str(campaign / "none")]) == 1
+    assert "vinesexp run" in capsys.readouterr().err
+
+
+def test_a_rig_without_such_an_orbit_has_no_valley():
+    values = VALUES | {"r": 0.6, "m": 1e-9}
+    rig = IdentifiedRig({name: Quantity(value) for name, value in values.items()})
+    assert expected_valley(rig, G=Quantity(1e-9), frequency=30.0, draws=2) is None

@@ -1,0 +1,53 @@
+"""Which clearance comes next: few tests where the expectation is right, and an end where not."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vinesexp.planning.next_clearance import (
+    TARGET,
+    bracket_of,
+    follow_plan,
+    next_clearance,
+)
+
+
+def valley(b: float, lowest: float) -> float:
+    """Falls slowly up to the minimum, rises, and jumps three percent above it."""
+    return 5.0 + abs(b / lowest - 1.0) + (3.0 if b > 1.03 * lowest else 0.0)
+
+
+def test_three_tests_suffice_where_the_minimum_is_expected():
+    tested = follow_plan(lambda b: valley(b, 0.033), expected=0.033)
+    assert len(tested) == 3
+    assert bracket_of(tested).width <= TARGET
+
+
+@given(st.floats(0.7, 1.4), st.floats(0.005, 0.2))
+@settings(max_examples=60, deadline=None)
+def test_any_expectation_ends_in_a_bracket_that_holds_the_minimum(off, target):
+    lowest = 0.02
+    tested = follow_plan(lambda b: valley(b, lowest), expected=off * lowest, target=target)
+    found = bracket_of(tested)
+    assert found.width <= target * (1 + 1e-6)
+    assert found.low <= lowest <= found.high
+    assert len(tested) < 40
+
+
+@given(st.floats(0.97, 1.03))
+@settings(max_examples=40, deadline=None)
+def test_an_expectation_that_is_off_by_three_percent_costs_a_few_tests(off):
+    tested = follow_plan(lambda b: valley(b, 0.02), expected=off * 0.02)
+    assert bracket_of(tested).width <= TARGET
+    assert len(tested) <= 9
+
+
+def test_tests_that_are_there_are_used():
+    tested = {0.030: valley(0.030, 0.033), 0.036: valley(0.036, 0.033), 0.0329: 5.003}
+    b = next_clearance(tested, expected=0.033)
+    assert 0.0329 < b < 0.036
+
+
+def test_without_any_knowledge_there_is_no_first_test():
+    with pytest.raises(ValueError, match="nothing is expected"):
+        next_clearance({}, expected=None)

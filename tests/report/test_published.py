@@ -1,0 +1,112 @@
+"""Published values beside a campaign's own: the interval decides."""
+
+from pathlib import Path
+
+import pytest
+
+from vinesexp.records.campaign import Campaign, Record
+from vinesexp.records.published_table import PublishedValue
+from vinesexp.records.schema import Known
+from vinesexp.report.published import published_rows
+from vinesexp.units import Quantity
+
+RECORDS = (
+    Record("b25", Path("a"), "periodic", (0.025,), base_amplitude=0.25e-3),
+    Record("b34", Path("a"), "periodic", (0.034,), base_amplitude=0.25e-3),
+    Record("swept", Path("a"), "sweep", (0.023, 0.034), base_amplitude=0.25e-3),
+    Record("fall", Path("a"), "transient", (0.033, 0.010), release=0.020),
+    Record("fall_1", Path("a"), "transient", (0.033,), release=0.020),
+)
+TABLES = {
+    "identified": [
+        {"parameter": name, "method": "combined", "value": v, "ci95_low": low, "ci95_high": high}
+        for name, v, low, high in (
+            ("M", "4.72", "4.66", "4.78"), ("zeta", "0.0065", "", ""), ("r", "0.62", "0.61", "0.63")
+        )
+    ],
+    "regimes": [
+        {"record": "b25", "amplitude_mean_m": "0.008", "amplitude_max_m": "0.008"},
+        {"record": "b34", "amplitude_mean_m": "0.005", "amplitude_max_m": "0.005"},
+        {"record": "swept", "amplitude_mean_m": "0.003", "amplitude_max_m": "0.0083",
+         "amplitude_running_max_m": "0.0067"},
+    ],
+    "clearances": [
+        {"test": "periodic", "level": "G = 0.25 mm", "kind": "lowest amplitude",
+         "measured_mm": "33", "measured_low_mm": "32", "measured_high_mm": "34",
+         "published_mm": "33.97", "exact_mm": "33.92"},
+        {"test": "transient", "level": "20 mm to 5 mm", "kind": "fastest decay",
+         "measured_mm": "42", "measured_low_mm": "36", "measured_high_mm": "",
+         "published_mm": "33.33", "exact_mm": "27.3"},
+    ],
+    "decay_times": [
+        {"record": "fall", "target_m": "0.01", "time_s": "1.2"},
+        {"record": "fall_1", "target_m": "0.01", "time_s": "1.3"},
+    ],
+    "transitions": [{"record": "fall", "transition_m": "0.0041"}],
+}  # fmt: skip
+
+
+def verdict(*fields: object, **more: object) -> dict[str, str]:
+    value = PublishedValue(*fields, source="Table 2", **more)  # type: ignore[arg-type]
+    campaign = Campaign(
+        folder=Path(), name="a", title="a", known=Known(nes_mass=(Quantity(0.032, 0.0),)),
+        channels={}, time=None, sample_rate=None, bandpass=None, records=RECORDS,
+        published=(value,),
+    )  # fmt: skip
+    (row,) = published_rows(campaign, TABLES)
+    return row
+
+
+@pytest.mark.parametrize(
+    ("value", "more", "expected"),
+    [
+        (("M", "4.7"), {}, "agrees"),
+        (("r", "0.6"), {}, "agrees"),  # one digit: 0.55 to 0.65
+        (("r", "0.60"), {}, "differs by +3.3 %"),
+        (("eps", "0.0068"), {}, "agrees"),
+        (("k1", "1.147e4"), {}, "not measured"),
+        (("best clearance", "34"), {"base_amplitude_mm": 0.25}, "agrees"),
+        (("best clearance", "23"), {"base_amplitude_mm": 0.15}, "not measured"),
+        (("best of tried", "34"), {"base_amplitude_mm": 0.25, "tried_mm": "25|34"}, "agrees"),
+        (("best of tried", "25"), {"base_amplitude_mm": 0.25, "tried_mm": "25|34"}, "differs"),
+        (("b_c", "34"), {"base_amplitude_mm": 0.25}, "agrees"),
+        (("b_t", "33"), {"release_mm": 20.0}, "agrees"),
+        (("fastest clearance", "33"), {"release_mm": 20.0}, "differs by +27.3 %"),
+        (
+            ("largest amplitude", "4.9", "mm"),
+            {"clearance_mm": "34;23", "base_amplitude_mm": 0.25},
+            "differs by +69.4 %",
+        ),
+        (
+            ("largest amplitude", "7.9", "mm"),
+            {"clearance_mm": "23;34", "base_amplitude_mm": 0.25},
+            "agrees",
+        ),
+        (
+            ("time to level", "1.2"),
+            {"clearance_mm": "33;10", "release_mm": 20.0, "level_mm": 10.0},
+            "agrees",
+        ),
+        (
+            ("fastest of tried", "33;10"),
+            {"release_mm": 20.0, "level_mm": 10.0, "tried_mm": "33|33;10"},
+            "agrees",
+        ),
+        (
+            ("transition amplitude", "4.1"),
+            {"clearance_mm": "33;10", "release_mm": 20.0},
+            "agrees",
+        ),
+    ],
+)
+def test_a_value_agrees_where_its_digits_meet_the_interval(
+    value: tuple[str, ...], more: dict[str, object], expected: str
+) -> None:
+    assert verdict(*value, **more)["verdict"] == expected
+
+
+def test_a_row_says_what_it_is_of_and_what_was_found() -> None:
+    row = verdict("largest amplitude", "4.9", "mm", "23;34", base_amplitude_mm=0.25)
+    assert row["what"] == "largest amplitude, b = 23 + 34 mm, G = 0.25 mm"
+    assert row["own"] == "8.30 mm; 6.70 as a mean over 0.1 Hz"
+    assert row["kind"] == "differs"
