@@ -65,7 +65,7 @@ def write_uff(view: RecordView, impacts: Path, folder: Path, name: str) -> list[
         pyuff is not installed.
     """
     try:
-        import pyuff  # type: ignore[import-untyped]
+        import pyuff
     except ImportError:
         raise VinesexpError(
             'UFF is written by pyuff, which is not installed: pip install "vinesexp[uff]"'
