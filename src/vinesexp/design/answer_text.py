@@ -144,11 +144,11 @@ def _beside_lines(advice: Advice) -> list[str]:
             f"   5 % detuned {1e3 * one.detuned:.3f} mm"
             f"   (f/f0 {one.tuning:.4f}, zeta {one.zeta:.4f}; mass of the balls)"
         )
-    for one, way in zip(advice.sweeps, ("up", "down"), strict=True):
+    for swept, way in zip(advice.sweeps, ("up", "down"), strict=True):
         lines.append(
-            f"  slow sweep {way:4} with the robust one  {1e3 * one.largest:10.3f} mm"
-            f"   at {one.at:.4g} Hz; mean over 1/12 of it {1e3 * one.running:.3f} mm"
-            f"   ({one.begin:.4g} to {one.end:.4g} Hz in {one.duration:.3g} s)"
+            f"  slow sweep {way:4} with the robust one  {1e3 * swept.largest:10.3f} mm"
+            f"   at {swept.at:.4g} Hz; mean over 1/12 of it {1e3 * swept.running:.3f} mm"
+            f"   ({swept.begin:.4g} to {swept.end:.4g} Hz in {swept.duration:.3g} s)"
         )
     working = advice.working
     if working is not None and working.activation is not None:

@@ -167,7 +167,7 @@ def _releases(answer: Answer) -> list[tuple[str, ...]]:
     if answer.falls is None:
         return []
     theory = {round(one.level, 12): one for one in answer.theory.releases}
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for k, level in enumerate(answer.falls.levels):
         best = answer.falls.found[answer.falls.fastest[k]]
         own = theory.get(round(level, 12))
