@@ -7,6 +7,7 @@ with: of many noisy values the lowest is too low.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
@@ -70,7 +71,7 @@ def cost_of(task: Task, b: float, frequency: float) -> float:
     """Cycles that a run takes, and more for several balls or where no closed form helps."""
     pace = max(frequency, task.oscillator.f0)
     dearer = 1.0 if task.plain else SERIES
-    balls = float(len(task.masses)) ** 1.5
+    balls = len(task.masses) * math.sqrt(len(task.masses))
     return duration_of(task.rig(b), frequency)[1] * pace * balls * dearer
 
 
