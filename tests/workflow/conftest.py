@@ -59,6 +59,7 @@ JOBS = {
     "clearances.csv": lambda path: "compare",
     "checks.csv": lambda path: "checks",
     "report.html": lambda path: "report",
+    "records.html": lambda path: "pages",
     "steps": lambda path: f"{STEPS[path.stem]} {path.parent.name}".removesuffix(" steps"),
 }
 

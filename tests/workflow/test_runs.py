@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import time
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,8 @@ def test_a_finished_run_holds_every_result(one_run):
         assert (results / f"conditioned/{record}.nc").is_file()
         assert (results / f"impacts/{record}.csv").is_file()
     assert (results / "report.html").read_text(encoding="utf-8").rstrip().endswith("</html>")
+    assert (results / "records.html").is_file()
+    assert {path.stem for path in (results / "pages/traces").iterdir()} == {"bare", "added"}
     combined = {
         row["parameter"]: float(row["value"])
         for row in table(results / "identified.csv")
@@ -42,6 +45,16 @@ def test_a_finished_run_holds_every_result(one_run):
     }
     assert combined["f0"] == pytest.approx(7.862, rel=1e-3)
     assert combined["M"] == pytest.approx(4.7, rel=1e-2)
+
+
+def test_the_results_in_one_zip_on_request(finished):
+    done = finished.run("bundle", "--config", "campaign=data/tiny")
+    assert done.returncode == 0, done.stderr
+    with zipfile.ZipFile(finished.folder / "results/tiny/tiny.zip") as bundle:
+        names = set(bundle.namelist())
+    assert {"tiny/report.html", "tiny/records.html", "tiny/identified.csv"} <= names
+    assert {"tiny/pages/traces/bare.js", "tiny/records/bare.nc", "tiny/impacts/bare.csv"} <= names
+    assert not any("/steps/" in name or "/." in name for name in names)
 
 
 def test_a_grown_campaign_runs_what_is_new_and_a_broken_record_stops_nothing(finished):
