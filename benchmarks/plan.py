@@ -1,6 +1,6 @@
 """Tests that it takes to bracket the lowest amplitude within 2 %: by plan, bisection, equal steps.
 
-    python benchmarks/plan.py [labs] [scatter] > docs/benchmarks/plan.md
+    python benchmarks/plan.py 0 50 0.0005 kept.jsonl      # labs 0 to 49, scatter 0.05 %
 
 Each lab has a rig of its own, drawn at random, and knows it as an identification leaves it: M to
 0.5 %, f0 to 0.01 %, damping to 1 %, r to 1 %, the ball's mass to 0.3 g, the base amplitude to 1 %.
@@ -10,9 +10,11 @@ its amplitude is half the swing of each cycle, on the average, with the scatter 
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -22,7 +24,7 @@ from vinesexp.planning.expected_valley import expected_valley
 from vinesexp.planning.next_clearance import bracket_of, follow_plan
 from vinesexp.units import Quantity
 
-TARGET, CYCLES, SAMPLES = 0.02, 100, 48
+TARGET, CYCLES, SAMPLES = 0.02, 60, 48
 SETTING = 5e-5  # m, of a cavity by caliper
 
 
@@ -92,7 +94,7 @@ def draw_lab(seed: int, scatter: float) -> Lab:
 
 def true_minimum(lab: Lab, near: float) -> float:
     """Clearance of the smallest simulated amplitude, by steps of 0.25 %, m."""
-    steps = near * (1.0 + 0.0025 * np.arange(-40, 41))
+    steps = near * (1.0 + 0.0025 * np.arange(-24, 25))
     return float(steps[int(np.argmin([lab.amplitude(b, exact=True) for b in steps]))])
 
 
@@ -141,30 +143,44 @@ def study(seed: int, scatter: float) -> dict[str, tuple[int, bool, float]] | Non
         ends = bracket.low or -np.inf, bracket.high or np.inf
         slack = SETTING + 0.0013 * truth  # of the setting, and of the truth's own steps
         holds = ends[0] - slack <= truth <= ends[1] + slack
-        rows[name] = (len(tested), bool(holds), bracket.width or np.inf)
+        rows[name] = (len(tested), bool(holds), bracket.width or 9.9)
     return rows
 
 
-def main(labs: int, scatter: float) -> None:
-    began = time.process_time()
-    rows = [row for seed in range(labs) if (row := study(seed, scatter)) is not None]
-    print(f"scatter {100 * scatter:g} %, {len(rows)} of {labs} labs have a valley")
-    print("| strategy | tests, median (10 to 90 %) | brackets of 2 % | that hold the minimum |")
-    print("|---|---|---|---|")
+def table(rows: list[dict[str, tuple[int, bool, float]]]) -> str:
+    """One row a strategy."""
+    lines = [
+        "| strategy | tests, median (10 to 90 %) | brackets of 2 % | that hold the minimum |",
+        "|---|---|---|---|",
+    ]
     for name in ("plan", "bisection", "equal steps"):
         n = np.array([row[name][0] for row in rows])
-        narrow = np.array([row[name][2] <= 1.02 * TARGET for row in rows])
-        holds = np.array([row[name][1] for row in rows])
+        narrow = sum(row[name][2] <= 1.02 * TARGET for row in rows)
+        holds = sum(row[name][1] for row in rows)
         low, high = np.percentile(n, [10, 90])
-        print(
+        lines.append(
             f"| {name} | {np.median(n):.0f} ({low:.0f} to {high:.0f}) | "
-            f"{narrow.sum()} of {len(rows)} | {holds.sum()} of {len(rows)} |"
+            f"{narrow} of {len(rows)} | {holds} of {len(rows)} |"
         )
-    print(f"{time.process_time() - began:.0f} s of processor time")
+    return "\n".join(lines)
+
+
+def main(first: int, last: int, scatter: float, kept: Path) -> None:
+    """Study labs `first` to `last`, keep their rows in a file, and print the table of all kept."""
+    began = time.process_time()
+    for seed in range(first, last):
+        row = study(seed, scatter)
+        with kept.open("a", encoding="utf-8") as stream:
+            stream.write(json.dumps({"seed": seed, "scatter": scatter, "row": row}) + "\n")
+    print(f"{time.process_time() - began:.0f} s of processor time", file=sys.stderr)
+    done = [json.loads(line) for line in kept.read_text(encoding="utf-8").splitlines()]
+    done = [one for one in done if one["scatter"] == scatter]
+    rows = [one["row"] for one in done if one["row"] is not None]
+    print(f"scatter {100 * scatter:g} %: {len(rows)} of {len(done)} labs have a valley\n")
+    print(table(rows))
 
 
 if __name__ == "__main__":
-    main(
-        int(sys.argv[1]) if len(sys.argv) > 1 else 50,
-        float(sys.argv[2]) if len(sys.argv) > 2 else 0.0005,
-    )
+    if len(sys.argv) != 5:
+        raise SystemExit(__doc__)
+    main(int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), Path(sys.argv[4]))

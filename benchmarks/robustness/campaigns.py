@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
+from shutil import copyfile
 
 import h5py
 import numpy as np
-from benchmarks.robustness.end_of_orbit import PULLED
+from benchmarks.robustness.end_of_orbit import pulled
 from benchmarks.robustness.measuring import measured
 from benchmarks.robustness.motion import STEP, FloatArray, move
 from benchmarks.robustness.motion import Path as Motion
@@ -20,7 +22,7 @@ GRAVITY = 9.80665
 AROUND = (28.0, 31.0, 33.0, 33.5, 34.5, 38.0)
 BELOW = (20.0, 24.0, 28.0, 30.0, 32.0)
 ABOVE = (36.0, 38.0, 40.0, 44.0, 48.0)
-_SETTLE, _DRIVEN, _DECAY, _FREE = 25.0, 10.0, 10.0, 8.0  # s
+_SETTLE, _DRIVEN, _DECAY, _FREE = 196.55, 78.62, 78.62, 62.896  # cycles
 _BEFORE = 4.0  # s at rest before a decay, for a slow corner of the accelerometer
 _QUANTITIES = {
     "base": "displacement",
@@ -74,38 +76,40 @@ def write_campaign(departure: Departure, folder: Path, *, seed: int = 1) -> None
     (folder / "raw").mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng([seed, 2027])
     plan, sheet = departure.plan, departure.sheet
+    loads = [
+        (1e-3 * load + sheet.added + (sheet.one_added if number == 0 else 0.0), load)
+        for number, load in enumerate(plan.loads)
+    ]
+    makers = [
+        *(partial(_decay, name=f"ringdown_{number}", release=release)
+          for number, release in enumerate(plan.bare, start=1)),
+        *(partial(_decay, name=f"added_{load:g}g", release=plan.bare[0], load=load, added=true)
+          for true, load in loads),
+        *(partial(_driven, b=b, off=sheet.clearance + (sheet.one_clearance if number == 1 else 0.0))
+          for number, b in enumerate(plan.periodic)),
+        *(partial(_decay, name=f"release_b{b:g}", release=plan.bare[0], b=b, off=sheet.clearance,
+                  short=True) for b in plan.releases),
+        *(partial(_drop, number=number) for number in range(plan.drops)),
+    ]  # fmt: skip
     rows = []
-    for number, release in enumerate(plan.bare, start=1):
-        rows.append(_decay(departure, folder, f"ringdown_{number}", rng, release=release))
-    for number, load in enumerate(plan.loads):
-        true = 1e-3 * load + sheet.added + (sheet.one_added if number == 0 else 0.0)
-        rows.append(
-            _decay(departure, folder, f"added_{load:g}g", rng, release=20.0, load=load, added=true)
-        )
-    for number, b in enumerate(plan.periodic):
-        off = sheet.clearance + (sheet.one_clearance if number == 1 else 0.0)
-        rows.append(_driven(departure, folder, b, off, rng))
-    for b in plan.releases:
-        rows.append(
-            _decay(
-                departure, folder, f"release_b{b:g}", rng, release=20.0, b=b,
-                off=sheet.clearance, duration=_FREE,
-            )
-        )  # fmt: skip
-    for number in range(plan.drops):
-        rows.append(_drop(departure, folder, number, rng))
+    for number, make in enumerate(makers):
+        warmed = 1.0 - sheet.warming * number / max(len(makers) - 1, 1)
+        now = replace(departure, body=replace(departure.body, k1=departure.body.k1 * warmed))
+        rows.append(make(now, folder, rng))
+    if sheet.copied:
+        of, to = (f"periodic_b{b:g}.h5" for b in plan.periodic[2:4])
+        copyfile(folder / "raw" / of, folder / "raw" / to)
     header = "record,file,test,clearance_mm,base_amplitude_mm,frequency_hz,added_mass_g,release_mm"
     (folder / "records.csv").write_text("\n".join([header, *rows, ""]), encoding="utf-8")
-    roles = [
-        role
-        for role in _UNITS
-        if (departure.sensors.laser or role != "displacement")
-        and (departure.sensors.accelerometer or role != "acceleration")
-    ]
-    lines = [f'title: "{departure.name}"', "known: {nes_mass: 32 g}", "channels:"]
+    sensors = departure.sensors
+    shown = {"base": sensors.base, "displacement": sensors.laser,
+             "acceleration": sensors.accelerometer}  # fmt: skip
+    ball = 1e3 * (departure.body.m - sheet.ball)
+    lines = [f'title: "{departure.name}"', f"known: {{nes_mass: {ball:g} g}}", "channels:"]
     lines += [
         f"  {role}: {{column: {role}, quantity: {_QUANTITIES[role]}, unit: {_UNITS[role]}}}"
-        for role in roles
+        for role in _UNITS
+        if shown[role]
     ]
     (folder / "campaign.yaml").write_text("\n".join([*lines, ""]), encoding="utf-8")
 
@@ -118,27 +122,34 @@ def _write(path: Path, channels: dict[str, FloatArray], rate: float) -> None:
 
 
 def _driven(
-    departure: Departure, folder: Path, b: float, off: float, rng: np.random.Generator
+    departure: Departure, folder: Path, rng: np.random.Generator, *, b: float, off: float
 ) -> str:
+    drive, clearance = departure.drive, 1e-3 * b + off
+    settle, driven = (round(one / drive.frequency, 3) for one in (_SETTLE, _DRIVEN))
     path = move(
-        departure.body, departure.driven(), b=1e-3 * b + off, seconds=_SETTLE + _DRIVEN, x0=PULLED
+        departure.body, departure.driven(), b=clearance, seconds=settle + driven,
+        x0=pulled(clearance),
+    )  # fmt: skip
+    channels = measured(
+        path, departure.sensors, start=settle, rng=rng, frequency=departure.drive.frequency
     )
-    channels = measured(path, departure.sensors, start=_SETTLE, rng=rng)
     name = f"periodic_b{b:g}"
     _write(folder / "raw" / f"{name}.h5", channels, departure.sensors.rate)
-    return f"{name},raw/{name}.h5,periodic,{b:g},{1e3 * G:g},{FREQUENCY:g},,"
+    return f"{name},raw/{name}.h5,periodic,{b:g},{1e3 * drive.amplitude:g},{drive.frequency:g},,"
 
 
 def _decay(
-    departure: Departure, folder: Path, name: str, rng: np.random.Generator, *, release: float,
+    departure: Departure, folder: Path, rng: np.random.Generator, *, name: str, release: float,
     load: float = 0.0, added: float = 0.0, b: float | None = None, off: float = 0.0,
-    duration: float = _DECAY,
+    short: bool = False,
 ) -> str:  # fmt: skip
     """A decay, its first sample at the release; the sensors were at rest before."""
     clearance = None if b is None else 1e-3 * b + off
+    frequency = departure.drive.frequency
     path = move(
-        departure.body, Drive(), b=clearance, seconds=duration, x0=1e-3 * release, added=added
-    )
+        departure.body, Drive(), b=clearance,
+        seconds=round((_FREE if short else _DECAY) / frequency, 3), x0=1e-3 * release, added=added,
+    )  # fmt: skip
     wait = round(_BEFORE / STEP)
     held = Motion(
         np.concatenate([np.full(wait, path.x[0]), path.x]),
@@ -146,14 +157,14 @@ def _decay(
         np.concatenate([np.zeros(wait), path.base]),
         path.time + _BEFORE, path.side, path.jump, path.speed,
     )  # fmt: skip
-    channels = measured(held, departure.sensors, start=_BEFORE, rng=rng)
+    channels = measured(held, departure.sensors, start=_BEFORE, rng=rng, frequency=frequency)
     _write(folder / "raw" / f"{name}.h5", channels, departure.sensors.rate)
     test = "ringdown" if b is None else "transient"
     cells = [name, f"raw/{name}.h5", test, f"{b:g}" if b else "", "", ""]
     return ",".join([*cells, f"{load:g}" if load else "", f"{release:g}"])
 
 
-def _drop(departure: Departure, folder: Path, number: int, rng: np.random.Generator) -> str:
+def _drop(departure: Departure, folder: Path, rng: np.random.Generator, *, number: int) -> str:
     """A ball dropped on the wall +1, the mass on the bench."""
     body = departure.body
     speed = float(np.sqrt(2.0 * GRAVITY * (0.05 + 0.03 * number)))

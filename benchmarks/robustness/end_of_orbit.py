@@ -29,8 +29,14 @@ _FIRST = (0.8, 0.65, 0.5)  # of the guess: where the orbit is looked for
 _STEPS = (0.02, 0.004)  # of the clearance, on the way up
 _FARTHEST = 1.6  # of the guess
 _BELOW = (0.994, 0.998)  # of the last clearance that settled
-#: Periodic tests begin with the mass pulled out so far, m: a rubbing ball would not start else.
-PULLED = 0.010
+#: Periodic tests begin with the mass pulled out by 10 mm, a rubbing ball would not start else; by
+#: less where the cavity is narrow, m and share of the clearance.
+PULLED, _OF_CLEARANCE = 0.010, 0.4
+
+
+def pulled(b: float) -> float:
+    """How far the mass is pulled out before a periodic test at a clearance, m."""
+    return min(PULLED, _OF_CLEARANCE * b)
 
 
 @cache
@@ -75,7 +81,8 @@ def stays(body: Body, drive: Drive, b: float) -> bool:
 
 def _after_pull(body: Body, drive: Drive, b: float) -> State:
     """The mass pulled out, the ball near a wall."""
-    return PULLED, 0.0, PULLED + 0.999 * b, 0.0
+    start = pulled(b)
+    return start, 0.0, start + 0.999 * b, 0.0
 
 
 def _carried(state: State, b: float, to: float) -> State:

@@ -16,8 +16,9 @@ _REACH = 0.03  # s
 
 
 def measured(
-    path: Path, sensors: Sensors, *, start: float, rng: np.random.Generator
-) -> dict[str, FloatArray]:
+    path: Path, sensors: Sensors, *, start: float, rng: np.random.Generator,
+    frequency: float = 7.862,
+) -> dict[str, FloatArray]:  # fmt: skip
     """Channels from `start` s on at the sensors' rate.
 
     Parameters
@@ -28,7 +29,7 @@ def measured(
     x = path.x[::_EVERY].copy()
     a = _smooth_acceleration(path, x.size)
     if sensors.cross_axis:
-        late = round(_RATE / (4.0 * 7.862))
+        late = round(_RATE / (4.0 * frequency))
         a = a + sensors.cross_axis * np.concatenate([np.zeros(late), a[:-late]])
     a = a + _pulses(path, sensors, x.size)
     if sensors.mode is not None:
@@ -40,11 +41,19 @@ def measured(
         a = lfilter(*bilinear([1.0, 0.0], [1.0, w], _RATE), a)
     first = round(start * _RATE)
     drift = 5e-5 * np.sin(2.0 * math.pi * np.arange(x.size) / _RATE / 70.0 + rng.uniform(0, 6.28))
+    hum = sensors.hum * np.sin(2.0 * math.pi * 50.0 * np.arange(x.size) / _RATE)
     true = {
-        "base": (path.base[::_EVERY], 2e-6),
-        "displacement": (sensors.laser_gain * x + drift, 6e-6),
-        "acceleration": (a, 0.3),
-    }
+        "base": (sensors.base_gain * path.base[::_EVERY], 2e-6),
+        "displacement": (
+            sensors.laser_gain * _delayed(x, sensors) + drift + 6e-6 * hum + 1e-3 * sensors.offset,
+            6e-6,
+        ),
+        "acceleration": (
+            sensors.accelerometer_gain * a + 0.3 * hum + 10.0 * sensors.offset, 0.3,
+        ),
+    }  # fmt: skip
+    if not sensors.base:
+        del true["base"]
     if not sensors.laser:
         del true["displacement"]
     if not sensors.accelerometer:
@@ -54,8 +63,29 @@ def measured(
     for role, (values, noise) in true.items():
         noisy = values[first:] + sensors.noise * noise * rng.standard_normal(x.size - first)
         n = noisy.size // group * group
-        channels[role] = noisy[:n].reshape(-1, group).mean(axis=1)
+        shown = noisy[:n].reshape(-1, group).mean(axis=1)
+        if role == "acceleration" and sensors.limit is not None:
+            shown = np.clip(shown, -sensors.limit, sensors.limit)
+        channels[role] = _in_steps(shown, sensors.bits)
     return channels
+
+
+def _delayed(x: FloatArray, sensors: Sensors) -> FloatArray:
+    """The laser's own delay and low-pass."""
+    if sensors.low_pass is not None:
+        w = 2.0 * math.pi * sensors.low_pass
+        at_rest = x[0]
+        x = at_rest + lfilter(*bilinear([w], [1.0, w], _RATE), x - at_rest)
+    late = round(sensors.late * _RATE)
+    return np.concatenate([np.full(late, x[0]), x[: x.size - late]]) if late else x
+
+
+def _in_steps(values: FloatArray, bits: int | None) -> FloatArray:
+    """As a converter shows them whose range is a third wider than the signal."""
+    if bits is None:
+        return values
+    step = 2.0 * 1.33 * max(float(np.abs(values).max()), 1e-12) / 2**bits
+    return np.asarray(step * np.round(values / step))
 
 
 def _answer(sensors: Sensors) -> tuple[FloatArray, FloatArray]:

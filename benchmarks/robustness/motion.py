@@ -79,12 +79,13 @@ def move(
             M, body.c1, body.k1, body.m, body.r, r_minus, body.r_slope, body.friction, body.tilt,
             body.quadratic, body.coulomb, body.cubic, k_c, c_c, b if b is not None else 1e9,
             drive.amplitude, w, drive.amplitude * drive.second_share,
-            2.0 * math.pi * drive.second_frequency,
+            2.0 * math.pi * drive.second_frequency, body.roll, body.pull,
+            math.pi * drive.drift,
         ]
     )  # fmt: skip
     if b is None:
         y0 = 0.0
-        p[3] = p[7] = p[8] = 0.0
+        p[3] = p[7] = p[8] = p[19] = p[20] = 0.0
     elif y0 is None:
         y0 = x0 + 0.999 * b
     n = round(seconds / STEP) + 1
@@ -95,7 +96,7 @@ def move(
     if count < 0:
         raise RuntimeError(f"more events than time allows, at {-count * STEP:.4f} s")
     t = STEP * np.arange(n)
-    base = p[15] * np.sin(w * t) + p[17] * np.sin(p[18] * t)
+    base = p[15] * np.sin(w * t + p[21] * t * t) + p[17] * np.sin(p[18] * t)
     last = float(s[0]), float(s[1]), float(s[2]), float(s[3])
     return Path(x, v, base, *(hits[:count, i].copy() for i in range(4)), last)
 
@@ -113,8 +114,9 @@ def _contact(body: Body, M: float) -> tuple[float, float]:
 def _slopes(t, s, mode, sign, p, out):  # type: ignore[no-untyped-def]
     """Time derivative of (x, v, y, u) in a mode; `sign`: of the wall, or of the sliding."""
     M, m = p[0], p[3]
-    xe = p[15] * math.sin(p[16] * t) + p[17] * math.sin(p[18] * t)
-    ve = p[15] * p[16] * math.cos(p[16] * t) + p[17] * p[18] * math.cos(p[18] * t)
+    angle, rate = p[16] * t + p[21] * t * t, p[16] + 2.0 * p[21] * t
+    xe = p[15] * math.sin(angle) + p[17] * math.sin(p[18] * t)
+    ve = p[15] * rate * math.cos(angle) + p[17] * p[18] * math.cos(p[18] * t)
     x, v, u = s[0], s[1], s[3]
     force = -p[2] * (x - xe) - p[1] * (v - ve)
     if p[9] != 0.0:
@@ -129,6 +131,9 @@ def _slopes(t, s, mode, sign, p, out):  # type: ignore[no-untyped-def]
         out[1] = (force + m * p[8]) / (M + m)
         out[3] = out[1]
         return
+    if p[20] != 0.0:
+        ball -= p[20] * (s[2] - x)
+        force += m * p[20] * (s[2] - x)
     if mode == _SLIDE:
         ball -= p[7] * sign
         force += m * p[7] * sign
@@ -137,6 +142,10 @@ def _slopes(t, s, mode, sign, p, out):  # type: ignore[no-untyped-def]
         push = p[12] * depth + p[13] * sign * (v - u)
         force -= sign * push
         ball += sign * push / m
+    if p[19] != 0.0 and mode == _FLY:  # the floor takes the ball along
+        out[1] = force / (M + m * p[19])
+        out[3] = ball + p[19] * out[1]
+        return
     out[1] = force / M
     out[3] = ball
 

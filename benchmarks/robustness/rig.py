@@ -24,6 +24,9 @@ class Body:
     tilt : acceleration along the cavity that its slope gives the ball, m/s^2.
     contact : duration of a contact, s; 0: an instant.
     quadratic, coulomb, cubic : forces quadratic v |v|, coulomb sign(v), cubic x^3.
+    roll : share of the floor's acceleration that a ball takes which rolls and does not slip: 2/7
+        of a solid one.
+    pull : 1/s^2, of a magnet or a hollow that draws the ball to the middle of its cavity.
     """
 
     M: float = 4.7
@@ -39,6 +42,8 @@ class Body:
     quadratic: float = 0.0
     coulomb: float = 0.0
     cubic: float = 0.0
+    roll: float = 0.0
+    pull: float = 0.0
 
     def truth(self) -> dict[str, float]:
         """M, c1, k1 and r that a linear model of this rig should have where it works.
@@ -56,12 +61,18 @@ class Body:
 
 @dataclass(frozen=True)
 class Drive:
-    """Base motion amplitude sin(2 pi frequency t), and a second component beside it."""
+    """Base motion amplitude sin(2 pi frequency t), and a second component beside it.
+
+    Attributes
+    ----------
+    drift : Hz/s, by which the frequency changes.
+    """
 
     amplitude: float = 0.0
     frequency: float = 7.862
     second_share: float = 0.0
     second_frequency: float = 11.3
+    drift: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -79,6 +90,12 @@ class Sensors:
     laser_gain : measured over true displacement.
     cross_axis : share of a motion across, a quarter of a cycle late, in the acceleration.
     noise : in units of 6 um (mass), 2 um (base) and 0.3 m/s^2.
+    accelerometer_gain, base_gain : measured over true.
+    late, low_pass : s and Hz, delay and first-order low-pass of the laser.
+    limit : m/s^2, at which the accelerometer saturates.
+    hum : of 50 Hz in both channels, in units of their noise.
+    offset : of both channels, in units of 1 mm and 10 m/s^2.
+    bits : of the converter, over a range a little wider than each channel's; None: ideal.
     """
 
     rate: float = 1e4
@@ -92,6 +109,15 @@ class Sensors:
     laser_gain: float = 1.0
     cross_axis: float = 0.0
     noise: float = 1.0
+    accelerometer_gain: float = 1.0
+    base_gain: float = 1.0
+    late: float = 0.0
+    low_pass: float | None = None
+    limit: float | None = None
+    hum: float = 0.0
+    offset: float = 0.0
+    bits: int | None = None
+    base: bool = True
     laser: bool = True
     accelerometer: bool = True
 
@@ -106,6 +132,9 @@ class Sheet:
     frequency : true over stated frequency.
     clearance, one_clearance : m, true less stated, of all records or of one.
     added, one_added : kg, true less stated, of all loads or of the first.
+    ball : kg, true less stated.
+    warming : share by which k1 falls from the first record to the last.
+    copied : whether the file of the third periodic test was saved again as that of the fourth.
     """
 
     base: float = 1.0
@@ -114,3 +143,6 @@ class Sheet:
     one_clearance: float = 0.0
     added: float = 0.0
     one_added: float = 0.0
+    ball: float = 0.0
+    warming: float = 0.0
+    copied: bool = False

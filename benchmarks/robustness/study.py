@@ -112,7 +112,7 @@ class Outcome:
                 found.append("two impacts per cycle end later")
         if "disagree" in self.headline and self.b_c_holds:
             found.append("a disagreement that is none")
-        if self.end is None:
+        if self.end is None or not self.departure.plan.periodic:
             return "; ".join(found)
         tried = sorted(self.departure.plan.periodic)
         beyond = 1e3 * self.end > tried[-1] or 1e3 * self.end < tried[0]
@@ -172,7 +172,7 @@ def scored(
         headline=_headline(campaign, paths, found),
         measured=measured,
         stays=tuple(  # type: ignore[arg-type]
-            None if one is None else truth.stays(departure, one + off)
+            None if one is None else truth.stays(departure, _tried(departure, one) + off)
             for one in measured or (None, None)
         ),
         named=any(word in text for text in warnings for word in departure.says),
@@ -182,6 +182,11 @@ def scored(
 
 def _end_row(rows: Sequence[Comparison]) -> Comparison | None:
     return next((row for row in rows if row.test == "periodic" and row.level.endswith(END)), None)
+
+
+def _tried(departure: Departure, b: float) -> float:
+    """The clearance that was tried, m, where its uncertainty made one of a bracket."""
+    return min((1e-3 * one for one in departure.plan.periodic), key=lambda one: abs(one - b))
 
 
 def _b_c(row: Comparison | None) -> tuple[float, float, float] | None:
@@ -201,16 +206,16 @@ def _measured(row: Comparison | None) -> tuple[float | None, float | None] | Non
 
 def _headline(campaign: Campaign, paths: ResultPaths, found: CampaignResult) -> str:
     """As the report's first sentences."""
-    identified, regimes, clearances, base, replay, checks = (
+    identified, regimes, clearances, base, replay, checks, amplitudes = (
         _rows(path)
         for path in (
             paths.identified, paths.regimes, paths.clearances, paths.base, paths.replay,
-            paths.checks,
+            paths.checks, paths.level_values,
         )
     )  # fmt: skip
     rig = identified_rig(identified, campaign.known)
     levels = periodic_levels(campaign, regimes, base)
-    periodic = periodic_verdicts(levels, clearances, rig, replay)
+    periodic = periodic_verdicts(levels, clearances, rig, replay, amplitudes)
     values = {e.parameter: f"{e.value:.5g}" for e in found.identified if e.method == COMBINED}
     return headline(periodic, release_verdicts(clearances), values, checks)
 

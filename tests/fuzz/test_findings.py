@@ -5,10 +5,10 @@ from contextlib import suppress
 import pytest
 
 from vinesexp.errors import RecordError, VinesexpError, shown
+from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign import campaign_problems
 from vinesexp.records.ingest import read_channels
 from vinesexp.records.schema import Channel, TimeColumn
-from vinesexp.records.survey import view_file
 
 LASER = Channel("displacement", 1, "displacement", 1e-3, unit="mm")
 

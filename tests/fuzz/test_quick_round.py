@@ -10,8 +10,8 @@ from tests.fuzz.mutations import WORDS
 from tests.fuzz.targets import TARGETS, _described, _one_line
 
 from vinesexp.errors import VinesexpError
+from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign import campaign_problems
-from vinesexp.records.survey import view_file
 
 CASES = {"text": 60, "binary": 30, "campaign": 100, "records": 100, "scene": 20, "signal": 12}
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from vinesexp.clearance.predicted import IdentifiedRig, amplitude_curve
+from vinesexp.clearance.curves import amplitude_curve
+from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.cli import main
 from vinesexp.planning.campaign_plan import plan_levels, scatter_of
 from vinesexp.planning.expected_valley import expected_valley

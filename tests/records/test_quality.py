@@ -98,6 +98,25 @@ def test_a_decay_without_noise_that_comes_to_rest_is_not_frozen(
         assert quality.frozen(view, role, period=period) == []
 
 
+def whole_numbers(n=250):
+    """A strongly damped decay as a ruler in steps of 2 mm shows it, at 100 Hz."""
+    t = np.arange(n) / 100.0
+    return 2e-3 * np.round(35.0 * np.exp(-2.9 * t) * np.cos(18.0 * t))
+
+
+def test_a_strongly_damped_decay_in_whole_numbers_comes_to_rest(stored):
+    with stored(whole_numbers(), 100.0) as view:
+        assert quality.frozen(view, "displacement", period=35.0) == []
+
+
+@pytest.mark.parametrize("at", [20, 34, 52, 70])
+def test_a_strongly_damped_decay_that_stops_in_its_midst_is_frozen(at, stored):
+    values = np.concatenate([whole_numbers(n=150), whole_numbers(n=at), np.zeros(200)])
+    values[150 + at :] = values[150 + at - 1]
+    with stored(values, 100.0) as view:
+        assert quality.frozen(view, "displacement", period=35.0)[-1].start <= 150 + at
+
+
 @pytest.mark.parametrize(("bits", "noise"), [(16, 1.0), (12, 0.3), (8, 0.3), (8, 0.0), (24, 3.0)])
 @pytest.mark.parametrize("rate", [100.0, 1e4])
 def test_a_frozen_stretch_is_found_where_it_is(bits, noise, rate, stored):

@@ -87,3 +87,19 @@ def test_a_figure_that_is_no_longer_drawn_is_gone(bare, tmp_path):
 def test_the_families_share_no_figure(full):
     names = [entry.name for entry in listed(full.results)]
     assert len(set(names)) == len(names)
+
+
+def test_svg_files_are_sound_and_their_text_is_text(full):
+    from xml.dom import minidom
+
+    for entry in full.drawn:
+        path = full.results / f"figures/{entry.name}.svg"
+        root = minidom.parse(str(path)).documentElement
+        assert root.getElementsByTagName("title")[0].firstChild.data == entry.title
+        assert root.getElementsByTagName("desc")[0].firstChild.data == entry.caption
+        assert root.getElementsByTagName("text")
+
+
+def test_points_lead_to_the_records_they_are_of(full):
+    svg = (full.results / "figures/clearance_periodic.svg").read_text(encoding="utf-8")
+    assert '<a href="../records.html#p_33"><title>p_33: b = 33 mm' in svg

@@ -11,9 +11,11 @@ import pytest
 
 from vinesexp.errors import TableError
 from vinesexp.report.errorbars import coverage_table
-from vinesexp.report.page import build_report, inline_svg
+from vinesexp.report.inline_figures import inline_svg
+from vinesexp.report.page import build_report
 from vinesexp.report.processing import changed_settings
 from vinesexp.report.provenance import digest, git_revision
+from vinesexp.report.summaries import grouped
 from vinesexp.settings.overrides import changed_by_text
 
 MOST_BYTES = 3_000_000
@@ -69,7 +71,9 @@ def test_every_tag_is_closed_and_every_id_its_own(page):
 def test_every_reference_stays_on_the_page_and_finds_its_place(page):
     found = structure(page)
     for reference in found.references:
-        assert reference.startswith(("#", "data:image/png;base64,")), reference[:80]
+        beside = ("records.html", "figures/", "records/", "conditioned/", "impacts/", "logs/")
+        allowed = ("#", "data:image/png;base64,", *beside)
+        assert reference.startswith(allowed) or re.fullmatch(r"\w+\.csv", reference), reference[:80]
         if reference.startswith("#"):
             assert reference[1:] in found.ids
     for name in re.findall(r"url\(#([^)]*)\)", page):
@@ -95,7 +99,7 @@ def test_nothing_undefined_or_numeric_nonsense_reaches_the_reader(page):
 
 def text_of(html: str) -> str:
     plain = re.sub(r"<(?:svg|style).*?</(?:svg|style)>", "", html, flags=re.DOTALL)
-    inline = re.sub(r"</?(?:sub|b)>", "", plain)
+    inline = re.sub(r"</?(?:sub|b|a)\b[^>]*>", "", plain)
     return " ".join(re.sub(r"<[^>]*>", " ", inline).split())
 
 
@@ -213,3 +217,51 @@ def test_inlined_figures_scale_with_the_page(full):
     assert "viewBox" in head
     assert "width=" not in head
     assert "height=" not in head
+
+
+def test_every_record_that_is_named_leads_to_its_page(full):
+    found = structure(full.html)
+    linked = {ref.partition("#")[2] for ref in found.references if ref.startswith("records.html#")}
+    assert linked >= {record.id for record in full.campaign.records}
+
+
+def test_links_to_files_lead_to_files(full):
+    for reference in structure(full.html).references:
+        if reference.startswith("figures/") or reference.endswith(".csv"):
+            assert (full.results / reference).exists(), reference
+
+
+def test_a_test_whose_records_were_all_refused_is_said_to_be(nothing):
+    assert "The only record could not be used" in text_of(nothing.html)
+
+
+def test_no_section_is_empty(page):
+    parts = re.findall(r"<h2[^>]*>.*?</h2>(.*?)</section>", page, flags=re.DOTALL)
+    assert parts
+    assert all(re.sub(r"<[^>]*>|\s", "", part) for part in parts)
+
+
+def test_regions_are_named_by_their_headings(page):
+    found = structure(page)
+    assert "main" in found.tags
+    for name in re.findall(r'aria-labelledby="([^"]*)"', page):
+        assert name in found.ids
+
+
+def test_figures_say_what_they_are_to_those_who_do_not_see_them(full):
+    for svg in re.findall(r"<svg.*?</svg>", full.html, flags=re.DOTALL):
+        head = svg[: svg.index(">")]
+        assert re.search(r'role="(?:img|group)"', head)
+        assert re.search(r"<title id=[^>]*>[^<]+</title><desc id=[^>]*>[^<]+</desc>", svg)
+        assert "<text" in svg
+
+
+def test_a_thousand_records_still_give_a_page_one_can_read():
+    rows = [
+        {"record": f"r{i}", "outcome": "warning", "check": check, "detail": f"{i} %"}
+        for i in range(1000)
+        for check in ("gain", "offset")
+    ]
+    found = grouped(rows)
+    assert [(p.check, len(p.records) + p.more) for p in found] == [("gain", 1000), ("offset", 1000)]
+    assert found[0].detail == "such as 0 %"

@@ -9,12 +9,14 @@ rule compare:
     input:
         PLANNER.again("compare", COMPARE, PATHS.clearances),
         identified=PATHS.identified,
+        budget=PATHS.rig_budget,
         levels=PATHS.level_values,
         regimes=PATHS.regimes,
         base=PATHS.base,
         times=PATHS.decay_times,
     output:
         clearances=report(PATHS.clearances, category="Tables"),
+        budget=report(PATHS.budget, category="Tables"),
         checks=PATHS.compare_checks,
     log:
         PATHS.log("compare"),

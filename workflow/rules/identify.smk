@@ -30,7 +30,7 @@ rule identify:
         impacts=each_record(PATHS.impacts),
     output:
         identified=report(PATHS.identified, category="Tables"),
-        budget=report(PATHS.budget, category="Tables"),
+        budget=PATHS.rig_budget,
         levels=report(PATHS.level_values, category="Tables"),
         checks=PATHS.identify_checks,
     log:

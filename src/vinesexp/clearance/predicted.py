@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
+from vinesexp.identification.budget import BASE, FREQUENCY, RELEASE
 from vinesexp.records.campaign import Known
 from vinesexp.records.uncertainties import EXACT, Uncertainties
 from vinesexp.rig import RIG_VALUES
@@ -51,12 +52,14 @@ class IdentifiedRig:
     f0, zeta : natural frequency, Hz, and damping ratio where identified, at the amplitude of the
         periodic tests.
     inputs : what the lab set, and how well: the release of a transient test.
+    effective : of `values`, those that stand for rubbing or a contact that lasts.
     """
 
     values: Mapping[str, Quantity]
     f0: Quantity | None = None
     zeta: Quantity | None = None
     inputs: Uncertainties = EXACT
+    effective: tuple[str, ...] = ()
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -110,11 +113,15 @@ def identified_rig(identified: Sequence[Mapping[str, str]], known: Known) -> Ide
     }
     if known.nes_mass:
         values["m"] = known.nes_mass[0]
+    effective = []
     for row in identified:
         name = {"r_effective": "r", "nes_mass_effective": "m"}.get(row["parameter"])
-        if name in values:
+        if name is not None and name in values:
             values[name] = Quantity(float(row["value"]), float(row["std_error"] or 0.0))
-    return IdentifiedRig(values, found.get("f0"), found.get("zeta"), known.uncertainties)
+            effective.append(name)
+    return IdentifiedRig(
+        values, found.get("f0"), found.get("zeta"), known.uncertainties, tuple(effective)
+    )
 
 
 def at_level(rig: IdentifiedRig, levels: Sequence[Mapping[str, str]], *, G: float) -> IdentifiedRig:
@@ -150,6 +157,8 @@ class Predicted:
     exact: float
     low: float
     high: float
+    #: Identified value or input to the standard error of `exact` from it alone, m.
+    parts: Mapping[str, float] = field(default_factory=dict)
 
 
 def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
@@ -181,16 +190,37 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
         frequency=None if f is None else f.value,
     )
     at = None if f is None else f.value
-    moves = [exact(base.G.value + base.G.std_error, at) - found.exact] if base.G.std_error else []
+    moves = {}
+    if base.G.std_error:
+        moves[BASE] = abs(exact(base.G.value + base.G.std_error, at) - found.exact)
     if f is not None and f.std_error:
-        moves.append(exact(base.G.value, f.value + f.std_error) - found.exact)
-    more = COVERAGE_95 * math.hypot(*moves) if moves else 0.0
+        moves[FREQUENCY] = abs(exact(base.G.value, f.value + f.std_error) - found.exact)
+    more = COVERAGE_95 * math.hypot(*moves.values()) if moves else 0.0
     return Predicted(
         found.published,
         found.exact,
         found.exact - math.hypot(found.exact - found.low, more),
         found.exact + math.hypot(found.high - found.exact, more),
+        {**_parts(rig, found.gradient), **moves},
     )
+
+
+def _parts(rig: IdentifiedRig, gradient: Mapping[str, float]) -> dict[str, float]:
+    """What each identified value contributes to the error of a clearance; they are independent.
+
+    c1 and k1 are made of M, f0 and zeta where these are known.
+    """
+    by = {name: gradient[name] * quantity.value for name, quantity in rig.values.items()}
+    shares = {name: q.std_error / abs(q.value) for name, q in rig.values.items() if q.value}
+    f0, zeta = rig.f0, rig.zeta
+    if f0 is None or zeta is None or "k1" not in by:
+        return {name: abs(by[name]) * share for name, share in shares.items()}
+    return {
+        "M": abs(by["M"] + by["c1"] + by["k1"]) * shares["M"],
+        "f0": abs(by["c1"] + 2.0 * by["k1"]) * f0.std_error / f0.value,
+        "zeta": abs(by["c1"]) * zeta.std_error / zeta.value if zeta.value else 0.0,
+        **{name: abs(by[name]) * shares[name] for name in ("r", "m") if name in shares},
+    }
 
 
 def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
@@ -200,12 +230,15 @@ def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
     _require(rig, ("r",))
     found = predict_transient(x0=x0, values=rig.values, covariance=rig.covariance)
     # b_t is in proportion to the release.
-    more = COVERAGE_95 * found.exact * rig.inputs.release.of(x0) / x0 if x0 else 0.0
+    release = found.exact * rig.inputs.release.of(x0) / x0 if x0 else 0.0
+    more = COVERAGE_95 * release
+    r = abs(found.gradient["r"]) * rig.values["r"].std_error
     return Predicted(
         found.published,
         found.exact,
         found.exact - math.hypot(found.exact - found.low, more),
         found.exact + math.hypot(found.high - found.exact, more),
+        {"r": r, RELEASE: release},
     )
 
 

@@ -38,9 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--acceleration-unit",
-        required=True,
         metavar="UNIT",
-        help="m/s^2 or g where the file is in physical units, or a sensitivity: '100 mV/g'",
+        help="m/s^2 or g where the file is in physical units, or a sensitivity: '100 mV/g'; left "
+        "out for a microphone, or any channel that nobody calibrated: then a ball has to bounce",
     )
     parser.add_argument("--displacement", "-x", metavar="COLUMN", help="column, if there is one")
     parser.add_argument("--displacement-unit", metavar="UNIT", help="mm, or '0.5 V/mm'")
@@ -159,6 +159,8 @@ def _test(
     path: Path, channels: dict[str, Channel], time: TimeColumn | None, rate: float | None
 ) -> str:
     """A ball that bounces, or a motion with impacts; shocks alone count as dropped, too."""
+    if "sound" in channels:
+        return "drop"
     if "displacement" in channels:
         return "periodic"
     only = {"acceleration": channels["acceleration"]}
@@ -169,6 +171,14 @@ def _test(
 
 
 def _channels(args: argparse.Namespace) -> dict[str, Channel]:
+    if args.acceleration_unit is None:
+        if args.displacement is not None or args.test == "periodic":
+            raise ParameterError(
+                "--acceleration needs --acceleration-unit, such as m/s^2 or '100 mV/g'; without it "
+                "only the bounces of a ball are found"
+            )
+        heard = int(args.acceleration) if args.acceleration.isdigit() else args.acceleration
+        return {"sound": Channel("sound", heard, "sound", 1.0, unit="1", file_size=1.0)}
     found = {"acceleration": channel_of("acceleration", args.acceleration, args.acceleration_unit)}
     if args.displacement is not None:
         if args.displacement_unit is None:

@@ -62,7 +62,7 @@ def draw_family(family: str, campaign: Campaign, results: Path) -> list[Drawn]:
     before = {entry.name for entry in _read(listing)} if listing.is_file() else set()
     drawn = []
     for figure, entry in FAMILIES[family](campaign, results):
-        save(figure, folder / entry.name)
+        save(figure, folder / entry.name, title=entry.title, description=entry.caption)
         drawn.append(entry)
     elsewhere = {
         entry.name

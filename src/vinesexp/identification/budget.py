@@ -19,6 +19,10 @@ from vinesexp.records.tables import Value, write_rows
 #: Parts of an error that are no input: noise and scatter of the records; sources that disagree.
 RECORDS, DISAGREEMENT = "records", "disagreement"
 
+#: Parts of the error of a predicted clearance alone.
+BASE, FREQUENCY, RELEASE = "base amplitude", "base frequency", "release"
+COLLISIONS = "what ball and contact do"
+
 #: What would shrink a part: the note of its row in budget.csv.
 _REMEDY: Mapping[str, str] = {
     RECORDS: "more or longer records",
@@ -34,12 +38,17 @@ _REMEDY: Mapping[str, str] = {
     "template": "calibrate the pulse of an impact, or rely on added masses",
     "model": "tests whose model is better known (added masses, drops)",
     "amplitude": "ring-downs released at the amplitude of the periodic tests",
+    BASE: "calibrate the base channel, or record the base where it was not",
+    FREQUENCY: "a better clock, or record the base where it was not",
+    RELEASE: "measure the release better",
+    COLLISIONS: "tests at further clearances, or less of what the ball or the contact adds",
 }
 
 _ASSUMED: Mapping[str, str] = {
     RECORDS: "noise and scatter, as the records show them",
     DISAGREEMENT: "sources that exclude one another",
     "amplitude": "f0 and zeta depend on amplitude; the tests work over a range of it",
+    COLLISIONS: "r and the ball's mass stand for what the model does not know",
 }
 
 
@@ -127,34 +136,50 @@ def budget_rows(sources: Sequence[Source]) -> list[dict[str, Value]]:
     """Rows of budget.csv: what each combined value's error is made of, the largest part first."""
     rows: list[dict[str, Value]] = []
     for source in sources:
-        total = source.total.std_error
         grouped: dict[str, float] = {RECORDS: source.estimate.std_error}
         for name, part in source.parts.items():
             group = name.partition(":")[0]
             grouped[group] = math.hypot(grouped.get(group, 0.0), part)
-        ordered = sorted(grouped.items(), key=lambda item: -item[1])
-        for place, (name, part) in enumerate(ordered):
-            if part <= 0.0:
-                continue
-            note = _ASSUMED.get(name, "")
-            if place == 0 and name in _REMEDY:
-                left = math.sqrt(max(total**2 - part**2, 0.0))
-                note += (
-                    f"{'; ' if note else ''}would shrink the error most, to {left:.2g} at best: "
-                )
-                note += _REMEDY[name]
-            rows.append(
-                {
-                    "parameter": source.estimate.parameter,
-                    "source": name,
-                    "contribution": part,
-                    "share": (part / total) ** 2,
-                    "note": note,
-                }
-            )
+        rows += rows_of(source.estimate.parameter, grouped)
     return rows
 
 
-def write_budget(path: Path, sources: Sequence[Source]) -> None:
+def rows_of(
+    parameter: str, parts: Mapping[str, float], *, unit: float = 1.0, name_of_unit: str = ""
+) -> list[dict[str, Value]]:
+    """Rows of one value from the contributions to its error, the largest first.
+
+    Parameters
+    ----------
+    parameter : str
+    parts : mapping
+        Source to standard error from it alone, not negative.
+    unit, name_of_unit : float, str
+        In which the note states what would be left.
+    """
+    total = math.hypot(*parts.values())
+    rows: list[dict[str, Value]] = []
+    ordered = sorted(parts.items(), key=lambda item: -item[1])
+    for place, (name, part) in enumerate(ordered):
+        if part <= 0.0:
+            continue
+        note = _ASSUMED.get(name, "")
+        if place == 0 and name in _REMEDY:
+            left = math.sqrt(max(total**2 - part**2, 0.0)) / unit
+            note += f"{'; ' if note else ''}would shrink the error most, to {left:.2g}"
+            note += f"{name_of_unit} at best: {_REMEDY[name]}"
+        rows.append(
+            {
+                "parameter": parameter,
+                "source": name,
+                "contribution": part,
+                "share": (part / total) ** 2,
+                "note": note,
+            }
+        )
+    return rows
+
+
+def write_budget(path: Path, rows: Sequence[Mapping[str, Value]]) -> None:
     """Write budget.csv; the largest part of each value names what would shrink it."""
-    write_rows(path, BUDGET, budget_rows(sources))
+    write_rows(path, BUDGET, rows)

@@ -14,8 +14,10 @@ from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.estimate import NOTHING, Estimate, estimates_of, nothing
 from vinesexp.identification.impact_estimates import impact_estimates
 from vinesexp.identification.oscillation import displacement_of, frequency_of_motion
+from vinesexp.identification.phasors import SAMPLES
 from vinesexp.identification.sweep_record import estimates_of_sweep
 from vinesexp.records.campaign import Known, Record
+from vinesexp.records.refusal import is_of_the_machine, reason_of
 from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
@@ -58,6 +60,13 @@ def estimate_record(
             return [content, *_by_test(record, known, view, band.attributes, impacts)]
         except AnalysisError as error:
             return [content, nothing(record.id, str(error))]
+        except Exception as error:  # one record that nobody foresaw must not stop the others
+            if is_of_the_machine(error):
+                raise
+            return [
+                content,
+                nothing(record.id, reason_of(error, log=f"logs/estimate/{record.id}.log")),
+            ]
 
 
 def _content(record: Record, view: RecordView) -> Estimate:
@@ -80,7 +89,9 @@ def _by_test(
     frequency = conditioned.get("oscillation_hz")
     if record.test == "sweep" and not record.clearance:
         return found + estimates_of_sweep(record, view, frequency)
-    if frequency is None:
+    # A line too fast to follow is hum, or its alias; a slow decay is too broad a line to stand out.
+    fast = record.test == "ringdown" and view.sample_rate < SAMPLES * (frequency or 0.0)
+    if frequency is None or (fast and record.frequency is None):
         frequency = frequency_of_motion(view)
     if record.test == "ringdown":
         return found + estimates_of_decay(record, view, frequency)

@@ -61,9 +61,11 @@ def displacement_of(view: RecordView, frequency: float) -> tuple[FloatArray, flo
 
 
 def frequency_of_motion(view: RecordView) -> float:
-    """Frequency (Hz) of the strongest oscillation of a channel, by its velocity.
+    """Frequency (Hz) of the strongest oscillation of a channel.
 
-    For records without displacement, where no frequency was found before.
+    For records in which no oscillation stands out of its surroundings: decays so short that their
+    line is broad. The channel's own spectrum counts, not that of its velocity: noise, weighed with
+    the frequency, would win over a slow decay.
 
     Raises
     ------
@@ -79,5 +81,4 @@ def frequency_of_motion(view: RecordView) -> float:
     spectrum = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(x.size), size))
     f = np.fft.rfftfreq(size, k / view.sample_rate)
     first = max(1, math.ceil(_PERIODS * size / x.size))
-    velocity = spectrum[first:] * f[first:] ** (-1 if view.quantity(role) == "acceleration" else 1)
-    return float(f[first + int(np.argmax(velocity))])
+    return float(f[first + int(np.argmax(spectrum[first:]))])

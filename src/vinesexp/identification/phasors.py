@@ -20,6 +20,8 @@ _BREAKS = 10.0  # robust standard deviations
 _MOMENT = 0.2  # of a window: more than this standing out is not a moment, nothing is left out
 _MOST_OUTLIERS = 6  # times that the recursion is fitted
 _FEWEST = 3  # periods that a decay has to show
+#: Of a period that a constant, a slope and a sine are fitted to.
+SAMPLES = 6
 _ABOVE_NOISE = 3.0  # standard errors of a complex amplitude
 _ABOVE_STEP = 1.0  # converter steps: below, an amplitude is staircase, not sine
 
@@ -82,7 +84,13 @@ def demodulate(x: FloatArray, step: float, frequency: float, *, rate: float = 0.
     """
     size = round(1.0 / (frequency * step))
     count = x.size // size if size else 0
-    if count < _FEWEST or size < 6:
+    if size < SAMPLES:
+        raise AnalysisError(
+            f"{1.0 / (frequency * step):.3g} samples in a period of {frequency:.6g} Hz, expected "
+            f"{SAMPLES} or more to see it decay; sample faster, or give frequency_hz if the rig "
+            "oscillates at another frequency"
+        )
+    if count < _FEWEST:
         raise AnalysisError(
             f"{count} periods of {frequency:.6g} Hz in the record, expected {_FEWEST} or more"
         )

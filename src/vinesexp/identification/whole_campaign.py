@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from vinesexp.identification.combine import Identified, weigh
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.impact_consistency import consistent_impacts
+from vinesexp.identification.untested import untested
 from vinesexp.records.campaign import Campaign
 from vinesexp.signals.impacts.impact_table import Impacts
 
@@ -33,7 +34,7 @@ def identify_campaign(
     whole = weigh(consistent.estimates, campaign)
     return Identified(
         [*whole.rows, *consistent.effects],
-        [*consistent.checks, *whole.checks],
+        [*consistent.checks, *whole.checks, *untested(whole.rows, campaign)],
         whole.sources,
         whole.levels,
     )

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vinesexp.identification.heard_bounces import bounces_heard
-from vinesexp.proposal.roles import common_frequency, envelope, label_of
+from vinesexp.proposal.roles import Guess, common_frequency, envelope, label_of
 from vinesexp.proposal.survey import ColumnView, FileView
 from vinesexp.records.readers import Floats
 from vinesexp.units import UNITS
@@ -16,14 +16,17 @@ OPEN = "?"  # stands where a person has to fill in; no value is read from it
 
 _BRIEF = 12.0  # times the second differences around it, by which a shock stands out
 _SHOCKS = 3  # fewer may be anything
+_SWEEPS = 0.015  # of the frequency: a base that changes by more from end to end is swept
+_TONE = 0.05  # by which zero crossings and spectrum of one tone differ at most, relative
+_OFF_BEAT = 0.25  # cycles that the zero crossings of a sine scatter by
+_SCATTER = 0.1  # of the logarithm of a sweep's frequency from cycle to cycle
 _AROUND = 64  # samples at least that a shock is compared with
 
 
-def describe_test(file: FileView, by_role: Mapping[str, str]) -> tuple[str, dict[str, str], str]:
+def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, dict[str, str], str]:
     """Test, the numbers that its signals show, and the reason in words."""
-    columns = {
-        role: next((c for c in file.signals if label_of(c) == label), None)
-        for role, label in by_role.items()
+    columns: dict[str, ColumnView | None] = {
+        guesses[label_of(c)].role: c for c in file.signals if label_of(c) in guesses
     }
     x = columns.get("displacement") or columns.get("acceleration") or columns.get("sound")
     a = columns.get("acceleration") or x
@@ -46,7 +49,8 @@ def describe_test(file: FileView, by_role: Mapping[str, str]) -> tuple[str, dict
         if x.unit in UNITS["displacement"]:
             far = float(np.abs(x.finite - np.median(x.finite)).max())
             values["release_mm"] = f"{1e3 * far * UNITS['displacement'][x.unit]:.3g}"
-        if hits:
+        # How it was let go is no impact of the ball.
+        if has_shocks(after_release(a.finite), _period(file)):
             return "transient", values, "it decays, with shocks"
         return "ringdown", values, "it decays, without shocks"
     return OPEN, {}, "it neither decays nor follows a base"
@@ -65,8 +69,14 @@ def _bounces(columns: Mapping[str, ColumnView | None]) -> str | None:
 
 
 def _driven(file: FileView, base: ColumnView) -> tuple[str, dict[str, str], str]:
-    begin, end = swept(base)
-    if abs(end - begin) > 0.015 * common_frequency(file):
+    found = swept(base)
+    if found is not None and abs(found[1] - found[0]) <= _SWEEPS * common_frequency(file):
+        peak = base.peak()[0]  # several tones together cross zero at none of them
+        found = found if abs(0.5 * sum(found) - peak) < _TONE * peak else None
+    if found is None:
+        return OPEN, {}, "the base moves, but neither at one frequency nor as a sweep"
+    begin, end = found
+    if abs(end - begin) > _SWEEPS * common_frequency(file):
         cells = {"frequency_hz": f"{begin:.4g}:{end:.4g}"}
         return "sweep", cells, "the frequency of the base changes"
     cells = {"frequency_hz": f"{0.5 * (begin + end):.5g}"}
@@ -98,6 +108,12 @@ def decays(values: Floats) -> bool:
     levels = envelope(values)
     top = int(np.argmax(levels))
     return top < 0.75 * len(levels) and bool(levels[-4:].mean() < 0.6 * levels[top])
+
+
+def after_release(values: Floats) -> Floats:
+    """The samples from the loudest part of a record on."""
+    levels = envelope(values)
+    return values[len(values) * (int(np.argmax(levels)) + 1) // len(levels) :]
 
 
 def has_shocks(values: Floats, period: int = 0) -> bool:
@@ -133,20 +149,37 @@ def has_shocks(values: Floats, period: int = 0) -> bool:
     return int(tall.any(axis=1).sum()) >= _SHOCKS or int(tall.sum()) >= 4 * _SHOCKS
 
 
-def swept(column: ColumnView) -> tuple[float, float]:
-    """Frequencies at the beginning and the end of a motion, Hz, from its zero crossings."""
+def swept(column: ColumnView) -> tuple[float, float] | None:
+    """Frequencies at the beginning and the end of a motion, Hz, from its zero crossings.
+
+    None where these are not those of a sine whose frequency rests or changes evenly.
+    """
     x = column.finite - column.finite.mean()
     level = 0.3 * float(x.std())
     state = np.where(x > level, 1, np.where(x < -level, -1, 0))
     known = np.flatnonzero(state)
     rising = known[1:][(state[known[1:]] > 0) & (state[known[:-1]] < 0)] / (column.rate or 1.0)
     if len(rising) < 8:
-        return column.peak()[0], column.peak()[0]
+        return None
     count = np.arange(len(rising), dtype=np.float64)
     middle = rising.mean()
-    a, b, _ = np.polyfit(rising - middle, count, 2)
+    found = np.polyfit(rising - middle, count, 2)
+    if float(np.std(count - np.polyval(found, rising - middle))) > _OFF_BEAT:
+        # The frequency of an analyser's sweep may change by the decade.
+        return _logarithmic(rising, len(x) / (column.rate or 1.0))
+    a, b, _ = found
     ends = np.array([0.0, len(x) / (column.rate or 1.0)]) - middle
     return float(b + 2.0 * a * ends[0]), float(b + 2.0 * a * ends[1])
+
+
+def _logarithmic(rising: Floats, seconds: float) -> tuple[float, float] | None:
+    """The same of a sweep whose frequency changes by equal factors in equal times."""
+    frequency = 1.0 / np.diff(rising)
+    at = 0.5 * (rising[1:] + rising[:-1])
+    slope, level = np.polyfit(at, np.log(frequency), 1)
+    if float(np.std(np.log(frequency) - slope * at - level)) > _SCATTER:
+        return None
+    return float(np.exp(level)), float(np.exp(level + slope * seconds))
 
 
 def oscillates(values: Floats) -> bool:

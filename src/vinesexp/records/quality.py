@@ -8,6 +8,7 @@ clipped one arrives there at speed.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -22,6 +23,8 @@ _BLOCK = 1 << 18
 _FALL = 8.0  # quanta: twice what a parabola falls by
 _LONG = 16  # samples: a clipped parabola falls by 0.75 n quanta or more, 12 here
 _REST = 0.03  # of the range: what is left of a motion that comes to rest
+_SHRINKS = 0.85  # of the quarter before: a motion that dies out
+_MIDST = 0.2  # of its range that a motion's place of rest is away from its ends
 _ALIVE = 64  # samples: 2^-64 a sample to stand still by chance where every second one moves
 
 
@@ -129,12 +132,14 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
             changes = np.mean(np.diff(before) != 0.0)
             # A slow decay without noise comes to rest from one or two quanta, noise from several.
             alive = run.length >= _ALIVE and changes > 0.5 and np.ptp(before) > 5.0 * levels.least
-            alive = alive and not _came_to_rest(before, run.value, levels)
+            rests = _came_to_rest(before, run.value, levels)
+            rests = rests or _dies_out(view, role, run, before, levels)
+            alive = alive and not rests
             stopped = False
             if period is not None and run.length >= 0.5 * period:
                 last = view.read(role, max(run.start - round(period), 0), run.start)
                 stopped = bool(np.ptp(last) > _FALL * levels.usual)
-                stopped = stopped and not _came_to_rest(last, run.value, levels)
+                stopped = stopped and not (rests or _came_to_rest(last, run.value, levels))
             if alive or stopped:
                 found.append(run)
     return found
@@ -146,6 +151,22 @@ def _came_to_rest(before: Floats, value: float, levels: _Levels) -> bool:
     half = len(distance) // 2
     early, late = float(distance[:half].max()), float(distance[half:].max())
     return late <= 0.7 * early and late <= _REST * (levels.high - levels.low)
+
+
+def _dies_out(view: RecordView, role: str, run: Stretch, before: Floats, levels: _Levels) -> bool:
+    """Whether a motion of few quanta dies out into a stretch: strong damping, a coarse converter.
+
+    It shrinks from quarter to quarter, its last eighth is within two quanta, and the value that it
+    then keeps is no turning point but lies in the midst of the motion.
+    """
+    distance = np.abs(before - run.value)
+    tops = [float(part.max()) for part in np.array_split(distance, 4)]
+    shrinks = all(b <= _SHRINKS * a for a, b in itertools.pairwise(tops))
+    if not shrinks or distance[-len(distance) // 8 :].max() > 2.0 * levels.least:
+        return False
+    motion = view.read(role, max(run.start - 4 * _ALIVE, 0), run.start)
+    low, high = float(motion.min()), float(motion.max())
+    return low + _MIDST * (high - low) < run.value < high - _MIDST * (high - low)
 
 
 def periods(view: RecordView, role: str) -> float:

@@ -51,10 +51,10 @@ IDENTIFIED = Table("identified", "identify", (
     Column("records", "ids of the records it came from, separated by semicolons"),
 ))  # fmt: skip
 
-BUDGET = Table("budget", "identify", (
+BUDGET = Table("budget", "compare", (
     Column("parameter", "the value whose error is divided up"),
     Column("source", "what contributes"),
-    _number("contribution", "", "standard error from this source alone, in the parameter's unit"),
+    _number("contribution", "", "standard error from this source alone, SI"),
     _number("share", "1", "share of the variance"),
     Column("note", "what was assumed, and what would shrink it"),
 ))  # fmt: skip
@@ -254,6 +254,8 @@ WHERE = {
     "level_values": ("level_values.csv", "f0, zeta, c1 and k1 at the amplitude of each level."),
     "regimes": ("regimes.csv", "How each record moves: one row a record."),
     "base": ("base.csv", "How the base moved in each periodic test, from its own channel."),
+    "bands": ("bands.csv", "A sweep over its frequency: one row a ball and band of response."),
+    "transitions": ("transitions.csv", "Where each ball of a release is captured and lost."),
     "decay_times": ("decay_times.csv", "How fast each release fell to each amplitude."),
     "clearances": ("clearances.csv", "Best clearances, measured beside predicted."),
     "replay": ("replay.csv", "Each record beside a simulation of the identified rig."),

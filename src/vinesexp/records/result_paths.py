@@ -81,12 +81,17 @@ class ResultPaths:
         return self.folder / "steps" / "compare.csv"
 
     @property
+    def rig_budget(self) -> Path:
+        """What the errors of identified.csv are made of."""
+        return self.folder / "steps" / "budget.csv"
+
+    @property
     def identified(self) -> Path:
         return self.folder / "identified.csv"
 
     @property
     def budget(self) -> Path:
-        """What the errors of identified.csv are made of."""
+        """What the errors of identified.csv and of the predicted clearances are made of."""
         return self.folder / "budget.csv"
 
     @property
@@ -159,6 +164,11 @@ class ResultPaths:
     def pages(self) -> Path:
         """What that page loads: its library, and two files a record."""
         return self.folder / "pages"
+
+    @property
+    def bundle(self) -> Path:
+        """Everything for others in one zip, made on request."""
+        return self.folder / f"{self.folder.resolve().name}.zip"
 
     def figures(self, family: str) -> Path:
         """The list of one family of figures, which lie beside it."""

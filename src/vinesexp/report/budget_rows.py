@@ -36,9 +36,16 @@ def budget_table(rows: Sequence[Row]) -> list[dict[str, str]]:
                 {
                     "parameter": parameter,
                     "source": row["source"],
-                    "contribution": significant(row["contribution"], digits=2),
+                    "contribution": _contribution(row),
                     "share": f"{100.0 * share:.0f} %",
                     "note": row["note"],
                 }
             )
     return shown
+
+
+def _contribution(row: Row) -> str:
+    """In the unit of the identified value; clearances in mm."""
+    if row["parameter"].startswith(("b_c", "b_t")):
+        return f"{significant(row['contribution'], digits=2, factor=1e3)} mm"
+    return significant(row["contribution"], digits=2)

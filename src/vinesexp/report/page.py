@@ -10,9 +10,9 @@ from typing import Any
 
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig
-from vinesexp.figures.entry import Drawn
 from vinesexp.figures.gallery import listed
 from vinesexp.figures.numbers import significant, with_error
+from vinesexp.identification.untested import UNTESTED
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.result_columns import (
     BANDS,
@@ -25,17 +25,26 @@ from vinesexp.records.result_columns import (
     LEVEL_VALUES,
     RECORD_REGIMES,
     REPLAY,
+    TABLES,
     TRANSITIONS,
 )
 from vinesexp.records.tables import Table, read_rows
 from vinesexp.report.budget_rows import budget_table
 from vinesexp.report.errorbars import coverage_table
+from vinesexp.report.inline_figures import inline_svg
 from vinesexp.report.level_rows import levels_table
 from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
 from vinesexp.report.published import published_rows
 from vinesexp.report.regime_rows import regimes_by_test
 from vinesexp.report.replay_verdict import replay_verdict
+from vinesexp.report.summaries import (
+    MOST_ROWS,
+    files_beside,
+    grouped,
+    ids_of,
+    sections_of_tests,
+)
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
 from vinesexp.theory.regime_definitions import REGIMES
 
@@ -125,19 +134,18 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     known = {row["name"] for row in parameters}
     tests = tests_table(campaign, tables["checks"])
     problems = [row for row in tables["checks"] if row["outcome"] != "ok"]
+    found = [row for row in tables["checks"] if row["outcome"] == "ok"]
     figures = [{**vars(drawn), "svg": inline_svg(results, drawn)} for drawn in listed(results)]
+    first = min(figures, key=_early, default=None)
+    bands, transitions = _read(results, BANDS), _read(results, TRANSITIONS)
+    regimes = regimes_by_test(campaign, tables["regimes"], bands=bands, transitions=transitions)
     return {
         "campaign": campaign,
         **_verdict(campaign, tables, {row["name"]: row["value"] for row in parameters}),
         "parameters": parameters,
         "levels": levels_table(tables["level_values"]),
         "unknown": {name: what for name, what in PARAMETERS.items() if name not in known},
-        "regimes": regimes_by_test(
-            campaign,
-            tables["regimes"],
-            bands=_read(results, BANDS),
-            transitions=_read(results, TRANSITIONS),
-        ),
+        "regimes": regimes,
         "definitions": REGIMES,
         "tests": tests,
         "columns": [
@@ -145,18 +153,23 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
             for key, name in SETTINGS.items()
             if any(row[key] != "–" for row in tests)
         ],
-        "problems": sorted(
-            (row for row in problems if row["record"]), key=lambda row: SEVERITY[row["outcome"]]
+        "problems": grouped(
+            sorted(
+                (row for row in problems if row["record"]), key=lambda row: SEVERITY[row["outcome"]]
+            )
         ),
-        "notes": [
-            row for row in tables["checks"] if row["outcome"] == "ok" and row["check"] != "ingest"
-        ],
+        "notes": [row for row in found if row["check"] not in ("ingest", UNTESTED)],
+        "untested": [row for row in found if row["check"] == UNTESTED],
         "limits": [row for row in problems if not row["record"]],
         "refused": len({row["record"] for row in problems if row["outcome"] == "refused"}),
         "excluded": len({row["record"] for row in problems if row["outcome"] == "excluded"}),
         "figures": figures,
-        "first": min(figures, key=_early, default=None),
-        "headings": TESTS,
+        "first": first,
+        "sections": sections_of_tests(
+            TESTS, tests, [figure for figure in figures if figure is not first], regimes
+        ),
+        "most": MOST_ROWS,
+        "files": files_beside(results, [table.name for table in TABLES]),
         "coverage": coverage_table(),
         "budget": budget_table(_read(results, BUDGET)),
         "published": published_rows(
@@ -223,7 +236,7 @@ def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
             "meaning": PARAMETERS.get(name, _meaning(name)),
             "value": _value(combined[name]),
             "methods": [
-                {"method": row["method"], "value": _value(row), "records": row["records"]}
+                {"method": row["method"], "value": _value(row), "ids": ids_of(row["records"])}
                 for row in identified
                 if row["parameter"] == name and row["method"] != "combined"
             ],
@@ -250,6 +263,7 @@ def tests_table(campaign: Campaign, checks: Sequence[Row]) -> list[dict[str, Any
         if records:
             rows.append(
                 {
+                    "test": test,
                     "heading": heading,
                     "count": len(records),
                     "unused": sum(record.id in unused for record in records),
@@ -268,20 +282,6 @@ def _range(values: Sequence[float]) -> str:
         return "–"
     low, high = min(values), max(values)
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"
-
-
-def inline_svg(results: Path, drawn: Drawn) -> str:
-    """The figure as markup for a page with other figures: its ids carry its name."""
-    text = (results / "figures" / f"{drawn.name}.svg").read_text(encoding="utf-8")
-    text = text[text.index("<svg") :]
-    text = re.sub(r'\bid="', f'id="{drawn.name}-', text)
-    text = text.replace('href="#', f'href="#{drawn.name}-').replace("url(#", f"url(#{drawn.name}-")
-    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    head, rest = text.split(">", maxsplit=1)
-    head = re.sub(
-        r'\s(?:width|height)="[^"]*"', "", head
-    )  # the view box is left: it fills its place
-    return f"{head}>{rest}"
 
 
 def symbols(text: str) -> Any:

@@ -48,7 +48,8 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
         return None
     records = list(dict.fromkeys(row["record"] for row in rows))
     failed = list(dict.fromkeys(row["record"] for row in checks if row["check"] == "replay"))
-    shown = tuple(_shown(row) for row in rows)
+    # Those that differ come first: of many records only the first rows are shown.
+    shown = tuple(_shown(row) for row in sorted(rows, key=lambda row: row["outcome"] != "differs"))
     if failed:
         warning = (
             f"The identified rig does not move as {_count(len(failed), len(records))} "

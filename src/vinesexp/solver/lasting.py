@@ -76,9 +76,9 @@ def time_of_next(balls: FloatArray, i: int, X: FloatArray, P: FloatArray, t: flo
     """Time until ball i meets a wall, exchanges its momentum, leaves or is let go; inf: later."""
     top, phase = X.shape[0] - 1, balls[i, PHASE]
     if phase == TOUCHED:
-        return balls[i, CENTRE] - t
+        return float(balls[i, CENTRE] - t)
     if phase == LEAVING:
-        return balls[i, END] - t
+        return float(balls[i, END] - t)
     if phase == RESTING:
         for n in range(top - 1):
             P[n] = balls[i, SIDE] * (n + 1) * (n + 2) * X[n + 2]

@@ -139,6 +139,7 @@ def _valley(
         * np.array([float(by_id[test.record]["amplitude_max_m"]) for test in level.tests]),
         regime=tuple(test.regime for test in level.tests),
         curve=(1e3 * b, 1e3 * amplitude),
+        records=tuple(test.record for test in level.tests),
         lowest=_interval(row, "measured"),
         end=_interval(compared.get(("periodic", level.name + END), {}), "measured"),
         published=number(row.get("published_mm")),
@@ -182,6 +183,7 @@ def _reached(
         clearance=1e3 * np.array([test.clearance for test in level.tests]),
         time=np.array([np.nan if test.value is None else test.value for test in level.tests]),
         curve=curve,
+        records=tuple(test.record for test in level.tests),
         best=_interval(compared.get(("transient", level.name), {}), "measured"),
     )
 

@@ -76,4 +76,4 @@ def projected(record: Record, results: Path, rig: IdentifiedRig) -> Projected:
         b=b,
         eps=m / M,
     )
-    return Projected(f"{record.id}, b = {1e3 * b:g} mm", C, A)
+    return Projected(f"{record.id}, b = {1e3 * b:g} mm", C, A, record.id)

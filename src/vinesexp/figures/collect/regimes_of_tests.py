@@ -39,7 +39,9 @@ def draw_regimes(
         name = " + ".join(f"{1e3 * b:g}" for b in record.clearance) + " mm"
         counts = _impacts_per_cycle(record, results)
         if counts.size:
-            groups.setdefault(title, []).append(Strip(name, regime_of[record.id], counts))
+            groups.setdefault(title, []).append(
+                Strip(name, regime_of[record.id], counts, record.id)
+            )
     if not groups:
         return
     caption = (
@@ -47,6 +49,8 @@ def draw_regimes(
         "is a permanent response with two impacts per cycle; blue spells that come and go are "
         "strongly modulated response; white is a ball that misses the walls."
     )
+    if len(records) > _MOST:
+        caption += f" Shown are the first {_MOST} of {len(records)} records."
     yield regime_strips(list(groups.items())), Drawn("regimes_periodic", "periodic", caption)
 
 

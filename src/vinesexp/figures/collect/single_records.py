@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,6 +31,7 @@ _SHOWN = {
 }
 _BLOCK = 1 << 20  # samples read at once
 _ZOOM_CYCLES = 3.5
+_MOST_CURVES = 14  # in one figure
 _MOST_POINTS = 1200  # of a drawn line
 
 
@@ -88,7 +90,7 @@ def whole(view: RecordView, role: str, *, frequency: float) -> Trace:
     return Trace(name, time, factor * low, factor * high)
 
 
-def amplitude(view: RecordView, name: str) -> Trace:
+def amplitude(view: RecordView, name: str, record: str = "") -> Trace:
     """Half the swing of the displacement in each cycle, mm."""
     frequency = float(view.attributes.get("oscillation_hz") or 0.0)
     cycles = round(frequency * view.n / view.sample_rate)
@@ -99,6 +101,7 @@ def amplitude(view: RecordView, name: str) -> Trace:
     return Trace(
         *(name, time[:count].reshape(-1, part).mean(axis=1)),
         swing[:count].reshape(-1, part).max(axis=1),
+        record=record,
     )
 
 
@@ -189,6 +192,7 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
     for balls, word in ((1, "one"), (2, "two")):
         chosen = [r for r in records if len(r.clearance) in (0, balls) and r.frequency]
         chosen = sorted(chosen, key=lambda r: r.clearance)
+        every, chosen = len(chosen), spread(chosen)
         bare = [r for r in chosen if not r.clearance]
         if balls > 1 and len(bare) == len(chosen):
             continue
@@ -197,10 +201,11 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
             with open_record(results / f"conditioned/{record.id}.nc") as view:
                 if "displacement" not in view.roles:
                     continue
-                trace = amplitude(view, _balls(record))
+                trace = amplitude(view, _balls(record), record.id)
             start, end = record.frequency or (0.0, 0.0)
             share = (trace.time - trace.time[0]) / (trace.time[-1] - trace.time[0])
-            traces.append(Trace(trace.name, start + (end - start) * share, trace.values))
+            at = start + (end - start) * share
+            traces.append(Trace(trace.name, at, trace.values, record=record.id))
         if not traces:
             continue
         figure = amplitudes(
@@ -211,8 +216,21 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
             f"Slow sine sweeps{with_nes}: amplitude of the mass over the base's frequency. "
             "The grey curve is the mass alone; where a coloured one swings to and fro, the "
             "response is strongly modulated."
-        )
+        ) + _of(chosen, every)
         yield figure, Drawn(f"sweep_{word}_nes", "sweep", caption)
+
+
+def spread(records: Sequence[Record]) -> list[Record]:
+    """The records that one figure can show: all, or even choices of very many."""
+    if len(records) <= _MOST_CURVES:
+        return list(records)
+    places = np.round(np.linspace(0, len(records) - 1, _MOST_CURVES)).astype(int)
+    return [records[place] for place in places]
+
+
+def _of(shown: Sequence[Record], every: int) -> str:
+    """What the caption adds where not every record is shown."""
+    return f" Shown are {len(shown)} of {every} records." if len(shown) < every else ""
 
 
 def _balls(record: Record) -> str:
@@ -228,20 +246,22 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
             (r for r in records if r.test == "transient" and len(r.clearance) == balls),
             key=lambda r: r.clearance,
         )
+        every, chosen = len(chosen), spread(chosen)
         traces = []
         for record in [*free, *chosen] if chosen else []:
             with open_record(results / f"conditioned/{record.id}.nc") as view:
                 if "displacement" in view.roles:
-                    traces.append(amplitude(view, _balls(record)))
+                    traces.append(amplitude(view, _balls(record), record.id))
         if not traces:
             continue
         latest = max(trace.time[-1] for trace in traces[len(free) :])
         traces = [
-            Trace(t.name, t.time[t.time <= latest], t.values[t.time <= latest]) for t in traces
+            replace(t, time=t.time[t.time <= latest], values=t.values[t.time <= latest])
+            for t in traces
         ]
         figure = amplitudes(traces, xlabel="time (s)", ylabel="amplitude (mm)", bare=len(free))
         caption = (
             f"Decay after release with {word}. A ball in step with the mass takes energy out along "
             "a nearly straight line until it loses step at T1; after that the decay is slow."
-        )
+        ) + _of(chosen, every)
         yield figure, Drawn(f"transient_{word.split()[0]}_nes", "transient", caption)

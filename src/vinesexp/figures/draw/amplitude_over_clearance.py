@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.figures.draw.style import COLOURS, FAINT, label, new_figure, regime_colour
+from vinesexp.figures.draw.style import COLOURS, FAINT, label, link, new_figure, regime_colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,6 +34,7 @@ class Valley:
     clearance, mean, largest : of each record.
     regime : of each record.
     curve : predicted amplitude over clearance (two arrays, empty where unknown).
+    records : ids, to which the points lead.
     lowest, end : measured clearance of lowest amplitude and end of permanent impacts.
     published, exact : predicted b_c, the exact one with its interval.
     """
@@ -45,6 +46,7 @@ class Valley:
     largest: Floats
     regime: tuple[str, ...]
     curve: tuple[Floats, Floats]
+    records: tuple[str, ...] = ()
     lowest: Interval | None = None
     end: Interval | None = None
     published: float | None = None
@@ -73,13 +75,17 @@ def amplitude_over_clearance(valleys: Sequence[Valley]) -> Figure:
 
 def _panel(axis: Axes, valley: Valley) -> None:
     axis.plot(*valley.curve, color=COLOURS["exact"], linewidth=1.6, zorder=2)
-    for b, mean, largest, regime in zip(
-        valley.clearance, valley.mean, valley.largest, valley.regime, strict=True
-    ):
+    points = zip(valley.clearance, valley.mean, valley.largest, valley.regime, strict=True)
+    for i, (b, mean, largest, regime) in enumerate(points):
         colour = regime_colour(regime)
         axis.plot([b, b], [mean, largest], color=colour, linewidth=0.8, alpha=0.5, zorder=1)
         axis.plot(b, largest, "_", color=colour, markersize=6, zorder=3)
-        axis.plot(b, mean, "o", color=colour, zorder=4)
+        (point,) = axis.plot(b, mean, "o", color=colour, zorder=4)
+        if valley.records:
+            words = (
+                f"{valley.records[i]}: b = {b:g} mm, mean {mean:.3g} mm, largest {largest:.3g} mm"
+            )
+            link(point, valley.records[i], f"{words}, {regime}")
     top = 1.3 * float(valley.largest.max())
     axis.set_ylim(0.0, top)
     axis.set_title(valley.name)
@@ -222,6 +228,7 @@ class Reached:
     clearance: Floats
     time: Floats
     curve: tuple[Floats, Floats]
+    records: tuple[str, ...] = ()
     best: Interval | None = None
 
 
@@ -234,7 +241,13 @@ def time_over_clearance(
         axis.plot(*level.curve, color=COLOURS["exact"], linewidth=1.2, zorder=1)
         _curve_minimum(axis, *level.curve)
         axis.plot(level.clearance, level.time, "-", color=FAINT, linewidth=0.8, zorder=0)
-        axis.plot(level.clearance, level.time, "o", color=COLOURS["measured"], zorder=3)
+        for i, (b, time) in enumerate(zip(level.clearance, level.time, strict=True)):
+            if not np.isfinite(time):
+                continue  # never reached
+            (point,) = axis.plot(b, time, "o", color=COLOURS["measured"], zorder=3)
+            if level.records:
+                words = f"{level.records[i]}: b = {b:g} mm, to {level.target:g} mm in {time:.3g} s"
+                link(point, level.records[i], words)
         last = int(np.flatnonzero(np.isfinite(level.time))[-1])
         name = f"to {level.target:g} mm"
         label(axis, name, (level.clearance[last], level.time[last]), colour="#000000", shift=(8, 0))

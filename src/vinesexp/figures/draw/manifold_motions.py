@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.figures.draw.style import COLOURS, FAINT, label, new_figure
+from vinesexp.figures.draw.style import COLOURS, FAINT, label, link, new_figure
 from vinesexp.figures.draw.theory_curves import COLOURS as THEORY
 from vinesexp.figures.draw.theory_curves import draw_sim
 from vinesexp.theory.manifold import C_1, amplitude
@@ -27,6 +27,7 @@ class Projected:
     name: str
     C: Floats
     A: Floats
+    record: str = ""
 
 
 def manifold_figure(motions: Sequence[Projected], *, r: float) -> Figure:
@@ -38,7 +39,9 @@ def manifold_figure(motions: Sequence[Projected], *, r: float) -> Figure:
         axis.plot(motion.C, motion.A, color=FAINT, linewidth=0.6, zorder=2.5)
         axis.plot(motion.C, motion.A, ".", color=COLOURS["measured"], markersize=3.0, zorder=3)
         axis.plot(motion.C[0], motion.A[0], "o", color=COLOURS["measured"], mfc="none", zorder=5)
-        axis.set_title(motion.name, fontsize=9)
+        title = axis.set_title(motion.name, fontsize=9)
+        if motion.record:
+            link(title, motion.record, f"page of {motion.record}")
         axis.set_xlabel("ball amplitude C (clearances)")
         axis.set_xlim(0.0, 1.1 * max(1.8, float(np.nanpercentile(motion.C, 99))))
         axis.set_ylim(0.0, 1.1 * max(top, 0.5))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.figures.draw.style import COLOURS, label, new_figure, regime_colour
+from vinesexp.figures.draw.style import COLOURS, label, link, new_figure, regime_colour
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,6 +24,7 @@ class Strip:
     name: str
     regime: str
     per_cycle: Floats
+    record: str = ""
 
 
 def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]], *, columns: int = 500) -> Figure:
@@ -58,13 +59,15 @@ def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]], *, columns: int
                 extent=extent,
                 interpolation="nearest",
             )
-            label(
+            name = label(
                 axis,
                 strip.regime,
                 (float(longest), place),
                 colour=regime_colour(strip.regime),
                 fontsize=7.5,
             )
+            if strip.record:
+                link(name, strip.record, f"{strip.record}: {strip.name}, {strip.regime}")
         axis.set_yticks(range(len(strips)), [strip.name for strip in strips], fontsize=7.5)
         axis.set_ylim(-0.6, len(strips) - 0.4)
         axis.set_xlim(0.0, float(longest))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.figures.draw.style import COLOURS, new_figure
+from vinesexp.figures.draw.style import COLOURS, link, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,7 +49,7 @@ def replayed_amplitudes(records: Sequence[Beside]) -> Figure:
         )
         axis.plot(one.time, one.replayed, color=COLOURS["exact"], linewidth=1.4)
         axis.plot(one.time, one.measured, color=COLOURS["measured"], linewidth=0.7)
-        axis.set_title(one.name)
+        link(axis.set_title(one.name), one.name, f"page of {one.name}")
         axis.set_ylim(0.0, 1.1 * float(max(one.high.max(), one.measured.max())))
         axis.margins(x=0.01)
     for axis in axes[len(records) :]:

@@ -7,12 +7,16 @@ Measured values are points, theory is lines.
 from __future__ import annotations
 
 import re
+from html import escape, unescape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.text import Annotation
 
 #: What is drawn, and its colour wherever it is drawn.
 COLOURS = {
@@ -58,12 +62,13 @@ _SETTINGS: Any = {
     "lines.markersize": 4.5,
     "legend.frameon": False,
     "svg.hashsalt": "vinesexp",
-    "svg.fonttype": "path",
+    "svg.fonttype": "none",  # text stays text: it can be searched, selected and read out
     "pdf.fonttype": 3,  # half the time of a PDF, which type 42 spends on cutting up fonts
     "path.simplify": True,
 }
 
 _PATH = re.compile(r'\bd="[^"]*"')
+_LINK = re.compile(r'<a xlink:href="record:([^"]*)"[^>]*>')
 _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
 
 
@@ -93,17 +98,31 @@ def label(
     colour: str,
     shift: tuple[float, float] = (5.0, 0.0),
     **style: Any,
-) -> None:
+) -> Annotation:
     """Name something beside it, in its colour; `at` in data, `shift` in points."""
     options: dict[str, Any] = {"va": "center", "fontsize": 8.0, "annotation_clip": False} | style
-    axis.annotate(text, at, xytext=shift, textcoords="offset points", color=colour, **options)
+    return axis.annotate(
+        text, at, xytext=shift, textcoords="offset points", color=colour, **options
+    )
 
 
-def save(figure: Figure, path: Path) -> list[Path]:
-    """Write `path`.svg and `path`.pdf, without dates: the same figure gives the same bytes."""
+def link(artist: Artist, record: str, words: str) -> None:
+    """Have what is drawn lead to the page of a record, and say `words` under the pointer."""
+    artist.set_url(f"record:{record}|{words}")
+
+
+def save(figure: Figure, path: Path, *, title: str = "", description: str = "") -> list[Path]:
+    """Write `path`.svg and `path`.pdf, without dates: the same figure gives the same bytes.
+
+    The SVG has the title and the description for those who do not see it.
+    """
     files = [path.with_name(f"{path.name}.svg"), path.with_name(f"{path.name}.pdf")]
     write(figure, files[0])
+    svg = files[0].read_text(encoding="utf-8")
+    files[0].write_text(described(svg, title=title, description=description), encoding="utf-8")
     figure.set_layout_engine("none")  # laid out by now, and the page is the same
+    for artist in figure.findobj():
+        artist.set_url(None)  # a link means nothing on paper
     write(figure, files[1])
     return files
 
@@ -121,11 +140,11 @@ def write(figure: Figure, path: Path) -> None:
     }.get(path.suffix.lower(), {})
     figure.savefig(path, metadata=undated, dpi=150)
     if path.suffix.lower() == ".svg":
-        path.write_text(shortened(path.read_text(encoding="utf-8")), encoding="utf-8")
+        path.write_text(linked(shortened(path.read_text(encoding="utf-8"))), encoding="utf-8")
 
 
 def shortened(svg: str) -> str:
-    """The SVG with the coordinates of its paths to two decimals.
+    """The SVG with the coordinates of its paths to two decimals, and fonts to fall back on.
 
     Examples
     --------
@@ -136,4 +155,39 @@ def shortened(svg: str) -> str:
     def cut(number: re.Match[str]) -> str:
         return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
 
-    return _PATH.sub(lambda path: _LONG_NUMBER.sub(cut, path[0]), svg)
+    short = _PATH.sub(lambda path: _LONG_NUMBER.sub(cut, path[0]), svg)
+    return short.replace("'DejaVu Sans'", "'DejaVu Sans', Verdana, sans-serif")
+
+
+def linked(svg: str) -> str:
+    """The SVG with what `link` noted as links to pages of records, with titles.
+
+    Examples
+    --------
+    >>> linked('<a xlink:href="record:a b|34 mm" target="_blank">')
+    '<a href="../records.html#a%20b"><title>34 mm</title>'
+    """
+
+    def anchor(found: re.Match[str]) -> str:
+        record, _, words = found[1].partition("|")
+        return f'<a href="../records.html#{quote(unescape(record))}"><title>{words}</title>'
+
+    return _LINK.sub(anchor, svg)
+
+
+def described(svg: str, *, title: str, description: str) -> str:
+    """The SVG with a role, a title and a description; a group where it holds links, else an image.
+
+    Examples
+    --------
+    >>> svg = described('<svg width="1"><g/></svg>', title="b & c", description="Both.")
+    >>> 'role="img"' in svg, '<title id="title">b &amp; c</title>' in svg
+    (True, True)
+    """
+    role = "group" if "<a href=" in svg else "img"
+    words = f'<title id="title">{escape(title)}</title>'
+    words += f'<desc id="description">{escape(description)}</desc>'
+    named = f'role="{role}" aria-labelledby="title" aria-describedby="description"'
+    begin = svg.index("<svg")
+    end = svg.index(">", begin) + 1
+    return f"{svg[:begin]}<svg {named}{svg[begin + 4 : end]}{words}{svg[end:]}"

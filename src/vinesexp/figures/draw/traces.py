@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.figures.draw.style import COLOURS, SEQUENCE, new_figure
+from vinesexp.figures.draw.style import COLOURS, SEQUENCE, link, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,7 +29,7 @@ class Trace:
 
     Where `high` is given, `values` are the smallest and `high` the largest in each part of a
     trace that was too long to be read at once. `columns` is in how many parts a long trace is
-    drawn (`columns_of`).
+    drawn (`columns_of`). `record` is the id to whose page the trace leads.
     """
 
     name: str
@@ -37,6 +37,7 @@ class Trace:
     values: Floats
     high: Floats | None = None
     columns: int = COLUMNS
+    record: str = ""
 
 
 #: Columns that a cycle takes at least where it is to be seen as one.
@@ -113,7 +114,9 @@ def amplitudes(
     figure, (axis,) = new_figure(height=3.6)
     colours = [COLOURS["bare"]] * bare + sequence(len(traces) - bare)
     for trace, colour in zip(traces, colours, strict=True):
-        axis.plot(trace.time, trace.values, color=colour, label=trace.name, linewidth=1.1)
+        (line,) = axis.plot(trace.time, trace.values, color=colour, label=trace.name, linewidth=1.1)
+        if trace.record:
+            link(line, trace.record, f"{trace.record}: {trace.name}")
     axis.legend(loc="upper right", ncols=2 if len(traces) > 5 else 1, fontsize=8)
     axis.set_xlabel(xlabel)
     axis.set_ylabel(ylabel)

@@ -1,0 +1,89 @@
+"""`vinesexp export`: records, impacts and tables for other programs and for an archive."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+from vinesexp.commands.compare import writing
+from vinesexp.errors import RecordError, VinesexpError, nearest
+from vinesexp.handover.crate import NAME, Described, write_crate
+from vinesexp.handover.formats import WRITERS, names_in
+from vinesexp.records.result_columns import WHERE
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.store import open_record
+from vinesexp.results import open_results
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """A results folder, where it goes, and in which form."""
+    parser.add_argument("results", type=Path, metavar="RESULTS", help="such as results/mytests")
+    parser.add_argument("out", type=Path, metavar="FOLDER", help="folder to write")
+    parser.add_argument(
+        "--format", choices=sorted(WRITERS), default="csv", help="of the records (csv)"
+    )
+    parser.add_argument(
+        "--record", action="append", metavar="ID", help="only this record (may be repeated)"
+    )
+    parser.add_argument("--conditioned", action="store_true", help="the bandpassed channels")
+    parser.add_argument("--title", help="of the metadata (the name of the results folder)")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the files; records that could not be used are left out, and named."""
+    open_results(args.results)  # says in one line what is missing
+    names = _asked(args.results, args.record)
+    if args.out.exists() and any(args.out.iterdir()):
+        raise VinesexpError("holds files already; name an empty or a new folder", file=args.out)
+    with writing(args.out / NAME):
+        files = [*_tables(args.results, args.out), *_records(args, names)]
+        title = args.title or args.results.resolve().name
+        write_crate(args.out, title=title, files=files)
+    megabytes = sum(file.path.stat().st_size for file in files) / 1e6
+    print(f"{args.out}: {len(files)} files, {megabytes:.1f} MB, described in {NAME}")
+    return 0
+
+
+def _asked(results: Path, wanted: Sequence[str] | None) -> list[str]:
+    known = list(names_in(results))
+    for name in wanted or ():
+        if name not in known:
+            raise RecordError(f"has no record '{name}'; {nearest(name, known)}", file=results)
+    return list(wanted or known)
+
+
+def _tables(results: Path, out: Path) -> list[Described]:
+    """The tables of the whole campaign, copied."""
+    found = []
+    for file, about in WHERE.values():
+        source = results / file
+        if source.is_file() and "/" not in file:
+            shutil.copyfile(source, out / file)
+            found.append(Described(out / file, about, {}))
+    return found
+
+
+def _records(args: argparse.Namespace, names: Sequence[str]) -> list[Described]:
+    paths, write = ResultPaths(args.results), WRITERS[args.format]
+    found = []
+    for name in names:
+        with open_record(paths.record(name)) as measured:
+            refused, about = measured.refused, measured.attributes
+        if refused is not None:
+            print(f"{name}: left out: {refused}")
+            continue
+        sources = dict(
+            zip(
+                str(about.get("source", "")).split(";"),
+                str(about.get("source_sha256", "")).split(";"),
+                strict=False,
+            )
+        )
+        path = paths.conditioned(name) if args.conditioned else paths.record(name)
+        with open_record(path) as view:
+            for file in write(view, paths.impacts(name), args.out, name):
+                kind = "impacts" if file.name.endswith(".impacts.csv") else "channels"
+                found.append(Described(file, f"{kind} of record {name}, SI", sources))
+    return found

@@ -1,0 +1,57 @@
+"""Figures as markup inside a page: their ids are their own, their colours follow the page's."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from vinesexp.figures.entry import Drawn
+
+#: Colours that would vanish on a dark page, as the names by which the page's style sets them.
+THEMED = {
+    "#000000": "--figure-ink",
+    "#333333": "--figure-trace",
+    "#ffffff": "--figure-paper",
+    "#e6e6e6": "--figure-grid",
+    "#cccccc": "--figure-faint",
+    "#0072b2": "--figure-blue",
+}
+_COLOUR = re.compile("|".join(THEMED), re.IGNORECASE)
+_TEXT = re.compile(r'<text style="(?![^"]*fill:)')
+
+
+def inline_svg(results: Path, drawn: Drawn) -> str:
+    """The figure as markup for a page with other figures.
+
+    Its ids carry its name; it fills its place; links to pages of records start at the page.
+    """
+    text = (results / "figures" / f"{drawn.name}.svg").read_text(encoding="utf-8")
+    text = text[text.index("<svg") :]
+    text = re.sub(r'\bid="', f'id="{drawn.name}-', text)
+    text = re.sub(r'\b(aria-\w+by)="', rf'\1="{drawn.name}-', text)
+    text = text.replace('href="#', f'href="#{drawn.name}-').replace("url(#", f"url(#{drawn.name}-")
+    text = text.replace('href="../records.html', 'href="records.html')
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    head, rest = text.split(">", maxsplit=1)
+    head = re.sub(
+        r'\s(?:width|height)="[^"]*"', "", head
+    )  # the view box is left: it fills its place
+    return f"{head}>{themed(rest)}"
+
+
+def themed(svg: str) -> str:
+    """Colours of styles by name, so that the page can set them; text without one gets ink's.
+
+    Examples
+    --------
+    >>> themed('<path style="fill: #000000"/>')
+    '<path style="fill: var(--figure-ink)"/>'
+    >>> themed('<text style="font: 9px sans-serif">b</text>')
+    '<text style="fill: var(--figure-ink); font: 9px sans-serif">b</text>'
+    """
+
+    def named(style: re.Match[str]) -> str:
+        return _COLOUR.sub(lambda colour: f"var({THEMED[colour[0].lower()]})", style[0])
+
+    coloured = re.sub(r'style="[^"]*"', named, svg)
+    return _TEXT.sub('<text style="fill: var(--figure-ink); ', coloured)

@@ -1,0 +1,77 @@
+"""What the intervals of b_c and b_t are made of."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from vinesexp.clearance.clearance_budget import clearance_budget
+from vinesexp.clearance.levels import periodic_levels
+from vinesexp.clearance.predicted import identified_rig, predicted_b_c
+from vinesexp.records.campaign import Campaign, Known, Record
+from vinesexp.records.uncertainties import Uncertainties
+from vinesexp.units import COVERAGE_95, Quantity
+
+VALUES = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "f0": 7.8623, "zeta": 0.0065035}
+BUDGET = [
+    {"parameter": name, "source": source, "share": share}
+    for name in ("M", "f0", "zeta", "r")
+    for source, share in (("records", "0.1"), ("clock" if name == "f0" else "remounting", "0.9"))
+]
+
+
+def rows_of(error=3e-3, effective=()):
+    record = Record("b", Path("x"), "periodic", (0.03,), 0.25e-3, (7.8623, 7.8623))
+    release = Record("t", Path("x"), "transient", (0.03,), release=0.02)
+    known = Known(nes_mass=(Quantity(0.032, 3e-4),), uncertainties=Uncertainties())
+    campaign = Campaign(Path("c"), "c", "C", known, {}, None, None, None, (record, release))
+    identified = [
+        {"parameter": name, "value": str(v), "std_error": str(error * v), "method": "combined"}
+        for name, v in VALUES.items()
+    ] + [
+        {"parameter": name, "value": "0.6", "std_error": "0.003", "method": "impacts"}
+        for name in effective
+    ]
+    regimes = [
+        {"record": name, "regime": "two symmetric", "amplitude_mean_m": "0.005"} for name in "bt"
+    ]
+    times = [{"record": "t", "target_m": "0.005", "time_s": "1"}]
+    rows = clearance_budget(campaign, identified, BUDGET, regimes, times, [])
+    rig = identified_rig(identified, campaign.known)
+    level = periodic_levels(campaign, regimes, [])[0]
+    return rows, predicted_b_c(rig, base=level.base)
+
+
+def test_the_parts_of_b_c_make_its_interval():
+    rows, predicted = rows_of()
+    own = [row for row in rows if row["parameter"] == "b_c, G = 0.25 mm"]
+    total = math.hypot(*(row["contribution"] for row in own))
+    assert COVERAGE_95 * total == pytest.approx(predicted.high - predicted.exact, rel=1e-6)
+    assert sum(row["share"] for row in own) == pytest.approx(1.0)
+    assert {row["source"] for row in own} == {
+        "records", "remounting", "clock", "ball mass", "base amplitude", "base frequency",
+    }  # fmt: skip
+    assert own == sorted(own, key=lambda row: -row["share"])
+    assert "would shrink the error most, to " in own[0]["note"]
+    assert " mm at best: " in own[0]["note"]
+
+
+def test_b_t_rests_on_r_and_the_release():
+    rows, _ = rows_of()
+    own = {row["source"]: row for row in rows if row["parameter"] == "b_t, 20 mm"}
+    assert set(own) == {"records", "remounting", "release"}
+    assert "measure the release better" in own["release"]["note"]
+
+
+def test_values_that_stand_for_rubbing_are_a_source_of_their_own():
+    rows, _ = rows_of(effective=("r_effective",))
+    assert any(row["source"] == "what ball and contact do" for row in rows)
+
+
+def test_exact_values_leave_no_rows_but_those_of_inputs():
+    rows, _ = rows_of(error=0.0)
+    assert {row["source"] for row in rows} == {
+        "ball mass", "base amplitude", "base frequency", "release",
+    }  # fmt: skip

@@ -1,0 +1,113 @@
+"""What is handed on holds the numbers of the results, and says what it is."""
+
+import csv
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+
+from vinesexp.cli import main
+from vinesexp.records.file_attributes import write_refused
+from vinesexp.records.ingest import read_channels
+from vinesexp.records.result_columns import IDENTIFIED, IMPACTS
+from vinesexp.records.schema import Channel
+from vinesexp.records.store import create_record
+from vinesexp.records.tables import write_rows
+
+RATE, N = 1000.0, 70_000
+X = 1e-3 * np.sin(np.arange(N) / 7.0)
+A = 40.0 * np.cos(np.arange(N) / 7.0)
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    folder = tmp_path / "results/spring"
+    row = {"parameter": "M", "value": 4.7, "std_error": 0.1, "unit": "kg", "method": "combined"}
+    write_rows(folder / "identified.csv", IDENTIFIED, [row])
+    hits = [
+        {**dict.fromkeys(IMPACTS.names), "time_s": 0.5 + k, "nes": 1, "side": (-1) ** k,
+         "velocity_jump_m_s": 0.01 * k, "crowded": 0, "clipped": 0}
+        for k in range(3)
+    ]  # fmt: skip
+    write_rows(folder / "impacts/b34.csv", IMPACTS, hits)
+    for kind in ("records", "conditioned"):
+        with create_record(
+            folder / kind / "b34.nc", sample_rate=RATE, start=0.25,
+            quantities={"displacement": "displacement", "acceleration": "acceleration"},
+            attributes={"source": "raw/a.csv", "source_sha256": "ab" * 32},
+        ) as writer:  # fmt: skip
+            scale = 1.0 if kind == "records" else 0.5
+            writer.append({"displacement": scale * X, "acceleration": scale * A})
+    write_refused(folder / "records/lost.nc", "raw/lost.csv: is empty")
+    return folder
+
+
+def test_matlab_gets_channels_units_and_impacts(results, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["export", str(results), str(out), "--format", "mat", "--title", "Spring"]) == 0
+    assert "lost: left out: raw/lost.csv: is empty" in capsys.readouterr().out
+    found = scipy.io.loadmat(out / "b34.mat", squeeze_me=True, struct_as_record=False)
+    np.testing.assert_allclose(found["displacement"], X, rtol=1e-6, atol=1e-10)
+    np.testing.assert_allclose(found["time"][:2], [0.25, 0.251])
+    assert found["units"].acceleration == "m/s^2"
+    assert list(found["impacts"].side) == [1, -1, 1]
+    assert np.isnan(found["impacts"].x_m).all()
+    assert (out / "identified.csv").read_text() == (results / "identified.csv").read_text()
+
+
+def test_text_gets_every_sample_and_conditioned_ones_on_request(results, tmp_path):
+    for flag, scale in (([], 1.0), (["--conditioned"], 0.5)):
+        out = tmp_path / f"out{scale}"
+        assert main(["export", str(results), str(out), "--record", "b34", *flag]) == 0
+        with (out / "b34.csv").open(encoding="utf-8") as stream:
+            assert next(csv.reader(stream)) == ["time_s", "displacement_m", "acceleration_m_s2"]
+        table = np.loadtxt(out / "b34.csv", delimiter=",", skiprows=1)
+        assert table.shape == (N, 3)
+        np.testing.assert_allclose(table[:, 2], scale * A, rtol=1e-6, atol=1e-5)
+        assert len((out / "b34.impacts.csv").read_text().splitlines()) == 4
+
+
+def test_universal_files_come_back_through_the_reader(results, tmp_path):
+    pytest.importorskip("pyuff")
+    out = tmp_path / "out"
+    assert main(["export", str(results), str(out), "--format", "uff"]) == 0
+    channel = Channel("acceleration", 1, "acceleration", 1.0, unit="m/s^2", sensitivity=False)
+    rate, start, values = read_channels(out / "b34.uff", {"acceleration": channel})
+    assert (rate, start) == (pytest.approx(RATE), pytest.approx(0.25))
+    np.testing.assert_allclose(values["acceleration"], A, rtol=1e-6, atol=1e-5)
+
+
+def test_the_metadata_names_every_file_its_digest_and_its_source(results, tmp_path):
+    out = tmp_path / "out"
+    assert main(["export", str(results), str(out)]) == 0
+    crate = json.loads((out / "ro-crate-metadata.json").read_text(encoding="utf-8"))
+    assert crate["@context"] == "https://w3id.org/ro/crate/1.1/context"
+    things = {thing["@id"]: thing for thing in crate["@graph"]}
+    parts = {part["@id"] for part in things["./"]["hasPart"]}
+    assert parts == {p.name for p in out.iterdir()} - {"ro-crate-metadata.json"}
+    digest = hashlib.sha256((out / "b34.csv").read_bytes()).hexdigest()
+    assert things["b34.csv"]["identifier"] == f"sha256:{digest}"
+    (source,) = things["b34.csv"]["isBasedOn"]
+    assert things[source["@id"]]["name"] == "raw/a.csv"
+    references = json.dumps(crate["@graph"])
+    for name in things:
+        assert f'"{name}"' in references
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--record", "b33"], "did you mean 'b34'"),
+        ([], "holds files already"),
+    ],
+)
+def test_a_mistake_is_one_line(results, tmp_path, capsys, words, message):
+    out = tmp_path / "full"
+    out.mkdir()
+    (out / "mine.txt").write_text("keep")
+    assert main(["export", str(results), str(out), *words]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line

@@ -1,0 +1,174 @@
+"""What init makes of records as phones, microphones, students' loggers and scopes leave them."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+import scipy.io.wavfile
+
+from vinesexp.cli import main
+from vinesexp.records.campaign import load_campaign
+
+RNG = np.random.default_rng(5)
+
+
+def proposed(folder):
+    """Channels and rows after `init`, without a complaint about them."""
+    assert main(["init", str(folder)]) == 0
+    text = (folder / "campaign.yaml").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(io.StringIO((folder / "records.csv").read_text(encoding="utf-8"))))
+    lines = [line.strip() for line in text.splitlines() if line.startswith("  ")]
+    channels = dict(line.split(": ", 1) for line in lines if not line.startswith("#"))
+    return channels, rows, text
+
+
+def table(path, head, *columns, digits=6, comma=","):
+    rows = [comma.join(f"{v:.{digits}f}" for v in row) for row in zip(*columns, strict=True)]
+    path.write_text("\n".join([*([head] if head else []), *rows]) + "\n", encoding="utf-8")
+
+
+def bounces(rate, *, first=0.42, r=0.81, hits=10, ring=0.02, seconds=3.5):
+    """A ball heard by a microphone: hits ring for tens of ms and fade to a hundredth."""
+    t = np.arange(round(seconds * rate)) / rate
+    x = 2e-4 * RNG.standard_normal(t.size)
+    for k, s in enumerate(
+        0.3 + first * np.cumsum(np.concatenate([[0.0], r ** np.arange(hits - 1)]))
+    ):
+        u = (t - s).clip(0.0)
+        tones = np.sin(2 * np.pi * 1900.0 * u) + 0.5 * np.sin(2 * np.pi * 740.0 * u)
+        x += 0.4 * r ** (1.5 * k) * (t > s) * np.exp(-u / ring) * tones
+    return x
+
+
+def decay(t, f0=3.0, zeta=0.02):
+    return np.exp(-2 * np.pi * f0 * zeta * t) * np.cos(2 * np.pi * f0 * t)
+
+
+def test_bounces_heard_by_a_microphone_are_a_drop_test_that_runs(tmp_path, capsys):
+    for k, r in enumerate((0.81, 0.70)):
+        x = bounces(44100, r=r)
+        scipy.io.wavfile.write(tmp_path / f"memo {k}.wav", 44100, (32000 * x).astype(np.int16))
+    channels, rows, _ = proposed(tmp_path)
+    assert channels == {"sound": "{column: 0}"}
+    assert [row["test"] for row in rows] == ["drop", "drop"]
+    assert "shrink by 0.81 each" in rows[0]["note"]
+    assert load_campaign(tmp_path).channels["sound"].quantity == "sound"
+    assert main(["check", str(tmp_path)]) == 0
+    assert "2 good, 0 refused" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("unit", [[], ["--acceleration-unit", "m/s^2"]])
+def test_vinesexp_impacts_hears_bounces_with_and_without_a_unit(tmp_path, capsys, unit):
+    path = tmp_path / "a.wav"
+    scipy.io.wavfile.write(path, 44100, (32000 * bounces(44100)).astype(np.int16))
+    assert main(["impacts", str(path), "-a", "0", *unit]) == 0
+    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+    assert len(rows) == 10
+    flights = np.diff([float(row["time_s"]) for row in rows])
+    np.testing.assert_allclose(flights[1:] / flights[:-1], 0.81, atol=0.003)
+
+
+def test_a_microphone_alone_in_another_test_is_refused(tmp_path, capsys):
+    scipy.io.wavfile.write(tmp_path / "a.wav", 8000, bounces(8000).astype(np.float32))
+    (tmp_path / "campaign.yaml").write_text("channels: {sound: {column: 0}}\n")
+    (tmp_path / "records.csv").write_text("record,file,test\na,a.wav,ringdown\n")
+    assert main(["check", str(tmp_path)]) == 1
+    assert "sound alone serves drop tests only" in capsys.readouterr().out
+
+
+def test_of_the_axes_of_a_phone_the_one_that_moves_most_is_taken(tmp_path, capsys):
+    t = np.arange(3000) / 100.0
+    axes = [k * decay(t, 1.1) + 0.01 * RNG.standard_normal(t.size) for k in (0.4, 6.0, 1.0)]
+    total = np.sqrt(sum(a**2 for a in axes))
+    names = [f'"Linear Acceleration {axis} (m/s^2)"' for axis in "xyz"]
+    head = ",".join(['"Time (s)"', *names, '"Absolute acceleration (m/s^2)"'])
+    table(tmp_path / "Raw Data.csv", head, t + 0.0375, *axes, total)
+    channels, rows, _ = proposed(tmp_path)
+    assert list(channels) == ["acceleration"]
+    assert "Acceleration y" in channels["acceleration"]
+    assert rows[0]["test"] == "ringdown"
+
+
+@pytest.mark.parametrize("damping", [0.02, 0.17])
+def test_a_decay_in_whole_numbers_without_names_is_a_ringdown(tmp_path, capsys, damping):
+    t = np.arange(800) / 100.0
+    x = 2.0 * np.round(35.0 * decay(t, 2.9, damping))
+    rows = "\n".join(f"{s:g};{v:g}".replace(".", ",") for s, v in zip(t, x, strict=True))
+    (tmp_path / "experiment_1.csv").write_text(rows + "\n")
+    channels, rows, text = proposed(tmp_path)
+    assert "column: 1," in channels["displacement"]
+    assert "time: {column: 0, unit: s}" in text
+    assert rows[0]["test"] == "ringdown"
+
+
+def test_files_of_one_record_are_taken_together(tmp_path, capsys):
+    t = np.arange(2000) / 1000.0
+    for k, size in ((1, 1.0), (2, 3.0)):
+        for number, f in ((1, 8.0), (2, 16.0)):
+            x = size * decay(t, f, 0.01) + 1e-3 * RNG.standard_normal(t.size)
+            table(tmp_path / f"F000{k}CH{number}.CSV", f"Time (s),CH{number} (V)", t, x)
+    _, rows, _ = proposed(tmp_path)
+    assert [row["file"] for row in rows] == [f"F000{k}CH1.CSV;F000{k}CH2.CSV" for k in (1, 2)]
+    assert [row["record"] for row in rows] == ["F0001", "F0002"]
+
+
+def test_an_acceleration_is_never_a_displacement_and_a_command_is_not_the_base(tmp_path, capsys):
+    t = np.arange(4000) / 500.0
+    drive = np.sin(2 * np.pi * 5.0 * t)
+    base = 0.8 * np.sin(2 * np.pi * 5.0 * t + 0.3) + 0.01 * RNG.standard_normal(t.size)
+    board = 1.3 * np.sin(2 * np.pi * 5.0 * t + 0.9) + 0.01 * RNG.standard_normal(t.size)
+    head = "time,excitation_vibration,accelerometer_base,accelerometer_board"
+    table(tmp_path / "a.csv", head, t, drive, base, board)
+    channels, rows, _ = proposed(tmp_path)
+    assert set(channels) == {"base", "acceleration"}
+    assert "accelerometer_base" in channels["base"]
+    assert "quantity: acceleration" in channels["base"]
+    assert rows[0]["test"] == "periodic"
+    assert float(rows[0]["frequency_hz"]) == pytest.approx(5.0, abs=0.01)
+
+
+def test_a_gyroscope_is_no_channel(tmp_path, capsys):
+    t = np.arange(2000) / 100.0
+    head = '"Time (s)","Gyroscope x (rad/s)","Acceleration z (m/s^2)"'
+    table(tmp_path / "a.csv", head, t, 3.0 * decay(t, 1.0), 9.8 + decay(t, 1.0))
+    channels, _, _ = proposed(tmp_path)
+    assert list(channels) == ["acceleration"]
+    assert "Acceleration z" in channels["acceleration"]
+
+
+def test_names_cut_short_in_one_file_are_one_channel(tmp_path, capsys):
+    t = np.arange(2000) / 100.0
+    for name, label in (("a", "Acceleratio"), ("b", "Acceleration")):
+        table(tmp_path / f"{name}.csv", f"time (s),{label} (g)", t, decay(t, 1.0))
+    channels, rows, _ = proposed(tmp_path)
+    assert '"Acceleratio*"' in channels["acceleration"]
+    assert [row["test"] for row in rows] == ["ringdown", "ringdown"]
+
+
+def test_noise_of_the_base_is_no_sweep(tmp_path, capsys):
+    t = np.arange(8000) / 1000.0
+    noise = 0.01 * RNG.standard_normal(t.size) + 0.002 * np.sin(2 * np.pi * 50.0 * t)
+    table(
+        tmp_path / "a.csv",
+        "time,base_acc (g),board_acc (g)",
+        t,
+        noise,
+        1e-3 * np.ones(8000) + noise,
+    )
+    _, rows, _ = proposed(tmp_path)
+    assert rows[0]["exclude"] == "yes" or rows[0]["test"] != "sweep"
+
+
+def test_an_uneven_clock_and_a_header_that_contradicts_are_shown(tmp_path, capsys):
+    t = np.cumsum(RNG.choice([0.001, 0.016], 500))
+    table(tmp_path / "a.csv", "timestamp,angle", t, decay(t, 0.9))
+    assert main(["look", str(tmp_path / "a.csv")]) == 0
+    assert (
+        "look: times are uneven: their steps run from 0.001 to 0.016 s" in capsys.readouterr().out
+    )
+    t = np.arange(500) / 800.0
+    table(tmp_path / "b.csv", "Sample Interval,0.001\ntime (s),x (mm)", t, decay(t))
+    assert main(["look", str(tmp_path / "b.csv")]) == 0
+    shown = capsys.readouterr().out
+    assert "look: the header states 1000 Hz, the times say 800 Hz" in shown

@@ -1,0 +1,104 @@
+"""The documentation site builds without a warning, and shows what it is said to show."""
+
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import vinesexp
+from vinesexp.cli import COMMANDS
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+
+
+def hook(name: str):
+    """A module of docs/hooks, which is no package."""
+    spec = importlib.util.spec_from_file_location(name, REPOSITORY / f"docs/hooks/{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their module up
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    pytest.importorskip("material", reason="the site's packages are an extra: docs")
+    pytest.importorskip("mkdocstrings")
+    folder = tmp_path_factory.mktemp("site")
+    built = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)],
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert built.returncode == 0, built.stderr
+    return folder
+
+
+def page(site: Path, name: str) -> str:
+    return (site / name / "index.html").read_text(encoding="utf-8")
+
+
+def test_every_command_and_every_public_name_has_its_place(site):
+    commands = page(site, "reference/commands")
+    for name in COMMANDS:
+        assert f"vinesexp {name}</h2>" in re.sub(r"<a [^>]*>[^<]*</a>", "", commands), name
+    reference = page(site, "reference/python")
+    for name in set(vinesexp.__all__) - {"__version__"}:
+        assert re.search(rf'id="vinesexp\.[\w.]*\b{name}"', reference), name
+
+
+def test_the_theory_has_rendered_equations_and_the_gallery_its_figures(site):
+    theory = page(site, "theory")
+    assert theory.count("<math>") > 50
+    assert "<msqrt>" in theory
+    gallery = page(site, "gallery")
+    scripts = sorted((REPOSITORY / "docs/gallery").glob("*.py"))
+    assert len(scripts) >= 4
+    for script in scripts:
+        assert f'src="{script.stem}.png"' in gallery
+        assert (site / f"gallery/{script.stem}.png").stat().st_size > 10_000
+
+
+def test_the_page_of_all_benchmarks_has_every_number():
+    pytest.importorskip("mkdocs")
+    found = hook("glance").page()
+    rows = [line for line in found.splitlines() if line.startswith("| ")][1:]
+    assert len(rows) > 15
+    assert not [row for row in rows if "| -" in row or "- " in row.split("|")[4][:3]]
+
+
+def test_no_block_of_code_is_left_as_text(site):
+    for path in site.rglob("*.html"):
+        assert "```" not in path.read_text(encoding="utf-8"), path.relative_to(site)
+
+
+def test_no_page_asks_the_network_for_anything(site):
+    for path in site.rglob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        fetched = re.findall(r"<(?:script|link|img)[^>]+(?:src|href)=\"?(https?://[^\" >]+)", text)
+        assert fetched == [], path.relative_to(site)
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("A_1 = 2 Gamma/sqrt(S)", ["<msub><mi>A</mi><mn>1</mn></msub>", "Γ", "<msqrt>"]),
+        ("x'+ = -r", ["<msup><mo>′</mo><mo>+</mo></msup>", "−"]),
+        ("k1 <= pi^2", ["<msub><mi>k</mi><mn>1</mn></msub>", "≤", "<msup><mi>π</mi><mn>2</mn>"]),
+    ],
+)
+def test_plain_text_becomes_mathematics(text, parts):
+    found = hook("equations").mathml(text)
+    assert all(part in found for part in parts), found
+
+
+def test_only_indented_blocks_after_an_empty_line_are_equations():
+    found = hook("equations").rendered("words\n\n    A = 1   (2)\n\n- a\n    b\n")
+    assert found.count("<math>") == 1
+    assert '<span class="number">(2)</span>' in found
+    assert "- a\n    b" in found
