@@ -85,7 +85,7 @@ def _within(rows: Sequence[Row]) -> str:
         for quantity, permanent, words in kinds:
             if (row["quantity"], row["record"] in steady) == (quantity, permanent):
                 parts[words] = max(parts.get(words, 0.0), abs(float(row["deviation"])))
-    shown = [f"{words} within {100.0 * off:.1g} %" for words, off in parts.items()]
+    shown = [f"{words} within {100.0 * off:.2g} %" for words, off in parts.items()]
     return ", ".join(shown) or "as far as they can be compared"
 
 
