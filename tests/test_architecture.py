@@ -22,6 +22,7 @@ FLOORS = (
     {"signals"},
     {"identification"},
     {"clearance", "design"},
+    {"maps"},
     {"replay"},
     {"pipeline", "analysis_results", "results"},
     {"laboratory"},

@@ -19,6 +19,8 @@ _HOME = {
     "simulate": "vinesexp.solver.simulation",
     "Motion": "vinesexp.solver.motion",
     "open_results": "vinesexp.results",
+    "response_map": "vinesexp.maps.response_map",
+    "coexisting": "vinesexp.maps.basins",
 }
 
 __all__ = sorted([*_HOME, "__version__"])

@@ -15,6 +15,8 @@ COMMANDS = {
     "init": "campaign.yaml and records.csv proposed from a folder of files",
     "check": "look a campaign over without running it",
     "design": "what clearance to build and what it gives; b_c and b_t with sensitivities",
+    "map": "amplitude and captured share over any two of b, f, G, m, r",
+    "basins": "which motions coexist over the clearance, and how many starts lead to each",
     "simulate": "records of a scene",
     "impacts": "impacts in one file",
 }

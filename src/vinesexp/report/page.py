@@ -26,6 +26,7 @@ from vinesexp.records.result_columns import (
 from vinesexp.records.tables import read_rows
 from vinesexp.report.budget_rows import budget_table
 from vinesexp.report.errorbars import coverage_table
+from vinesexp.report.other_branches import other_branches
 from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
 from vinesexp.report.replay_verdict import replay_verdict
@@ -139,6 +140,11 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "headings": TESTS,
         "coverage": coverage_table(),
         "budget": budget_table(read_rows(budget, BUDGET) if budget.is_file() else []),
+        "branches": other_branches(
+            periodic_levels(campaign, tables["regimes"], tables["base"]),
+            tables["clearances"],
+            identified_rig(tables["identified"], campaign.known),
+        ),
         "replay": replay_verdict(tables["replay"], tables["checks"]),
         "written": SYMBOLS,
         "processed": processed,
