@@ -22,6 +22,7 @@ FLOORS = (
     {"signals"},
     {"identification"},
     {"clearance", "design", "proposal"},
+    {"maps"},
     {"replay"},
     {"pipeline", "analysis_results", "results"},
     {"single_record", "results_differences", "difference"},

@@ -26,6 +26,9 @@ _HOME = {
     # A campaign: its description, and the results that `snakemake` or `vinesexp run` left.
     "load_campaign": "vinesexp.records.campaign",
     "open_results": "vinesexp.results",
+    # Many rigs: amplitude over any two values, motions that coexist.
+    "response_map": "vinesexp.maps.response_map",
+    "coexisting": "vinesexp.maps.basins",
     # Every mistake of a user, in one line.
     "VinesexpError": "vinesexp.errors",
 }

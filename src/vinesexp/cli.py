@@ -19,6 +19,8 @@ COMMANDS = {
     "compare": "two results folders: what changed, and whether it matters",
     "export": "records, impacts and tables for Matlab, spreadsheets, modal software, archives",
     "design": "what clearance to build and what it gives; b_c and b_t with sensitivities",
+    "map": "amplitude and captured share over any two of b, f, G, m, r",
+    "basins": "which motions coexist over the clearance, and how many starts lead to each",
     "simulate": "records of a scene",
     "impacts": "impacts in one file",
     "completion": "what bash, zsh or fish need to complete commands and options",

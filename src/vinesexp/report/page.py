@@ -11,7 +11,7 @@ from typing import Any
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.gallery import listed
-from vinesexp.figures.numbers import significant, with_error
+from vinesexp.figures.numbers import significant
 from vinesexp.identification.untested import UNTESTED
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.result_columns import (
@@ -33,6 +33,8 @@ from vinesexp.report.budget_rows import budget_table
 from vinesexp.report.errorbars import coverage_table
 from vinesexp.report.inline_figures import inline_svg
 from vinesexp.report.level_rows import levels_table
+from vinesexp.report.other_branches import other_branches
+from vinesexp.report.parameter_rows import PARAMETERS, SYMBOLS, identified_table
 from vinesexp.report.processing import changed_settings, processed_records
 from vinesexp.report.provenance import provenance
 from vinesexp.report.published import published_rows
@@ -42,7 +44,6 @@ from vinesexp.report.summaries import (
     MOST_ROWS,
     files_beside,
     grouped,
-    ids_of,
     sections_of_tests,
 )
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
@@ -52,19 +53,6 @@ Row = Mapping[str, str]
 
 #: Outcomes of checks, worst first.
 SEVERITY = {"refused": 0, "excluded": 1, "warning": 2}
-
-#: Parameters in the order of the table, each with what it is.
-PARAMETERS = {
-    "f0": "natural frequency",
-    "zeta": "damping ratio",
-    "M": "mass of the oscillator",
-    "c1": "damping",
-    "k1": "stiffness",
-    "r": "restitution",
-}
-
-#: How each parameter is written, as markup.
-SYMBOLS = {"f0": "f<sub>0</sub>", "zeta": "ζ", "c1": "c<sub>1</sub>", "k1": "k<sub>1</sub>"}
 
 #: Tests in the order of the page, each with its heading.
 TESTS = {
@@ -176,6 +164,11 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
             campaign,
             tables | {t.name: _read(results, t) for t in (DECAY_TIMES, TRANSITIONS)},
         ),
+        "branches": other_branches(
+            periodic_levels(campaign, tables["regimes"], tables["base"]),
+            tables["clearances"],
+            identified_rig(tables["identified"], campaign.known),
+        ),
         "replay": replay_verdict(tables["replay"], tables["checks"]),
         "written": SYMBOLS,
         "processed": processed,
@@ -219,39 +212,6 @@ def _verdict(
         "releases": releases,
         "headline": headline(periodic, releases, parameters, tables["checks"]),
     }
-
-
-def _combined(identified: Sequence[Row]) -> dict[str, Row]:
-    return {row["parameter"]: row for row in identified if row["method"] == "combined"}
-
-
-def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
-    """Combined values in reading order, each with the rows of its methods."""
-    combined = _combined(identified)
-    order = [*PARAMETERS, *sorted(name for name in combined if name not in PARAMETERS)]
-    return [
-        {
-            "name": name,
-            "symbol": SYMBOLS.get(name, re.sub(r"^r_(\d+)$", r"r<sub>\1</sub>", name)),
-            "meaning": PARAMETERS.get(name, _meaning(name)),
-            "value": _value(combined[name]),
-            "methods": [
-                {"method": row["method"], "value": _value(row), "ids": ids_of(row["records"])}
-                for row in identified
-                if row["parameter"] == name and row["method"] != "combined"
-            ],
-        }
-        for name in order
-        if name in combined
-    ]
-
-
-def _meaning(name: str) -> str:
-    return f"restitution of NES {name[2:]}" if name.startswith("r_") else ""
-
-
-def _value(row: Row) -> str:
-    return with_error(float(row["value"]), float(row["std_error"] or 0.0), row["unit"])
 
 
 def tests_table(campaign: Campaign, checks: Sequence[Row]) -> list[dict[str, Any]]:

@@ -1,0 +1,120 @@
+"""`vinesexp basins`: the motions that coexist over the clearance, with their shares of starts.
+
+A command of its own beside `map`: it goes over the clearance alone and says what the motions are,
+where `map` goes over any two values and says how large they are.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vinesexp.commands.map import Bar, add_rig, check_format, once, whole
+from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.maps.map_options import OPTIONS, along, cells_of, gather_values
+
+if TYPE_CHECKING:
+    from vinesexp.maps.basins import Attractor
+
+#: Unit of each column of the table; words and counts have none.
+UNITS = {"b": "m", "mean": "m", "low": "m", "high": "m", "largest": "m", "share": "1"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command; the clearance is a range."""
+    add_rig(parser)
+
+    def one(flag: str, metavar: str, meaning: str) -> None:
+        parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
+
+    one("--cells", "N", "clearances tried (40)")
+    one("--starts", "N", "random starts at each (40)")
+    one("--seed", "N", "of the random starts (1)")
+    one("--out", "FILE", "table of the motions (csv)")
+    one("--plot", "FILE", "picture: amplitude over clearance (svg, pdf or png)")
+    parser.add_argument("--json", action="store_true", help="one JSON object for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Answer on standard output; the exit code is 0 or the error is one line."""
+    from vinesexp.maps.basins import coexisting
+    from vinesexp.rig import NES, Oscillator, Rig
+
+    identified = once(args.identified, "--identified")
+    values, ranges = gather_values(
+        {option.symbol: getattr(args, option.symbol) for option in OPTIONS},
+        None if identified is None else Path(identified),
+    )
+    more = [option.flag for option in OPTIONS if option.symbol in ranges and option.symbol != "b"]
+    if more:
+        raise ParameterError("found a range, expected one value", where=more[0])
+    (cells,) = cells_of(once(args.cells, "--cells") or "40", 1)
+    clearances = along(ranges["b"], cells) if "b" in ranges else (values["b"],)
+    starts, seed = whole(args.starts, "--starts", 40), whole(args.seed, "--seed", 1)
+    table, picture = once(args.out, "--out"), once(args.plot, "--plot")
+    check_format(picture)
+    oscillator = Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"])
+    rig = Rig(oscillator, nes=[NES(m=values["m"], b=clearances[0], r=values["r"])])
+    bar = Bar("clearances")
+    found = coexisting(
+        rig, level=values["G"], frequency=values["frequency"], clearances=clearances,
+        starts=starts, seed=seed, progress=bar,
+    )  # fmt: skip
+    bar.end()
+    if args.json:
+        print(json.dumps({"inputs": values, "starts": starts, "seed": seed,
+                          "motions": [asdict(one) for one in found]}, indent=2))  # fmt: skip
+    else:
+        print(text_of(found))
+    if table is not None:
+        write_table(found, Path(table))
+    if picture is not None:
+        _draw(found, values, Path(picture))
+    return 0
+
+
+def text_of(found: Sequence[Attractor]) -> str:
+    """A table that a person reads."""
+    lines = [f"{'b (mm)':>8}  {'starts':>7}  {'mean (mm)':>9}  {'largest':>8}  motion"]
+    before = None
+    for one in found:
+        b = f"{1e3 * one.b:8.2f}" if one.b != before else " " * 8
+        before = one.b
+        lines.append(
+            f"{b}  {100 * one.share:5.0f} %  {1e3 * one.mean:9.3f}  {1e3 * one.largest:8.3f}  "
+            f"{one.regime}"
+        )
+    return "\n".join(lines)
+
+
+def write_table(found: Sequence[Attractor], path: Path) -> None:
+    """The same as a csv file, SI; the unit stands in the name of a column."""
+    names = [field.name for field in fields(type(found[0]))]
+    heads = [f"{name}_{UNITS[name]}" if UNITS.get(name, "1") != "1" else name for name in names]
+    try:
+        with path.open("w", newline="", encoding="utf-8") as stream:
+            out = csv.writer(stream)
+            out.writerow(heads)
+            out.writerows([getattr(one, name) for name in names] for one in found)
+    except OSError as error:
+        raise VinesexpError(f"cannot be written ({error.strerror})", file=path) from None
+
+
+def _draw(found: Sequence[Attractor], values: dict[str, float], picture: Path) -> None:
+    from vinesexp.design.task import bare_gain
+    from vinesexp.figures.draw.coexisting_motions import coexisting_motions
+    from vinesexp.figures.draw.style import write
+    from vinesexp.rig import Oscillator
+
+    oscillator = Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"])
+    bare = values["G"] * bare_gain(oscillator, values["frequency"])
+    try:
+        write(coexisting_motions(found, bare=bare), picture)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise VinesexpError(f"cannot be drawn there ({reason})", file=picture) from None

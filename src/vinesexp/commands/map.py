@@ -1,0 +1,224 @@
+"""`vinesexp map`: amplitude and captured share over any two of b, f, G, m, r."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.maps.map_options import OPTIONS, along, cells_of, gather_values
+
+if TYPE_CHECKING:
+    from vinesexp.maps.map_plan import MapPlan, Values
+
+T = TypeVar("T")
+
+FORMATS = (".svg", ".pdf", ".png")
+_SAVE_EVERY = 5.0  # s
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command; every number is written with its unit, two of them as ranges."""
+    add_rig(parser)
+
+    def once(flag: str, metavar: str, meaning: str) -> None:
+        parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
+
+    once("--cells", "NxM", "values along the two axes, horizontal first (40x40)")
+    once("--starts", "N", "runs a cell (8)")
+    once("--kind", "KIND", "where they start: random or wall (random)")
+    once("--seed", "N", "of the random starts (1)")
+    once("--out", "FILE", "NetCDF file (map.nc); one that is there already is completed")
+    once("--plot", "FILE", "picture as well (svg, pdf or png)")
+    once("--rows", "K/N", "only the K-th of N shares of the rows: a part, to be joined later")
+    parser.add_argument("--join", nargs="+", type=Path, metavar="FILE", help="parts to be joined")
+
+
+def add_rig(parser: argparse.ArgumentParser) -> None:
+    """Options of the rig and its excitation, which `map` and `basins` share."""
+    for option in OPTIONS:
+        parser.add_argument(
+            option.flag,
+            dest=option.symbol,
+            metavar="VALUE",
+            action="append",
+            help=f"such as '{option.example}'{option.note}",
+        )
+    parser.add_argument(
+        "--identified",
+        metavar="PATH",
+        action="append",
+        help="results folder or identified.csv of a campaign, in place of numbers",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the map; the exit code is 0 or the error is one line."""
+    from vinesexp.maps.map_file import joined, known_of, write_map
+    from vinesexp.maps.response_map import fill
+
+    plan = plan_of(args)
+    out = Path(once(args.out, "--out") or "map.nc")
+    picture = once(args.plot, "--plot")
+    check_format(picture)
+    share = once(args.rows, "--rows")
+    if share is not None and (picture is not None or args.join):
+        raise ParameterError("a part has no picture and joins nothing", where="--rows")
+    if args.join:
+        values = joined(plan, args.join)
+    else:
+        rows = rows_of(share, plan.shape[0])
+        known = known_of(plan, out)
+        bar = Bar("rows")
+        saved = time.monotonic()
+
+        def progress(done: int, total: int, so_far: Values) -> None:
+            nonlocal saved, known
+            bar(done, total)
+            known = so_far
+            if time.monotonic() - saved > _SAVE_EVERY:
+                write_map(plan, so_far, out)
+                saved = time.monotonic()
+
+        try:
+            values = fill(plan, known, rows=rows, progress=progress)
+        except KeyboardInterrupt:
+            if known is not None:
+                write_map(plan, known, out)
+            raise VinesexpError("stopped; the same command goes on from here", file=out) from None
+        finally:
+            bar.end()
+    write_map(plan, values, out)
+    print(f"{plan.shape[0]} x {plan.shape[1]} cells of {plan.starts} starts: {out}")
+    if picture is not None:
+        draw(plan, values, Path(picture))
+    return 0
+
+
+def plan_of(args: argparse.Namespace) -> MapPlan:
+    """The plan that the options describe."""
+    from vinesexp.maps.map_plan import AXES, MapPlan
+
+    identified = once(args.identified, "--identified")
+    values, ranges = gather_values(
+        {option.symbol: getattr(args, option.symbol) for option in OPTIONS},
+        None if identified is None else Path(identified),
+    )
+    if len(ranges) != 2:
+        flags = ", ".join(option.flag for option in OPTIONS if option.symbol in AXES)
+        given = ", ".join(option.flag for option in OPTIONS if option.symbol in ranges) or "none"
+        raise ParameterError(
+            f"a map goes over two values: give two of {flags} as a range such as '5:60 mm'; "
+            f"ranges found: {given}"
+        )
+    x, y = (symbol for symbol in AXES if symbol in ranges)
+    cells = cells_of(once(args.cells, "--cells") or "40x40", 2)
+    return MapPlan(
+        values=values,
+        x=x,
+        x_values=along(ranges[x], cells[0]),
+        y=y,
+        y_values=along(ranges[y], cells[1]),
+        starts=whole(args.starts, "--starts", 8),
+        kind=once(args.kind, "--kind") or "random",
+        seed=whole(args.seed, "--seed", 1),
+    )
+
+
+def rows_of(share: str | None, rows: int) -> range:
+    """The rows of 'K/N', the K-th of N shares, evenly spread; all where none is named."""
+    if share is None:
+        return range(rows)
+    found = re.fullmatch(r"(\d+)/(\d+)", share)
+    if not found or not 1 <= int(found[1]) <= int(found[2]):
+        raise ParameterError(f"found '{share}', expected such as 3/8", where="--rows")
+    return range(int(found[1]) - 1, rows, int(found[2]))
+
+
+def once(values: Sequence[T] | None, flag: str) -> T | None:
+    """The one value of an option, None where it is not given.
+
+    Raises
+    ------
+    ParameterError
+        It is given more than once.
+    """
+    if values and len(values) > 1:
+        raise ParameterError(f"given {len(values)} times; give it once", where=flag)
+    return values[0] if values else None
+
+
+def whole(values: Sequence[str] | None, flag: str, default: int) -> int:
+    """The whole number of an option, 1 or more (0 for a seed)."""
+    text = once(values, flag)
+    if text is None:
+        return default
+    if not text.strip().isdecimal() or (int(text) < 1 and flag != "--seed"):
+        raise ParameterError(f"found '{text}', expected a whole number above 0", where=flag)
+    return int(text)
+
+
+def check_format(picture: str | None) -> None:
+    """Refuse a picture that cannot be drawn before anything is computed."""
+    if picture is not None and Path(picture).suffix.lower() not in FORMATS:
+        raise VinesexpError(
+            f"cannot draw '{Path(picture).suffix}'; name a file that ends in {', '.join(FORMATS)}",
+            file=picture,
+        )
+
+
+class Bar:
+    """A progress bar on standard error, where a person looks at it."""
+
+    def __init__(self, what: str) -> None:
+        self.what, self.begin, self.shown = what, time.monotonic(), sys.stderr.isatty()
+
+    def __call__(self, done: int, total: int) -> None:
+        """Show how many are done, and for how long the rest will take."""
+        if self.shown:
+            spent = time.monotonic() - self.begin
+            full = 40 * done // total
+            print(
+                f"\r[{'#' * full}{' ' * (40 - full)}] {done}/{total} {self.what}, {spent:.0f} s, "
+                f"{spent / done * (total - done):.0f} s left ",
+                end="", file=sys.stderr, flush=True,
+            )  # fmt: skip
+
+    def end(self) -> None:
+        """Leave the line."""
+        if self.shown:
+            print(file=sys.stderr)
+
+
+def draw(plan: MapPlan, values: Values, picture: Path) -> None:
+    """The picture of a map."""
+    import numpy as np
+
+    from vinesexp.figures.draw.response_map_panels import MapPicture, response_map_panels
+    from vinesexp.figures.draw.style import write
+    from vinesexp.maps.map_plan import AXES
+    from vinesexp.maps.published_line import published_line
+
+    scale = {"m": (1e3, "mm"), "kg": (1e3, "g"), "1": (1.0, ""), "Hz": (1.0, "Hz")}
+    (x_scale, x_unit), (y_scale, y_unit) = (scale[AXES[s][0]] for s in (plan.x, plan.y))
+    line = published_line(plan)
+    shown = MapPicture(
+        x=x_scale * np.array(plan.x_values),
+        y=y_scale * np.array(plan.y_values),
+        x_name=f"{AXES[plan.x][1]} {plan.x[0]}" + (f" ({x_unit})" if x_unit else ""),
+        y_name=f"{AXES[plan.y][1]} {plan.y[0]}" + (f" ({y_unit})" if y_unit else ""),
+        mean=1e3 * values["mean_amplitude"],
+        largest=1e3 * values["largest_amplitude"],
+        captured=100.0 * values["captured_share"],
+        line=None if line is None else 1e3 * line,
+    )
+    try:
+        write(response_map_panels(shown), picture)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise VinesexpError(f"cannot be drawn there ({reason})", file=picture) from None

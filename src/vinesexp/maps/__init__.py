@@ -1,0 +1,1 @@
+"""What a rig does over two of its parameters, and which motions it has side by side."""

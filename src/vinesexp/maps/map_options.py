@@ -1,0 +1,129 @@
+"""What a person writes for a map or for basins: rig values, two of them or one as a range."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.design.inputs import Option, read_identified
+from vinesexp.errors import ParameterError
+from vinesexp.rig import Oscillator
+from vinesexp.units import parse_quantity, refuse_impossible
+
+#: Every value of a rig and its excitation; those with a range in their note may be an axis.
+OPTIONS = (
+    Option("M", "--mass", "mass", "4.7 kg", "kg"),
+    Option("c1", "--damping", "damping", "3.02 N s/m", "N s/m"),
+    Option("k1", "--stiffness", "stiffness", "1.147e4 N/m", "N/m"),
+    Option("b", "--clearance", "displacement", "30 mm", "m", " or '5:60 mm'"),
+    Option("frequency", "--frequency", "frequency", "7.86 Hz", "Hz", " or '7.2:8.4 Hz'"),
+    Option("G", "--base-amplitude", "displacement", "0.25 mm", "m", " or '0.05:0.4 mm'"),
+    Option("m", "--nes-mass", "mass", "32 g", "kg", " or '10:60 g'"),
+    Option("r", "--restitution", "ratio", "0.6", "", " or '0.3:0.9'"),
+)
+_MAY_VARY = {option.symbol for option in OPTIONS if option.note}
+
+Ends = tuple[float, float]
+
+
+def gather_values(
+    texts: Mapping[str, Sequence[str] | None], identified: Path | None = None
+) -> tuple[dict[str, float], dict[str, Ends]]:
+    """Values and ranges (SI) of what was written; an option wins over the file.
+
+    Parameters
+    ----------
+    texts : mapping
+        For each symbol the texts given for it, one per time the option was used.
+    identified : path, optional
+        An identified.csv, or the results folder it is in.
+
+    Raises
+    ------
+    ParameterError
+        An option given twice, a value that cannot be read or cannot be, or one that is missing
+        (the frequency is the natural one by default); all that is missing in one line.
+    """
+    values: dict[str, float] = {}
+    if identified is not None:
+        values |= {name: one.value for name, one in read_identified(identified).items()}
+    ranges: dict[str, Ends] = {}
+    for option in OPTIONS:
+        said = texts.get(option.symbol) or ()
+        if len(said) > 1:
+            raise ParameterError(
+                f"given {len(said)} times ({', '.join(said)}); give it once", where=option.flag
+            )
+        if said:
+            values.pop(option.symbol, None)
+            try:
+                _read(said[0], option, values, ranges)
+            except ParameterError as error:
+                raise ParameterError(error.problem, where=option.flag) from None
+    missing = [
+        f"{option.flag} '{option.example}'"
+        for option in OPTIONS
+        if option.symbol not in (*values, *ranges, "frequency")
+    ]
+    if missing:
+        raise ParameterError(f"values are missing: give {', '.join(missing)}")
+    if "frequency" not in (*values, *ranges):
+        values["frequency"] = Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"]).f0
+    return values, ranges
+
+
+def _read(text: str, option: Option, values: dict[str, float], ranges: dict[str, Ends]) -> None:
+    """One text, as a value or as the two ends of a range."""
+    if ":" not in text:
+        value = parse_quantity(text, option.quantity).value
+        refuse_impossible(text, value, option.quantity)
+        _refuse_outside(text, value, option)
+        values[option.symbol] = value
+        return
+    if option.symbol not in _MAY_VARY:
+        raise ParameterError(f"found the range '{text}', expected one value")
+    first, last = text.split(":", 1)
+    if not re.search(r"[A-Za-z%]", re.sub(r"(?<=[0-9.])[eE](?=[+-]?\d)", "", first)):
+        first += re.sub(r"^[\s+-]*[0-9.,]+(?:[eE][+-]?\d+)?", "", last)
+    low, high = (parse_quantity(one, option.quantity).value for one in (first, last))
+    for one, value in ((first, low), (last, high)):
+        refuse_impossible(one.strip(), value, option.quantity)
+        _refuse_outside(one.strip(), value, option)
+    if not low < high:
+        raise ParameterError(f"found the range '{text}', expected from a smaller to a larger value")
+    ranges[option.symbol] = (low, high)
+
+
+def _refuse_outside(text: str, value: float, option: Option) -> None:
+    if option.symbol == "r" and not 0.0 <= value < 1.0:
+        raise ParameterError(f"found '{text}', expected a restitution from 0 to below 1")
+    if option.symbol != "r" and not value > 0.0 and option.symbol != "c1":
+        raise ParameterError(f"found '{text}', expected a value above 0")
+
+
+def cells_of(text: str, axes: int) -> tuple[int, ...]:
+    """Number of values along each axis, from '40' or '60x40'.
+
+    Examples
+    --------
+    >>> cells_of("60x40", 2), cells_of("30", 2)
+    ((60, 40), (30, 30))
+    """
+    words = text.lower().replace("×", "x").split("x")
+    if len(words) == 1:
+        words = words * axes
+    if len(words) != axes or not all(word.strip().isdecimal() for word in words):
+        example = "40" if axes == 1 else "40 or 60x40"
+        raise ParameterError(f"found '{text}', expected {example}", where="--cells")
+    numbers = tuple(int(word) for word in words)
+    if min(numbers) < 2:
+        raise ParameterError(f"found '{text}', expected 2 or more along an axis", where="--cells")
+    return numbers
+
+
+def along(ends: Ends, n: int) -> tuple[float, ...]:
+    """n evenly spaced values from end to end."""
+    return tuple(np.linspace(*ends, n).tolist())

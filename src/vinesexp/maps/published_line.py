@@ -1,0 +1,30 @@
+"""The published b_c along a map's other axis: the line to look for in its picture."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.maps.map_plan import MapPlan
+from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.theory.optimal_clearance import b_c_published
+
+#: Share of f0 by which the base may be off: the published formula is for resonance.
+AT_RESONANCE = 2e-3
+
+
+def published_line(plan: MapPlan) -> FloatArray | None:
+    """b_c (m) for every value along y; None where x is not b, or the base is off resonance."""
+    if plan.x != "b" or plan.y == "frequency":
+        return None
+    f0 = Oscillator(M=plan.values["M"], c1=plan.values["c1"], k1=plan.values["k1"]).f0
+    if abs(plan.values["frequency"] - f0) > AT_RESONANCE * f0:
+        return None
+    found = []
+    for y in plan.y_values:
+        here = {**plan.values, plan.y: y}
+        oscillator = Oscillator(M=here["M"], c1=here["c1"], k1=here["k1"])
+        rig = Rig(oscillator, nes=[NES(m=here["m"], b=1.0, r=here["r"])])
+        b_c = b_c_published(G=here["G"], eps=rig.eps, lam=rig.lam, r=here["r"])
+        found.append(float(b_c))
+    return np.array(found)

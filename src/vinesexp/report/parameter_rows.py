@@ -1,0 +1,58 @@
+"""The identified values as rows of the page: combined, and by every method."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vinesexp.figures.numbers import with_error
+from vinesexp.report.summaries import ids_of
+
+Row = Mapping[str, str]
+
+#: Parameters in the order of the table, each with what it is.
+PARAMETERS = {
+    "f0": "natural frequency",
+    "zeta": "damping ratio",
+    "M": "mass of the oscillator",
+    "c1": "damping",
+    "k1": "stiffness",
+    "r": "restitution",
+}
+
+#: How each parameter is written, as markup.
+SYMBOLS = {"f0": "f<sub>0</sub>", "zeta": "ζ", "c1": "c<sub>1</sub>", "k1": "k<sub>1</sub>"}
+
+
+def _combined(identified: Sequence[Row]) -> dict[str, Row]:
+    return {row["parameter"]: row for row in identified if row["method"] == "combined"}
+
+
+def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
+    """Combined values in reading order, each with the rows of its methods."""
+    combined = _combined(identified)
+    order = [*PARAMETERS, *sorted(name for name in combined if name not in PARAMETERS)]
+    return [
+        {
+            "name": name,
+            "symbol": SYMBOLS.get(name, re.sub(r"^r_(\d+)$", r"r<sub>\1</sub>", name)),
+            "meaning": PARAMETERS.get(name, _meaning(name)),
+            "value": _value(combined[name]),
+            "methods": [
+                {"method": row["method"], "value": _value(row), "ids": ids_of(row["records"])}
+                for row in identified
+                if row["parameter"] == name and row["method"] != "combined"
+            ],
+        }
+        for name in order
+        if name in combined
+    ]
+
+
+def _meaning(name: str) -> str:
+    return f"restitution of NES {name[2:]}" if name.startswith("r_") else ""
+
+
+def _value(row: Row) -> str:
+    return with_error(float(row["value"]), float(row["std_error"] or 0.0), row["unit"])

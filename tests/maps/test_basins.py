@@ -1,0 +1,68 @@
+"""Motions that coexist: found from many starts, named by the regimes, told apart by amplitude."""
+
+from __future__ import annotations
+
+import pytest
+
+from vinesexp import NES, Oscillator, Rig, coexisting
+from vinesexp.errors import ParameterError
+from vinesexp.maps.basins import Settled, grouped
+from vinesexp.theory.regime_definitions import Regime
+from vinesexp.theory.rig_orbits import symmetric_orbits
+
+TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+
+
+def test_shares_add_up_and_motions_are_told_apart():
+    found = [
+        Settled(Regime.TWO_SYMMETRIC, 6.0e-3, 6.1e-3, 2.0),
+        Settled(Regime.TWO_SYMMETRIC, 1.3e-3, 1.3e-3, 2.0),
+        Settled(Regime.MODULATED, 6.1e-3, 9.0e-3, 1.6),
+        Settled(Regime.MODULATED, 6.5e-3, 9.9e-3, 1.7),
+        Settled(Regime.TWO_SYMMETRIC, 6.01e-3, 6.2e-3, 2.0),
+    ]
+    motions = grouped(0.03, found)
+    assert sum(one.share for one in motions) == pytest.approx(1.0)
+    assert [(one.regime, one.starts) for one in motions] == [
+        ("two symmetric", 2),
+        ("strongly modulated", 2),
+        ("two symmetric", 1),
+    ]
+    assert motions[1].largest == 9.9e-3
+    assert (motions[1].low, motions[1].high) == (6.1e-3, 6.5e-3)
+
+
+def test_an_orbit_that_some_starts_miss():
+    """At 40 mm the orbit of r = 0.9 is stable, and half the starts never touch a wall."""
+    given = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.9}
+    orbit = symmetric_orbits(G=0.25e-3, b=0.04, frequency=7.862, **given)[0]
+    assert orbit.stable
+    assert orbit.admissible
+    rig = Rig(TABLE_2, nes=[NES(m=0.032, b=0.03, r=0.9)])
+    found = coexisting(rig, level=0.25e-3, frequency=7.862, clearances=[0.04], starts=12)
+    shares = {one.regime: one.share for one in found}
+    assert 0.0 < shares["two symmetric"] < 1.0
+    assert shares["no impact"] > 0.0
+    [captured] = [one for one in found if one.regime == "two symmetric"]
+    assert captured.mean == pytest.approx(orbit.amplitude, rel=0.1)  # of x, the other of hypot
+    [missed] = [one for one in found if one.regime == "no impact"]
+    assert missed.mean == pytest.approx(19.2e-3, rel=0.01)  # the bare response
+
+
+def test_deterministic_whatever_the_threads():
+    rig = Rig(TABLE_2, nes=[NES(m=0.032, b=0.03, r=0.6)])
+    given = {"level": 0.25e-3, "frequency": 7.862, "clearances": [0.036, 0.03], "starts": 6}
+    one, two = coexisting(rig, workers=1, **given), coexisting(rig, workers=3, **given)
+    assert one == two
+    assert [a.b for a in one] == sorted(a.b for a in one)
+
+
+def test_one_ball_only():
+    pair = Rig(TABLE_2, nes=[NES(m=0.016, b=0.03, r=0.6)] * 2)
+    with pytest.raises(ParameterError, match="2 NESs"):
+        coexisting(pair, level=1e-4, frequency=7.9, clearances=[0.03])
+    with pytest.raises(ParameterError, match="0 starts"):
+        coexisting(
+            Rig(TABLE_2, nes=[NES(m=0.032, b=0.03, r=0.6)]),
+            level=1e-4, frequency=7.9, clearances=[0.03], starts=0,
+        )  # fmt: skip

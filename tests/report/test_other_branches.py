@@ -1,0 +1,53 @@
+"""Other motions in the report: asked only where regime and b_c differ."""
+
+from __future__ import annotations
+
+from vinesexp.clearance.level_base import LevelBase
+from vinesexp.clearance.levels import Periodic, Tested
+from vinesexp.clearance.predicted import IdentifiedRig
+from vinesexp.maps.basins import Attractor
+from vinesexp.report.other_branches import explanation, other_branches
+from vinesexp.units import Quantity
+
+VALUES = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6}
+RIG = IdentifiedRig({name: Quantity(v) for name, v in VALUES.items()}, None, None, {})
+ROW = {"test": "periodic", "level": "G = 0.25 mm", "exact_mm": "33.9",
+       "predicted_low_mm": "33", "predicted_high_mm": "35"}  # fmt: skip
+
+
+def level(*tests: Tested) -> Periodic:
+    return Periodic(0.25e-3, LevelBase(Quantity(0.25e-3), Quantity(7.862)), tests)
+
+
+def test_nothing_where_all_agree_or_nothing_is_predicted():
+    agreeing = (
+        Tested(0.030, 5.9e-3, "two symmetric", "a"),
+        Tested(0.034, 7e-3, "strongly modulated", "within the interval"),
+        Tested(0.040, 9e-3, "strongly modulated", "b"),
+        Tested(0.020, 9e-3, "", "not judged"),
+        Tested(0.020, 19e-3, "no impact", "ball not seen"),
+    )
+    assert other_branches([level(*agreeing)], [ROW], RIG) == []
+    wrong = level(Tested(0.030, 5.9e-3, "strongly modulated", "a"))
+    assert other_branches([wrong], [], RIG) == []
+    without = IdentifiedRig({"M": Quantity(4.7)}, None, None, {})
+    assert other_branches([wrong], [ROW], without) == []
+
+
+def test_a_record_that_no_start_explains():
+    """At 30 mm every start of this rig is captured: a modulated record is not explained."""
+    wrong = level(Tested(0.030, 9.0e-3, "strongly modulated", "rec"))
+    [row] = other_branches([wrong], [ROW], RIG)
+    assert row["record"] == "rec"
+    assert row["predicted"] == "two impacts per cycle"
+    assert "two symmetric" in row["found"]
+    assert row["explained"].startswith("no other motion explains it")
+
+
+def test_amplitude_counts_as_well_as_the_regime():
+    one = Attractor(0.03, "strongly modulated", 0.4, 16, 6e-3, 5.8e-3, 6.2e-3, 9e-3, 1.7)
+    rest = Attractor(0.03, "two symmetric", 0.6, 24, 1e-3, 1e-3, 1e-3, 1e-3, 2.0)
+    near = Tested(0.03, 6.5e-3, "strongly modulated", "rec")
+    assert "from 40 % of the starts" in explanation(near, [rest, one])
+    far = Tested(0.03, 12e-3, "strongly modulated", "rec")
+    assert explanation(far, [rest, one]).startswith("no other motion")
