@@ -39,10 +39,12 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1, help="campaigns at once")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin none after so long")
     parser.add_argument("--quick", action="store_true", help="few rigs, one seed, no page")
-    parser.add_argument("--only", default="", help="rigs whose name has this, no page")
+    parser.add_argument(
+        "--only", default="", help="rigs whose name has one of these words (a|b), no page"
+    )
     args = parser.parse_args()
     every = [*all_departures(), *other_rigs(), *plans(), *instruments()]
-    chosen = [d for d in every if args.only in d.name]
+    chosen = [d for d in every if any(word in d.name for word in args.only.split("|"))]
     if args.quick:
         chosen = [d for d in chosen if any(word in d.name for word in _QUICK)]
     seeds = range(1, 2 if args.quick else args.seeds + 1)
@@ -55,7 +57,9 @@ def main() -> None:
     outcomes = [found for d, seed in wanted if (found := kept(d, seed)) is not None]
     print(summary(outcomes))
     if not (args.quick or args.only):
-        PAGE.write_text(page(outcomes), encoding="utf-8")
+        measured = {outcome.departure.name for outcome in outcomes}
+        missing = [d.name for d in chosen if d.name not in measured]
+        PAGE.write_text(page(outcomes, missing=missing), encoding="utf-8")
 
 
 def _measured(

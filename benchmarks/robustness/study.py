@@ -112,7 +112,7 @@ class Outcome:
                 found.append("two impacts per cycle end later")
         if "disagree" in self.headline and self.b_c_holds:
             found.append("a disagreement that is none")
-        if self.end is None:
+        if self.end is None or not self.departure.plan.periodic:
             return "; ".join(found)
         tried = sorted(self.departure.plan.periodic)
         beyond = 1e3 * self.end > tried[-1] or 1e3 * self.end < tried[0]

@@ -53,8 +53,8 @@ def analyse_record(
         With `strict`: the record cannot be used, and why.
     """
     checks = ingest_record(campaign, record, paths=paths, strict=strict)
-    bands = condition_record(campaign, record, paths=paths)
-    impacts, regime = find_impacts(campaign, record, paths=paths)
+    bands = condition_record(campaign, record, paths=paths, strict=strict)
+    impacts, regime = find_impacts(campaign, record, paths=paths, strict=strict)
     return RecordResult(
         record=record,
         checks=checks,
@@ -104,22 +104,17 @@ def condition_record(
     campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
 ) -> Bands | None:
     """Bandpass the channels: the oscillator's motion in its band, the impacts in theirs."""
-    from vinesexp.records.file_attributes import write_refused
-    from vinesexp.records.refusal import refused_where_it_fails
-    from vinesexp.signals.condition import condition
+    from vinesexp.signals.condition import condition, condition_or_refuse
 
     campaign, record = _seen(campaign, record, step="condition")
-    out = paths.conditioned(record.id)
-    bands = None
-    with refused_where_it_fails("condition", record.id, partial(write_refused, out), strict=strict):
-        bands = condition(
-            paths.record(record.id),
-            out,
-            bandpass=campaign.bandpass,
-            f0_hint=centre_frequency(record),
-            settings=record.settings,
-        )
-    return bands
+    step = condition if strict else condition_or_refuse
+    return step(
+        paths.record(record.id),
+        paths.conditioned(record.id),
+        bandpass=campaign.bandpass,
+        f0_hint=centre_frequency(record),
+        settings=record.settings,
+    )
 
 
 def centre_frequency(record: Record) -> float | None:
@@ -137,11 +132,23 @@ def find_impacts(
     campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
 ) -> tuple[Impacts, Row]:
     """Acceleration spikes to impacts, and the regime that they and the amplitude show."""
-    from vinesexp.signals.record_impacts import write_impacts_and_regime
+    from vinesexp.signals.impacts.find import impacts_of_record
+    from vinesexp.signals.tables_of_record import rows_or_refuse
 
     campaign, record = _seen(campaign, record, step="impacts")
-    masses = [mass.value for mass in campaign.known.nes_mass]
-    return write_impacts_and_regime(record, paths=paths, nes_mass=masses, strict=strict)
+    measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
+    find = partial(
+        impacts_of_record,
+        measured,
+        conditioned,
+        paths.impacts(record.id),
+        clearance=record.clearance,
+        nes_mass=[mass.value for mass in campaign.known.nes_mass],
+        test=record.test,
+        settings=record.settings,
+    )
+    impacts, rows = rows_or_refuse(record, find, paths=paths, strict=strict)
+    return impacts, rows["regime"][0]
 
 
 def estimate_from_record(
@@ -150,42 +157,36 @@ def estimate_from_record(
     """What one record says about M, c1, k1 and r, each value with its standard error."""
     from vinesexp.identification.decay_table import decay_table
     from vinesexp.identification.estimate import write_estimates
-    from vinesexp.identification.one_record import estimate_record, nothing
-    from vinesexp.records.refusal import refused_where_it_fails
+    from vinesexp.identification.one_record import estimate_record
     from vinesexp.records.result_columns import DECAY
     from vinesexp.records.tables import write_rows
 
     campaign, record = _seen(campaign, record, step="estimate")
-    measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
-    found: list[Estimate] = []
-    decay: list[Row] = []
-
-    def leave(reason: str) -> None:
-        found[:] = [nothing(record.id, reason)]
-
-    with refused_where_it_fails("estimate", record.id, leave, strict=False):
-        found = estimate_record(
-            record,
-            campaign.known,
-            measured=measured,
-            conditioned=conditioned,
-            impacts=paths.impacts(record.id),
-        )
-        if record.test == "ringdown":
-            decay = decay_table(found, conditioned)
+    found = estimate_record(
+        record,
+        campaign.known,
+        measured=paths.record(record.id),
+        conditioned=paths.conditioned(record.id),
+        impacts=paths.impacts(record.id),
+    )
     write_estimates(paths.estimates(record.id), found)
+    decay = decay_table(found, paths.conditioned(record.id)) if record.test == "ringdown" else []
     write_rows(paths.decay(record.id), DECAY, decay)
     return found
 
 
 def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
     """One table of all records each: regimes, base, bands, transitions, decay times."""
+    import json
+
     from vinesexp.records.result_columns import COLLECTED
     from vinesexp.records.tables import write_rows
-    from vinesexp.signals.record_impacts import read_shown
 
     campaign = campaign_seen_by("regimes", campaign)
-    steps = [read_shown(paths.regime(record.id)) for record in campaign.records]
+    steps = [
+        json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
+        for record in campaign.records
+    ]
     for key, table in COLLECTED.items():
         write_rows(paths.folder / f"{table.name}.csv", table, [r for s in steps for r in s[key]])
     return [row for step in steps for row in step["regime"]]
@@ -265,8 +266,7 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
 
 def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     """The checks of every step in one table, checks.csv, in the order of the records."""
-    from vinesexp.records.checks import read_checks, write_checks
-    from vinesexp.signals.record_impacts import read_shown
+    from vinesexp.records.checks import read_checks, refusals, write_checks
 
     campaign = campaign_seen_by("checks", campaign)
     tables: Sequence[Path] = [
@@ -276,10 +276,8 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
         paths.replay_checks,
     ]
     found = [check for table in tables for check in read_checks(table)]
-    for record in campaign.records:  # what a step on it could not digest
-        reason = read_shown(paths.regime(record.id)).get("refused")
-        if reason:
-            found.append(Check(record.id, "impacts", "refused", reason))
+    rows = {record.id: paths.regime(record.id) for record in campaign.records}
+    found += [check for id, path in rows.items() for check in refusals(id, path)]
     write_checks(paths.checks, found)
     return found
 

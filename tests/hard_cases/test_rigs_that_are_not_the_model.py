@@ -7,6 +7,7 @@ rigs are taken from their impact tables on; what needs raw records is marked slo
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 M, R = 4.7, 0.6
@@ -245,3 +246,72 @@ def test_walls_of_one_record():
     found = restitution(flights)
     assert found.r == pytest.approx(0.6, abs=1e-3)  # 0.65 where the other wall is thrown out
     assert found.walls == pytest.approx((0.65, 0.55), abs=1e-3)
+
+
+@pytest.mark.parametrize(("b", "regime"), [(33.5, "two symmetric"), (34.5, "strongly modulated")])
+def test_a_short_record_past_the_end_is_not_permanent(b, regime):
+    """Its end is at 34.07 mm; nine cycles of ten are captured beyond it too."""
+    from benchmarks.robustness.end_of_orbit import PULLED
+    from benchmarks.robustness.motion import move
+    from benchmarks.robustness.rig import Body, Drive
+
+    from vinesexp.theory.regime_definitions import regime_of
+
+    path = move(Body(r_slope=-0.05), Drive(0.25e-3), b=1e-3 * b, seconds=35.0, x0=PULLED)
+    found = regime_of(path.time, path.side, period=1 / 7.862, start=27.0, end=35.0)
+    assert found.captured > 0.9
+    assert found.regime.value == regime
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "missed"), [(1.003, 33.5e-3), (1.01, 31e-3)])
+def test_off_the_resonance_the_orbit_ends_where_b_c_says(share, missed):
+    """Tests that begin elsewhere lose it millimetres before: both are true, of different things."""
+    from benchmarks.robustness.end_of_orbit import stays, true_end
+    from benchmarks.robustness.rig import Body, Drive
+
+    from vinesexp.theory.optimal_clearance import b_c_exact
+
+    drive = Drive(0.25e-3, 7.862 * share)
+    b_c = float(
+        b_c_exact(G=0.25e-3, frequency=drive.frequency, M=M, c1=3.02, k1=1.147e4, r=R, m=0.032)
+    )
+    assert true_end(Body(), drive) == pytest.approx(b_c, rel=1e-3)
+    assert missed < 0.99 * b_c
+    assert not stays(Body(), drive, missed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["r falls by 0.05 per m/s", "contact of 0.9 ms", "frequency 1 % off the sheet"]
+)
+def test_headlines_on_where_two_impacts_end_are_true(name, tmp_path):
+    from benchmarks.robustness.departures import all_departures
+    from benchmarks.robustness.study import studied
+
+    found = studied(next(d for d in all_departures() if d.name == name), tmp_path, seed=1)
+    assert "two impacts per cycle end" in found.headline
+    assert found.false_headline == ""
+
+
+@pytest.mark.parametrize(
+    ("effects", "offset", "pulse", "undone"),
+    [
+        (("clearance_offset", "contact_time"), -8e-4, 4.6e-4, True),
+        (("r_speed_slope", "clearance_offset", "contact_time"), -8e-4, 4.6e-4, True),
+        (("clearance_offset", "contact_time"), 8e-4, 4.6e-4, False),
+        (("clearance_offset", "contact_time"), -8e-4, 1.7e-3, False),  # the pulse shows a contact
+        (("clearance_offset",), -8e-4, 4.6e-4, False),
+    ],
+)
+def test_effects_that_undo_one_another_are_no_explanation(effects, offset, pulse, undone):
+    """A base with a second harmonic once gave a contact of 0.7 ms and a cavity 0.8 mm too short."""
+    from vinesexp.identification.collision_evidence import _undone
+    from vinesexp.identification.collision_model import Fit
+
+    values = {"clearance_offset": offset, "contact_time": 7e-4, "r_speed_slope": 4e-3}
+    fit = Fit(
+        effects, np.array([0.6, 5.0, *(values[name] for name in effects)]),
+        1e-12 * np.eye(2 + len(effects)), 0.0, 1.0,
+    )  # fmt: skip
+    assert _undone(fit, pulse) is undone

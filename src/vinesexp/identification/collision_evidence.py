@@ -212,7 +212,8 @@ def _fits(collisions: Collisions, prior: tuple[float, float] | None) -> list[Fit
         for count in range(1, _MOST + 1)
         for effects in itertools.combinations(EFFECTS, count)
     ]
-    return [plain, *(one for one in found if _possible(one, plain))]
+    pulse = float(np.median(collisions.flights.pulse))
+    return [plain, *(one for one in found if _possible(one, plain) and not _undone(one, pulse))]
 
 
 def _scores(fits: list[Fit], collisions: Collisions) -> FloatArray:
@@ -239,6 +240,17 @@ def _possible(found: Fit, plain: Fit) -> bool:
         abs(value) < LARGEST[name] and (value > 0.0 or name not in POSITIVE)
         for name, value in zip(found.effects, found.values[2:], strict=True)
     )
+
+
+def _undone(found: Fit, pulse: float) -> bool:
+    """Whether a contact that lasts and a cavity shorter than its sheet undo one another.
+
+    One lengthens the flights, the other shortens them: together they fit errors of any kind. A
+    pulse that lasts shows that the contact is there.
+    """
+    if not {"contact_time", "clearance_offset"} <= set(found.effects) or pulse > _LONG_PULSE:
+        return False
+    return found.of("clearance_offset")[0] < 0.0
 
 
 def _matter(found: Fit) -> bool:

@@ -17,6 +17,7 @@ from vinesexp.identification.oscillation import displacement_of, frequency_of_mo
 from vinesexp.identification.phasors import SAMPLES
 from vinesexp.identification.sweep_record import estimates_of_sweep
 from vinesexp.records.campaign import Known, Record
+from vinesexp.records.refusal import is_of_the_machine, reason_of
 from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
@@ -59,6 +60,13 @@ def estimate_record(
             return [content, *_by_test(record, known, view, band.attributes, impacts)]
         except AnalysisError as error:
             return [content, nothing(record.id, str(error))]
+        except Exception as error:  # one record that nobody foresaw must not stop the others
+            if is_of_the_machine(error):
+                raise
+            return [
+                content,
+                nothing(record.id, reason_of(error, log=f"logs/estimate/{record.id}.log")),
+            ]
 
 
 def _content(record: Record, view: RecordView) -> Estimate:

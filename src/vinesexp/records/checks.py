@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -60,3 +61,9 @@ def read_checks(path: Path) -> list[Check]:
             )
         checks.append(Check(**{name: row[name] for name in CHECKS.names}))  # type: ignore[arg-type]
     return checks
+
+
+def refusals(record: str, path: Path) -> list[Check]:
+    """Why a step refused a record that ingest took, from the rows that the step left."""
+    rows = json.loads(path.read_text(encoding="utf-8"))
+    return [Check(record, "impacts", "refused", rows["refused"])] if "refused" in rows else []

@@ -134,6 +134,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     known = {row["name"] for row in parameters}
     tests = tests_table(campaign, tables["checks"])
     problems = [row for row in tables["checks"] if row["outcome"] != "ok"]
+    found = [row for row in tables["checks"] if row["outcome"] == "ok"]
     figures = [{**vars(drawn), "svg": inline_svg(results, drawn)} for drawn in listed(results)]
     first = min(figures, key=_early, default=None)
     bands, transitions = _read(results, BANDS), _read(results, TRANSITIONS)
@@ -157,12 +158,8 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
                 (row for row in problems if row["record"]), key=lambda row: SEVERITY[row["outcome"]]
             )
         ),
-        "notes": [
-            row
-            for row in tables["checks"]
-            if row["outcome"] == "ok" and row["check"] not in ("ingest", UNTESTED)
-        ],
-        "untested": [row for row in tables["checks"] if row["check"] == UNTESTED],
+        "notes": [row for row in found if row["check"] not in ("ingest", UNTESTED)],
+        "untested": [row for row in found if row["check"] == UNTESTED],
         "limits": [row for row in problems if not row["record"]],
         "refused": len({row["record"] for row in problems if row["outcome"] == "refused"}),
         "excluded": len({row["record"] for row in problems if row["outcome"] == "excluded"}),

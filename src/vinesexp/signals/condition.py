@@ -9,13 +9,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.records.file_attributes import carried, write_refused
+from vinesexp.records.refusal import refused_where_it_fails
 from vinesexp.records.store import RecordView, create_record, open_record
 from vinesexp.settings.stages import Settings
 from vinesexp.signals.bands import Bands, default_bands, oscillation_of
@@ -97,6 +100,14 @@ def condition(
         ) as writer:
             for blocks in _in_step(streams, _BLOCK):
                 writer.append(blocks)
+    return bands
+
+
+def condition_or_refuse(record_path: Path, out_path: Path, **options: Any) -> Bands | None:
+    """`condition`, with a record that cannot be filtered turned into a placeholder."""
+    leave, bands = partial(write_refused, out_path), None
+    with refused_where_it_fails("condition", Path(record_path).stem, leave, strict=False):
+        bands = condition(record_path, out_path, **options)
     return bands
 
 
