@@ -167,3 +167,14 @@ def test_a_steady_motion_looks_steady(frequency, length, phase):
         assert low[:-1].max() < -0.98
     else:  # cycles are wide enough to be seen
         assert columns >= 8 * frequency * length
+
+
+def test_every_channel_has_a_name_and_a_colour():
+    from vinesexp.figures.collect.single_records import _SHOWN
+    from vinesexp.figures.draw.style import COLOURS
+    from vinesexp.record_pages.drawn_content import SHOWN
+    from vinesexp.records.schema import ROLES, SI_UNITS
+
+    assert set(_SHOWN) == set(ROLES)
+    assert {name.split()[0] for name, _ in _SHOWN.values()} <= set(COLOURS)
+    assert set(SHOWN) == set(SI_UNITS)
