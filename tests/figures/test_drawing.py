@@ -180,3 +180,14 @@ def test_a_figure_of_very_many_records_shows_even_choices():
     assert len(shown) < 20
     assert (shown[0], shown[-1]) == (many[0], many[-1])
     assert spread(many[:5]) == many[:5]
+
+
+def test_every_channel_has_a_name_and_a_colour():
+    from vinesexp.figures.collect.single_records import _SHOWN
+    from vinesexp.figures.draw.style import COLOURS
+    from vinesexp.record_pages.drawn_content import SHOWN
+    from vinesexp.records.schema import ROLES, SI_UNITS
+
+    assert set(_SHOWN) == set(ROLES)
+    assert {name.split()[0] for name, _ in _SHOWN.values()} <= set(COLOURS)
+    assert set(SHOWN) == set(SI_UNITS)

@@ -126,8 +126,8 @@ def transmissibility(
 
 def _to_displacement(ratio: FloatArray, power: int) -> ComplexArray:
     """What spectra are multiplied by: a velocity runs a quarter of a period ahead, too."""
-    bend = ratio ** -float(power)
-    return np.asarray(-1j * bend if power == 1 else bend, dtype=np.complex128)
+    turn = -1j if power == 1 else 1.0 + 0.0j
+    return np.asarray(turn * ratio ** -float(power), dtype=np.complex128)
 
 
 def _smooth_length(n: int) -> int:

@@ -26,6 +26,7 @@ SHOWN = {
     "displacement": ("mm", 1e-3),
     "velocity": ("mm/s", 1e-3),
     "acceleration": ("m/s²", 1.0),
+    "sound": ("1", 1.0),
 }
 _MOST_IMPACTS = 20_000
 _MOST_CYCLES = 20_000

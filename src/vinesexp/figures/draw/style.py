@@ -23,6 +23,7 @@ COLOURS = {
     "displacement": "#0072B2",
     "base": "#999999",
     "acceleration": "#333333",
+    "sound": "#333333",
     "measured": "#000000",
     "published": "#B87900",
     "exact": "#009E73",
