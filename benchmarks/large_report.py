@@ -129,7 +129,8 @@ def measure(count: int, folder: Path) -> None:
     print(f"  report.html {len(text.encode()) / 1e6:.2f} MB, {text.count('<tr')} rows of tables")
     print(f"  records.html {paths.records_page.stat().st_size / 1e6:.2f} MB, library "
           f"{library / 1e6:.2f} MB, a record {each / 1e3:.0f} kB")  # fmt: skip
-    shell = (paths.records_page.stat().st_size - 150 * count) / 1e3
+    page = paths.records_page.read_text(encoding="utf-8")
+    shell = len(re.sub(r"json\">.*?</script>", "", page, flags=re.DOTALL).encode()) / 1e3
     print(f"  a page each would add {shell:.0f} kB a record, {shell * count / 1e3:.1f} MB")
     _time_opening(campaign.records[count // 2].id, paths)
 
