@@ -61,7 +61,8 @@ def test_every_command_has_its_options(page, words):
 
 
 def test_there_are_commands_on_the_pages():
-    assert {words[0] for _, words in commands() if is_command(words)} >= set(COMMANDS) - {"impacts"}
+    shown = {words[0] for _, words in commands() if is_command(words)}
+    assert shown >= {"check", "compare", "design", "export", "init", "look", "plan", "run"}
 
 
 @pytest.mark.parametrize("path", PAGES, ids=name)

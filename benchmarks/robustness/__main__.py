@@ -57,7 +57,9 @@ def main() -> None:
     outcomes = [found for d, seed in wanted if (found := kept(d, seed)) is not None]
     print(summary(outcomes))
     if not (args.quick or args.only):
-        PAGE.write_text(page(outcomes), encoding="utf-8")
+        measured = {outcome.departure.name for outcome in outcomes}
+        missing = [d.name for d in chosen if d.name not in measured]
+        PAGE.write_text(page(outcomes, missing=missing), encoding="utf-8")
 
 
 def _measured(

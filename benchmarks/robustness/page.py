@@ -30,8 +30,8 @@ abs(z) is below 4, or a warning names the cause. b_c: error of the first seed, a
 95 % interval, and 0.1 % for the error of the true end itself, holds it."""
 
 
-def page(outcomes: Sequence[Outcome]) -> str:
-    """The page in Markdown."""
+def page(outcomes: Sequence[Outcome], *, missing: Sequence[str] = ()) -> str:
+    """The page in Markdown; `missing`: rigs of which no campaign was measured by this code."""
     by_name: dict[str, list[Outcome]] = {}
     for outcome in outcomes:
         by_name.setdefault(outcome.departure.name, []).append(outcome)
@@ -45,6 +45,7 @@ def page(outcomes: Sequence[Outcome]) -> str:
             "",
             summary(outcomes),
             "",
+            *_missing(missing),
             "## Each departure",
             "",
             _COLUMNS,
@@ -65,6 +66,16 @@ def page(outcomes: Sequence[Outcome]) -> str:
             "",
         ]
     )
+
+
+def _missing(names: Sequence[str]) -> list[str]:
+    if not names:
+        return []
+    return [
+        f"Not measured by the present code, {len(names)} rigs (the same command goes on): "
+        f"{'; '.join(names)}.",
+        "",
+    ]
 
 
 def failures(outcomes: Sequence[Outcome]) -> str:

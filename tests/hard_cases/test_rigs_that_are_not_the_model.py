@@ -264,8 +264,8 @@ def test_a_short_record_past_the_end_is_not_permanent(b, regime):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("share", [1.003, 1.01])
-def test_off_the_resonance_the_orbit_ends_where_b_c_says(share):
+@pytest.mark.parametrize(("share", "missed"), [(1.003, 33.5e-3), (1.01, 31e-3)])
+def test_off_the_resonance_the_orbit_ends_where_b_c_says(share, missed):
     """Tests that begin elsewhere lose it millimetres before: both are true, of different things."""
     from benchmarks.robustness.end_of_orbit import stays, true_end
     from benchmarks.robustness.rig import Body, Drive
@@ -277,7 +277,8 @@ def test_off_the_resonance_the_orbit_ends_where_b_c_says(share):
         b_c_exact(G=0.25e-3, frequency=drive.frequency, M=M, c1=3.02, k1=1.147e4, r=R, m=0.032)
     )
     assert true_end(Body(), drive) == pytest.approx(b_c, rel=1e-3)
-    assert not stays(Body(), drive, 0.985 * b_c)
+    assert missed < 0.99 * b_c
+    assert not stays(Body(), drive, missed)
 
 
 @pytest.mark.slow
@@ -288,7 +289,7 @@ def test_headlines_on_where_two_impacts_end_are_true(name, tmp_path):
     from benchmarks.robustness.departures import all_departures
     from benchmarks.robustness.study import studied
 
-    found = studied(next(d for d in all_departures() if d.name == name), tmp_path, seed=3)
+    found = studied(next(d for d in all_departures() if d.name == name), tmp_path, seed=1)
     assert "two impacts per cycle end" in found.headline
     assert found.false_headline == ""
 

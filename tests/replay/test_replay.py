@@ -242,6 +242,9 @@ def test_motions_that_vary_are_one_distribution_whatever_they_are_called():
     row = MEASURED | {"amplitude_mean_m": "0.0072", "regime": "two symmetric"}
     amplitude = compared(periodic(34.5), row, float("nan"), found, steady=False)[0]
     assert (amplitude.outcome, amplitude.low, amplitude.high) == ("ok", 6.8e-3, 7.4e-3)
+    for steady, outcome in ((False, "ok"), (True, "differs")):
+        other = compared(periodic(34.5), row, float("nan"), found[1:4], steady=steady)[2]
+        assert (other.quantity, other.outcome) == ("regime", outcome)
     # A steady record at this amplitude is not replayed: the orbit is elsewhere.
     steady = compared(periodic(34.5), row, float("nan"), found, steady=True)[0]
     assert steady.outcome == "differs"

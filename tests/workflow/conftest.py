@@ -46,6 +46,7 @@ STEPS = {
     "replay": "replay",
     "replay_cycles": "replay",
     "identify": "identify",
+    "budget": "identify",
     "compare": "compare",
 }
 #: Which job makes a file of results/tiny, by the folder or the table it is in.

@@ -49,8 +49,8 @@ def warnings_of(advice: Advice) -> list[str]:
         said.append("no clearance takes more than 5 % off the bare amplitude: the ball hardly acts")
     if advice.watched < 1.0:
         said.append(
-            "so far from resonance a light damping takes too many cycles to settle: runs were cut "
-            f"to {100 * advice.watched:.0f} % of the time they would need, and amplitudes still "
+            "damping this light takes more cycles to settle than can be run: runs were cut to "
+            f"{100 * advice.watched:.2g} % of the time they would need, and amplitudes still "
             "contain a part of the start"
         )
     if not advice.task.plain:

@@ -71,8 +71,8 @@ def cost_of(task: Task, b: float, frequency: float) -> float:
     """Cycles that a run takes, and more for several balls or where no closed form helps."""
     pace = max(frequency, task.oscillator.f0)
     dearer = 1.0 if task.plain else SERIES
-    balls = len(task.masses) * math.sqrt(len(task.masses))
-    return duration_of(task.rig(b), frequency)[1] * pace * balls * dearer
+    dearer *= math.pow(len(task.masses), 1.5)
+    return duration_of(task.rig(b), frequency)[1] * pace * dearer
 
 
 def mean_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:

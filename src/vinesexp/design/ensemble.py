@@ -34,8 +34,9 @@ SETTLE, WINDOW = 6.0, 8.0
 BARE = 4.0
 #: No run is shorter than this many cycles of the base to settle and to be judged (of each).
 SHORTEST = 60.0
-#: No run is longer than this many cycles in all, of base or oscillator, whichever is faster.
-LONGEST = 20_000.0
+#: No run is longer than this many cycles in all, of base or oscillator, whichever is faster: near
+#: resonance, and farther from it than a factor of `FAR`, where the ball hardly matters.
+LONGEST, LONGEST_FAR, FAR = 12_000.0, 4_000.0, 2.0
 #: A start is captured when its balls make at least this many impacts a cycle each, taken together
 #: and over the window, and its largest amplitude stays below STEADY times the mean one.
 IMPACTS_PER_CYCLE = 1.9
@@ -113,7 +114,7 @@ def slow_time(rig: Rig) -> float:
 def duration_of(rig: Rig, frequency: float) -> tuple[float, float]:
     """(settle, whole duration) of a run, s."""
     settle, whole = _wanted(rig, frequency)
-    shrink = min(1.0, LONGEST / (whole * max(frequency, rig.oscillator.f0)))
+    shrink = cut_short(rig, frequency)
     return shrink * settle, shrink * whole
 
 
@@ -122,7 +123,9 @@ def cut_short(rig: Rig, frequency: float) -> float:
 
     Far from resonance a light damping takes more cycles to settle than can be run.
     """
-    return min(1.0, LONGEST / (_wanted(rig, frequency)[1] * max(frequency, rig.oscillator.f0)))
+    ratio = frequency / rig.oscillator.f0
+    longest = LONGEST if 1.0 / FAR <= ratio <= FAR else LONGEST_FAR
+    return min(1.0, longest / (_wanted(rig, frequency)[1] * max(frequency, rig.oscillator.f0)))
 
 
 def _wanted(rig: Rig, frequency: float) -> tuple[float, float]:
