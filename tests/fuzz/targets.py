@@ -174,11 +174,11 @@ def signal(rng: random.Random, folder: Path) -> str:
         analyse_campaign(replace(campaign, records=(record,)), paths=paths)
     else:
         analyse_record(campaign, record, paths=paths)
-    with open_record(paths.record("a")) as view:
-        if view.refused is not None:
-            return "refused"
-    _require_finite(paths.record("a"))
-    _require_finite(paths.conditioned("a"))
+    for path in (paths.record("a"), paths.conditioned("a")):
+        with open_record(path) as view:
+            if view.refused is not None:
+                return "refused"
+        _require_finite(path)
     return "ok"
 
 

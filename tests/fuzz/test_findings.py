@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 
+import numpy as np
 import pytest
 
 from vinesexp.errors import RecordError, VinesexpError, shown
@@ -9,6 +10,7 @@ from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign import campaign_problems
 from vinesexp.records.ingest import read_channels
 from vinesexp.records.schema import Channel, TimeColumn
+from vinesexp.signals.channel_agreement import compare_channels
 
 LASER = Channel("displacement", 1, "displacement", 1e-3, unit="mm")
 
@@ -45,3 +47,9 @@ def test_a_name_that_is_no_text_can_be_printed():
     error = VinesexpError("is missing", file="raw/\udcff\n.csv")
     assert str(error) == r"raw/\udcff\n.csv: is missing"
     assert len(shown("x" * 200_000)) < 400
+
+
+def test_a_dead_accelerometer_agrees_with_nothing():
+    t = np.arange(4000) / 1000.0
+    x = 1e-3 * np.cos(2.0 * np.pi * 7.9 * t)
+    assert compare_channels(np.zeros(t.size), x, 1e-3, frequency=7.9) is None

@@ -165,3 +165,14 @@ def test_an_unknown_record_is_reported_with_the_nearest(tmp_path):
     campaign = make(tmp_path, rows="ring_1,raw/a.csv,ringdown\n")
     with pytest.raises(CampaignError, match="no record 'ring_2'; did you mean 'ring_1'"):
         campaign.record("ring_2")
+
+
+def test_a_title_with_a_colon_needs_no_quotes(tmp_path):
+    (tmp_path / "records.csv").write_text("record,file,test\na,a.csv,ringdown\n")
+    (tmp_path / "campaign.yaml").write_text(
+        "title: Shaker tests: summer  \nnotes: two runs: one lost\n"
+        "channels: {displacement: {column: 0, quantity: displacement, unit: mm}}\n"
+    )
+    campaign = load_campaign(tmp_path)
+    assert campaign.title == "Shaker tests: summer"
+    assert campaign.people["notes"] == "two runs: one lost"

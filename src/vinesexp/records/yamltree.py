@@ -6,6 +6,8 @@ the missing unit; here a scalar stays text, but for plain integers (column numbe
 
 from __future__ import annotations
 
+import json
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,11 @@ from vinesexp.records.problems import Problems
 _LARGEST = 1 << 20  # characters
 _MOST = 20_000  # keys and values
 _DEEPEST = 20  # levels
+#: A title or a note of one line, unquoted, in which a colon stands before a blank.
+_WORDS = re.compile(
+    r"^(title:|notes:)[ \t]+([^\s'\"|>&*!\[{#%@`][^\n#]*:[ \t][^\n#]*?)[ \t]*([ \t]#[^\n]*)?$",
+    re.MULTILINE,
+)
 
 
 @dataclass
@@ -39,7 +46,7 @@ def read_yaml(file: Path, problems: Problems) -> Section | None:
         if file.exists() and not file.is_file():
             problems.add("is no plain file")
             return None
-        text = file.read_text(encoding="utf-8-sig")
+        text = _with_plain_texts(file.read_text(encoding="utf-8-sig"))
         if not _is_modest(text, problems, yaml):
             return None
         node = yaml.compose(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
@@ -66,6 +73,21 @@ def read_yaml(file: Path, problems: Problems) -> Section | None:
         return None
     top: Section = _build(node, "", problems, yaml)
     return top
+
+
+def _with_plain_texts(text: str) -> str:
+    """The description with the words of a person in quotes where YAML would take them apart.
+
+    Examples
+    --------
+    >>> print(_with_plain_texts("title: Shaker: summer  # the second"))
+    title: "Shaker: summer" # the second
+    >>> print(_with_plain_texts("title: Shaker # look: summer"))
+    title: Shaker # look: summer
+    >>> print(_with_plain_texts("title: 'Shaker: summer'"))
+    title: 'Shaker: summer'
+    """
+    return _WORDS.sub(lambda m: f"{m[1]} {json.dumps(m[2], ensure_ascii=False)}{m[3] or ''}", text)
 
 
 def _is_modest(text: str, problems: Problems, yaml: Any) -> bool:

@@ -101,6 +101,8 @@ def compare_channels(
     rest = A - gain * turned
     # Hann: neighbouring lines share 1.5 times the noise of independent ones.
     error = math.sqrt(1.5 * float((np.abs(rest) ** 2).mean()) * 0.5 / power)
+    if gain == 0.0:  # a channel that is as good as dead agrees with nothing
+        return None
     return Agreement(gain, error, lag, error / (abs(gain) * middle))
 
 
