@@ -15,7 +15,7 @@ REPOSITORY = Path(__file__).parents[1]
 
 #: From the ground up; a module imports from its own floor or from one below.
 FLOORS = (
-    {"errors", "arrays"},
+    {"errors", "arrays", "public_names"},
     {"units", "rig", "excitation"},
     {"settings"},
     {"theory", "solver", "records"},
@@ -24,7 +24,7 @@ FLOORS = (
     {"clearance", "design", "proposal"},
     {"replay"},
     {"pipeline", "analysis_results", "results"},
-    {"single_record", "results_differences"},
+    {"single_record", "results_differences", "difference"},
     {"planning", "handover"},
     {"laboratory"},
     {"figures"},

@@ -61,7 +61,7 @@ def test_other_records_differ_where_the_difference_is_beyond_both_errors(tmp_pat
     assert rows["M"].verdict == "differs"
     assert rows["M"].errors_apart == pytest.approx(0.1 / (0.02 * np.sqrt(2)))
     assert rows[f"measured, {LEVEL}"].verdict == "differs"
-    assert rows[f"predicted, {LEVEL}"].verdict == "within error"
+    assert rows[f"predicted, {LEVEL}"].verdict == "same"
 
 
 def test_the_same_records_have_the_same_error_and_a_smaller_difference_counts(tmp_path):
@@ -70,6 +70,26 @@ def test_the_same_records_have_the_same_error_and_a_smaller_difference_counts(tm
         b = write_results(tmp_path / f"b{M}", M=M)
         assert compare_results(a, b).same_data
         assert verdicts(a, b)["M"] == verdict
+
+
+def test_numbers_that_are_alike_are_the_same_and_a_bound_is_a_change(tmp_path):
+    a = write_results(tmp_path / "a")
+    b = write_results(tmp_path / "b", source="t")
+    assert {row.verdict for row in compare_results(a, b).rows} == {"same"}
+    text = (b / "clearances.csv").read_text(encoding="utf-8").replace(",34.5,", ",,")
+    (b / "clearances.csv").write_text(text, encoding="utf-8")
+    row = {row.what: row for row in compare_results(a, b).rows}[f"measured, {LEVEL}"]
+    assert row.verdict == "changed"
+    assert "bound" in row.note
+
+
+def test_a_value_without_an_error_is_shown_without_one(tmp_path):
+    a = write_results(tmp_path / "a")
+    b = write_results(tmp_path / "b", M=4.71)
+    text = (b / "identified.csv").read_text(encoding="utf-8").replace("0.02", "")
+    (b / "identified.csv").write_text(text, encoding="utf-8")
+    row = {row.what: row for row in compare_results(a, b).rows}["M"]
+    assert (row.verdict, row.a, row.b) == ("changed", "4.700 +- 0.02", "4.71")
 
 
 def test_regimes_checks_and_what_only_one_has(tmp_path):

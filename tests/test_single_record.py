@@ -1,5 +1,6 @@
 """One record in a notebook gives what the same record gives in a campaign."""
 
+import importlib
 from pathlib import Path
 
 import numpy as np
@@ -106,6 +107,23 @@ def test_samples_that_cannot_be_used_are_refused_as_in_a_campaign():
     with pytest.raises(RecordError, match="NaN among the samples") as error:
         vinesexp.analyse({"displacement": x}, 100.0, test="ringdown")
     assert "/" not in str(error.value), "no temporary file is named"
+
+
+ROOMS = sorted(
+    path.parent.name
+    for path in Path(vinesexp.__file__).parent.glob("*/__init__.py")
+    if "lazy(" in path.read_text(encoding="utf-8")
+)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_every_room_has_its_public_names(room):
+    module = importlib.import_module(f"vinesexp.{room}")
+    assert dir(module) == module.__all__ != []
+    for name in module.__all__:
+        assert callable(getattr(module, name)), name
+    with pytest.raises(AttributeError, match="nothing_of_that_name"):
+        module.nothing_of_that_name  # noqa: B018
 
 
 def test_every_public_name_is_there():

@@ -72,6 +72,11 @@ def test_the_page_of_all_benchmarks_has_every_number():
     assert not [row for row in rows if "| -" in row or "- " in row.split("|")[4][:3]]
 
 
+def test_no_block_of_code_is_left_as_text(site):
+    for path in site.rglob("*.html"):
+        assert "```" not in path.read_text(encoding="utf-8"), path.relative_to(site)
+
+
 def test_no_page_asks_the_network_for_anything(site):
     for path in site.rglob("*.html"):
         text = path.read_text(encoding="utf-8")

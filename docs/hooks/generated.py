@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import io
 import os
+import re
 import runpy
 from pathlib import Path
 
@@ -24,6 +25,17 @@ def on_files(files: Files, config: object) -> Files:
     for name, picture in figures.items():
         add(f"gallery/{name}", picture)
     return files
+
+
+def on_page_markdown(markdown: str, **_: object) -> str:
+    """Words beside a fence tell the tests what to do with it; a file's name is shown as title."""
+    return re.sub(r"^```(\w+) ([^\n`{]+)$", _fence, markdown, flags=re.M)
+
+
+def _fence(found: re.Match[str]) -> str:
+    language, beside = found.groups()
+    is_file = re.fullmatch(r"[\w./-]+\.\w+", beside) is not None
+    return f'```{language} title="{beside}"' if is_file else f"```{language}"
 
 
 def commands_page() -> str:

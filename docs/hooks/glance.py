@@ -83,9 +83,9 @@ ROWS = (
 
 _HEAD = """# Speed and error at a glance
 
-Every stage has several models or methods, cheapest first; a record or a rig uses the cheapest
-that serves it. The numbers are those of the pages of this section, read from them when the site
-is built; each page says how it was measured, and what a row means.
+Every stage has several models or methods, cheapest first; a record or a rig uses the cheapest that
+serves it. The numbers are those of the pages of this section, read from them when the site is
+built; each page says how it was measured, and what a row means.
 
 | stage | model or method | speed | error | page |
 |---|---|---|---|---|

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from vinesexp.errors import VinesexpError
+from vinesexp.errors import VinesexpError, shown
 
 #: Commands, each a module of vinesexp.commands with add_arguments(parser) and run(args).
 COMMANDS = {
@@ -55,6 +55,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"vinesexp {parsed.command}: {error}", file=sys.stderr)
         return 1
     except BrokenPipeError:
+        return 1
+    except OSError as error:  # a full disk, a folder that nobody may write
+        file = "" if error.filename is None else f"{shown(str(error.filename))}: "
+        print(f"vinesexp {parsed.command}: {file}{error.strerror or error}", file=sys.stderr)
         return 1
     return code
 

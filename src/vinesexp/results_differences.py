@@ -8,121 +8,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
+from vinesexp.difference import Difference, Differences, Verdict
 from vinesexp.records.checks import read_checks
 from vinesexp.records.result_columns import CLEARANCES, IDENTIFIED, RECORD_REGIMES
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
-from vinesexp.records.tables import Column, Table, number, read_rows
+from vinesexp.records.tables import number, read_rows
 from vinesexp.units import COVERAGE_95
 
 #: Share of the error below which a difference of the same data is none that anyone could see.
 _UNSEEN = 0.05
+#: Relative difference of numbers that are printed alike, and of ones that have no error.
+_EQUAL, _CLOSE = 1e-9, 1e-5
 #: Change of an amplitude that is worth a row.
 _AMPLITUDE = 0.01
-
-Verdict = Literal["same", "within error", "differs", "changed", "only in A", "only in B"]
-
-#: What `vinesexp compare --csv` writes.
-DIFFERENCES = Table("differences", "compare", (
-    Column("kind", "value, clearance, regime, check"),
-    Column("what", "parameter, test and level, or record"),
-    Column("unit", "SI or as written"),
-    Column("a", "in the first folder"),
-    Column("b", "in the second"),
-    Column("difference", "b - a", "", "number", ".6g"),
-    Column("error", "standard error of the difference", "", "number", ".3g"),
-    Column("errors_apart", "difference over error", "1", "number", ".3g"),
-    Column("verdict", "same, within error, differs, changed, only in A, only in B"),
-    Column("note", "in words"),
-))  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Difference:
-    """One thing in two results folders.
-
-    Attributes
-    ----------
-    kind, what, unit : str
-        ``value``, ``clearance``, ``regime`` or ``check``; its name; unit of the numbers.
-    a, b : str
-        As the tables have it; empty: not there.
-    verdict : str
-        ``differs`` where the difference is beyond 95 % of its error, ``changed`` for what has no
-        error (a regime, a check).
-    difference, error : float or None
-        b - a and its standard error.
-    note : str
-        What a person should know of it.
-    """
-
-    kind: str
-    what: str
-    unit: str
-    a: str
-    b: str
-    verdict: Verdict
-    difference: float | None = None
-    error: float | None = None
-    note: str = ""
-
-    @property
-    def matters(self) -> bool:
-        """Whether a person has to look at it."""
-        return self.verdict not in ("same", "within error")
-
-    @property
-    def errors_apart(self) -> float | None:
-        """Difference over its error."""
-        if self.difference is None or not self.error:
-            return None
-        return self.difference / self.error
-
-    def as_row(self) -> dict[str, str | float | None]:
-        """Its row of the table `DIFFERENCES`."""
-        return {name: getattr(self, name) for name in DIFFERENCES.names}
-
-
-@dataclass(frozen=True)
-class Differences:
-    """Everything that was compared, and on what data.
-
-    Attributes
-    ----------
-    a, b : Path
-        The results folders.
-    shared, of_a, of_b : int
-        Instrument files (by SHA-256) that both used, and that each used.
-    rows : tuple of Difference
-    """
-
-    a: Path
-    b: Path
-    shared: int
-    of_a: int
-    of_b: int
-    rows: tuple[Difference, ...]
-
-    @property
-    def same_data(self) -> bool:
-        """Whether both analysed exactly the same instrument files."""
-        return self.shared == self.of_a == self.of_b > 0
-
-    def about_data(self) -> str:
-        """In one sentence, what that says about the errors."""
-        if self.same_data:
-            return (
-                f"Both analyse the same instrument files ({self.of_a}): a difference comes from "
-                "description, settings or code, and is held against the error of one of them."
-            )
-        if self.shared:
-            files = f"{self.shared} instrument files are in both (A has {self.of_a}, B {self.of_b})"
-            return f"{files}: errors are added as if independent; a small difference can be real."
-        return "No instrument file is in both: the two errors add."
 
 
 def compare_results(a: Path, b: Path) -> Differences:
@@ -172,13 +73,14 @@ def difference_of(
     'differs'
     """
     d = b - a
+    if abs(d) <= _EQUAL * abs(a):
+        return "same", d, None
     known = [error for error in errors if error is not None and math.isfinite(error)]
     if len(known) < len(errors):
-        close = math.isclose(a, b, rel_tol=1e-5)
-        return ("same" if close else "changed"), d, None
+        return ("same" if abs(d) <= _CLOSE * abs(a) else "changed"), d, None
     error = max(known) if same_data else math.hypot(*known)
     if same_data:
-        if abs(d) <= max(_UNSEEN * error, 1e-9 * abs(a)):
+        if abs(d) <= _UNSEEN * error:
             return "same", d, error
         return ("within error" if abs(d) <= error else "differs"), d, error
     return ("within error" if abs(d) <= COVERAGE_95 * error else "differs"), d, error
@@ -200,11 +102,24 @@ def _values(a: Path, b: Path, same: bool) -> Iterator[Difference]:
         values = [float(row[name]["value"]) for row in (one, other)]
         errors = [number(row[name]["std_error"]) for row in (one, other)]
         verdict, d, error = difference_of(values[0], values[1], errors, same_data=same)
-        note = ""
-        if errors[0] and errors[1] and not 0.8 < errors[1] / errors[0] < 1.25:
-            note = f"its error is {errors[1] / errors[0]:.2g} times that of A"
-        a_b = [f"{v:.7g} +- {e:.2g}" for v, e in zip(values, errors, strict=True)]
+        a_b = [_with_error(v, e) for v, e in zip(values, errors, strict=True)]
+        note = _widened(errors)
         yield Difference("value", name, one[name]["unit"], a_b[0], a_b[1], verdict, d, error, note)
+
+
+def _with_error(value: float, error: float | None) -> str:
+    """A value with the digits that its error bears."""
+    if not error or not math.isfinite(error):
+        return f"{value:.7g}"
+    decimals = max(0, 1 - math.floor(math.log10(error)))
+    return f"{value:.{decimals}f} +- {error:.2g}"
+
+
+def _widened(errors: Sequence[float | None]) -> str:
+    """Whether one error is larger than the other, in words."""
+    if errors[0] and errors[1] and not 0.8 < errors[1] / errors[0] < 1.25:
+        return f"its error is {errors[1] / errors[0]:.2g} times that of A"
+    return ""
 
 
 def _clearances(a: Path, b: Path, same: bool) -> Iterator[Difference]:
@@ -241,11 +156,14 @@ def _clearance(
     half = math.sqrt(12.0) if of == "measured_mm" else 2.0 * COVERAGE_95
     errors = [None if low is None or high is None else (high - low) / half for low, high in spans]
     verdict, d, error = difference_of(float(texts[0]), float(texts[1]), errors, same_data=same)
+    note = _widened(errors)
+    if [end is None for end in spans[0]] != [end is None for end in spans[1]]:
+        verdict, note = "changed", "one of them is a bound: nothing was tried beyond"
     shown = [
         text + (f" ({row[ends[0]] or '?'} to {row[ends[1]] or '?'})")
         for text, row in zip(texts, (one, other), strict=True)
     ]
-    yield Difference("clearance", name, "mm", shown[0], shown[1], verdict, d, error)
+    yield Difference("clearance", name, "mm", shown[0], shown[1], verdict, d, error, note)
 
 
 def _regimes(a: Path, b: Path) -> Iterator[Difference]:

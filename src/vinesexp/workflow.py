@@ -118,6 +118,7 @@ class Planner:
         self.records = {record.id: record for record in campaign.records}
         self.lock: IO[str] | None = None
         self.known: dict[Path, list[str]] = {}
+        self.texts: dict[tuple[str, str | None], dict[str, str]] = {}
 
     def about(
         self, step: str, used: Mapping[str, str], reads: Sequence[Path] = ()
@@ -201,7 +202,10 @@ class Planner:
 
     def _used(self, step: str, wildcards: Any) -> dict[str, str]:
         id = getattr(wildcards, "record", None)
-        return step_text(step, self.campaign, None if id is None else self.records[id])
+        if (step, id) not in self.texts:
+            record = None if id is None else self.records[id]
+            self.texts[step, id] = step_text(step, self.campaign, record)
+        return self.texts[step, id]
 
     def _raw(self, step: str, wildcards: Any) -> list[Path]:
         """The instrument files that a step reads; where one is missing, ingest says so."""

@@ -1,5 +1,7 @@
 """`vinesexp check` on whole campaigns. (One mistake at a time: hard_cases/test_bad_input.py.)"""
 
+import errno
+import math
 from pathlib import Path
 
 import pytest
@@ -40,3 +42,42 @@ def test_nothing_is_written_into_the_campaign(tmp_path, capsys):
     main(["check", str(tmp_path)])
     assert sorted(tmp_path.rglob("*")) == before
     assert capsys.readouterr().out.endswith("the records were not looked at\n")
+
+
+YAML = """\
+channels: {displacement: {column: x, quantity: displacement, unit: mm}}
+sample_rate: 100 Hz
+"""
+
+
+def write_campaign(folder, n):
+    """`n` records of two seconds, of which the fourth is broken."""
+    rows = "\n".join(f"r{k},r{k}.csv,ringdown" for k in range(n))
+    (folder / "campaign.yaml").write_text(YAML)
+    (folder / "records.csv").write_text(f"record,file,test\n{rows}\n")
+    for k in range(n):
+        x = "\n".join(f"{math.cos(0.5 * i + k):.4f}" for i in range(200))
+        (folder / f"r{k}.csv").write_text(f"x\n{x}\n" if k != 3 else f"x\n{x}\noops\n")
+
+
+def test_many_records_are_looked_at_side_by_side_and_told_in_their_order(tmp_path, capsys):
+    write_campaign(tmp_path, 12)
+    assert main(["check", str(tmp_path)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split(":")[0] for line in lines[:12]] == [f"r{k}" for k in range(12)]
+    assert "refused" in lines[3]
+    assert "oops" in lines[3]
+    assert lines[12] == "12 records: 11 good, 1 refused, 0 excluded; 0 warnings"
+
+
+@pytest.mark.parametrize("n", [2, 12])
+def test_a_full_disk_is_one_line_and_refuses_no_record(n, tmp_path, capsys, monkeypatch):
+    def full(*given, **named):
+        raise OSError(errno.ENOSPC, "No space left on device", "/tmp/a.nc")
+
+    write_campaign(tmp_path, n)
+    monkeypatch.setattr("vinesexp.records.ingest.create_record", full)
+    assert main(["check", str(tmp_path)]) == 1
+    printed = capsys.readouterr()
+    assert printed.err == "vinesexp check: /tmp/a.nc: No space left on device\n"
+    assert "refused" not in printed.out

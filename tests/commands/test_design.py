@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,14 @@ def call(options: dict[str, str], *more: str) -> int:
     return main(["design", *words, "--theory-only", *more])
 
 
+def check_schema(answer: dict[str, object]) -> None:
+    """Against docs/design.schema.json."""
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = json.loads((Path(__file__).parents[2] / "docs" / "design.schema.json").read_text())
+    jsonschema.Draft7Validator.check_schema(schema)
+    assert list(jsonschema.Draft7Validator(schema).iter_errors(answer)) == []
+
+
 def test_json_has_the_contract_keys_and_numbers(capsys: pytest.CaptureFixture[str]) -> None:
     assert call(BOTH, "--json") == 0
     answer = json.loads(capsys.readouterr().out)
@@ -62,6 +71,7 @@ def test_what_was_not_asked_is_null(capsys: pytest.CaptureFixture[str]) -> None:
     assert answer["b_c_exact_mm"] is None
     assert answer["F_c"] is None
     assert answer["b_t_exact_mm"] == pytest.approx(27.317, abs=5e-4)
+    check_schema(answer)
 
 
 def test_table_shows_intervals_and_sensitivities(capsys: pytest.CaptureFixture[str]) -> None:
@@ -94,6 +104,8 @@ def test_table_shows_intervals_and_sensitivities(capsys: pytest.CaptureFixture[s
         ),
         ({**BOTH, "--base-amplitude": "0.3:0.2 mm"}, "--base-amplitude: found the range"),
         ({**BOTH, "--frequency": "8 kg"}, "--frequency: 'kg' is a unit of mass"),
+        ({**BOTH, "--friction": "-0.1 m/s^2"}, "--friction: expected zero or above"),
+        ({**BOTH, "--friction": "0.1"}, "--friction: the unit is missing"),
     ],
 )
 def test_one_clear_line(
@@ -111,6 +123,10 @@ def test_an_option_given_twice_is_an_error(capsys: pytest.CaptureFixture[str]) -
     assert "--mass: given 2 times (4.7 kg, 4.8 kg); give it once" in capsys.readouterr().err
     assert call(BOTH, "--seed", "1", "--seed", "2") == 1
     assert "--seed: given 2 times" in capsys.readouterr().err
+    assert call(BOTH, "--html", "a.html", "--html", "b.html") == 1
+    assert "--html: given 2 times" in capsys.readouterr().err
+    assert call(BOTH, "--html", "a.pdf") == 1
+    assert "'.pdf' is no page" in capsys.readouterr().err
 
 
 def test_a_simulated_answer_has_every_key_and_warns(
@@ -119,11 +135,30 @@ def test_a_simulated_answer_has_every_key_and_warns(
     """Rig of Table 2 off resonance: measured elsewhere, best b tried 20.5 mm (3.86 mm) at 8 Hz."""
     words = [w for pair in {**RIG, "--base-amplitude": "0.25 mm"}.items() for w in pair]
     picture = tmp_path / "d.svg"
-    code = main(["design", *words, "--frequency", "8.0 Hz", "--json", "--plot", str(picture)])
+    sheet = tmp_path / "d.html"
+    code = main(
+        [
+            *("design", *words, "--frequency", "8.0 Hz", "--release", "20 mm", "--json"),
+            *("--plot", str(picture), "--html", str(sheet)),
+        ]
+    )
     assert code == 0
     answer = json.loads(capsys.readouterr().out)
+    check_schema(answer)
+    page = sheet.read_text(encoding="utf-8")
+    for text in (
+        f"{answer['robust_mm']:.4g}",
+        "base amplitude</b> 0.25 mm",
+        "pumping time",
+        "<svg",
+    ):
+        assert text in page
+    assert not re.search(r'(?:src|href)="(?!#)', page), "the page needs nothing beside it"
+    up, down = answer["slow_sweep"]
+    assert (up["from_hz"], up["to_hz"]) == (down["to_hz"], down["from_hz"])
+    assert up["largest_mm"] > up["largest_running_mean_mm"] > answer["robust"]["rest_mean_mm"]
     assert list(answer)[: len(KEYS)] == KEYS
-    assert all(answer[key] is not None for key in KEYS if not key.startswith("b_t"))
+    assert all(answer[key] is not None for key in KEYS)
     assert 17.0 < answer["least_mean_mm"] < 22.0 < answer["b_c_exact_mm"]
     assert answer["least_mean"]["rest_mean_mm"] == pytest.approx(3.9, abs=0.1)
     assert answer["robust_mm"] < answer["least_mean_mm"]
@@ -249,3 +284,27 @@ def test_a_picture_that_cannot_be_written_does_not_cost_the_answer(
     assert json.loads(shown.out)["b_t_published_mm"] == pytest.approx(50.0)
     assert shown.err.count("\n") == 1
     assert "cannot be drawn there" in shown.err
+
+
+def test_a_sheet_without_simulation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "sheet.html"
+    assert call(BOTH, "--html", str(file)) == 0
+    page = file.read_text(encoding="utf-8")
+    assert "33.92" in page
+    assert "40.98" in page
+    assert "<svg" not in page
+
+
+def test_a_release_alone_is_simulated_and_told_by_its_measures(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = [w for pair in {**RIG, "--release": "20 mm"}.items() for w in pair]
+    assert main(["design", *words, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    check_schema(answer)
+    found = answer["release_simulated"]
+    by_b = {round(row["b_mm"], 1): row for row in found["clearances"]}
+    assert by_b[27.3]["captured_share"] > 0.6
+    assert answer["robust_mm"] is None
+    assert main(["design", *words]) == 0
+    assert "pumping time (s)" in capsys.readouterr().out

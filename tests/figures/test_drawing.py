@@ -167,3 +167,16 @@ def test_a_steady_motion_looks_steady(frequency, length, phase):
         assert low[:-1].max() < -0.98
     else:  # cycles are wide enough to be seen
         assert columns >= 8 * frequency * length
+
+
+def test_a_figure_of_very_many_records_shows_even_choices():
+    from pathlib import Path
+
+    from vinesexp.figures.collect.single_records import spread
+    from vinesexp.records.schema import Record
+
+    many = [Record(f"t_{i}", Path("a.csv"), "transient", (0.01 + i,)) for i in range(150)]
+    shown = spread(many)
+    assert len(shown) < 20
+    assert (shown[0], shown[-1]) == (many[0], many[-1])
+    assert spread(many[:5]) == many[:5]

@@ -144,14 +144,14 @@ def scene_yaml(rng: random.Random, folder: Path) -> str:
 def signal(rng: random.Random, folder: Path) -> str:
     """A hostile signal through every step on records, and sometimes those on a campaign."""
     rate, channels = signals.hostile(rng)
+    kinds = {r: "acceleration" if r == "acceleration" else "displacement" for r in channels}
     with create_record(
         folder / "raw.h5",
         sample_rate=rate,
-        quantities=dict.fromkeys(channels, "displacement"),
+        quantities=kinds,
     ) as writer:
         writer.append(channels)
     accept = frozenset({"frozen", "saturated"} if rng.random() < 0.7 else ())
-    kinds = {r: "acceleration" if r == "acceleration" else "displacement" for r in channels}
     units = {"acceleration": "m/s^2", "displacement": "m"}
     roles = {
         role: Channel(role, role, kind, 1.0, unit=units[kind], accept=accept)

@@ -15,6 +15,9 @@ from vinesexp.records.store import create_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts
+from vinesexp.signals.impacts.overlapping import State, less, seen_lags, settle
+from vinesexp.signals.impacts.slopes import coarsen, slope_changes
+from vinesexp.signals.impacts.template import Shape, template_of
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 BASE = Harmonic(0.25e-3, 7.862)
@@ -189,3 +192,38 @@ def test_gaps_hide_only_what_lies_in_them(tmp_path: Path) -> None:
     found = found_in(record.channels, tmp_path)
     assert hidden.any()
     assert_whole(found, record.time[~hidden], within=2e-5)
+
+
+def test_a_long_chain_of_contacts_is_moved_in_parts_and_still_found(monkeypatch):
+    """The work would grow as the cube of their number: hours for three seconds of record."""
+    template = template_of(Shape(duration=8.0), (-20, 20), highpass=None, dt=1e-4)
+    rng = np.random.default_rng(0)
+    place = 50.0 + 9.0 * np.arange(200) + rng.uniform(-0.4, 0.4, 200)
+    height = rng.choice([-1.0, 1.0], 200) * rng.uniform(20.0, 60.0, 200)
+    a = -less(np.zeros(1900), place, height, template) + 0.1 * rng.standard_normal(1900)
+    sizes = []
+    solve = np.linalg.lstsq
+
+    def counted(columns, *given, **named):
+        sizes.append(columns.shape[1])
+        return solve(columns, *given, **named)
+
+    monkeypatch.setattr(np.linalg, "lstsq", counted)
+    state = State(
+        a, np.full(1, 0.1), np.ones(a.size, dtype=bool), np.zeros(a.size, dtype=bool), template,
+        np.rint(place), a[np.rint(place).astype(np.int64)], np.ones(200, dtype=bool),
+    )  # fmt: skip
+    for _ in range(4):
+        settle(state, seen_lags(template))
+    assert 4 < max(sizes) <= 32
+    np.testing.assert_allclose(state.place, place, atol=0.05)
+    np.testing.assert_allclose(state.height, height, rtol=0.02)
+
+
+def test_a_displacement_shows_no_single_one_of_impacts_beyond_number():
+    rate, n = 1e3, 4000
+    x = coarsen(1e-3 * np.cos(2 * np.pi * 8.0 * np.arange(n) / rate), rate, 8.0)
+    times = np.concatenate([[0.5], np.linspace(2.0, 2.1, 500), [3.5]])
+    found = slope_changes(x, times, np.full(times.size, 0.01), frequency=8.0)
+    assert np.isfinite(found.jump[[0, -1]]).all()
+    assert np.isnan(found.jump[200:300]).all()

@@ -107,3 +107,9 @@ def test_the_ringing_of_a_shock_is_no_bouncing_ball() -> None:
     ringing = 1.0 + 0.0086 * np.concatenate([[0.0], np.cumsum(0.97 ** np.arange(8))])
     with pytest.raises(AnalysisError, match="ringing of a shock"):
         restitution_of_bounces(ringing, np.full(9, 1e-5))
+
+
+def test_flights_of_minutes_are_times_in_milliseconds() -> None:
+    t = 1e3 * (0.1 + 0.4 * np.concatenate([[0.0], np.cumsum(0.9 ** np.arange(8))]))
+    with pytest.raises(AnalysisError, match=r"400 s, a drop from 1.96e.05 m.* in seconds"):
+        restitution_of_bounces(t, np.full(t.size, 1e-3))

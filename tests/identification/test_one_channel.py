@@ -77,22 +77,23 @@ def answer(f0, zeta, *, rate, seconds, low, high, level=1.0, seed=0):
         (9.3, 5.0, 15.0, 1000.0, {}),
     ],
 )
-@pytest.mark.parametrize("both", [True, False])
-def test_sweeps_of_an_analyser(tmp_path, f0, low, high, rate, row, both):
-    """Base and mass in acceleration, at 1 kHz, far beyond or around the resonance."""
+@pytest.mark.parametrize("quantity", ["acceleration", "velocity", "displacement"])
+def test_sweeps_of_an_analyser(tmp_path, f0, low, high, rate, row, quantity):
+    """Mass in acceleration, base in any quantity, far beyond or around the resonance."""
     base, mass = answer(f0, 0.02, rate=rate, seconds=60.0, low=low, high=high)
-    kinds = {"base": "acceleration", "acceleration": "acceleration"}
-    if not both:  # the base by a laser
+    kinds = {"base": quantity, "acceleration": "acceleration"}
+    if quantity != "acceleration":  # the base by a laser
         f = np.fft.rfftfreq(2 * base.size, 1 / rate)
-        keep = np.where(f > 0.5 * low, -((2 * np.pi * np.maximum(f, 0.1)) ** -2.0), 0.0)
+        order = {"velocity": 1, "displacement": 2}[quantity]
+        keep = np.where(f > 0.5 * low, (2j * np.pi * np.maximum(f, 0.1)) ** -order, 0.0)
         base = np.fft.irfft(np.fft.rfft(base, 2 * base.size) * keep, 2 * base.size)[: mass.size]
-        kinds["base"] = "displacement"
     found = analysed(
         tmp_path, {"base": base, "acceleration": mass}, rate=rate, quantities=kinds, test="sweep",
         **row,
     )  # fmt: skip
     assert found["f0", "sweep"].value == pytest.approx(f0, rel=2e-3)
     assert found["zeta", "sweep"].value == pytest.approx(0.02, rel=0.05)
+    assert found["base_gain", "sweep"].value == pytest.approx(1.0, rel=0.05)
 
 
 def test_a_sweep_without_base_is_said(tmp_path):

@@ -439,3 +439,19 @@ def test_every_key_is_documented():
         *FORMATS,
     }
     assert sorted(key for key in keys if f"`{key}`" not in text) == []
+
+
+def test_true_impacts_are_on_the_clock_of_the_record(tmp_path):
+    from vinesexp.laboratory.experiment import truth_text
+
+    scene = scene_of(tmp_path)
+    impacts = motion_of(scene, scene.groups["driven"][0]).impacts
+    plain, slow = (
+        np.array([float(line.split(",")[0]) for line in text.splitlines()[1:]])
+        for text in (
+            truth_text(impacts, start=1.0),
+            truth_text(impacts, start=1.0, clock_error=1e-3),
+        )
+    )
+    assert plain.size > 4
+    np.testing.assert_allclose(slow * (1.0 + 1e-3), plain, rtol=1e-14)

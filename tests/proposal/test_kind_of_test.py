@@ -128,6 +128,24 @@ def test_an_acceleration_is_never_a_displacement_and_a_command_is_not_the_base(t
     assert float(rows[0]["frequency_hz"]) == pytest.approx(5.0, abs=0.01)
 
 
+def test_a_gyroscope_is_no_channel(tmp_path, capsys):
+    t = np.arange(2000) / 100.0
+    head = '"Time (s)","Gyroscope x (rad/s)","Acceleration z (m/s^2)"'
+    table(tmp_path / "a.csv", head, t, 3.0 * decay(t, 1.0), 9.8 + decay(t, 1.0))
+    channels, _, _ = proposed(tmp_path)
+    assert list(channels) == ["acceleration"]
+    assert "Acceleration z" in channels["acceleration"]
+
+
+def test_names_cut_short_in_one_file_are_one_channel(tmp_path, capsys):
+    t = np.arange(2000) / 100.0
+    for name, label in (("a", "Acceleratio"), ("b", "Acceleration")):
+        table(tmp_path / f"{name}.csv", f"time (s),{label} (g)", t, decay(t, 1.0))
+    channels, rows, _ = proposed(tmp_path)
+    assert '"Acceleratio*"' in channels["acceleration"]
+    assert [row["test"] for row in rows] == ["ringdown", "ringdown"]
+
+
 def test_noise_of_the_base_is_no_sweep(tmp_path, capsys):
     t = np.arange(8000) / 1000.0
     noise = 0.01 * RNG.standard_normal(t.size) + 0.002 * np.sin(2 * np.pi * 50.0 * t)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign import TESTS, load_campaign
 from vinesexp.records.campaign_schema import campaign_schema, schema_text
 from vinesexp.records.channel_section import CHANNEL_KEYS
@@ -55,6 +56,33 @@ def test_the_text_of_every_maker_is_read_as_said(columns, rate, text, tmp_path):
     found_rate, _, values = read_channels(path, {"displacement": channel}, time=time)
     assert f"{found_rate:.4g} Hz" == rate or f"{found_rate:.0f} Hz" == rate
     assert len(values["displacement"]) >= 3
+
+
+WRITERS = re.findall(
+    r"```python reads (.*?) at (.*?) Hz\n(.*?)```", (DOCS / "formats.md").read_text(), re.S
+)
+
+
+@pytest.mark.parametrize(("columns", "rate", "code"), WRITERS, ids=[w[0] for w in WRITERS])
+def test_every_other_example_is_written_and_read_as_stated(
+    columns, rate, code, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    try:
+        exec(compile(code, "formats.md", "exec"), {})
+    except ModuleNotFoundError as error:
+        pytest.skip(f"{error.name} is not installed")
+    (path,) = tmp_path.iterdir()
+    view = view_file(path)
+    assert ", ".join(f"{c.name} {c.unit or '-'}" for c in view.columns) == columns
+    for found in (view.rate, *(column.rate for column in view.columns)):
+        assert found == pytest.approx(float(rate), rel=1e-6)
+
+
+def test_every_format_has_an_example():
+    sections = re.split(r"^### ", (DOCS / "formats.md").read_text(), flags=re.M)[1:]
+    bare = [one.partition("\n")[0] for one in sections if " reads " not in one.partition("```")[2]]
+    assert bare == ["Others", "records/&lt;record&gt;.nc", "checks.csv"]
 
 
 def test_every_outcome_is_reported():

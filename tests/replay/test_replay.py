@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -229,3 +230,42 @@ def test_what_a_record_does_not_show_is_not_measured():
     rows = compared(periodic(30.0), unknown, float("nan"), [shown("a", "chatter")])
     assert {row.outcome for row in rows} == {"not measured"}
     assert {row.deviation for row in rows} == {None}
+
+
+def test_motions_that_vary_are_one_distribution_whatever_they_are_called():
+    names = ("two symmetric", "strongly modulated", "strongly modulated", "chatter")
+    found = [
+        replace(shown(str(i), name, 1e-3 * (6.8 + 0.2 * i)), steady=False)
+        for i, name in enumerate(names)
+    ]
+    found.append(shown("orbit", "two symmetric", 5.3e-3))
+    row = MEASURED | {"amplitude_mean_m": "0.0072", "regime": "two symmetric"}
+    amplitude = compared(periodic(34.5), row, float("nan"), found, steady=False)[0]
+    assert (amplitude.outcome, amplitude.low, amplitude.high) == ("ok", 6.8e-3, 7.4e-3)
+    for steady, outcome in ((False, "ok"), (True, "differs")):
+        other = compared(periodic(34.5), row, float("nan"), found[1:4], steady=steady)[2]
+        assert (other.quantity, other.outcome) == ("regime", outcome)
+    # A steady record at this amplitude is not replayed: the orbit is elsewhere.
+    steady = compared(periodic(34.5), row, float("nan"), found, steady=True)[0]
+    assert steady.outcome == "differs"
+
+
+def test_between_clearances_that_nobody_can_tell_apart_a_record_is_replayed():
+    found = [shown("a", "two symmetric", 5.3e-3), shown("clearance 1 % larger", "chatter", 7.4e-3)]
+    row = MEASURED | {"amplitude_mean_m": "0.006"}
+    assert compared(periodic(34.0), row, float("nan"), found)[0].outcome == "differs"
+    near = compared(periodic(34.0), row, float("nan"), found, near=True)
+    assert near[0].outcome == "ok"
+    assert "chatter: clearance 1 % larger" in near[2].starts
+    far = MEASURED | {"amplitude_mean_m": "0.009"}
+    assert compared(periodic(34.0), far, float("nan"), found, near=True)[0].outcome == "differs"
+
+
+def test_a_ball_that_lies_still_is_compared_with_balls_that_do():
+    found = [shown("a", "two symmetric", 5.3e-3)]
+    found.append(replace(shown("ball in the middle", "no impact", 19e-3), impacts_per_cycle=0.0))
+    row = MEASURED | {
+        "amplitude_mean_m": "0.0191", "regime": "chaos below T1", "impacts_per_cycle": "0.016",
+    }  # fmt: skip
+    rows = compared(periodic(34.0), row, float("nan"), found)
+    assert [one.outcome for one in rows if one.quantity in ("amplitude", "regime")] == ["ok", "ok"]

@@ -46,6 +46,7 @@ STEPS = {
     "replay": "replay",
     "replay_cycles": "replay",
     "identify": "identify",
+    "budget": "identify",
     "compare": "compare",
 }
 #: Which job makes a file of results/tiny, by the folder or the table it is in.
@@ -59,6 +60,7 @@ JOBS = {
     "clearances.csv": lambda path: "compare",
     "checks.csv": lambda path: "checks",
     "report.html": lambda path: "report",
+    "records.html": lambda path: "pages",
     "steps": lambda path: f"{STEPS[path.stem]} {path.parent.name}".removesuffix(" steps"),
 }
 

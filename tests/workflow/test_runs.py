@@ -1,11 +1,13 @@
 """What a person relies on when running the workflow: complete, incremental, resumable, apart."""
 
 import csv
+import os
 import re
 import shutil
 import signal
 import subprocess
 import time
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -34,6 +36,8 @@ def test_a_finished_run_holds_every_result(one_run):
         assert (results / f"conditioned/{record}.nc").is_file()
         assert (results / f"impacts/{record}.csv").is_file()
     assert (results / "report.html").read_text(encoding="utf-8").rstrip().endswith("</html>")
+    assert (results / "records.html").is_file()
+    assert {path.stem for path in (results / "pages/traces").iterdir()} == {"bare", "added"}
     combined = {
         row["parameter"]: float(row["value"])
         for row in table(results / "identified.csv")
@@ -41,6 +45,16 @@ def test_a_finished_run_holds_every_result(one_run):
     }
     assert combined["f0"] == pytest.approx(7.862, rel=1e-3)
     assert combined["M"] == pytest.approx(4.7, rel=1e-2)
+
+
+def test_the_results_in_one_zip_on_request(finished):
+    done = finished.run("bundle", "--config", "campaign=data/tiny")
+    assert done.returncode == 0, done.stderr
+    with zipfile.ZipFile(finished.folder / "results/tiny/tiny.zip") as bundle:
+        names = set(bundle.namelist())
+    assert {"tiny/report.html", "tiny/records.html", "tiny/identified.csv"} <= names
+    assert {"tiny/pages/traces/bare.js", "tiny/records/bare.nc", "tiny/impacts/bare.csv"} <= names
+    assert not any("/steps/" in name or "/." in name for name in names)
 
 
 def test_a_grown_campaign_runs_what_is_new_and_a_broken_record_stops_nothing(finished):
@@ -86,36 +100,45 @@ def test_a_mistake_in_the_description_is_one_line_and_writes_nothing(workflow, c
     assert not (workflow.folder / "results").exists()
 
 
-def test_a_killed_run_resumes_and_two_campaigns_go_side_by_side(workflow):
-    workflow.tiny_campaign("one")
-    workflow.tiny_campaign("two")
+def test_a_killed_run_resumes_beside_another_and_ends_with_the_same_bytes(one_run, finished):
+    """Two jobs of one record are enough to be killed in; the other run writes elsewhere."""
+    records = finished.folder / "results/tiny/records"
+    (records / "bare.nc").unlink()
+    log = finished.folder / "results/tiny/logs/ingest/bare.log"
+    log.unlink()
+    wanted = "results/tiny/conditioned/bare.nc"
     killed = subprocess.Popen(
-        workflow.command("--config", "campaign=data/one"),
-        cwd=workflow.folder,
+        finished.command("--config", "campaign=data/tiny", "--", wanted),
+        cwd=finished.folder,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
-    records = workflow.folder / "results/one/records"
-    for _ in range(300):
-        if list(records.glob("*.nc")):
+    for _ in range(600):
+        if log.exists():  # its first job is at work
             break
-        time.sleep(0.1)
-    killed.send_signal(signal.SIGKILL)
+        time.sleep(0.05)
+    os.killpg(killed.pid, signal.SIGKILL)
     killed.wait()
-    assert list(records.glob("*.nc"))
+    (records / ".bare.nc.1.part").write_bytes(b"what a killed step leaves")
 
+    elsewhere = "results/elsewhere/records/bare.nc"
     side = subprocess.Popen(
-        workflow.command("--config", "campaign=data/two"),
-        cwd=workflow.folder,
+        finished.command(
+            "--config", "campaign=data/tiny", "results=results/elsewhere", "--", elsewhere
+        ),
+        cwd=finished.folder,
         stderr=subprocess.PIPE,
         text=True,
     )
-    resumed = workflow.run("--config", "campaign=data/one")
+    resumed = finished.run("--config", "campaign=data/tiny", "--", wanted)
     _, errors = side.communicate(timeout=300)
     assert resumed.returncode == 0, resumed.stderr
     assert side.returncode == 0, errors
-    for name in ("one", "two"):
-        assert (workflow.folder / f"results/{name}/report.html").is_file()
+    for name in ("records/bare.nc", "conditioned/bare.nc"):
+        fresh = (one_run.folder / "results/tiny" / name).read_bytes()
+        assert (finished.folder / "results/tiny" / name).read_bytes() == fresh, name
+    assert not list(records.glob(".*"))
+    assert (finished.folder / elsewhere).read_bytes() == (records / "bare.nc").read_bytes()
 
 
 def test_editing_code_runs_what_uses_it_and_no_more(finished):

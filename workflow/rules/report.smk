@@ -2,6 +2,7 @@
 
 FIGURES = code_of("vinesexp.figures.gallery", script="figures")
 REPORT = code_of("vinesexp.report.page", script="report")
+BUNDLE = code_of("vinesexp.report.bundle", script="bundle")
 DESCRIPTION = [CAMPAIGN_FOLDER / name for name in ("campaign.yaml", "records.csv")]
 
 
@@ -46,3 +47,23 @@ rule report:
         "report     of all results"
     script:
         "../scripts/report.py"
+
+
+# On request, `snakemake bundle`: all that others may want, in one file.
+rule bundle:
+    input:
+        PLANNER.again("bundle", BUNDLE, PATHS.bundle),
+        rules.report.output,
+        rules.pages.output,
+        ([PATHS.truth] if SCENE else []),
+        each_record(PATHS.conditioned),
+    output:
+        PATHS.bundle,
+    log:
+        PATHS.log("bundle"),
+    params:
+        about=PLANNER.about("bundle", BUNDLE),
+    message:
+        "bundle     of all results"
+    script:
+        "../scripts/bundle.py"

@@ -7,13 +7,17 @@ passes here passes there.
 from __future__ import annotations
 
 import argparse
+import multiprocessing
+import os
 import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
-from vinesexp.records.campaign import Campaign, campaign_problems, load_campaign
+from vinesexp.records.campaign import Campaign, Record, campaign_problems, load_campaign
 from vinesexp.records.checks import Check
 from vinesexp.records.ingest import ingest_or_refuse
 from vinesexp.records.store import open_record
@@ -26,6 +30,9 @@ _BENCH = {
     "sound": (1.0, ""),
 }
 _LOOKED_AT = 1 << 22  # samples of a channel
+_MANY = 8  # records from which on several processes look at them
+
+Found = tuple[Check, str]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,18 +64,32 @@ def run(args: argparse.Namespace) -> int:
     return 1 if outcomes["refused"] else 0
 
 
-def _checks(campaign: Campaign) -> Iterator[list[tuple[Check, str]]]:
-    """What was found in each record, and what more there is to say of it."""
-    simulated = (campaign.folder / "scene.yaml").is_file()
+def _checks(campaign: Campaign) -> Iterator[list[Found]]:
+    """What was found in each record, in their order; many records by several processes."""
     with tempfile.TemporaryDirectory(prefix="vinesexp-check-") as folder:
-        out = Path(folder) / "record.nc"
-        for record in campaign.records:
-            if simulated and not record.exclude and not record.file.exists():
-                detail = f"{record.file} is not there yet; the run makes it from scene.yaml"
-                yield [(Check(record.id, "simulate", "warning", detail), "")]
-                continue
-            found = ingest_or_refuse(campaign, record, out)
-            yield [(check, _reach(out) if check.outcome == "ok" else "") for check in found]
+        look = partial(_look, campaign, Path(folder))
+        processes = min(len(os.sched_getaffinity(0)) if sys.platform == "linux" else 1, 8)
+        if processes == 1 or len(campaign.records) < _MANY:
+            yield from map(look, campaign.records)
+            return
+        context = multiprocessing.get_context("fork")
+        with ProcessPoolExecutor(processes, mp_context=context) as pool:
+            try:
+                yield from pool.map(look, campaign.records, chunksize=2)
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
+
+
+def _look(campaign: Campaign, folder: Path, record: Record) -> list[Found]:
+    """What was found in one record, and what more there is to say of it."""
+    simulated = (campaign.folder / "scene.yaml").is_file()
+    if simulated and not record.exclude and not record.file.exists():
+        detail = f"{record.file} is not there yet; the run makes it from scene.yaml"
+        return [(Check(record.id, "simulate", "warning", detail), "")]
+    out = folder / f"{os.getpid()}.nc"
+    found = ingest_or_refuse(campaign, record, out)
+    return [(check, _reach(out) if check.outcome == "ok" else "") for check in found]
 
 
 def _reach(path: Path) -> str:

@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from vinesexp.difference import DIFFERENCES, Difference, Differences
 from vinesexp.errors import VinesexpError
 from vinesexp.records.tables import write_rows
 from vinesexp.report.differences_page import differences_page, lead
 from vinesexp.results import open_results
-from vinesexp.results_differences import DIFFERENCES, Difference, Differences, compare_results
+from vinesexp.results_differences import compare_results
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

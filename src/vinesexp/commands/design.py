@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from vinesexp.design.inputs import EXCITATION, RIG, Given, gather
+from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
 from vinesexp.errors import AnalysisError, ParameterError, VinesexpError
 
 if TYPE_CHECKING:
     from vinesexp.design.advice import Advice
-    from vinesexp.design.predictions import Theory
+    from vinesexp.design.answer import Answer
     from vinesexp.figures.draw.design_curve import DesignCurve
 
 T = TypeVar("T")
@@ -33,7 +33,7 @@ SIMULATED = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; every number is written with its unit."""
-    for option in (*RIG, *EXCITATION):
+    for option in OPTIONS:
         parser.add_argument(
             option.flag,
             dest=option.symbol,
@@ -55,6 +55,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seed", type=int, metavar="N", action="append", help="of the random starts (1)"
     )
+    parser.add_argument(
+        "--html", type=Path, metavar="FILE", action="append", help="a design sheet of one page"
+    )
     parser.add_argument("--json", action="store_true", help="one JSON object for programs")
     parser.add_argument(
         "--plot",
@@ -69,25 +72,30 @@ def run(args: argparse.Namespace) -> int:
     """Answer on standard output; the exit code is 0 or the error is one line."""
     identified = _once(args.identified, "--identified")
     picture = _once(args.plot, "--plot")
+    sheet = _once(args.html, "--html")
     seed = _once(args.seed, "--seed")
-    given = gather({o.symbol: getattr(args, o.symbol) for o in (*RIG, *EXCITATION)}, identified)
+    given = gather({o.symbol: getattr(args, o.symbol) for o in OPTIONS}, identified)
     if picture is not None:
         _check_format(picture)
-    theory, advice = design(
-        given, simulate=not args.theory_only, seed=1 if seed is None else int(seed)
-    )
+    if sheet is not None and sheet.suffix.lower() not in (".html", ".htm"):
+        raise VinesexpError(
+            f"'{sheet.suffix}' is no page; name a file that ends in .html", file=sheet
+        )
+    answer = design(given, simulate=not args.theory_only, seed=1 if seed is None else int(seed))
     if args.json:
-        print(json.dumps(answer_of(given, theory, advice), indent=2))
+        print(json.dumps(answer_of(given, answer), indent=2))
     else:
         from vinesexp.design.answer_text import text_of
 
-        print(text_of(given, theory, advice))
-    if picture is not None:  # last: a place that cannot be written to does not cost the answer
-        try:
-            _plot(picture, given, theory, advice)
-        except OSError as error:
-            reason = error.strerror or str(error)
-            raise VinesexpError(f"cannot be drawn there ({reason})", file=picture) from None
+        print(text_of(given, answer))
+    # last: a place that cannot be written to does not cost the answer
+    for path, write in ((picture, _plot), (sheet, _sheet)):
+        if path is not None:
+            try:
+                write(path, given, answer)
+            except OSError as error:
+                reason = error.strerror or str(error)
+                raise VinesexpError(f"cannot be drawn there ({reason})", file=path) from None
     return 0
 
 
@@ -97,41 +105,44 @@ def _once(values: Sequence[T] | None, flag: str) -> T | None:
     return values[0] if values else None
 
 
-def design(given: Given, *, simulate: bool = True, seed: int = 1) -> tuple[Theory, Advice | None]:
-    """Theory, and where a base amplitude is given what simulation advises.
+def design(given: Given, *, simulate: bool = True, seed: int = 1) -> Answer:
+    """Theory, and by simulation what to build for a base amplitude and what a release does.
 
     Raises
     ------
     AnalysisError
         Neither has an answer.
     """
-    from vinesexp.design.predictions import predict, task_of
+    from vinesexp.design.answer import Answer
+    from vinesexp.design.predictions import predict, release_of, task_of
 
     theory = predict(given)
+    falls = release_of(given, theory, seed=seed) if simulate else None
     if "G" not in given or not simulate:
         if theory.no_orbit and theory.b_t is None:
             raise AnalysisError(theory.no_orbit)
-        return theory, None
+        return Answer(theory, None, falls)
     from vinesexp.design.advice import advise
 
     try:
-        return theory, advise(task_of(given), seed=seed)
+        return Answer(theory, advise(task_of(given), seed=seed), falls)
     except AnalysisError as error:
         if theory.no_orbit:
             raise AnalysisError(f"{theory.no_orbit}; {error}") from None
         raise
 
 
-def answer_of(given: Given, theory: Theory, advice: Advice | None) -> dict[str, object]:
+def answer_of(given: Given, answer: Answer) -> dict[str, object]:
     """One object for programs: the contract's keys first, then everything else."""
-    from vinesexp.design.answer_json import as_json
+    from vinesexp.design.answer_json import as_json, falls_as_json
 
+    theory, advice = answer.theory, answer.advice
     found = theory.as_json() | dict.fromkeys(SIMULATED)
     if advice is not None:
         found |= as_json(advice)
     found["inputs"] = {
         o.symbol: [{"value": q.value, "std_error": q.std_error} for q in given[o.symbol]]
-        for o in (*RIG, *EXCITATION)
+        for o in OPTIONS
         if o.symbol in given
     }
     for name, prediction in (("b_c", theory.b_c), ("b_t", theory.b_t)):
@@ -158,6 +169,8 @@ def answer_of(given: Given, theory: Theory, advice: Advice | None) -> dict[str, 
             }
             for one in theory.releases
         ]
+    if answer.falls is not None:
+        found["release_simulated"] = falls_as_json(answer.falls)
     return found
 
 
@@ -169,9 +182,17 @@ def _check_format(path: Path) -> None:
         )
 
 
-def _plot(path: Path, given: Given, theory: Theory, advice: Advice | None) -> None:
+def _sheet(path: Path, given: Given, answer: Answer) -> None:
+    from vinesexp.report.design_sheet import write_sheet
+
+    curve = None if answer.advice is None else curve_of(answer.advice)
+    write_sheet(path, given, answer, curve)
+
+
+def _plot(path: Path, given: Given, answer: Answer) -> None:
     from vinesexp.figures.draw.style import write
 
+    theory, advice = answer.theory, answer.advice
     if advice is not None:
         from vinesexp.figures.draw.design_curve import design_curve
 

@@ -108,9 +108,9 @@ def draw(views: list[FileView], path: Path) -> None:
         step = max(len(column.values) // 4000, 1)
         shown = column.values[: len(column.values) // step * step].reshape(-1, step)
         times = np.arange(len(shown)) * step / rate
-        left.fill_between(
-            times, np.nanmin(shown, axis=1), np.nanmax(shown, axis=1), linewidth=0.6, color="C0"
-        )
+        held = np.isfinite(shown).any(axis=1)  # a column may end before the others
+        low, high = np.nanmin(shown[held], axis=1), np.nanmax(shown[held], axis=1)
+        left.fill_between(times[held], low, high, linewidth=0.6, color="C0")
         left.set_title(f"{view.path.name}: {column.name or column.index}", fontsize=8, loc="left")
         left.set_ylabel(column.unit or "", fontsize=8)
         frequencies, amplitudes = column.spectrum()

@@ -8,7 +8,8 @@ import numpy as np
 
 from vinesexp.design.absorber import Absorber, equal_mass_den_hartog, equal_mass_optimal
 from vinesexp.design.best_clearance import PERCENTILE, Effort, Found, scan_ends, search
-from vinesexp.design.ensemble import Responses, responses
+from vinesexp.design.ensemble import Responses, cut_short, responses
+from vinesexp.design.slow_sweep import Swept, slow_sweeps
 from vinesexp.design.task import Task, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError
 from vinesexp.theory.optimal_clearance import b_c_exact, b_c_published
@@ -82,6 +83,8 @@ class Advice:
     bare_mean : its mean over the ranges, with which mean amplitudes are compared.
     published, exact : b_c at the greatest level and the middle frequency; None: no stable orbit.
     orbit : amplitude of the exact orbit at 0.98 b_c, and what a start from rest gives there.
+    sweeps : slow ones with the robust clearance, up and down.
+    watched : share of the time to settle that was run; below 1 where that would be too long.
     """
 
     task: Task
@@ -98,6 +101,8 @@ class Advice:
     working: Range | None
     den_hartog: Absorber
     optimal: Absorber
+    sweeps: tuple[Swept, Swept]
+    watched: float
     seed: int
 
 
@@ -143,6 +148,8 @@ def advise(task: Task, *, seed: int = 1) -> Advice:
         working=working_range(task, found) if len(task.grid()) == 1 else None,
         den_hartog=equal_mass_den_hartog(task),
         optimal=equal_mass_optimal(task),
+        sweeps=slow_sweeps(task, found.robust),
+        watched=min(cut_short(task.rig(found.robust), f) for f in task.frequencies),
         seed=seed,
     )
 

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+
+import numpy as np
 
 from vinesexp.design.absorber import Absorber
 from vinesexp.design.advice import Advice, Judged
+from vinesexp.design.released import Falls
+from vinesexp.design.task import Task
+from vinesexp.theory.multiple import gaps
 
 
 def warnings_of(advice: Advice) -> list[str]:
@@ -41,7 +47,26 @@ def warnings_of(advice: Advice) -> list[str]:
             )
     if advice.least_mean.rest_mean > 0.95 * advice.bare_mean:
         said.append("no clearance takes more than 5 % off the bare amplitude: the ball hardly acts")
+    if advice.watched < 1.0:
+        said.append(
+            "damping this light takes more cycles to settle than can be run: runs were cut to "
+            f"{100 * advice.watched:.2g} % of the time they would need, and amplitudes still "
+            "contain a part of the start"
+        )
+    if not advice.task.plain:
+        said.append("friction and damping law enter the simulation; b_c and b_t know neither")
+    gaps = gaps_of(advice.task, best.b)
+    if gaps:
+        words = ", ".join(f"{low:.3g} to {high:.3g} mm" for low, high in gaps)
+        said.append(f"no ball is captured at amplitudes of {words}: bring the clearances closer")
     return said
+
+
+def gaps_of(task: Task, b: float) -> list[list[float]]:
+    """Amplitudes between the activation bands of several balls (mm), by (49)."""
+    if len(task.masses) < 2:
+        return []
+    return [[1e3 * gap.low, 1e3 * gap.high] for gap in gaps(task.rig(b).nes)]
 
 
 def as_json(advice: Advice) -> Mapping[str, object]:
@@ -103,8 +128,49 @@ def as_json(advice: Advice) -> Mapping[str, object]:
             "works_from_mm": mm(working.low),
             "works_to_mm": mm(working.high),
         },
+        "slow_sweep": [
+            {
+                "from_hz": one.begin,
+                "to_hz": one.end,
+                "duration_s": one.duration,
+                "largest_mm": mm(one.largest),
+                "largest_at_hz": one.at,
+                "largest_running_mean_mm": mm(one.running),
+            }
+            for one in advice.sweeps
+        ],
         "tmd": {"den_hartog": absorber(advice.den_hartog), "optimal": absorber(advice.optimal)},
-        "model": "exact event simulation",
+        "gaps_mm": gaps_of(task, robust.b),
+        "model": "exact event simulation"
+        + ("" if task.plain else " with friction or a damping law"),
+        "settled_share": advice.watched,
         "seed": advice.seed,
         "warnings": warnings_of(advice),
+    }
+
+
+def falls_as_json(falls: Falls) -> dict[str, object]:
+    """Releases by simulation: every clearance tried, and the fastest for each level."""
+
+    def finite(value: float) -> float | None:
+        return value if math.isfinite(value) else None
+
+    rows = []
+    for one in falls.found:
+        times = np.median(one.times, axis=0)
+        rows.append(
+            {
+                "b_mm": 1e3 * one.b,
+                "captured_share": one.share,
+                "median_time_s": [finite(float(t)) for t in times],
+                "worst_time_s": [finite(float(t)) for t in one.times.max(axis=0)],
+                "energy_dissipated_by_nes": float(np.median(one.dissipated)),
+                "pumping_time_s": float(np.median(one.pumping)),
+                "energy_left_after_pumping": float(np.median(one.left)),
+            }
+        )
+    return {
+        "levels_mm": [1e3 * level for level in falls.levels],
+        "fastest_mm": [1e3 * falls.found[i].b for i in falls.fastest],
+        "clearances": rows,
     }

@@ -5,15 +5,21 @@ from __future__ import annotations
 import math
 
 from vinesexp.design.advice import Advice, Judged
+from vinesexp.design.answer import Answer
 from vinesexp.design.answer_json import warnings_of
-from vinesexp.design.inputs import RIG, Given
+from vinesexp.design.falls_text import falls_lines
+from vinesexp.design.inputs import BEYOND, RIG, Given
 from vinesexp.design.predictions import Theory, single_values, start_amplitude
 from vinesexp.rig import Oscillator
 from vinesexp.theory.intervals import ClearancePrediction
 
+#: How the values beyond the model are called in the table.
+SYMBOLS = {"friction": "mu g", "quadratic": "quadratic damping", "coulomb": "dry friction"}
 
-def text_of(given: Given, theory: Theory, advice: Advice | None) -> str:
+
+def text_of(given: Given, answer: Answer) -> str:
     """Rig, what to build and what it gives, theory, sensitivities, warnings."""
+    theory, advice = answer.theory, answer.advice
     lines = ["Rig", *_rig_lines(given, theory)]
     if advice is not None:
         lines += ["", "What to build (one-sided b), by exact event simulation"]
@@ -26,6 +32,9 @@ def text_of(given: Given, theory: Theory, advice: Advice | None) -> str:
     if theory.releases:
         lines += ["", "Fastest clearance of the release, b*(level), by slow decay and its passage"]
         lines += _release_lines(theory)
+    if answer.falls is not None:
+        lines += ["", "The release by simulation, balls at rest anywhere in their cavities"]
+        lines += falls_lines(answer.falls)
     lines += ["", "Sensitivities of the exact values", *_sensitivity_lines(given, theory)]
     remarks = warnings_of(advice) if advice is not None else []
     if theory.no_orbit:
@@ -37,13 +46,13 @@ def text_of(given: Given, theory: Theory, advice: Advice | None) -> str:
 
 def _rig_lines(given: Given, theory: Theory) -> list[str]:
     lines = []
-    for option in RIG:
+    for option in (*RIG, *BEYOND):
         if option.symbol in given:
             texts = []
             for q in given[option.symbol]:
                 error = f" +- {q.std_error:.3g}" if q.std_error else ""
                 texts.append(f"{q.value:.6g}{error} {option.unit}".rstrip())
-            lines.append(f"  {option.symbol:3} = {'; '.join(texts)}")
+            lines.append(f"  {SYMBOLS.get(option.symbol, option.symbol):3} = {'; '.join(texts)}")
     if theory.F_c is not None:
         rig = {name: given.one(name).value for name in ("M", "c1", "k1", "m")}
         o = Oscillator(M=rig["M"], c1=rig["c1"], k1=rig["k1"])
@@ -134,6 +143,12 @@ def _beside_lines(advice: Advice) -> list[str]:
             f"  tuned mass damper, {name:19}{1e3 * one.amplitude:9.3f} mm"
             f"   5 % detuned {1e3 * one.detuned:.3f} mm"
             f"   (f/f0 {one.tuning:.4f}, zeta {one.zeta:.4f}; mass of the balls)"
+        )
+    for swept, way in zip(advice.sweeps, ("up", "down"), strict=True):
+        lines.append(
+            f"  slow sweep {way:4} with the robust one  {1e3 * swept.largest:10.3f} mm"
+            f"   at {swept.at:.4g} Hz; mean over 1/12 of it {1e3 * swept.running:.3f} mm"
+            f"   ({swept.begin:.4g} to {swept.end:.4g} Hz in {swept.duration:.3g} s)"
         )
     working = advice.working
     if working is not None and working.activation is not None:

@@ -7,6 +7,7 @@ with: of many noisy values the lowest is too low.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
@@ -28,8 +29,13 @@ FINALISTS = 6
 #: The search runs watch the settled motion for a shorter time, by this factor.
 HASTE = 2.0
 #: Rigs whose run takes this many cycles get 8 phases and 20 starts a clearance in the search;
-#: others more or fewer in proportion, between these bounds.
-CYCLES, FEWEST, MOST = 2000.0, 0.25, 3.0
+#: others more or fewer in proportion, between these bounds. Cycles are those of base or oscillator,
+#: whichever is faster, and dearer with several balls: that is what a run costs (`cost_of`).
+CYCLES, FEWEST, MOST = 1500.0, 0.25, 3.0
+#: What a cycle costs by power series (friction, a damping law), in cycles by closed form.
+SERIES = 25.0
+#: Where a run is longer still, fewer clearances are scanned and looked at closer.
+LONG, COARSE_LONG, CLOSER_LONG = 6000.0, 22, 5
 #: Percentile that the robust clearance makes least.
 PERCENTILE = 90.0
 #: Standard errors of the share of starts by which a higher percentile is asked for in the search:
@@ -39,22 +45,34 @@ MARGIN = 1.0
 
 @dataclass(frozen=True)
 class Effort:
-    """How many starts a clearance is given in the scan and in the final judgement."""
+    """How many starts a clearance is given in scan and judgement, and how many clearances."""
 
     phases: int
     starts: int
     fresh: int
+    coarse: int
+    closer: int
 
     @classmethod
     def of(cls, task: Task, b: float) -> Effort:
         """From the length of a run: the time of an answer stays about the same."""
         conditions = len(task.grid())
         f = 0.5 * sum(task.frequencies)
-        share = min(max(CYCLES / (duration_of(task.rig(b), f)[1] * f), FEWEST), MOST)
+        share = min(max(CYCLES / cost_of(task, b, f), FEWEST), MOST)
         phases = max(round(8 * share / conditions), 2)
         return cls(
-            phases=phases, starts=max(round(20 * share), 10), fresh=max(round(56 * share), 24)
-        )
+            phases=phases, starts=max(round(20 * share), 10), fresh=max(round(56 * share), 28),
+            coarse=COARSE_LONG if cost_of(task, b, f) > LONG else COARSE,
+            closer=CLOSER_LONG if cost_of(task, b, f) > LONG else CLOSER,
+        )  # fmt: skip
+
+
+def cost_of(task: Task, b: float, frequency: float) -> float:
+    """Cycles that a run takes, and more for several balls or where no closed form helps."""
+    pace = max(frequency, task.oscillator.f0)
+    dearer = 1.0 if task.plain else SERIES
+    dearer *= math.pow(len(task.masses), 1.5)
+    return duration_of(task.rig(b), frequency)[1] * pace * dearer
 
 
 def mean_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
@@ -113,13 +131,13 @@ def sampled(
     return curves, found.reshape(clearances.size, each)
 
 
-def closer(curve: Curve, minima: int) -> FloatArray:
-    """Clearances between the neighbours of the lowest minima."""
+def closer(curve: Curve, minima: int, n: int) -> FloatArray:
+    """n clearances between the neighbours of each of the lowest minima."""
     places = []
     for i in curve.minima(minima):
         low = curve.b[max(i - 1, 0)]
         high = curve.b[min(i + 1, curve.b.size - 1)]
-        places.append(np.geomspace(low, high, CLOSER + 2)[1:-1])
+        places.append(np.geomspace(low, high, n + 2)[1:-1])
     return np.concatenate(places)
 
 
@@ -139,6 +157,7 @@ def least(
     criteria: Sequence[Criterion],
     judges: Sequence[Criterion],
     conditions: int,
+    looks: int,
 ) -> Least:
     """Scan, closer looks, fresh judgement, for criteria that share their starts.
 
@@ -153,10 +172,12 @@ def least(
         `robust_criterion`.
     conditions : int
         Conditions among the runs of `starts` and of `fresh`.
+    looks : int
+        Clearances in a closer look at one minimum.
     """
     curves, scan = sampled(grid, starts, criteria, conditions, HASTE)
     for minima in MINIMA:
-        b = np.concatenate([closer(curve, minima) for curve in curves])
+        b = np.concatenate([closer(curve, minima, looks) for curve in curves])
         looked, _ = sampled(b, starts, criteria, conditions, HASTE)
         curves = [c.joined(more) for c, more in zip(curves, looked, strict=True)]
     lowest = [curve.b[np.argsort(curve.value)[:FINALISTS]] for curve in curves]
@@ -202,7 +223,7 @@ def search(
     """
     effort = Effort.of(task, ends[1])
     conditions = len(task.grid())
-    grid = np.geomspace(*ends, COARSE)
+    grid = np.geomspace(*ends, effort.coarse)
     grid = np.unique(np.concatenate([grid, [m for m in marks if ends[0] < m < ends[1]]]))
     rest = least(
         grid,
@@ -211,6 +232,7 @@ def search(
         [mean_criterion, largest_criterion],
         [mean_criterion, largest_criterion],
         conditions,
+        effort.closer,
     )
     random = least(
         grid,
@@ -219,5 +241,6 @@ def search(
         [robust_criterion],
         [robust_criterion],
         1,
+        effort.closer,
     )
     return Found(rest.b[0], rest.b[1], random.b[0], rest, random, grid, effort)

@@ -19,26 +19,30 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig
-from vinesexp.solver.arrays import ball_table, parameters
+from vinesexp.solver.arrays import ball_table, is_plain, parameters
 from vinesexp.solver.chatter import REMAINDER
 from vinesexp.solver.drive import drive_table
 from vinesexp.solver.kernel import run
 from vinesexp.solver.response import H_PHASE, prepare
 from vinesexp.solver.series import ORDER
+from vinesexp.solver.simulation import simulate
 from vinesexp.solver.statistics import add_amplitudes
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0
-#: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-5.
-BARE = 5.0
-#: No run is shorter than this many cycles to settle and to be judged (of each).
+#: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-4.
+BARE = 4.0
+#: No run is shorter than this many cycles of the base to settle and to be judged (of each).
 SHORTEST = 60.0
-#: No run is longer than this many cycles in all.
-LONGEST = 40_000.0
+#: No run is longer than this many cycles in all, of base or oscillator, whichever is faster: near
+#: resonance, and farther from it than a factor of `FAR`, where the ball hardly matters.
+LONGEST, LONGEST_FAR, FAR = 12_000.0, 4_000.0, 2.0
 #: A start is captured when its balls make at least this many impacts a cycle each, taken together
 #: and over the window, and its largest amplitude stays below STEADY times the mean one.
 IMPACTS_PER_CYCLE = 1.9
 STEADY = 1.5
+#: No damping beyond c1.
+VISCOUS = WeakDamping()
 
 
 @dataclass(frozen=True)
@@ -52,11 +56,14 @@ class Run:
         Amplitude (m), frequency (Hz), phase (rad) at which the shaker starts.
     release : Release
         State at t = 0, SI.
+    damping : WeakDamping
+        Of the oscillator, beyond c1.
     """
 
     rig: Rig
     base: Harmonic
     release: Release
+    damping: WeakDamping = VISCOUS
 
 
 @dataclass(frozen=True)
@@ -106,13 +113,27 @@ def slow_time(rig: Rig) -> float:
 
 def duration_of(rig: Rig, frequency: float) -> tuple[float, float]:
     """(settle, whole duration) of a run, s."""
+    settle, whole = _wanted(rig, frequency)
+    shrink = cut_short(rig, frequency)
+    return shrink * settle, shrink * whole
+
+
+def cut_short(rig: Rig, frequency: float) -> float:
+    """Share of the time that a run would need to settle and to be judged; below 1 where cut.
+
+    Far from resonance a light damping takes more cycles to settle than can be run.
+    """
+    ratio = frequency / rig.oscillator.f0
+    longest = LONGEST if 1.0 / FAR <= ratio <= FAR else LONGEST_FAR
+    return min(1.0, longest / (_wanted(rig, frequency)[1] * max(frequency, rig.oscillator.f0)))
+
+
+def _wanted(rig: Rig, frequency: float) -> tuple[float, float]:
     period, o = 1.0 / frequency, rig.oscillator
     settle = max(SETTLE * slow_time(rig), SHORTEST * period)
     if o.zeta > 0.0:  # where the ball is seldom struck the bare transient has to die out
         settle = max(settle, BARE / (o.zeta * o.w0))
-    whole = settle + max(WINDOW * slow_time(rig), SHORTEST * period)
-    shrink = min(1.0, LONGEST * period / whole)
-    return shrink * settle, shrink * whole
+    return settle, settle + max(WINDOW * slow_time(rig), SHORTEST * period)
 
 
 def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = None) -> Responses:
@@ -164,6 +185,8 @@ def _one(
     o, base = one.rig.oscillator, one.base
     settle, duration = duration_of(one.rig, base.frequency)
     duration = settle + (duration - settle) / haste
+    if one.damping != VISCOUS or not is_plain(one.rig):
+        return _simulated(one, settle, duration)
     key = (o.M, o.c1, o.k1, base.amplitude, base.frequency)
     if key not in tables:
         _check(one)
@@ -190,6 +213,20 @@ def _one(
         add_amplitudes(response, log, labels, rows, state, node, settle, sums)
     cycles = (duration - settle) * base.frequency
     return sums[1] / sums[0], sums[2], sums[3] / cycles
+
+
+def _simulated(one: Run, settle: float, duration: float) -> tuple[float, float, float]:
+    """The same for a rig without a closed form: friction, a damping law."""
+    o, base = one.rig.oscillator, one.base
+    if not o.zeta < 0.9:
+        _check(one)
+    motion = simulate(one.rig, base, one.release, duration=duration, damping=one.damping)
+    pace = max(base.frequency, o.f0)
+    x, v = motion.at(np.linspace(settle, duration, max(int(8 * pace * (duration - settle)), 64)))
+    amplitude = np.hypot(x, v / o.w0)
+    hits = float((motion.impacts["time"] >= settle).sum())
+    cycles = (duration - settle) * base.frequency
+    return float(amplitude.mean()), float(amplitude.max()), hits / cycles
 
 
 def _check(one: Run) -> None:

@@ -40,6 +40,16 @@ EXCITATION = (
     Option("v0", "--release-velocity", "velocity", "0.1 m/s", "m/s"),
     Option("frequency", "--frequency", "frequency", "7.86 Hz", "Hz", " or '7.2:8.4 Hz'"),
 )
+#: What is left out of the model unless it is given.
+BEYOND = (
+    Option("friction", "--friction", "acceleration", "0.02 m/s^2", "m/s^2", ": mu g of the balls"),
+    Option(
+        "quadratic", "--quadratic-damping", "quadratic damping", "2 N s^2/m^2", "N s^2/m^2",
+        ": damping force over velocity squared",
+    ),
+    Option("coulomb", "--coulomb-damping", "force", "0.05 N", "N", ": dry friction of the mass"),
+)  # fmt: skip
+OPTIONS = (*RIG, *EXCITATION, *BEYOND)
 _LISTS, _RANGES = ("m", "r"), ("G", "frequency")
 #: What is read of identified.csv: a file typed in by hand needs no intervals and no records.
 _READ = ("parameter", "value", "std_error", "unit", "method")
@@ -71,6 +81,10 @@ class Given:
             return Quantity(sum(q.value for q in found), error)
         return found[-1] if symbol in _RANGES else found[0]
 
+    def size(self, symbol: str) -> float:
+        """The value of a symbol, 0 where it was not given."""
+        return self.values[symbol][0].value if symbol in self.values else 0.0
+
     def ends(self, symbol: str) -> tuple[float, float]:
         """Ends of a range; twice the value where one was given."""
         return self.values[symbol][0].value, self.values[symbol][-1].value
@@ -94,7 +108,7 @@ def gather(texts: Mapping[str, Sequence[str]], identified: Path | None = None) -
     """
     read = read_identified(identified) if identified is not None else {}
     given: dict[str, tuple[Quantity, ...]] = {name: (value,) for name, value in read.items()}
-    for option in (*RIG, *EXCITATION):
+    for option in OPTIONS:
         said = texts.get(option.symbol) or ()
         if len(said) > 1:
             raise ParameterError(
@@ -108,6 +122,9 @@ def gather(texts: Mapping[str, Sequence[str]], identified: Path | None = None) -
             except ParameterError as error:
                 raise ParameterError(error.problem, where=option.flag) from None
     _ask_for_missing(given)
+    for option in BEYOND:
+        if option.symbol in given and given[option.symbol][0].value < 0.0:
+            raise ParameterError("expected zero or above", where=option.flag)
     for symbol in ("G", "x0"):
         if symbol in given and any(q.value == 0.0 for q in given[symbol]):
             flag = next(o.flag for o in EXCITATION if o.symbol == symbol)

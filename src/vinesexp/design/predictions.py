@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vinesexp.design.inputs import RIG, Given
+from vinesexp.design.released import Falls, released
 from vinesexp.design.task import Task
 from vinesexp.errors import AnalysisError, ParameterError
+from vinesexp.excitation import WeakDamping
 from vinesexp.rig import Oscillator
 from vinesexp.theory.intervals import ClearancePrediction, predict_periodic, predict_transient
 from vinesexp.theory.manifold import A_1, A_2
@@ -160,14 +162,7 @@ def releases(given: Given, values: dict[str, Quantity]) -> list[ReleaseLevel]:
 def task_of(given: Given) -> Task:
     """The task of the simulation: every ball, the ranges, and the standard errors given."""
     o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
-    masses, r = (tuple(q.value for q in given[name]) for name in ("m", "r"))
-    if len(r) == 1:
-        r = r * len(masses)
-    if len(r) != len(masses):
-        raise ParameterError(
-            f"{len(r)} restitutions for {len(masses)} balls: give one, or one per ball",
-            where="--restitution",
-        )
+    masses, r = balls_of(given)
     levels = given.ends("G")
     frequencies = given.ends("frequency") if "frequency" in given else (o.f0, o.f0)
     ratios = tuple(1.0 for _ in masses)
@@ -186,5 +181,43 @@ def task_of(given: Given) -> Task:
         levels=levels,
         frequencies=frequencies,
         ratios=ratios,
+        friction=given.size("friction"),
+        damping=WeakDamping(given.size("quadratic"), given.size("coulomb")),
         std_errors={name: e for name, e in errors.items() if e},
     )
+
+
+def release_of(given: Given, theory: Theory, *, seed: int) -> Falls | None:
+    """Releases over clearance by simulation; None without a release or a whole rig."""
+    if "x0" not in given or any(option.symbol not in given for option in RIG):
+        return None
+    o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
+    if not o.zeta < 0.9:
+        return None
+    masses, r = balls_of(given)
+    x_m = start_amplitude(given)
+    marks = [one.b for one in theory.releases]
+    if theory.b_t is not None:
+        marks += [theory.b_t.published, theory.b_t.exact]
+    return released(
+        o,
+        [(m, one, 1.0) for m, one in zip(masses, r, strict=True)],
+        x0=given.one("x0").value,
+        v0=given.one("v0").value if "v0" in given else 0.0,
+        levels=[share * x_m for share in LEVELS],
+        marks=marks,
+        seed=seed,
+    )
+
+
+def balls_of(given: Given) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Masses and restitutions, one of each per ball."""
+    masses, r = (tuple(q.value for q in given[name]) for name in ("m", "r"))
+    if len(r) == 1:
+        r = r * len(masses)
+    if len(r) != len(masses):
+        raise ParameterError(
+            f"{len(r)} restitutions for {len(masses)} balls: give one, or one per ball",
+            where="--restitution",
+        )
+    return masses, r

@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.ensemble import Run
+from vinesexp.design.ensemble import VISCOUS, Run
 from vinesexp.errors import ParameterError
-from vinesexp.excitation import Harmonic, Release
+from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.solver.simulation import simulate
 
 #: Levels and frequencies looked at where a range is given.
 LEVELS, FREQUENCIES = 3, 7
@@ -30,6 +32,8 @@ class Task:
     levels : base amplitudes (m), least and greatest (equal for one level).
     frequencies : Hz, least and greatest.
     std_errors : of M, c1, k1, m, r, G, frequency (SI); what is missing is known exactly.
+    friction : deceleration mu g of the balls on their floors, m/s^2.
+    damping : of the oscillator beyond c1.
     """
 
     oscillator: Oscillator
@@ -39,6 +43,8 @@ class Task:
     frequencies: tuple[float, float]
     ratios: tuple[float, ...] = (1.0,)
     std_errors: Mapping[str, float] = field(default_factory=dict)
+    friction: float = 0.0
+    damping: WeakDamping = VISCOUS
 
     def __post_init__(self) -> None:
         if not len(self.masses) == len(self.r) == len(self.ratios):
@@ -53,7 +59,13 @@ class Task:
     def rig(self, b: float) -> Rig:
         """The rig with its largest clearance b (m)."""
         balls = zip(self.masses, self.ratios, self.r, strict=True)
-        return Rig(self.oscillator, [NES(m=m, b=b * share, r=r) for m, share, r in balls])
+        mu = self.friction
+        return Rig(self.oscillator, [NES(m=m, b=b * s, r=r, friction=mu) for m, s, r in balls])
+
+    @property
+    def plain(self) -> bool:
+        """Whether there is a closed form between impacts."""
+        return self.friction == 0.0 and self.damping == VISCOUS
 
     @property
     def eps(self) -> float:
@@ -68,13 +80,20 @@ class Task:
 
     def bare(self, level: float, frequency: float) -> float:
         """Amplitude hypot(x, x'/w0) of the oscillator alone, its mean over a cycle (m)."""
-        return level * bare_gain(self.oscillator, frequency)
+        if self.damping == VISCOUS:
+            return level * bare_gain(self.oscillator, frequency)
+        o, d = self.oscillator, self.damping
+        return _bare_simulated(o.M, o.c1, o.k1, d.quadratic, d.coulomb, level, frequency)
 
     def largest_bare(self) -> float:
         """The largest of `bare` over the ranges, with the resonance if it is among them (m)."""
         low, high = self.frequencies
         inside = min(max(self.oscillator.f0, low), high)
         return max(self.bare(self.levels[1], f) for f in (low, inside, high))
+
+    def middle(self) -> tuple[float, float]:
+        """Greatest level and middle frequency."""
+        return self.levels[1], 0.5 * sum(self.frequencies)
 
     def mean_bare(self) -> float:
         """The mean of `bare` over the grid of levels and frequencies (m)."""
@@ -101,6 +120,19 @@ def bare_gain(oscillator: Oscillator, frequency: float) -> float:
     return math.hypot(1.0, z) / math.hypot((1.0 - w) * (1.0 + w), z) * mean_of_cycle(w)
 
 
+@lru_cache(maxsize=512)
+def _bare_simulated(
+    M: float, c1: float, k1: float, quadratic: float, coulomb: float, level: float, frequency: float
+) -> float:
+    """The same under a damping law, by simulation (m)."""
+    o, damping = Oscillator(M=M, c1=c1, k1=k1), WeakDamping(quadratic, coulomb)
+    settle = min(5.0 / max(o.zeta * o.w0, 1e-9), 3000.0 / frequency)
+    duration = settle + 40.0 / frequency
+    motion = simulate(Rig(o), Harmonic(level, frequency), duration=duration, damping=damping)
+    x, v = motion.at(np.linspace(settle, duration, 1280, endpoint=False))
+    return float(np.hypot(x, v / o.w0).mean())
+
+
 def mean_of_cycle(w: float) -> float:
     """Mean of hypot(sin, w cos) over a cycle: amplitude of x to mean amplitude, w = f/f0."""
     angle = (np.arange(64) + 0.5) * (math.pi / 64)
@@ -119,7 +151,7 @@ def wall_starts(task: Task, b: float, *, phases: int, shift: float = 0.0) -> lis
     start = Release(y0=y0)
     angles = 2.0 * math.pi * (np.arange(phases) + shift) / phases
     return [
-        Run(rig, Harmonic(amplitude=G, frequency=f, phase=float(angle)), start)
+        Run(rig, Harmonic(amplitude=G, frequency=f, phase=float(angle)), start, task.damping)
         for G, f in task.grid()
         for angle in angles
     ]
@@ -160,13 +192,15 @@ def _random_start(task: Task, b: float, u: FloatArray, z: FloatArray) -> Run:
             m=near(task.masses[k], "m", z[5 + k]),
             b=b * task.ratios[k],
             r=min(near(task.r[k], "r", z[5 + n + k]), 1.0),
+            friction=task.friction,
         )
         for k in range(n)
     ]
     G = near(task.levels[0] + u[0] * (task.levels[1] - task.levels[0]), "G", z[3])
     span = task.frequencies[1] - task.frequencies[0]
     f = near(task.frequencies[0] + u[1] * span, "frequency", z[4])
-    R = G * bare_gain(moved, f) * math.sqrt(u[2])
+    bare = G * bare_gain(moved, f) if task.damping == VISCOUS else task.bare(*task.middle())
+    R = bare * math.sqrt(u[2])
     angle = 2.0 * math.pi * u[3]
     x0 = R * math.cos(angle)
     y0 = [x0 - ball.b * (2.0 * float(u[5 + k]) - 1.0) for k, ball in enumerate(balls)]
@@ -174,4 +208,5 @@ def _random_start(task: Task, b: float, u: FloatArray, z: FloatArray) -> Run:
         Rig(moved, balls),
         Harmonic(amplitude=G, frequency=f, phase=2.0 * math.pi * float(u[4])),
         Release(x0=x0, v0=R * math.sin(angle) * moved.w0, y0=y0, vy0=[0.0] * n),
+        task.damping,
     )

@@ -90,10 +90,8 @@ def _dataset_58(
         for axis in ("abscissa", "orddenom", "z_axis")
         for field in ("spec_data_type", "len_unit_exp", "force_unit_exp", "temp_unit_exp")
     }
-    labels = [
-        *("abscissa_axis_lab", "orddenom_axis_lab", "orddenom_axis_units_lab"),
-        *("z_axis_axis_lab", "z_axis_axis_units_lab"),
-    ]
+    labels = [f"{axis}_axis_lab" for axis in ("abscissa", "orddenom", "z_axis")]
+    labels += ["orddenom_axis_units_lab", "z_axis_axis_units_lab"]
     return {
         **empty,
         **dict.fromkeys(labels, "NONE"),

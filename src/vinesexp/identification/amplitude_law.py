@@ -80,7 +80,7 @@ def law_rows(found: Sequence[Estimate], f0: Estimate, zeta: Estimate, amplitude:
     rows: list[Estimate] = []
     zetas = _of(curves, "zeta")
     if zetas and not all(curve.flat for curve in zetas):
-        rows += _damping(zetas, f0, zeta, amplitude)
+        rows += _damping(zetas, _rates(curves, f0), f0, zeta, amplitude)
     f0s = _of(curves, "f0")
     if f0s and not all(curve.flat for curve in f0s) and _SLIP not in terms:
         rows += _stiffness(f0s, f0, amplitude)
@@ -166,14 +166,25 @@ def _mean(values: Sequence[float]) -> float:
     return float(np.mean(values)) if values else 0.0
 
 
-def _damping(curves: Sequence[Curve], f0: Estimate, zeta: Estimate, amplitude: float
-             ) -> list[Estimate]:  # fmt: skip
+def _rates(curves: dict[tuple[str, str], Curve], f0: Estimate) -> Floats:
+    """Angular frequency at each point of the damping of all records, rad/s."""
+    parts = []
+    for (record, name), curve in curves.items():
+        if name == "zeta":
+            own = curves.get((record, "f0"))
+            f = [own.at(A)[0] if own else f0.value for A in curve.amplitude]
+            parts.append(2.0 * math.pi * np.array(f))
+    return np.concatenate(parts)
+
+
+def _damping(
+    curves: Sequence[Curve], w: Floats, f0: Estimate, zeta: Estimate, amplitude: float
+) -> list[Estimate]:
     """gamma, alpha, beta >= 0 of the decay rates, the linear one such that zeta is the combined."""
     from scipy.optimize import nnls
 
-    w = 2.0 * math.pi * f0.value
-    A, values, errors = _joined(curves)
-    rate, error = w * values, w * errors
+    A, ratio, ratio_error = _joined(curves)
+    rate, error = w * ratio, w * ratio_error
     columns = np.stack([1.0 / A, np.ones_like(A), A], axis=1)
     weighted = columns / error[:, None]
     scale = np.linalg.norm(weighted, axis=0)
@@ -182,7 +193,8 @@ def _damping(curves: Sequence[Curve], f0: Estimate, zeta: Estimate, amplitude: f
     repeats = max(1.0, A.size / (len(curves) * 3))
     inverse = np.linalg.pinv((weighted / scale).T @ (weighted / scale))
     errors = np.sqrt(repeats * np.diag(inverse)) / scale
-    values[1] = max(zeta.value * w - values[0] / amplitude - values[2] * amplitude, 0.0)
+    there = 2.0 * math.pi * f0.value * zeta.value
+    values[1] = max(there - values[0] / amplitude - values[2] * amplitude, 0.0)
     return [
         Estimate(name, float(value), float(error), unit, METHOD)
         for name, value, error, unit in zip(_TERMS, values, errors, _UNITS, strict=True)

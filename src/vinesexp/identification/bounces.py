@@ -14,6 +14,7 @@ from vinesexp.identification.least_squares import least_squares
 _FEWEST = 3  # flights: two give any r, the third tests it
 _ALIKE = 0.25  # by which the ratios of successive flights may differ, relative
 _SHORTEST = 0.02  # s, of the first flight: a bounce of half a millimetre; shorter is ringing
+_LONGEST = 5.0  # s, of any flight: a drop from 30 m; longer are times in ms that are read as s
 _SURE = 0.1  # standard error of r from which on the flights do not agree
 #: Half-width of 68 % of Student's t over that of a normal variable, for 1, 2, 3 ... degrees of
 #: freedom: a scatter taken from few flights is uncertain itself.
@@ -70,6 +71,12 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
         raise AnalysisError(
             f"the longest flight between hits lasts {1e3 * flights[0]:.3g} ms, expected "
             f"{1e3 * _SHORTEST:.3g} ms or more: this is the ringing of a shock, not a bouncing ball"
+        )
+    if flights[0] > _LONGEST:
+        raise AnalysisError(
+            f"the longest flight between hits lasts {flights[0]:.3g} s, a drop from "
+            f"{9.81 * flights[0] ** 2 / 8.0:.3g} m, expected {_LONGEST:g} s or less: are the times "
+            "in seconds?"
         )
     p, covariance, chi2 = _fitted(t, error)
     freedom = t.size - 3

@@ -114,14 +114,20 @@ def transmissibility(
     x, base = x[:n] - x[:n].mean(), base[:n] - base[:n].mean()
     X, B = np.fft.rfft(x), np.fft.rfft(base)
     noise_x, noise_b = (_line_noise(y, f, chosen, swept) for y in (x, base))
-    bend_x, bend_b = ((f[chosen] / frequency) ** -float(power) for power in powers)
+    bend_x, bend_b = (_to_displacement(f[chosen] / frequency, power) for power in powers)
     lines = _Lines(
         2.0 * math.pi * f[chosen], X[chosen] * bend_x, B[chosen] * bend_b,
-        noise_x * bend_x, noise_b * bend_b,
+        noise_x * np.abs(bend_x), noise_b * np.abs(bend_b),
     )  # fmt: skip
     if not (np.abs(lines.B) > _MOVES * lines.noise_b).any():
         raise AnalysisError("the base does not move near the resonance; a sweep is expected")
     return _solved(lines, 2.0 * math.pi * frequency)
+
+
+def _to_displacement(ratio: FloatArray, power: int) -> ComplexArray:
+    """What spectra are multiplied by: a velocity runs a quarter of a period ahead, too."""
+    bend = ratio ** -float(power)
+    return np.asarray(-1j * bend if power == 1 else bend, dtype=np.complex128)
 
 
 def _smooth_length(n: int) -> int:

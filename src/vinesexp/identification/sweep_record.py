@@ -55,6 +55,7 @@ def estimates_of_sweep(record: Record, view: RecordView, frequency: float | None
         to_motion = -1.0 / (2.0 * math.pi * f0) ** 2
         x = x * to_motion if view.quantity(role) == "acceleration" else x
         base = base * to_motion if view.quantity("base") == "acceleration" else base
+        base = base / (2.0 * math.pi * f0) if view.quantity("base") == "velocity" else base
     found = transmissibility(
         base, x, step, frequency=f0, swept=swept,
         powers=_powers(view.quantity(role), view.quantity("base")),

@@ -54,7 +54,8 @@ def perform(scene: Scene, test: Test, *, raw: Path, truth: Path) -> None:
         os.replace(partial, raw)
     finally:
         partial.unlink(missing_ok=True)
-    _write(truth, truth_text(motion.impacts, start=test.settle))
+    clock = test.oscilloscope.clock_error
+    _write(truth, truth_text(motion.impacts, start=test.settle, clock_error=clock))
     departures = departures_text(scene, test)
     if departures is not None:
         _write(truth.with_name(f"{truth.stem}.bench.csv"), departures)
@@ -85,12 +86,15 @@ def motion_of(scene: Scene, test: Test) -> Moving:
     return motion
 
 
-def truth_text(impacts: Mapping[str, NDArray[Any]], *, start: float) -> str:
-    """True impacts as CSV, times from the beginning of the record, NESs counted from 1.
+def truth_text(
+    impacts: Mapping[str, NDArray[Any]], *, start: float, clock_error: float = 0.0
+) -> str:
+    """True impacts as CSV, NESs counted from 1.
 
-    The velocity jump is the oscillator's. Impacts before the record are left out.
+    Times are from the beginning of the record, as its clock would have shown them. The velocity
+    jump is the oscillator's. Impacts before the record are left out.
     """
-    time = np.asarray(impacts["time"]) - start
+    time = (np.asarray(impacts["time"]) - start) / (1.0 + clock_error)
     inside = time >= 0.0
     columns = [time, impacts["nes"] + 1, impacts["side"], impacts["v_after"] - impacts["v_before"]]
     columns += [impacts[name] for name in TRUTH_COLUMNS.values()]

@@ -132,7 +132,7 @@ def _modelled(valley: Valley, b: float) -> float:
     if b > valley.end:
         return 1.5 * float(valley.amplitude[-1]) * (b / valley.end)
     if b < valley.b[0]:
-        return float(valley.amplitude[0] * valley.b[0] / b)
+        return float(valley.amplitude[0] * valley.b[0]) / b
     return float(np.interp(b, valley.b, valley.amplitude))
 
 
@@ -151,17 +151,16 @@ def scatter_of(paths: ResultPaths) -> float:
     if not paths.replay.is_file():
         return SCATTER
     regimes = {row["record"]: row["regime"] for row in read_rows(paths.regimes, RECORD_REGIMES)}
-    deviations = np.array(
-        [
-            float(row["deviation"])
-            for row in read_rows(paths.replay, REPLAY)
-            if row["quantity"].startswith("amplitude")
-            and row["deviation"]
-            and regimes.get(row["record"]) in PERMANENT
-        ]
-    )
-    if deviations.size < 4:
+    found = [
+        float(row["deviation"])
+        for row in read_rows(paths.replay, REPLAY)
+        if row["quantity"].startswith("amplitude")
+        and row["deviation"]
+        and regimes.get(row["record"]) in PERMANENT
+    ]
+    if len(found) < 4:
         return SCATTER
+    deviations = np.array(found)
     return float(1.4826 * np.median(np.abs(deviations - np.median(deviations))))
 
 

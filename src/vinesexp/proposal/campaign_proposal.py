@@ -82,15 +82,13 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     """
     files = joined(files)
     guesses = guess_roles(files)
-    channels = [
-        _channel(label, guess, files)
-        for role in _ROLES
-        for label, guess in guesses.items()
-        if guess.role == role
-    ]
-    by_role = {guess.role: label for label, guess in guesses.items()}
+    channels = []
+    for role in _ROLES:
+        labels = [label for label, guess in guesses.items() if guess.role == role]
+        if labels:
+            channels.append(_channel(labels, guesses[labels[0]], files))
     used: set[str] = set()
-    records = [_record(folder, file, by_role, used) for file in files]
+    records = [_record(folder, file, guesses, used) for file in files]
     times = sorted({c.name for f in files for c in f.columns if c.kind == "time" and c.name})
     unnamed = {c.index for f in files for c in f.columns if c.kind == "time" and not c.name}
     time = _pattern(times) if times else str(unnamed.pop()) if len(unnamed) == 1 else None
@@ -99,8 +97,9 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     return Proposal(channels, records, time, wav, blind)
 
 
-def _channel(label: str, guess: Guess, files: Sequence[FileView]) -> ProposedChannel:
-    columns = [c for f in files for c in f.signals if label_of(c) == label]
+def _channel(labels: Sequence[str], guess: Guess, files: Sequence[FileView]) -> ProposedChannel:
+    label = min(labels, key=len)  # what the names have in common, where some are cut short
+    columns = [c for f in files for c in f.signals if label_of(c) in labels]
     units = {c.unit for c in columns}
     unit = units.pop() if len(units) == 1 else None
     quantity = _quantity(guess.role, label, unit)
@@ -169,7 +168,7 @@ def _shared(names: Sequence[str]) -> str:
 
 
 def _record(
-    folder: Path, file: FileView, by_role: Mapping[str, str], used: set[str]
+    folder: Path, file: FileView, guesses: Mapping[str, Guess], used: set[str]
 ) -> ProposedRecord:
     shown = _CHANNEL_NUMBER.sub("", file.path.stem) if file.more_paths else file.path.stem
     stem = re.sub(r"[^A-Za-z0-9_.+-]+", "_", shown).strip("._-+") or "record"
@@ -177,7 +176,7 @@ def _record(
     while name.lower() in used:
         name += "_2"
     used.add(name.lower())
-    test, cells, why = describe_test(file, by_role)
+    test, cells, why = describe_test(file, guesses)
     for column, form in _HINTS.items():
         found = form.findall(file.path.stem)
         applies = column != "added_mass_g" or test == "ringdown"

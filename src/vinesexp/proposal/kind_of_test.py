@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vinesexp.identification.heard_bounces import bounces_heard
-from vinesexp.proposal.roles import common_frequency, envelope, label_of
+from vinesexp.proposal.roles import Guess, common_frequency, envelope, label_of
 from vinesexp.proposal.survey import ColumnView, FileView
 from vinesexp.records.readers import Floats
 from vinesexp.units import UNITS
@@ -16,16 +16,17 @@ OPEN = "?"  # stands where a person has to fill in; no value is read from it
 
 _BRIEF = 12.0  # times the second differences around it, by which a shock stands out
 _SHOCKS = 3  # fewer may be anything
+_SWEEPS = 0.015  # of the frequency: a base that changes by more from end to end is swept
+_TONE = 0.05  # by which zero crossings and spectrum of one tone differ at most, relative
 _OFF_BEAT = 0.25  # cycles that the zero crossings of a sine scatter by
 _SCATTER = 0.1  # of the logarithm of a sweep's frequency from cycle to cycle
 _AROUND = 64  # samples at least that a shock is compared with
 
 
-def describe_test(file: FileView, by_role: Mapping[str, str]) -> tuple[str, dict[str, str], str]:
+def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, dict[str, str], str]:
     """Test, the numbers that its signals show, and the reason in words."""
-    columns = {
-        role: next((c for c in file.signals if label_of(c) == label), None)
-        for role, label in by_role.items()
+    columns: dict[str, ColumnView | None] = {
+        guesses[label_of(c)].role: c for c in file.signals if label_of(c) in guesses
     }
     x = columns.get("displacement") or columns.get("acceleration") or columns.get("sound")
     a = columns.get("acceleration") or x
@@ -69,10 +70,13 @@ def _bounces(columns: Mapping[str, ColumnView | None]) -> str | None:
 
 def _driven(file: FileView, base: ColumnView) -> tuple[str, dict[str, str], str]:
     found = swept(base)
+    if found is not None and abs(found[1] - found[0]) <= _SWEEPS * common_frequency(file):
+        peak = base.peak()[0]  # several tones together cross zero at none of them
+        found = found if abs(0.5 * sum(found) - peak) < _TONE * peak else None
     if found is None:
         return OPEN, {}, "the base moves, but neither at one frequency nor as a sweep"
     begin, end = found
-    if abs(end - begin) > 0.015 * common_frequency(file):
+    if abs(end - begin) > _SWEEPS * common_frequency(file):
         cells = {"frequency_hz": f"{begin:.4g}:{end:.4g}"}
         return "sweep", cells, "the frequency of the base changes"
     cells = {"frequency_hz": f"{0.5 * (begin + end):.5g}"}

@@ -15,19 +15,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.identification.heard_bounces import bounces_heard
-from vinesexp.proposal.survey import ColumnView, FileView
+from vinesexp.proposal.survey import ColumnView, FileView, is_called_time
 from vinesexp.records.readers import Floats
 from vinesexp.units import UNITS
 
 _NAMES = {
     "base": re.compile(r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot", re.I),
     "acceleration": re.compile(r"acc|accel|beschl|pcb|icp|imu", re.I),
-    "displacement": re.compile(r"laser|disp|pos|depl|weg|ldv|vib|mass|osc", re.I),
+    "displacement": re.compile(r"laser|disp|pos|depl|weg|ldv|vib|mass|oscill", re.I),
     "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),
 }
+#: What phones and loggers record besides motion along a line.
+_OTHERS = re.compile(r"gyro|rotat|magnet|temper|humid|pressure|light|force|torque|rad/s|°", re.I)
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
 _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)
+_CUT_SHORT = 6  # letters at least of a name that some program cut short
 _AUDIBLE = 8000.0  # Hz: a WAV file sampled faster may be a microphone's
 #: Quantities by whose units a column can have each role.
 _MEASURED = {
@@ -69,12 +72,16 @@ class Traits:
     quiet: bool
 
 
+Places = Sequence[tuple[FileView, ColumnView]]
+
+
 def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
     """Roles of the channels that the files share, by `label_of` their columns' names."""
     places: dict[str, list[tuple[FileView, ColumnView]]] = {}
     for file in files:
         for column in file.signals:
-            places.setdefault(label_of(column), []).append((file, column))
+            if not (is_called_time(column.name) or _OTHERS.search(column.name)):
+                places.setdefault(label_of(column), []).append((file, column))
     left = _without_other_axes(places)
     guesses: dict[str, Guess] = {}
     for role in _NAMES:
@@ -90,6 +97,9 @@ def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
                 found, key=lambda label: (bool(_COMMAND.search(label)), -_moves(places[label]))
             )
             guesses[best] = found[best]
+            guesses |= {
+                label: guess for label, guess in found.items() if _same(best, label, places)
+            }
     taken = {guess.role for guess in guesses.values()}
     # A second column that is called so is none of the others: the command beside the base.
     named = [label for label in left if any(form.search(label) for form in _NAMES.values())]
@@ -103,7 +113,7 @@ def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
     return guesses | _by_physics(files, rest, open_roles)
 
 
-def _without_other_axes(places: Mapping[str, list[tuple[FileView, ColumnView]]]) -> list[str]:
+def _without_other_axes(places: Mapping[str, Places]) -> list[str]:
     """Labels, of the axes of one sensor only the one that moves most, and no sum of axes."""
     by_sensor: dict[str, list[str]] = {}
     for label in places:
@@ -114,12 +124,21 @@ def _without_other_axes(places: Mapping[str, list[tuple[FileView, ColumnView]]])
     return [label for label in left if not (several and _SUM.search(label))]
 
 
-def _moves(places: Sequence[tuple[FileView, ColumnView]]) -> float:
+def _same(label: str, other: str, places: Mapping[str, Places]) -> bool:
+    """Whether two names are those of one channel: cut short in one file, and never in one file."""
+    short, long = sorted((label, other), key=len)
+    if len(short) < _CUT_SHORT or not long.startswith(short):
+        return False
+    files = [{file.path for file, _ in places[one]} for one in (label, other)]
+    return not files[0] & files[1]
+
+
+def _moves(places: Places) -> float:
     """How far a channel moves about its mean, in its unit: the median of its files."""
     return float(np.median([column.finite.std() for _, column in places]))
 
 
-def _is_heard(places: Sequence[tuple[FileView, ColumnView]]) -> bool:
+def _is_heard(places: Places) -> bool:
     """Whether a channel is a microphone's: WAV files in most of which a ball bounces."""
     if any(file.format != "WAV" or (file.rate or 0.0) < _AUDIBLE for file, _ in places):
         return False

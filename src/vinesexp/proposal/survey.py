@@ -148,6 +148,17 @@ def view_file(path: Path) -> FileView:
     )
 
 
+def is_called_time(name: str) -> bool:
+    """Whether a column's name is one of times.
+
+    Examples
+    --------
+    >>> is_called_time("seconds_elapsed"), is_called_time("timbre")
+    (True, False)
+    """
+    return _TIME_NAME.match(name) is not None
+
+
 def _values(source: Source, index: int) -> Floats:
     blocks, count = [], 0
     for block in source.blocks([index]):

@@ -55,7 +55,7 @@ def part_size(n: int, sample_rate: float, frequency: float) -> int:
     Examples
     --------
     >>> part_size(9_000, 1e4, 8.0), part_size(500_000, 1e4, 8.0)
-    (1, 61)
+    (1, 62)
 
     An hour at 100 kHz: no longer 16 parts a cycle, but a cycle a part.
 
@@ -66,7 +66,7 @@ def part_size(n: int, sample_rate: float, frequency: float) -> int:
         return 1
     period = sample_rate / frequency if frequency > 0.0 else math.inf
     cycles = n / period
-    size = n // int(min(max(_A_CYCLE * cycles, _FEWEST), _MOST))
+    size = math.ceil(n / min(max(_A_CYCLE * cycles, _FEWEST), _MOST))
     if size * _LEAST <= period:
         return max(size, 1)
     return math.ceil(math.ceil(size / period) * period)

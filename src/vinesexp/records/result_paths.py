@@ -165,6 +165,11 @@ class ResultPaths:
         """What that page loads: its library, and two files a record."""
         return self.folder / "pages"
 
+    @property
+    def bundle(self) -> Path:
+        """Everything for others in one zip, made on request."""
+        return self.folder / f"{self.folder.resolve().name}.zip"
+
     def figures(self, family: str) -> Path:
         """The list of one family of figures, which lie beside it."""
         return self.folder / "figures" / f"{family}.json"

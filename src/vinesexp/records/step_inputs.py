@@ -36,6 +36,7 @@ CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "figures": _ALL,
     "pages": ("title", "known"),
     "report": _REPORTED,
+    "bundle": (),
 }
 
 #: Fields of a row of records.csv that a step sees: its record's row, or all rows.
@@ -53,6 +54,7 @@ RECORD_FIELDS: Mapping[str, tuple[str, ...]] = {
     "figures": _ROW,
     "pages": _ROW,
     "report": _ROW,
+    "bundle": (),
 }
 
 _BLANK: Mapping[str, Any] = {

@@ -131,7 +131,7 @@ def compared(
         rows.append(of("decay time", measured, lambda m: m.decay_time))
     if record.clearance:
         rows.append(of("impacts per cycle", per_cycle, lambda m: m.impacts_per_cycle))
-        rows.append(_regime(record.id, regime, found, "regime" in decisive))
+        rows.append(_regime(record.id, regime, found, "regime" in decisive, steady))
     if len(record.clearance) == 1:
         rows.append(of("spells", number(row.get("spells")), lambda m: m.spells))
     return rows
@@ -189,7 +189,10 @@ def _number(
     )
 
 
-def _regime(record: str, measured: str, found: Sequence[Measures], decisive: bool) -> Compared:
+def _regime(
+    record: str, measured: str, found: Sequence[Measures], decisive: bool, steady: bool
+) -> Compared:
+    """Whether a replay has the record's regime; motions that vary bear this name or that."""
     by_regime: dict[str, list[str]] = {}
     for one in found:
         by_regime.setdefault(one.regime, []).append(one.start)
@@ -203,7 +206,9 @@ def _regime(record: str, measured: str, found: Sequence[Measures], decisive: boo
             else f"{regime}: {len(names)} of {total} starts"
             for regime, names in named.items()
         )
-    outcome = "not measured" if not measured else "ok" if measured in by_regime else "differs"
+    alike = not steady and any(not m.steady and m.impacts_per_cycle >= _STILL for m in found)
+    same = measured in by_regime or alike
+    outcome = "not measured" if not measured else "ok" if same else "differs"
     words = "; ".join(by_regime)
     return Compared(
         *(record, "regime", "", measured or None, words, None, None, None, outcome, starts),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from vinesexp.results_differences import Difference, Differences
+from vinesexp.difference import Difference, Differences
 
 _KINDS = {
     "value": "Identified values",
@@ -17,7 +17,8 @@ _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; margin: 0.5rem 0 1.5rem; }
-th, td { text-align: left; padding: 0.3rem 0.6rem; border-bottom: 1px solid #8884; }
+th, td { text-align: left; vertical-align: top; padding: 0.3rem 0.6rem; }
+th, td { border-bottom: 1px solid #8884; }
 td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 tr.matters td:last-child { font-weight: 600; }
 p.lead { font-size: 1.15rem; }

@@ -10,7 +10,11 @@ from vinesexp.figures.numbers import significant
 
 Row = Mapping[str, str]
 
-_SHOWN = {"amplitude": ("amplitude (mm)", 1e3), "decay time": ("decay time (s)", 1.0)}
+_SHOWN = {
+    "amplitude": ("amplitude (mm)", 1e3),
+    "largest amplitude": ("largest amplitude (mm)", 1e3),
+    "decay time": ("decay time (s)", 1.0),
+}
 
 
 @dataclass(frozen=True)

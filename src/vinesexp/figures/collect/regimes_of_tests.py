@@ -49,6 +49,8 @@ def draw_regimes(
         "is a permanent response with two impacts per cycle; blue spells that come and go are "
         "strongly modulated response; white is a ball that misses the walls."
     )
+    if len(records) > _MOST:
+        caption += f" Shown are the first {_MOST} of {len(records)} records."
     yield regime_strips(list(groups.items())), Drawn("regimes_periodic", "periodic", caption)
 
 

@@ -24,7 +24,7 @@ Row = Mapping[str, str]
 def draw_replay(
     campaign: Campaign, results: Path, regimes: Sequence[Row]
 ) -> Iterator[tuple[Figure, Drawn]]:
-    """Up to four records: a permanent and a modulated response, a release, a ring-down."""
+    """Up to five records: a permanent and a modulated response, a sweep, a release, a decay."""
     rows = read_rows(ResultPaths(results).replay_cycles, REPLAY_CYCLES)
     by_record: dict[str, list[Row]] = {}
     for row in rows:
@@ -35,8 +35,9 @@ def draw_replay(
         return
     caption = (
         "Measured amplitude, cycle by cycle, beside the same record simulated with the identified "
-        "rig and the base as measured. The band reaches over several starts, since nobody measured "
-        "where the ball was; where motion is chaotic, only mean and range can agree, not the curve."
+        "rig, the effects that were found and the base as measured. The band reaches over several "
+        "starts, since nobody measured where the ball was; where motion is chaotic, only mean and "
+        "range can agree, not the curve."
     )
     figure = replayed_amplitudes([_beside(record, by_record[record.id]) for record in chosen])
     yield figure, Drawn("replay", "replay", caption)
@@ -47,6 +48,7 @@ def _chosen(records: Sequence[Record], regime: Mapping[str, str]) -> list[Record
     kinds = (
         [r for r in records if r.test == "periodic" and regime.get(r.id, "").startswith("two")],
         [r for r in records if regime.get(r.id) == "strongly modulated" and r.test == "periodic"],
+        [r for r in records if r.test == "sweep" and len(r.clearance) == 1],
         [r for r in records if r.test == "transient" and len(r.clearance) == 1],
         [r for r in records if r.test == "ringdown"],
     )

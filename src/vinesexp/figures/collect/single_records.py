@@ -31,6 +31,7 @@ _SHOWN = {
 }
 _BLOCK = 1 << 20  # samples read at once
 _ZOOM_CYCLES = 3.5
+_MOST_CURVES = 14  # in one figure
 _MOST_POINTS = 1200  # of a drawn line
 
 
@@ -191,6 +192,7 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
     for balls, word in ((1, "one"), (2, "two")):
         chosen = [r for r in records if len(r.clearance) in (0, balls) and r.frequency]
         chosen = sorted(chosen, key=lambda r: r.clearance)
+        every, chosen = len(chosen), spread(chosen)
         bare = [r for r in chosen if not r.clearance]
         if balls > 1 and len(bare) == len(chosen):
             continue
@@ -214,8 +216,21 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
             f"Slow sine sweeps{with_nes}: amplitude of the mass over the base's frequency. "
             "The grey curve is the mass alone; where a coloured one swings to and fro, the "
             "response is strongly modulated."
-        )
+        ) + _of(chosen, every)
         yield figure, Drawn(f"sweep_{word}_nes", "sweep", caption)
+
+
+def spread(records: Sequence[Record]) -> list[Record]:
+    """The records that one figure can show: all, or even choices of very many."""
+    if len(records) <= _MOST_CURVES:
+        return list(records)
+    places = np.round(np.linspace(0, len(records) - 1, _MOST_CURVES)).astype(int)
+    return [records[place] for place in places]
+
+
+def _of(shown: Sequence[Record], every: int) -> str:
+    """What the caption adds where not every record is shown."""
+    return f" Shown are {len(shown)} of {every} records." if len(shown) < every else ""
 
 
 def _balls(record: Record) -> str:
@@ -231,6 +246,7 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
             (r for r in records if r.test == "transient" and len(r.clearance) == balls),
             key=lambda r: r.clearance,
         )
+        every, chosen = len(chosen), spread(chosen)
         traces = []
         for record in [*free, *chosen] if chosen else []:
             with open_record(results / f"conditioned/{record.id}.nc") as view:
@@ -247,5 +263,5 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
         caption = (
             f"Decay after release with {word}. A ball in step with the mass takes energy out along "
             "a nearly straight line until it loses step at T1; after that the decay is slow."
-        )
+        ) + _of(chosen, every)
         yield figure, Drawn(f"transient_{word.split()[0]}_nes", "transient", caption)

@@ -44,9 +44,17 @@ class DesignCurve:
     exact: float | None
 
 
-def design_curve(curve: DesignCurve) -> Figure:
-    """Amplitude above, captured share below, over the clearance on a logarithmic axis."""
-    figure, (axis, share) = new_figure(2, 1, height=5.2, sharex=True, height_ratios=[3, 1])
+def design_curve(curve: DesignCurve, *, height: float = 5.2) -> Figure:
+    """Amplitude above, captured share below, over the clearance on a logarithmic axis.
+
+    Parameters
+    ----------
+    curve : DesignCurve
+    height : float
+        Inches; the names of the clearances stay apart.
+    """
+    figure, (axis, share) = new_figure(2, 1, height=height, sharex=True, height_ratios=[3, 1])
+    apart = 0.055 * 5.2 / height
     random, rest = SEQUENCE[1], SEQUENCE[0]
     axis.fill_between(curve.b, curve.low, curve.high, color=random, alpha=0.2, linewidth=0)
     axis.plot(curve.b, curve.middle, color=random)
@@ -60,8 +68,8 @@ def design_curve(curve: DesignCurve) -> Figure:
     ):
         axis.axhline(value, color=colour, linestyle=":", linewidth=1.0)
         label(axis, name, (curve.b[0], value), colour=colour, shift=(3, 5))
-    _marks(axis, share, curve, top)
-    axis.set_ylabel("amplitude of the mass (mm)")
+    _marks(axis, share, curve, top, apart)
+    axis.set_ylabel("amplitude (mm)")
     axis.plot([], [], color=rest, label="from rest, ball at a wall: mean over the shaker's phase")
     axis.fill_between(
         [], [], [], color=random, alpha=0.3, label="random starts: 10 to 90 %, median"
@@ -75,7 +83,7 @@ def design_curve(curve: DesignCurve) -> Figure:
     return figure
 
 
-def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float) -> None:
+def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float, apart: float) -> None:
     lines = [(b, name, SEQUENCE[6], "-") for name, b in curve.build.items()]
     lines.append((curve.published, "$b_c$ published", COLOURS["published"], "--"))
     if curve.exact is not None:
@@ -95,7 +103,7 @@ def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float) -> None:
             va="top",
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
         )
-        level -= 0.055
+        level -= apart
 
 
 def _plain_ticks(axis: Axes, b: FloatArray) -> None:

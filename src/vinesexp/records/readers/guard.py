@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.guarded_child import receive, send, serve
+from vinesexp.records.readers.guarded_child import receive, send, serve, widen
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
 
 _DEATHS = {
@@ -192,6 +192,7 @@ class _Child:
 def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
     requests, to_child = os.pipe()
     from_child, answers = os.pipe()
+    widen(answers)
     try:
         if sys.platform == "linux" and threading.active_count() == 1:
             pid = os.fork()

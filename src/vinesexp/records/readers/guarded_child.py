@@ -1,8 +1,8 @@
 """The side of a guarded reader that may crash: a process that serves one source by pipe.
 
-A message is its length in eight bytes, then a pickle. Whatever goes wrong in the reader is answered
-as a refusal with its reason; what cannot be answered ends the process, and who asked sees the pipe
-close.
+A message is two lengths, a pickle, and the samples of a block if there are any. Whatever goes wrong
+in the reader is answered as a refusal with its reason; what cannot be answered ends the process,
+and who asked sees the pipe close.
 """
 
 from __future__ import annotations
@@ -20,30 +20,51 @@ from typing import Any, NoReturn
 
 from vinesexp.errors import RecordError
 
-_LENGTH = struct.Struct("<Q")
+_HEAD = struct.Struct("<QQ")  # bytes of the pickle, and of the samples beside it
+_PIPE = 1 << 20  # bytes that a pipe holds: fewer changes between the two processes
 
 
 def send(pipe: int, message: Any) -> None:
-    """Write one message."""
-    packed = pickle.dumps(message, protocol=5)
-    rest = memoryview(_LENGTH.pack(len(packed)) + packed)
-    while rest:
-        rest = rest[os.write(pipe, rest) :]
+    """Write one message; samples go beside the pickle, not through it."""
+    samples: list[pickle.PickleBuffer] = []
+    packed = pickle.dumps(message, protocol=5, buffer_callback=samples.append)
+    raw = [one.raw() for one in samples]
+    _write(pipe, _HEAD.pack(len(packed), raw[0].nbytes if raw else 0))
+    _write(pipe, packed)
+    for one in raw[:1]:
+        _write(pipe, one)
 
 
 def receive(pipe: int) -> Any:
     """Read one message; EOFError where the other side is gone."""
-    return pickle.loads(_read(pipe, _LENGTH.unpack(_read(pipe, _LENGTH.size))[0]))
+    packed, samples = _HEAD.unpack(_read(pipe, _HEAD.size))
+    words = _read(pipe, packed)
+    return pickle.loads(words, buffers=[_read(pipe, samples)] if samples else ())
 
 
-def _read(pipe: int, count: int) -> bytes:
-    found = bytearray()
-    while len(found) < count:
-        part = os.read(pipe, min(count - len(found), 1 << 20))
-        if not part:
+def widen(pipe: int) -> None:
+    """Let a pipe hold more, where the system allows it."""
+    import fcntl
+
+    with suppress(AttributeError, OSError):
+        fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, _PIPE)
+
+
+def _write(pipe: int, data: bytes | memoryview) -> None:
+    rest = memoryview(data)
+    while rest:
+        rest = rest[os.write(pipe, rest) :]
+
+
+def _read(pipe: int, count: int) -> bytearray:
+    found = bytearray(count)
+    rest = memoryview(found)
+    while rest:
+        got = os.readv(pipe, [rest])
+        if not got:
             raise EOFError
-        found += part
-    return bytes(found)
+        rest = rest[got:]
+    return found
 
 
 def serve(

@@ -16,6 +16,7 @@ from vinesexp.signals.impacts.template import Template
 
 _STEPS = 5  # Gauss-Newton steps a round, at most
 _STILL = 1e-3  # samples: a smaller step changes nothing
+_TOGETHER = 16  # contacts of a chain that are moved at once
 _SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
 
 
@@ -137,9 +138,16 @@ def _refine(state: State, seen: IntArray) -> float:
     safe = np.where(good, determinant, 1.0)
     height_step = np.where(good, (ss * right_v - vs * right_s) / safe, 0.0)
     place_step = np.where(good, (vv * right_s - vs * right_v) / safe, 0.0)
-    for group in _overlapping(state):
-        step = _joint_step(rest, index[group], value[group], slope[group])
-        height_step[group], place_step[group] = step
+    for chain in _overlapping(state):
+        # The work grows as the cube of their number. Parts of a long chain come one after the
+        # other, each with what the ones before it have left.
+        for group in np.array_split(chain, -(-chain.size // _TOGETHER)):
+            columns, low = _columns(index[group], value[group], slope[group])
+            left = rest[low : low + columns.shape[1]]
+            step = np.linalg.lstsq(columns.T, left, rcond=1e-4)[0]
+            height_step[group], place_step[group] = step[: group.size], step[group.size :]
+            if group.size < chain.size:
+                left -= step @ columns
     state.height = state.height + height_step
     state.place = state.place + np.clip(place_step, -0.5, 0.5)
     return float(np.abs(place_step).max())
@@ -155,18 +163,15 @@ def _overlapping(state: State) -> list[IntArray]:
     return [group for group in groups if group.size > 1]
 
 
-def _joint_step(
-    rest: FloatArray, index: IntArray, value: FloatArray, slope: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Steps of heights and places of contacts that share samples."""
+def _columns(index: IntArray, value: FloatArray, slope: FloatArray) -> tuple[FloatArray, int]:
+    """Templates and derivatives of contacts that share samples, and the first sample."""
     low, high = int(index.min()), int(index.max()) + 1
     count = index.shape[0]
     columns = np.zeros((2 * count, high - low))
     for i in range(count):
         np.add.at(columns[i], index[i] - low, value[i])
         np.add.at(columns[count + i], index[i] - low, slope[i])
-    step = np.asarray(np.linalg.lstsq(columns.T, rest[low:high], rcond=1e-4)[0], dtype=np.float64)
-    return step[:count], step[count:]
+    return columns, low
 
 
 def keep_only(state: State, which: IntArray | BoolArray) -> None:

@@ -20,6 +20,7 @@ from vinesexp.signals.means import block_means, channel_means
 
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record
 _LEAST = 6  # points to either side
+_MOST = 64  # impacts in a window: what is more crowded shows no single one of them
 
 
 @dataclass(frozen=True)
@@ -115,6 +116,7 @@ def slope_changes(
         if reach < _LEAST:
             break
         fits = open_ & (centre >= reach) & (centre + reach < x.values.size)
+        fits &= _number_within(times, reach * x.step) <= _MOST
         chosen = np.flatnonzero(fits)
         for begin in range(0, chosen.size, 4096):
             group = chosen[begin : begin + 4096]
@@ -162,6 +164,12 @@ def _windows(
     return _Windows(
         samples, s, offset, response.bend(s, x.step), place, velocity, q, upper, response, full
     )
+
+
+def _number_within(times: FloatArray, reach: float) -> IntArray:
+    """How many times lie no further than `reach` from each."""
+    last = np.searchsorted(times, times + reach, side="right")
+    return np.asarray(last - np.searchsorted(times, times - reach), dtype=np.int64)
 
 
 def _out(values: FloatArray, q: FloatArray) -> FloatArray:

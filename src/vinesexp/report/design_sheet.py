@@ -1,0 +1,197 @@
+"""The design sheet: one page with what to build, what it gives and what it rests on."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vinesexp.design.advice import Advice, Judged
+from vinesexp.design.answer import Answer
+from vinesexp.design.answer_json import warnings_of
+from vinesexp.design.inputs import OPTIONS, Given
+from vinesexp.design.predictions import Theory, start_amplitude
+from vinesexp.figures.draw.design_curve import DesignCurve, design_curve
+
+#: Clearances of the cards, with what each is the best by.
+CARDS = {
+    "robust": "least 90th percentile over random starts",
+    "least_mean": "least mean from rest, ball at a wall",
+    "least_max": "least largest from rest, ball at a wall",
+}
+
+#: Units that a person writes these values in, per SI unit.
+SHOWN = {"m": ("g", 1e3), "G": ("mm", 1e3), "x0": ("mm", 1e3)}
+
+
+def write_sheet(path: Path, given: Given, answer: Answer, curve: DesignCurve | None) -> None:
+    """Write the page; it needs nothing beside it and prints on one side of A4.
+
+    Parameters
+    ----------
+    path : Path
+        It appears only when complete.
+    given : Given
+    answer : Answer
+    curve : DesignCurve, optional
+        Of the simulation, where there is one.
+    """
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("vinesexp.report", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    html = environment.get_template("design_sheet.html.j2").render(
+        **sheet_content(given, answer), svg="" if curve is None else _svg(curve)
+    )
+    partial = path.with_name(f".{path.name}.part")
+    partial.write_text(html, encoding="utf-8")
+    os.replace(partial, path)
+
+
+def sheet_content(given: Given, answer: Answer) -> dict[str, Any]:
+    """Everything the page shows, finished."""
+    from vinesexp import __version__
+
+    theory, advice = answer.theory, answer.advice
+    remarks = [] if advice is None else warnings_of(advice)
+    return {
+        "version": __version__,
+        "inputs": _inputs(given),
+        "theory": _theory(given, theory),
+        "cards": [] if advice is None else _cards(advice),
+        "changed": [] if advice is None else _changed(advice),
+        "beside": [] if advice is None else _beside(advice),
+        "releases": _releases(answer),
+        "remarks": [theory.no_orbit, *remarks] if theory.no_orbit else remarks,
+    }
+
+
+def _inputs(given: Given) -> list[tuple[str, str]]:
+    rows = []
+    for option in OPTIONS:
+        if option.symbol in given:
+            unit, size = SHOWN.get(option.symbol, (option.unit, 1.0))
+            texts = [
+                f"{size * q.value:.5g}" + (f" ± {size * q.std_error:.2g}" if q.std_error else "")
+                for q in given[option.symbol]
+            ]
+            parted = " to " if option.symbol in ("G", "frequency") else "; "
+            rows.append((option.flag[2:].replace("-", " "), f"{parted.join(texts)} {unit}"))
+    return rows
+
+
+def _theory(given: Given, theory: Theory) -> list[tuple[str, str, str, str]]:
+    rows = []
+    for name, p, level in (
+        ("b_c", theory.b_c, "G"), ("b_t", theory.b_t, "x0")
+    ):  # fmt: skip
+        if p is None or level not in given:
+            continue
+        at = given.one("G").value if level == "G" else start_amplitude(given)
+        interval = f"{1e3 * p.low:.4g} to {1e3 * p.high:.4g}" if p.std_error else "–"
+        rows.append(
+            (f"{name}, {1e3 * at:.4g} mm", f"{1e3 * p.published:.4g}", f"{1e3 * p.exact:.4g}",
+             interval)
+        )  # fmt: skip
+    return rows
+
+
+def _cards(advice: Advice) -> list[dict[str, str]]:
+    return [_card(name, meaning, getattr(advice, name), advice) for name, meaning in CARDS.items()]
+
+
+def _card(name: str, meaning: str, one: Judged, advice: Advice) -> dict[str, str]:
+    robust = name == "robust"
+    mean = one.random_mean if robust else one.rest_mean
+    return {
+        "name": {"robust": "robust", "least_mean": "least mean", "least_max": "least largest"}[
+            name
+        ],
+        "meaning": meaning,
+        "b": "; ".join(f"{1e3 * one.b * ratio:.4g}" for ratio in advice.task.ratios),
+        "mean": f"{1e3 * mean:.3g}",
+        "largest": f"{1e3 * (one.random_max if robust else one.rest_max):.3g}",
+        "less": f"{100 * (1 - mean / advice.bare_mean):.0f}",
+        "captured": f"{100 * (one.captured if robust else one.captured_rest):.0f}",
+        "starts": "random starts" if robust else "starts from rest",
+        "over": "–" if advice.exact is None else f"{one.b / advice.exact:.2f}",
+    }
+
+
+def _changed(advice: Advice) -> list[tuple[str, list[str]]]:
+    rows = []
+    for name in ("b", "G", "f", "r"):
+        mine = {one.change: one for one in advice.changed if one.name == name}
+        cells = [
+            f"{1e3 * mine[c].rest_mean:.3g}; {1e3 * mine[c].random_p90:.3g}" if c in mine else "–"
+            for c in (-0.10, -0.05, 0.05, 0.10)
+        ]
+        rows.append((name, cells))
+    return rows
+
+
+def _beside(advice: Advice) -> list[tuple[str, str]]:
+    rows = [
+        ("bare oscillator", f"{1e3 * advice.bare:.3g} mm"),
+        ("tuned mass damper of the same mass, Den Hartog",
+         f"{1e3 * advice.den_hartog.amplitude:.3g} mm; 5 % detuned "
+         f"{1e3 * advice.den_hartog.detuned:.3g} mm"),
+        ("the same, least worst when 5 % detuned",
+         f"{1e3 * advice.optimal.amplitude:.3g} mm; 5 % detuned "
+         f"{1e3 * advice.optimal.detuned:.3g} mm"),
+    ]  # fmt: skip
+    for one, way in zip(advice.sweeps, ("up", "down"), strict=True):
+        rows.append(
+            (f"slow sweep {way}, robust clearance, {one.begin:.4g} to {one.end:.4g} Hz",
+             f"largest {1e3 * one.largest:.3g} mm at {one.at:.4g} Hz")
+        )  # fmt: skip
+    working = advice.working
+    if working is not None and working.low is not None and working.high is not None:
+        rows.append(
+            ("levels at which the robust clearance takes off a fifth or more",
+             f"{1e3 * working.low:.3g} to {1e3 * working.high:.3g} mm")
+        )  # fmt: skip
+    return rows
+
+
+def _releases(answer: Answer) -> list[tuple[str, ...]]:
+    if answer.falls is None:
+        return []
+    theory = {round(one.level, 12): one for one in answer.theory.releases}
+    rows: list[tuple[str, ...]] = []
+    for k, level in enumerate(answer.falls.levels):
+        best = answer.falls.found[answer.falls.fastest[k]]
+        own = theory.get(round(level, 12))
+        time = float(np.median(best.times[:, k]))
+        rows.append(
+            (
+                f"{1e3 * level:.3g}",
+                "–" if own is None else f"{1e3 * own.b:.4g}",
+                f"{1e3 * best.b:.4g}",
+                f"{time:.3g}" if np.isfinite(time) else "never",
+                f"{100 * best.share:.0f} %",
+                f"{float(np.median(best.pumping)):.3g}",
+                f"{100 * float(np.median(best.dissipated)):.0f} %",
+            )
+        )
+    return rows
+
+
+def _svg(curve: DesignCurve) -> str:
+    """The picture as markup that fills its place."""
+    text = io.StringIO()
+    design_curve(curve, height=2.85).savefig(text, format="svg", metadata={"Date": None})
+    svg = text.getvalue()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    head, rest = svg.split(">", maxsplit=1)
+    return re.sub(r'\s(?:width|height)="[^"]*"', "", head) + ">" + rest

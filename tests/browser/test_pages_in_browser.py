@@ -1,0 +1,157 @@
+"""Report and record pages as a browser shows them; skipped where there is no Chromium."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from urllib.parse import quote
+
+import pytest
+
+READY = """
+for (let i = 0; i < 400 && !document.body.dataset.drawn; i++) await wait(50);
+if (!document.body.dataset.drawn) throw new Error("nothing was drawn: " + document.body.innerText);
+"""
+ODD = "#" + quote("p+3.3_x")
+
+#: axe.min.js of the package axe-core (npm), where it is installed.
+AXE = Path(os.environ.get("AXE_CORE", "node_modules/axe-core/axe.min.js"))
+
+
+def test_a_record_is_drawn_from_disk(ask):
+    found = ask(
+        "records.html",
+        READY + "return [byId('title').textContent, current.trace.channels.length, "
+        "document.querySelectorAll('#plots canvas, #plots .bk-Figure, #plots > *').length, "
+        "current.facts.settings.length]",
+        at=ODD,
+    )
+    assert found[0] == "p+3.3_x"
+    assert found[1] == 6  # three channels, measured and bandpassed
+    assert found[2] > 0
+    assert found[3] > 2
+
+
+def test_every_impact_is_marked_and_zoom_reaches_a_contact(ask):
+    script = (
+        READY
+        + """
+    const inView = () => Number(byId("where").textContent.match(/, (\\d+) of/)[1]);
+    const all = inView(), total = current.trace.impacts.count;
+    ACTIONS.after(); for (let i = 0; i < 4; i++) zoom(0.5);
+    await wait(300);
+    return [all, total, inView(), current.range.end - current.range.start];
+    """
+    )
+    all_, total, inside, width = ask("records.html", script, at="#p_34")
+    assert all_ == total > 50
+    assert inside == 1
+    assert width < 0.01
+
+
+def test_keys_move_the_view_and_the_record(ask):
+    script = (
+        READY
+        + """
+    const event = key => new KeyboardEvent("keydown", {key, bubbles: true});
+    const press = key => document.body.dispatchEvent(event(key));
+    const width = () => current.range.end - current.range.start;
+    const whole = width(); press("+"); const zoomed = width(); press("0");
+    const id = current.id; press("]"); await wait(500);
+    return [whole, zoomed, width() || 0, id, current.id];
+    """
+    )
+    whole, zoomed, _, before, after = ask("records.html", script, at="#p_34")
+    assert zoomed == pytest.approx(0.5 * whole)
+    assert before == "p_34"
+    assert after == "p_35"
+
+
+def test_the_list_is_filtered_by_test_regime_and_outcome(ask):
+    script = """
+    while (!byId("count").textContent) await wait(50);
+    const pick = (id, value) => { byId(id).value = value; byId("filter").dispatchEvent(new Event("input")); };
+    const names = () => filter.shown.map(r => r[0]);
+    const all = names().length;
+    pick("test", "drop"); const drops = names(); pick("test", "");
+    pick("outcome", "refused"); const refused = names(); pick("outcome", "");
+    pick("search", "t_two"); const searched = names();
+    return [all, drops, refused, searched, byId("rows").children.length];
+    """  # noqa: E501
+    everything, drops, refused, searched, rows = ask("records.html", script)
+    assert everything == 23
+    assert drops == ["drop_1"]
+    assert refused == ["broken"]
+    assert searched == ["t_two"]
+    assert rows == 1
+
+
+def test_a_refused_record_says_why(ask):
+    assert "stands" in ask("records.html", READY + "return byId('tables').innerText", at="#broken")
+
+
+@pytest.mark.parametrize(("page", "at"), [("report.html", ""), ("records.html", "#p_34")])
+def test_a_phone_needs_no_sideways_scrolling(ask, page, at):
+    # Windows of Chromium are at least 500 px wide: a frame of 400 px holds the page.
+    script = """
+    document.documentElement.style.width = "400px"; document.body.style.width = "400px";
+    await wait(1500);
+    const wide = [...document.body.querySelectorAll("*")].filter(e => !e.closest("svg, .wide, .bk-Column, #plots, #manifold, figure")
+        && e.getBoundingClientRect().right > 401 && getComputedStyle(e).position !== "absolute");
+    return wide.map(e => e.tagName + "." + e.className + " " + e.getBoundingClientRect().right);
+    """  # noqa: E501
+    assert ask(page, script, at=at, width=500) == []
+
+
+@pytest.mark.parametrize("page", ["report.html", "records.html"])
+def test_dark_mode_turns_page_and_figures(ask, page):
+    script = """
+    await wait(200);
+    const text = document.querySelector("svg text");
+    const page = getComputedStyle(document.body).backgroundColor;
+    return [page, text ? getComputedStyle(text).fill : ""];
+    """
+    background, ink = ask(page, script, dark=True)
+    assert max(map(int, re.findall(r"\d+", background)[:3])) < 60
+    if ink:
+        assert min(map(int, re.findall(r"\d+", ink)[:3])) > 180
+
+
+@pytest.mark.parametrize(
+    ("page", "at", "dark"),
+    [("report.html", "", False), ("report.html", "", True), ("records.html", "#p_34", False),
+     ("records.html", "", True)],
+)  # fmt: skip
+def test_axe_has_no_findings(ask, page, at, dark):
+    if not AXE.is_file():
+        pytest.skip("needs axe-core: npm install axe-core, or AXE_CORE with its path")
+    script = f"""
+    {READY if at else "await wait(300);"}
+    for (const details of document.querySelectorAll("details")) details.open = true;
+    const script = document.createElement("script");
+    script.src = {AXE.resolve().as_uri()!r};
+    await new Promise((done, failed) => {{ script.onload = done; script.onerror = failed; document.head.append(script); }});
+    const found = await axe.run();
+    return found.violations.map(v => v.id + ": " + v.nodes.slice(0, 3).map(n => n.html.slice(0, 160)).join(" | "));
+    """  # noqa: E501
+    assert ask(page, script, at=at, dark=dark) == []
+
+
+def test_the_report_prints_with_folded_tables_open_on_few_pages(ask, site, tmp_path):
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    out = tmp_path / "report.pdf"
+    subprocess.run(
+        [chromium, "--headless=new", "--no-sandbox", f"--user-data-dir={tmp_path / 'profile'}",
+         "--no-pdf-header-footer", f"--print-to-pdf={out}", (site / "report.html").as_uri()],
+        check=True, capture_output=True, timeout=120,
+    )  # fmt: skip
+    content = out.read_bytes()
+    pages = len(re.findall(rb"/Type\s*/Page\b", content))
+    assert 1 < pages <= 12
+    if shutil.which("pdftotext"):
+        text = subprocess.run(["pdftotext", out, "-"], capture_output=True, text=True, check=True)
+        assert "SHA-256" in text.stdout
+        assert "raw/p_34.csv" in text.stdout  # in a folded table

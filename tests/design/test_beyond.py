@@ -1,0 +1,69 @@
+"""Friction, damping laws and slow sweeps in a design; its bounds far from resonance."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vinesexp import Oscillator
+from vinesexp.design.best_clearance import Effort, cost_of
+from vinesexp.design.ensemble import LONGEST_FAR, cut_short, duration_of, responses
+from vinesexp.design.slow_sweep import slow_sweeps
+from vinesexp.design.task import Task, wall_starts
+from vinesexp.excitation import WeakDamping
+
+TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+G = 0.25e-3
+TASK = Task(TABLE_2, (0.032,), (0.6,), levels=(G, G), frequencies=(TABLE_2.f0,) * 2)
+
+
+def test_a_law_of_no_size_changes_nothing_and_one_of_some_size_does() -> None:
+    b = 0.030
+    plain = responses(wall_starts(TASK, b, phases=2))
+    tiny = replace(TASK, damping=WeakDamping(quadratic=1e-9), friction=1e-9)
+    assert responses(wall_starts(tiny, b, phases=2)).mean == pytest.approx(plain.mean, rel=2e-3)
+    law = replace(TASK, damping=WeakDamping(quadratic=5.0))
+    assert law.largest_bare() < 0.8 * TASK.largest_bare()
+    stiff = replace(TASK, friction=2.0)  # holds the ball to its floor: it moves with the mass
+    held = responses(wall_starts(stiff, b, phases=2))
+    assert held.mean.mean() > 1.2 * plain.mean.mean()
+
+
+def test_a_bare_amplitude_without_law_is_the_closed_form() -> None:
+    tiny = replace(TASK, damping=WeakDamping(quadratic=1e-12))
+    assert tiny.bare(G, 8.0) == pytest.approx(TASK.bare(G, 8.0), rel=5e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.02, 0.3, 3.0, 40.0])
+def test_far_from_resonance_a_run_is_bounded_and_says_what_it_lacks(ratio: float) -> None:
+    light = Oscillator(M=1.0, c1=2e-4, k1=1.0)
+    task = Task(light, (0.001,), (0.6,), levels=(1.0, 1.0), frequencies=(ratio * light.f0,) * 2)
+    rig, f = task.rig(1.0), task.frequencies[0]
+    assert duration_of(rig, f)[1] * max(f, light.f0) <= LONGEST_FAR * (1.0 + 1e-9)
+    assert 0.0 < cut_short(rig, f) <= 1.0
+    near = cut_short(rig, light.f0)
+    assert cut_short(rig, f) < near
+    effort = Effort.of(task, 1.0)
+    assert effort.phases >= 2
+    assert effort.starts >= 10
+
+
+def test_several_balls_and_laws_get_fewer_starts() -> None:
+    pair = Task(TABLE_2, (0.016,) * 2, (0.6,) * 2, (G, G), (8.0, 8.0), ratios=(1.0, 1.0))
+    law = replace(TASK, friction=0.02)
+    assert cost_of(pair, 0.02, 8.0) > 2.0 * cost_of(TASK, 0.02, 8.0)
+    assert Effort.of(law, 0.02).starts < Effort.of(TASK, 0.02).starts
+
+
+def test_slow_sweeps_find_what_sweeps_of_the_paper_find() -> None:
+    """34 mm, 7.2 to 8.4 Hz: largest 8.6 to 14 mm, running mean 6.8 to 10.9 over starts."""
+    up, down = slow_sweeps(replace(TASK, frequencies=(7.2, 8.4)), 0.034)
+    assert (up.begin, up.end) == (7.2, 8.4) == (down.end, down.begin)
+    for one in (up, down):
+        assert 7e-3 < one.largest < 15e-3
+        assert 5e-3 < one.running < one.largest
+        assert 7.6 < one.at < 8.2
+        assert one.duration * 8.4 <= 4000.0 * (1 + 1e-9)
+    single, _ = slow_sweeps(TASK, 0.034)
+    assert single.begin == pytest.approx(0.95 * TABLE_2.f0)
+    assert np.isfinite(single.largest)

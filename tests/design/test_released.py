@@ -1,0 +1,44 @@
+"""Releases by simulation: times, capture, energy and pumping time, against the motion itself."""
+
+import numpy as np
+import pytest
+
+from vinesexp import NES, Oscillator, Release, Rig, simulate
+from vinesexp.design.released import _measures, released
+
+TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+LEVELS = (0.010, 0.005, 0.002)
+
+
+def test_energy_taken_by_impacts_and_damping_is_what_is_gone() -> None:
+    rig = Rig(TABLE_2, [NES(m=0.032, b=0.030, r=0.6)])
+    motion = simulate(rig, None, Release(0.02, 0.0, [0.0499]), duration=6.0)
+    _, captured, dissipated, pumping, left = _measures(motion, LEVELS)
+    t = np.linspace(0.0, 6.0, 600_001)
+    x, v = motion.at(t)
+    start = 0.5 * TABLE_2.k1 * 0.02**2
+    damped = np.trapezoid(TABLE_2.c1 * v**2, t) / start
+    ball = 0.5 * 0.032 * float(motion.ball(np.array([6.0]))[1][0][0]) ** 2
+    end = (0.5 * TABLE_2.k1 * x[-1] ** 2 + 0.5 * TABLE_2.M * v[-1] ** 2 + ball) / start
+    assert dissipated == pytest.approx(1.0 - damped - end, abs=2e-4)
+    assert captured
+    assert 2.2 < pumping < 2.7  # 30 mm is lost at 2.47 s on the twin
+    assert left == pytest.approx((3.8 / 20.0) ** 2, rel=0.25)
+
+
+def test_the_best_clearance_falls_with_the_level_and_wide_cavities_capture_fewer() -> None:
+    falls = released(TABLE_2, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=LEVELS, seed=3)
+    fastest = [falls.found[i].b for i in falls.fastest]
+    assert fastest[0] >= fastest[1] > fastest[2]
+    shares = {one.b: one.share for one in falls.found}
+    assert shares[min(shares)] > 0.9 or min(shares) < 0.3 * 0.02
+    assert shares[max(shares)] < 0.5
+    again = released(TABLE_2, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=LEVELS, seed=3)
+    assert (again.found[4].times == falls.found[4].times).all()
+
+
+def test_an_undamped_release_may_never_reach_its_level() -> None:
+    undamped = Oscillator(M=4.7, c1=0.0, k1=1.147e4)
+    falls = released(undamped, [(0.032, 1.0, 1.0)], x0=0.02, v0=0.0, levels=(0.002,))
+    assert np.isinf(falls.found[0].times).all()
+    assert falls.found[0].dissipated == pytest.approx(0.0, abs=1e-9)
