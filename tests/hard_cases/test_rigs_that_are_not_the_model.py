@@ -82,7 +82,7 @@ def test_no_wall_is_an_outlier_of_the_other(plus, minus):
 @pytest.mark.parametrize("slope", [pytest.param(-0.05, marks=pytest.mark.slow), -0.15])
 def test_r_over_impact_speed_is_reported(slope):
     found = consistent(body_r_slope=slope)
-    assert set(effects(found)) == {"r_speed_slope"}
+    assert set(effects(found)) == {"r_speed_slope", "r_speed"}
     assert holds(effects(found)["r_speed_slope"], slope)
     assert abs(r_of(found).value - R) < 2.0 * r_of(found).std_error
     assert says(found, "impact speed")

@@ -159,7 +159,7 @@ def test_editing_code_runs_what_uses_it_and_no_more(finished):
     assert planned() == {"report"}
     with (finished.folder / "workflow/scripts/checks.py").open("a") as stream:
         stream.write("\n# edited\n")
-    assert planned() == {"checks", "report"}
+    assert planned() == {"checks", "pages", "report"}
     with (package / "vinesexp/identification/ringdown.py").open("a") as stream:
         stream.write("\n# edited\n")
     edited = planned()

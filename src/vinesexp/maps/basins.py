@@ -102,8 +102,8 @@ def grouped(b: float, found: Sequence[Settled]) -> list[Attractor]:
     Examples
     --------
     >>> low, high = (Settled(Regime.TWO_SYMMETRIC, a, a, 2.0) for a in (1.3e-3, 6.0e-3))
-    >>> [(one.share, one.mean) for one in grouped(0.03, [low, high, high, high])]
-    [(0.75, 0.006), (0.25, 0.0013)]
+    >>> [(one.share, one.starts) for one in grouped(0.03, [low, high, high, high])]
+    [(0.75, 3), (0.25, 1)]
     """
     groups: list[list[Settled]] = []
     for regime in Regime:
@@ -176,9 +176,9 @@ def coexisting(
     --------
     >>> from vinesexp import NES, Oscillator
     >>> rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.03, r=0.6)])
-    >>> [one] = coexisting(rig, level=0.25e-3, frequency=7.862, clearances=[0.025], starts=3)
-    >>> one.regime, one.share
-    ('two symmetric', 1.0)
+    >>> found = coexisting(rig, level=0.25e-3, frequency=7.862, clearances=[0.025], starts=6)
+    >>> [(one.regime, one.starts) for one in found]  # a ball mid-cavity is never touched
+    [('two symmetric', 5), ('no impact', 1)]
     """
     if len(rig.nes) != 1:
         raise ParameterError(f"the rig has {len(rig.nes)} NESs: motions side by side are for one")

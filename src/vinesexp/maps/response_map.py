@@ -115,7 +115,7 @@ def response_map(
     >>> grid = response_map({"b": [0.02, 0.03], "G": [0.25e-3]}, M=4.7, c1=3.02, k1=1.147e4,
     ...                     m=0.032, r=0.6, starts=2, kind="wall")
     >>> (1e3 * grid.mean_amplitude).round(1).values
-    array([[10.2,  5.9]])
+    array([[10.2,  5.8]])
     """
     if len(over) != 2:
         raise ParameterError(f"a map over {len(over)} values: expected two of {', '.join(AXES)}")

@@ -132,14 +132,13 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
             changes = np.mean(np.diff(before) != 0.0)
             # A slow decay without noise comes to rest from one or two quanta, noise from several.
             alive = run.length >= _ALIVE and changes > 0.5 and np.ptp(before) > 5.0 * levels.least
-            rests = _came_to_rest(before, run.value, levels)
-            rests = rests or _dies_out(view, role, run, before, levels)
-            alive = alive and not rests
+            dies = _dies_out(view, role, run, period, levels)
+            alive = alive and not (dies or _came_to_rest(before, run.value, levels))
             stopped = False
             if period is not None and run.length >= 0.5 * period:
                 last = view.read(role, max(run.start - round(period), 0), run.start)
                 stopped = bool(np.ptp(last) > _FALL * levels.usual)
-                stopped = stopped and not (rests or _came_to_rest(last, run.value, levels))
+                stopped = stopped and not (dies or _came_to_rest(last, run.value, levels))
             if alive or stopped:
                 found.append(run)
     return found
@@ -153,18 +152,23 @@ def _came_to_rest(before: Floats, value: float, levels: _Levels) -> bool:
     return late <= 0.7 * early and late <= _REST * (levels.high - levels.low)
 
 
-def _dies_out(view: RecordView, role: str, run: Stretch, before: Floats, levels: _Levels) -> bool:
+def _dies_out(
+    view: RecordView, role: str, run: Stretch, period: float | None, levels: _Levels
+) -> bool:
     """Whether a motion of few quanta dies out into a stretch: strong damping, a coarse converter.
 
-    It shrinks from quarter to quarter, its last eighth is within two quanta, and the value that it
-    then keeps is no turning point but lies in the midst of the motion.
+    It shrinks from quarter to quarter (over a period and a half, of which a part may approach any
+    value), its last eighth is within two quanta, and the value that it then keeps is no turning
+    point but lies in the midst of the motion.
     """
+    length = max(_ALIVE, round(1.5 * (period or 0.0)))
+    before = view.read(role, max(run.start - length, 0), run.start)
     distance = np.abs(before - run.value)
     tops = [float(part.max()) for part in np.array_split(distance, 4)]
     shrinks = all(b <= _SHRINKS * a for a, b in itertools.pairwise(tops))
     if not shrinks or distance[-len(distance) // 8 :].max() > 2.0 * levels.least:
         return False
-    motion = view.read(role, max(run.start - 4 * _ALIVE, 0), run.start)
+    motion = view.read(role, max(run.start - 4 * length, 0), run.start)
     low, high = float(motion.min()), float(motion.max())
     return low + _MIDST * (high - low) < run.value < high - _MIDST * (high - low)
 

@@ -15,7 +15,7 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.errors import VinesexpError
 from vinesexp.maps.basins import STARTS, Attractor, coexisting
 from vinesexp.records.tables import number
-from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
 
 Row = Mapping[str, str]
 
@@ -43,7 +43,7 @@ def other_branches(
         ``record``, ``clearance`` (mm), ``measured``, ``predicted``, ``found`` (the motions that
         coexist) and ``explained`` (a sentence); empty where all agree or values are missing.
     """
-    if not {"M", "c1", "k1", "m", "r"} <= set(rig.values):
+    if not set(RIG_VALUES) <= set(rig.values):
         return []
     rows = {row["level"]: row for row in clearances if row["test"] == "periodic"}
     differing = [
