@@ -143,13 +143,3 @@ def test_a_file_says_what_its_channels_are_and_which_conventions_it_follows(tmp_
         assert data["base"].attrs["long_name"] == "bandpassed displacement of the base"
         assert data["acceleration"].attrs["long_name"].endswith("acceleration of the oscillator")
         assert data["time"].attrs["axis"] == "T"
-
-
-def test_compressed_codes_of_a_converter_take_less_than_half_and_come_back_the_same(tmp_path):
-    codes = np.round(2000.0 * np.sin(np.arange(200_000) / 500.0)) / 8192.0
-    for name, compressed in (("plain", False), ("packed", True)):
-        write(tmp_path / f"{name}.nc", [codes], compressed=compressed)
-    sizes = [(tmp_path / f"{name}.nc").stat().st_size for name in ("plain", "packed")]
-    assert sizes[1] < 0.5 * sizes[0]
-    with open_record(tmp_path / "plain.nc") as one, open_record(tmp_path / "packed.nc") as other:
-        np.testing.assert_array_equal(one.read("base", 7, 150_000), other.read("base", 7, 150_000))

@@ -108,7 +108,6 @@ def _write(path: Path, samples: AnySamples, attributes: Mapping[str, Any]) -> No
         start=samples.start,
         quantities=samples.quantities,
         attributes=attributes,
-        compressed=True,
     ) as writer:
         for block in samples.blocks():
             writer.append(block)

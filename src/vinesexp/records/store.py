@@ -8,7 +8,7 @@ Samples are stored as float32. Instruments convert with 8 to 16 bits (24 at best
 last four are noise), and float32 keeps 24: its rounding, 6e-8 of the value, is below every
 sensor here. They come back as float64, in which everything is computed. Times are float64.
 
-Samples as a converter gave them are compressed, filtered ones are not (docs/decisions.md).
+Samples are not compressed: a third off the disk would cost twice the ingest (docs/decisions.md).
 """
 
 from __future__ import annotations
@@ -51,7 +51,6 @@ class RecordWriter:
         quantities: Mapping[str, str],
         attributes: Mapping[str, Any],
         state: str,
-        compressed: bool,
     ) -> None:
         import h5py
 
@@ -61,7 +60,6 @@ class RecordWriter:
         self.n = 0
         self._quantities = dict(quantities)
         self._state = state
-        self._compression = {"compression": "gzip", "compression_opts": 1} if compressed else {}
         self._data: dict[str, Any] = {}
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._partial = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
@@ -119,7 +117,6 @@ class RecordWriter:
             maxshape=(None,),
             chunks=(min(_CHUNK, max(first, 1)),),
             dtype=np.float32,
-            **self._compression,
         )
         quantity = self._quantities[role]
         data.attrs["units"] = SI_UNITS[quantity]
@@ -248,7 +245,6 @@ def create_record(
     quantities: Mapping[str, str],
     attributes: Mapping[str, Any] | None = None,
     state: str = "",
-    compressed: bool = False,
 ) -> RecordWriter:
     """Begin a record file; nothing is seen under `path` before it is complete.
 
@@ -264,8 +260,6 @@ def create_record(
         About the record: text, numbers, or sequences of numbers; None values are left out.
     state : str
         What was done to the samples, in a word, such as ``bandpassed``.
-    compressed : bool
-        Worth its time for samples as an instrument's converter gave them.
 
     Examples
     --------
@@ -284,7 +278,6 @@ def create_record(
         quantities=quantities,
         attributes=attributes or {},
         state=state,
-        compressed=compressed,
     )
 
 
