@@ -17,6 +17,7 @@ G = 0.25e-3
 TASK = Task(TABLE_2, (0.032,), (0.6,), levels=(G, G), frequencies=(TABLE_2.f0,) * 2)
 
 
+@pytest.mark.slow
 def test_a_law_of_no_size_changes_nothing_and_one_of_some_size_does() -> None:
     b = 0.030
     plain = responses(wall_starts(TASK, b, phases=2))

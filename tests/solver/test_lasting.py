@@ -98,6 +98,7 @@ def reference(tau: float, duration: float) -> np.ndarray:
     return state
 
 
+@pytest.mark.slow
 def test_the_error_falls_with_the_square_of_the_contact_time():
     duration, errors = 0.4, []
     for tau in (2e-3, 1e-3, 5e-4):

@@ -37,6 +37,7 @@ def run(folder: Path, *more: str) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_parts_make_the_map_of_one_piece(tmp_path: Path) -> None:
     out = tmp_path / "maps" / "two.nc"
     (tmp_path / "map.yaml").write_text(CONFIG.format(out=out), encoding="utf-8")
