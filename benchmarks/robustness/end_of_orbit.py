@@ -44,19 +44,20 @@ def true_end(body: Body, drive: Drive, guess: float = 0.0339) -> float | None:
     """Clearance, m, at which the orbit loses its stability; None where no orbit is found."""
     for share in _FIRST:
         b = share * guess
-        begin = _after_pull(body, drive, b)
-        if _rate(body, drive, b, begin, _CYCLES) is not None:
+        # On from where the run ends: a start that takes long to settle is lost at the first step.
+        path = _moved(body, drive, b, _after_pull(body, drive, b), _CYCLES)
+        begin = path[2]
+        if _return_rate(path, drive, _bare(body, drive)) is not None:
             break
     else:
         return None
     for step in _STEPS:
         while b < _FARTHEST * guess:
             tried = b * (1.0 + step)
-            state = _carried(begin, b, tried)
-            path = _moved(body, drive, tried, state, _FOLLOWED)
-            if _return_rate(path, drive, _bare(body, drive)) is None:
+            reached = _reached(body, drive, tried, _carried(begin, b, tried))
+            if reached is None:
                 break
-            b, begin = tried, path[2]
+            b, begin = tried, reached
     if b >= _FARTHEST * guess:
         return None
     low, high = b, b * (1.0 + _STEPS[-1])
@@ -77,6 +78,15 @@ def true_end(body: Body, drive: Drive, guess: float = 0.0339) -> float | None:
 def stays(body: Body, drive: Drive, b: float) -> bool:
     """Whether a test at a clearance, m, begun as those of a campaign, comes to the orbit."""
     return _rate(body, drive, b, _after_pull(body, drive, b), _CYCLES) is not None
+
+
+def _reached(body: Body, drive: Drive, b: float, carried: State) -> State | None:
+    """The settled motion, from that of a clearance nearby or as a test begins; None: neither."""
+    for state, cycles in ((carried, _FOLLOWED), (_after_pull(body, drive, b), _CYCLES)):
+        path = _moved(body, drive, b, state, cycles)
+        if _return_rate(path, drive, _bare(body, drive)) is not None:
+            return path[2]
+    return None
 
 
 def _after_pull(body: Body, drive: Drive, b: float) -> State:
