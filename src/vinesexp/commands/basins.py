@@ -14,8 +14,18 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vinesexp.commands.map import Bar, add_rig, check_format, once, whole
-from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.commands.options import (
+    add_force,
+    add_identified,
+    add_values,
+    check_picture,
+    once,
+    refuse_existing,
+    whole,
+    writing,
+)
+from vinesexp.commands.progress import Bar
+from vinesexp.errors import ParameterError
 from vinesexp.maps.map_options import OPTIONS, along, cells_of, gather_values
 
 if TYPE_CHECKING:
@@ -27,16 +37,20 @@ UNITS = {"b": "m", "mean": "m", "low": "m", "high": "m", "largest": "m", "share"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; the clearance is a range."""
-    add_rig(parser)
-
-    def one(flag: str, metavar: str, meaning: str) -> None:
+    add_values(parser, OPTIONS)
+    add_identified(parser)
+    for flag, metavar, meaning in (
+        ("--cells", "N", "clearances tried (40)"),
+        ("--starts", "N", "random starts at each (40)"),
+        ("--seed", "N", "of the random starts (1)"),
+    ):
         parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
-
-    one("--cells", "N", "clearances tried (40)")
-    one("--starts", "N", "random starts at each (40)")
-    one("--seed", "N", "of the random starts (1)")
-    one("--out", "FILE", "table of the motions (csv)")
-    one("--plot", "FILE", "picture: amplitude over clearance (svg, pdf or png)")
+    for flag, meaning in (
+        ("--out", "table of the motions (csv)"),
+        ("--plot", "picture: amplitude over clearance (svg, pdf or png)"),
+    ):
+        parser.add_argument(flag, type=Path, metavar="FILE", action="append", help=meaning)
+    add_force(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object for programs")
 
 
@@ -45,10 +59,9 @@ def run(args: argparse.Namespace) -> int:
     from vinesexp.maps.basins import coexisting
     from vinesexp.rig import NES, Oscillator, Rig
 
-    identified = once(args.identified, "--identified")
     values, ranges = gather_values(
         {option.symbol: getattr(args, option.symbol) for option in OPTIONS},
-        None if identified is None else Path(identified),
+        once(args.identified, "--identified"),
     )
     more = [option.flag for option in OPTIONS if option.symbol in ranges and option.symbol != "b"]
     if more:
@@ -57,7 +70,8 @@ def run(args: argparse.Namespace) -> int:
     clearances = along(ranges["b"], cells) if "b" in ranges else (values["b"],)
     starts, seed = whole(args.starts, "--starts", 40), whole(args.seed, "--seed", 1)
     table, picture = once(args.out, "--out"), once(args.plot, "--plot")
-    check_format(picture)
+    check_picture(picture)
+    refuse_existing(table, picture, force=args.force)
     oscillator = Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"])
     rig = Rig(oscillator, nes=[NES(m=values["m"], b=clearances[0], r=values["r"])])
     bar = Bar("clearances")
@@ -72,9 +86,9 @@ def run(args: argparse.Namespace) -> int:
     else:
         print(text_of(found))
     if table is not None:
-        write_table(found, Path(table))
+        write_table(found, table)
     if picture is not None:
-        _draw(found, values, Path(picture))
+        _draw(found, values, picture)
     return 0
 
 
@@ -96,13 +110,10 @@ def write_table(found: Sequence[Attractor], path: Path) -> None:
     """The same as a csv file, SI; the unit stands in the name of a column."""
     names = [field.name for field in fields(type(found[0]))]
     heads = [f"{name}_{UNITS[name]}" if UNITS.get(name, "1") != "1" else name for name in names]
-    try:
-        with path.open("w", newline="", encoding="utf-8") as stream:
-            out = csv.writer(stream)
-            out.writerow(heads)
-            out.writerows([getattr(one, name) for name in names] for one in found)
-    except OSError as error:
-        raise VinesexpError(f"cannot be written ({error.strerror})", file=path) from None
+    with writing(path), path.open("w", newline="", encoding="utf-8") as stream:
+        out = csv.writer(stream)
+        out.writerow(heads)
+        out.writerows([getattr(one, name) for name in names] for one in found)
 
 
 def _draw(found: Sequence[Attractor], values: dict[str, float], picture: Path) -> None:
@@ -113,8 +124,5 @@ def _draw(found: Sequence[Attractor], values: dict[str, float], picture: Path) -
 
     oscillator = Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"])
     bare = values["G"] * bare_gain(oscillator, values["frequency"])
-    try:
+    with writing(picture, "be drawn"):
         write(coexisting_motions(found, bare=bare), picture)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise VinesexpError(f"cannot be drawn there ({reason})", file=picture) from None

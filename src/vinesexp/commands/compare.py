@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
+from vinesexp.commands.options import add_force, refuse_existing, writing
 from vinesexp.difference import DIFFERENCES, Difference, Differences
-from vinesexp.errors import VinesexpError
 from vinesexp.records.tables import write_rows
 from vinesexp.report.differences_page import differences_page, lead
 from vinesexp.results import open_results
@@ -22,10 +20,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a page")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every row as a table")
     parser.add_argument("--all", action="store_true", help="print what stayed the same too")
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print what differs; 0 whether or not anything does."""
+    refuse_existing(args.html, args.csv, force=args.force)
     for folder in (args.a, args.b):
         open_results(folder)  # says in one line what is missing
     found = compare_results(args.a, args.b)
@@ -57,14 +57,3 @@ def text_of(found: Differences, *, everything: bool = False) -> list[str]:
 
 def _name(row: Difference) -> str:
     return f"{row.what} ({row.unit})" if row.unit not in ("", "1") else row.what
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """A file that a person named: its folder is made, and what goes wrong is one line."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        yield
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise VinesexpError(f"cannot be written ({reason}); name another", file=path) from None

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
+from vinesexp.commands.options import (
+    add_force,
+    add_identified,
+    add_values,
+    check_picture,
+    once,
+    refuse_existing,
+    writing,
+)
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
-from vinesexp.errors import AnalysisError, ParameterError, VinesexpError
+from vinesexp.errors import AnalysisError, VinesexpError
 
 if TYPE_CHECKING:
     from vinesexp.design.advice import Advice
     from vinesexp.design.answer import Answer
     from vinesexp.figures.draw.design_curve import DesignCurve
-
-T = TypeVar("T")
 
 #: Contract keys of the simulation, null where there is none.
 SIMULATED = (
@@ -33,22 +39,8 @@ SIMULATED = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; every number is written with its unit."""
-    for option in OPTIONS:
-        parser.add_argument(
-            option.flag,
-            dest=option.symbol,
-            metavar="VALUE",
-            action="append",
-            help=f"such as '{option.example}'{option.note}",
-        )
-    parser.add_argument(
-        "--identified",
-        type=Path,
-        metavar="PATH",
-        action="append",
-        help="results folder or identified.csv of a campaign, in place of numbers (its rows with "
-        "method 'combined')",
-    )
+    add_values(parser, OPTIONS)
+    add_identified(parser)
     parser.add_argument(
         "--theory-only", action="store_true", help="b_c and b_t alone, without simulation"
     )
@@ -58,6 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--html", type=Path, metavar="FILE", action="append", help="a design sheet of one page"
     )
+    add_force(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object for programs")
     parser.add_argument(
         "--plot",
@@ -70,13 +63,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Answer on standard output; the exit code is 0 or the error is one line."""
-    identified = _once(args.identified, "--identified")
-    picture = _once(args.plot, "--plot")
-    sheet = _once(args.html, "--html")
-    seed = _once(args.seed, "--seed")
+    identified = once(args.identified, "--identified")
+    picture = once(args.plot, "--plot")
+    sheet = once(args.html, "--html")
+    seed = once(args.seed, "--seed")
     given = gather({o.symbol: getattr(args, o.symbol) for o in OPTIONS}, identified)
-    if picture is not None:
-        _check_format(picture)
+    check_picture(picture)
+    refuse_existing(sheet, force=args.force)
     if sheet is not None and sheet.suffix.lower() not in (".html", ".htm"):
         raise VinesexpError(
             f"'{sheet.suffix}' is no page; name a file that ends in .html", file=sheet
@@ -91,18 +84,9 @@ def run(args: argparse.Namespace) -> int:
     # last: a place that cannot be written to does not cost the answer
     for path, write in ((picture, _plot), (sheet, _sheet)):
         if path is not None:
-            try:
+            with writing(path, "be drawn"):
                 write(path, given, answer)
-            except OSError as error:
-                reason = error.strerror or str(error)
-                raise VinesexpError(f"cannot be drawn there ({reason})", file=path) from None
     return 0
-
-
-def _once(values: Sequence[T] | None, flag: str) -> T | None:
-    if values and len(values) > 1:
-        raise ParameterError(f"given {len(values)} times; give it once", where=flag)
-    return values[0] if values else None
 
 
 def design(given: Given, *, simulate: bool = True, seed: int = 1) -> Answer:
@@ -172,14 +156,6 @@ def answer_of(given: Given, answer: Answer) -> dict[str, object]:
     if answer.falls is not None:
         found["release_simulated"] = falls_as_json(answer.falls)
     return found
-
-
-def _check_format(path: Path) -> None:
-    formats = (".svg", ".pdf", ".png")
-    if path.suffix.lower() not in formats:
-        raise VinesexpError(
-            f"cannot draw '{path.suffix}'; name a file that ends in {', '.join(formats)}", file=path
-        )
 
 
 def _sheet(path: Path, given: Given, answer: Answer) -> None:

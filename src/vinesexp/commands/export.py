@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-from vinesexp.commands.compare import writing
+from vinesexp.commands.options import writing
 from vinesexp.errors import RecordError, VinesexpError, nearest
 from vinesexp.handover.crate import NAME, Described, write_crate
 from vinesexp.handover.formats import WRITERS, names_in

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vinesexp.commands.options import add_force, refuse_existing
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.proposal.roles import Guess, guess_roles, label_of
 from vinesexp.proposal.survey import ColumnView, FileView, view_file
@@ -21,12 +22,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Files, and where a picture of them goes."""
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="instrument files")
     parser.add_argument("--plot", type=Path, metavar="PICTURE", help="draw them: .png, .svg, .pdf")
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print every column of every file; 1 if one of them could not be read."""
-    if args.plot is not None and args.plot.exists():
-        raise CampaignError("is there already; name another file", file=args.plot)
+    refuse_existing(args.plot, force=args.force)
     views: list[FileView] = []
     failed = 0
     for path in args.files:

@@ -4,57 +4,46 @@ from __future__ import annotations
 
 import argparse
 import re
-import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
+from vinesexp.commands.options import (
+    add_force,
+    add_identified,
+    add_values,
+    check_picture,
+    once,
+    refuse_existing,
+    whole,
+    writing,
+)
+from vinesexp.commands.progress import Bar
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.maps.map_options import OPTIONS, along, cells_of, gather_values
 
 if TYPE_CHECKING:
     from vinesexp.maps.map_plan import MapPlan, Values
 
-T = TypeVar("T")
-
-FORMATS = (".svg", ".pdf", ".png")
 _SAVE_EVERY = 5.0  # s
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; every number is written with its unit, two of them as ranges."""
-    add_rig(parser)
-
-    def once(flag: str, metavar: str, meaning: str) -> None:
+    add_values(parser, OPTIONS)
+    add_identified(parser)
+    for flag, metavar, meaning in (
+        ("--cells", "NxM", "values along the two axes, horizontal first (40x40)"),
+        ("--starts", "N", "runs a cell (8)"),
+        ("--kind", "KIND", "where they start: random or wall (random)"),
+        ("--seed", "N", "of the random starts (1)"),
+        ("--out", "FILE", "NetCDF file (map.nc); one that is there already is completed"),
+        ("--plot", "FILE", "picture as well (svg, pdf or png)"),
+        ("--rows", "K/N", "only the K-th of N shares of the rows: a part, to be joined later"),
+    ):
         parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
-
-    once("--cells", "NxM", "values along the two axes, horizontal first (40x40)")
-    once("--starts", "N", "runs a cell (8)")
-    once("--kind", "KIND", "where they start: random or wall (random)")
-    once("--seed", "N", "of the random starts (1)")
-    once("--out", "FILE", "NetCDF file (map.nc); one that is there already is completed")
-    once("--plot", "FILE", "picture as well (svg, pdf or png)")
-    once("--rows", "K/N", "only the K-th of N shares of the rows: a part, to be joined later")
     parser.add_argument("--join", nargs="+", type=Path, metavar="FILE", help="parts to be joined")
-
-
-def add_rig(parser: argparse.ArgumentParser) -> None:
-    """Options of the rig and its excitation, which `map` and `basins` share."""
-    for option in OPTIONS:
-        parser.add_argument(
-            option.flag,
-            dest=option.symbol,
-            metavar="VALUE",
-            action="append",
-            help=f"such as '{option.example}'{option.note}",
-        )
-    parser.add_argument(
-        "--identified",
-        metavar="PATH",
-        action="append",
-        help="results folder or identified.csv of a campaign, in place of numbers",
-    )
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -64,8 +53,10 @@ def run(args: argparse.Namespace) -> int:
 
     plan = plan_of(args)
     out = Path(once(args.out, "--out") or "map.nc")
-    picture = once(args.plot, "--plot")
-    check_format(picture)
+    drawn = once(args.plot, "--plot")
+    picture = None if drawn is None else Path(drawn)
+    check_picture(picture)
+    refuse_existing(picture, force=args.force)
     share = once(args.rows, "--rows")
     if share is not None and (picture is not None or args.join):
         raise ParameterError("a part has no picture and joins nothing", where="--rows")
@@ -96,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
     write_map(plan, values, out)
     print(f"{plan.shape[0]} x {plan.shape[1]} cells of {plan.starts} starts: {out}")
     if picture is not None:
-        draw(plan, values, Path(picture))
+        draw(plan, values, picture)
     return 0
 
 
@@ -104,10 +95,9 @@ def plan_of(args: argparse.Namespace) -> MapPlan:
     """The plan that the options describe."""
     from vinesexp.maps.map_plan import AXES, MapPlan
 
-    identified = once(args.identified, "--identified")
     values, ranges = gather_values(
         {option.symbol: getattr(args, option.symbol) for option in OPTIONS},
-        None if identified is None else Path(identified),
+        once(args.identified, "--identified"),
     )
     if len(ranges) != 2:
         flags = ", ".join(option.flag for option in OPTIONS if option.symbol in AXES)
@@ -140,61 +130,6 @@ def rows_of(share: str | None, rows: int) -> range:
     return range(int(found[1]) - 1, rows, int(found[2]))
 
 
-def once(values: Sequence[T] | None, flag: str) -> T | None:
-    """The one value of an option, None where it is not given.
-
-    Raises
-    ------
-    ParameterError
-        It is given more than once.
-    """
-    if values and len(values) > 1:
-        raise ParameterError(f"given {len(values)} times; give it once", where=flag)
-    return values[0] if values else None
-
-
-def whole(values: Sequence[str] | None, flag: str, default: int) -> int:
-    """The whole number of an option, 1 or more (0 for a seed)."""
-    text = once(values, flag)
-    if text is None:
-        return default
-    if not text.strip().isdecimal() or (int(text) < 1 and flag != "--seed"):
-        raise ParameterError(f"found '{text}', expected a whole number above 0", where=flag)
-    return int(text)
-
-
-def check_format(picture: str | None) -> None:
-    """Refuse a picture that cannot be drawn before anything is computed."""
-    if picture is not None and Path(picture).suffix.lower() not in FORMATS:
-        raise VinesexpError(
-            f"cannot draw '{Path(picture).suffix}'; name a file that ends in {', '.join(FORMATS)}",
-            file=picture,
-        )
-
-
-class Bar:
-    """A progress bar on standard error, where a person looks at it."""
-
-    def __init__(self, what: str) -> None:
-        self.what, self.begin, self.shown = what, time.monotonic(), sys.stderr.isatty()
-
-    def __call__(self, done: int, total: int) -> None:
-        """Show how many are done, and for how long the rest will take."""
-        if self.shown:
-            spent = time.monotonic() - self.begin
-            full = 40 * done // total
-            print(
-                f"\r[{'#' * full}{' ' * (40 - full)}] {done}/{total} {self.what}, {spent:.0f} s, "
-                f"{spent / done * (total - done):.0f} s left ",
-                end="", file=sys.stderr, flush=True,
-            )  # fmt: skip
-
-    def end(self) -> None:
-        """Leave the line."""
-        if self.shown:
-            print(file=sys.stderr)
-
-
 def draw(plan: MapPlan, values: Values, picture: Path) -> None:
     """The picture of a map."""
     import numpy as np
@@ -217,8 +152,5 @@ def draw(plan: MapPlan, values: Values, picture: Path) -> None:
         captured=100.0 * values["captured_share"],
         line=None if line is None else 1e3 * line,
     )
-    try:
+    with writing(picture, "be drawn"):
         write(response_map_panels(shown), picture)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise VinesexpError(f"cannot be drawn there ({reason})", file=picture) from None

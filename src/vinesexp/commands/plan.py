@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.commands.compare import writing
+from vinesexp.commands.options import add_force, add_values, refuse_existing, writing
 from vinesexp.design.inputs import EXCITATION, RIG, gather
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.planning.campaign_plan import LevelPlan, Needs, needs_of, plan_levels
@@ -45,14 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--records", type=Path, metavar="FILE", help="write the tests as records.csv to fill in"
     )
-    for option in _OPTIONS:
-        parser.add_argument(
-            option.flag,
-            dest=option.symbol,
-            metavar="VALUE",
-            action="append",
-            help=f"without a campaign: such as '{option.example}'",
-        )
+    add_force(parser)
+    add_values(parser, _OPTIONS, before="without a campaign: ")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -64,13 +58,12 @@ def run(args: argparse.Namespace) -> int:
     if args.campaign is None and not given:
         raise ParameterError("name a campaign that was run, or give rig values, such as --mass")
     target = _share(args.target)
+    refuse_existing(args.records, force=args.force)
     if args.campaign is not None:
         tests = _of_campaign(args.campaign, args.results, target)
     else:
         tests = _of_values(texts)
     if args.records is not None and tests:
-        if args.records.exists():
-            raise VinesexpError("is there already; name another file", file=args.records)
         with writing(args.records):
             args.records.write_text(records_sheet(tests), encoding="utf-8")
         print(f"written: {args.records}; fill in the files as they are measured")

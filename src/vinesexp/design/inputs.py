@@ -109,16 +109,12 @@ def gather(texts: Mapping[str, Sequence[str]], identified: Path | None = None) -
     read = read_identified(identified) if identified is not None else {}
     given: dict[str, tuple[Quantity, ...]] = {name: (value,) for name, value in read.items()}
     for option in OPTIONS:
-        said = texts.get(option.symbol) or ()
-        if len(said) > 1:
-            raise ParameterError(
-                f"given {len(said)} times ({', '.join(said)}); give it once", where=option.flag
-            )
-        if said:
+        text = text_of(option, texts)
+        if text is not None:
             try:
-                given[option.symbol] = parse_values(said[0], option)
+                given[option.symbol] = parse_values(text, option)
                 for one in given[option.symbol]:
-                    refuse_impossible(said[0], one.value, option.quantity)
+                    refuse_impossible(text, one.value, option.quantity)
             except ParameterError as error:
                 raise ParameterError(error.problem, where=option.flag) from None
     _ask_for_missing(given)
@@ -134,6 +130,32 @@ def gather(texts: Mapping[str, Sequence[str]], identified: Path | None = None) -
     return Given(given)
 
 
+def text_of(option: Option, texts: Mapping[str, Sequence[str] | None]) -> str | None:
+    """What was written for an option, None for nothing; given twice it is an error."""
+    said = texts.get(option.symbol) or ()
+    if len(said) > 1:
+        raise ParameterError(
+            f"given {len(said)} times ({', '.join(said)}); give it once", where=option.flag
+        )
+    return said[0] if said else None
+
+
+def ends_of(text: str) -> tuple[str, str]:
+    """The two ends of a range ``a:b unit``; the first takes the unit of the second.
+
+    Examples
+    --------
+    >>> ends_of("5:60 mm")
+    ('5 mm', '60 mm')
+    >>> ends_of("5e-3 m:60 mm")
+    ('5e-3 m', '60 mm')
+    """
+    first, last = text.split(":", 1)
+    if not re.search(r"[A-Za-z%]", re.sub(r"(?<=[0-9.])[eE](?=[+-]?\d)", "", first)):
+        first += re.sub(r"^[\s+-]*[0-9.,]+(?:[eE][+-]?\d+)?", "", last)
+    return first, last
+
+
 def parse_values(text: str, option: Option) -> tuple[Quantity, ...]:
     """One value, a list ``a; b`` of balls, or a range ``a:b unit``.
 
@@ -147,10 +169,7 @@ def parse_values(text: str, option: Option) -> tuple[Quantity, ...]:
     if option.symbol in _LISTS and ";" in text:
         return tuple(parse_quantity(part, option.quantity) for part in text.split(";"))
     if option.symbol in _RANGES and ":" in text:
-        low, high = text.split(":", 1)
-        unit = re.sub(r"^[\s+-]*[0-9.]+(?:[eE][+-]?\d+)?", "", high)
-        if not re.search(r"[A-Za-z]", re.sub(r"(?<=[0-9.])[eE](?=[+-]?\d)", "", low)):
-            low += unit
+        low, high = ends_of(text)
         ends = parse_quantity(low, option.quantity), parse_quantity(high, option.quantity)
         if not 0.0 < ends[0].value <= ends[1].value:
             raise ParameterError(f"found the range '{text}', expected from a smaller value above 0")

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from vinesexp.design.inputs import Option, read_identified
+from vinesexp.design.inputs import Option, ends_of, read_identified, text_of
 from vinesexp.errors import ParameterError
 from vinesexp.rig import Oscillator
 from vinesexp.units import parse_quantity, refuse_impossible
@@ -52,15 +51,11 @@ def gather_values(
         values |= {name: one.value for name, one in read_identified(identified).items()}
     ranges: dict[str, Ends] = {}
     for option in OPTIONS:
-        said = texts.get(option.symbol) or ()
-        if len(said) > 1:
-            raise ParameterError(
-                f"given {len(said)} times ({', '.join(said)}); give it once", where=option.flag
-            )
-        if said:
+        text = text_of(option, texts)
+        if text is not None:
             values.pop(option.symbol, None)
             try:
-                _read(said[0], option, values, ranges)
+                _read(text, option, values, ranges)
             except ParameterError as error:
                 raise ParameterError(error.problem, where=option.flag) from None
     missing = [
@@ -85,9 +80,7 @@ def _read(text: str, option: Option, values: dict[str, float], ranges: dict[str,
         return
     if option.symbol not in _MAY_VARY:
         raise ParameterError(f"found the range '{text}', expected one value")
-    first, last = text.split(":", 1)
-    if not re.search(r"[A-Za-z%]", re.sub(r"(?<=[0-9.])[eE](?=[+-]?\d)", "", first)):
-        first += re.sub(r"^[\s+-]*[0-9.,]+(?:[eE][+-]?\d+)?", "", last)
+    first, last = ends_of(text)
     low, high = (parse_quantity(one, option.quantity).value for one in (first, last))
     for one, value in ((first, low), (last, high)):
         refuse_impossible(one.strip(), value, option.quantity)

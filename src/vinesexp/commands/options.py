@@ -1,0 +1,108 @@
+"""Options that commands share: values of a rig, one value an option, files to write."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from vinesexp.errors import ParameterError, VinesexpError
+
+if TYPE_CHECKING:
+    from vinesexp.design.inputs import Option
+
+T = TypeVar("T")
+
+#: Endings of the pictures that can be drawn.
+PICTURES = (".svg", ".pdf", ".png")
+
+
+def add_values(
+    parser: argparse.ArgumentParser, options: Iterable[Option], *, before: str = ""
+) -> None:
+    """An option for each value, written with its unit; each text is kept, so that two show."""
+    for option in options:
+        parser.add_argument(
+            option.flag,
+            dest=option.symbol,
+            metavar="VALUE",
+            action="append",
+            help=f"{before}such as '{option.example}'{option.note}",
+        )
+
+
+def add_identified(parser: argparse.ArgumentParser) -> None:
+    """Values of a campaign in place of numbers."""
+    parser.add_argument(
+        "--identified",
+        type=Path,
+        metavar="PATH",
+        action="append",
+        help="results folder or identified.csv of a campaign, in place of numbers (its rows with "
+        "method 'combined')",
+    )
+
+
+def add_force(parser: argparse.ArgumentParser) -> None:
+    """Leave to write over files; without it nothing that is there is touched."""
+    parser.add_argument("--force", action="store_true", help="write over files that are there")
+
+
+def once(values: Sequence[T] | None, flag: str) -> T | None:
+    """The one value of an option, None where it is not given.
+
+    Raises
+    ------
+    ParameterError
+        It is given more than once.
+    """
+    if values and len(values) > 1:
+        raise ParameterError(f"given {len(values)} times; give it once", where=flag)
+    return values[0] if values else None
+
+
+def whole(values: Sequence[str] | None, flag: str, default: int) -> int:
+    """The whole number of an option, 1 or more (0 for a seed)."""
+    text = once(values, flag)
+    if text is None:
+        return default
+    if not text.strip().isdecimal() or (int(text) < 1 and flag != "--seed"):
+        raise ParameterError(f"found '{text}', expected a whole number above 0", where=flag)
+    return int(text)
+
+
+def check_picture(path: Path | None) -> None:
+    """Refuse a picture that cannot be drawn before anything is computed."""
+    if path is not None and path.suffix.lower() not in PICTURES:
+        raise VinesexpError(
+            f"cannot draw '{path.suffix}'; name a file that ends in {', '.join(PICTURES)}",
+            file=path,
+        )
+
+
+def refuse_existing(*paths: Path | None, force: bool = False) -> None:
+    """Refuse to write over a file, before anything is computed.
+
+    Raises
+    ------
+    VinesexpError
+        One of them is there, and `force` was not said.
+    """
+    for path in paths:
+        if path is not None and path.exists() and not force:
+            raise VinesexpError(
+                "is there already; name another file, or write over it with --force", file=path
+            )
+
+
+@contextmanager
+def writing(path: Path, what: str = "be written") -> Iterator[None]:
+    """A file that a person named: its folder is made, and what goes wrong is one line."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise VinesexpError(f"cannot {what} there ({reason}); name another", file=path) from None
