@@ -148,6 +148,18 @@ def test_a_base_with_a_second_harmonic_is_no_short_cavity():
     assert _shaken(harmonic(0.05), ("b",)) == 0.0
 
 
+@pytest.mark.parametrize("ball", [-0.016, 0.010])
+def test_a_ball_that_was_weighed_wrong_is_no_clearance_and_no_rubbing(ball):
+    from benchmarks.robustness.impact_tables import tables_of
+
+    from vinesexp.identification.impact_consistency import consistent_impacts
+    from vinesexp.units import Quantity
+
+    found, campaign, tables = tables_of(departure())
+    known = replace(campaign.known, nes_mass=(Quantity(0.032 - ball, 3e-4),))
+    assert effects(consistent_impacts(found, replace(campaign, known=known), tables)) == {}
+
+
 def test_added_masses_off_the_sheet_are_within_the_error_of_M():
     from benchmarks.robustness.impact_tables import tables_of
 

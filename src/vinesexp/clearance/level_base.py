@@ -29,7 +29,7 @@ DIFFERS = 3.0
 #: Share by which a base amplitude may be off without a word: what a lab sets it to.
 NEGLIGIBLE = 5e-3
 #: Shares from which on the base is worth a warning: harmonics, wander, dip.
-HARMONICS, WANDER, DIP = 0.05, 0.02, 0.05
+HARMONICS, WANDER, DIP = 0.03, 0.02, 0.05
 
 
 @dataclass(frozen=True)

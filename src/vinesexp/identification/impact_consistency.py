@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vinesexp.identification.addedmass import added_mass
 from vinesexp.identification.collision_evidence import Evidence, weigh
-from vinesexp.identification.collision_model import EFFECTS, collisions_of
+from vinesexp.identification.collision_model import EFFECTS, Collisions, collisions_of, fit
 from vinesexp.identification.collision_words import effect_checks, ratio_check, sensor_check
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.flights import Flights, flights_of
@@ -36,6 +36,8 @@ _SCALES = 3e-3
 #: Second harmonic of the base from which on it is felt, and the relative error of r and of the
 #: momentum of a whole record that it makes, over itself.
 _HARMONIC, _OF_HARMONIC = 0.01, 0.02
+#: Share by which M of added masses and of impacts differ that no effect of a ball explains.
+_NO_EFFECT = 0.15
 #: The nominal period, s, where nothing gives f0: only flights too long to be one are left out.
 _NO_PERIOD = math.inf
 
@@ -86,7 +88,7 @@ def consistent_impacts(
         r_error=math.hypot(fault.r_error if fault else 0.0, shaken),
         mass_error=math.hypot(fault.mass_error if fault else 0.0, shaken),
     )
-    evidence = weigh(collisions, prior=prior)
+    evidence = weigh(collisions, prior=_credible(prior, collisions))
     effects = [*_effect_rows(evidence, ids), *_effective_rows(evidence, found, campaign, ids)]
     if "r_speed_slope" in evidence.best.effects:  # the speed at which r holds
         effects.append(Estimate("r_speed", collisions.working_speed, 0.0, "m/s", METHOD, ids))
@@ -140,6 +142,18 @@ def _prior(found: Sequence[Estimate], campaign: Campaign) -> tuple[float, float]
     ball = campaign.known.nes_mass[0]
     error = math.hypot(M.std_error / M.value, _SCALES, ball.std_error / ball.value)
     return math.log(M.value / ball.value), error
+
+
+def _credible(
+    prior: tuple[float, float] | None, collisions: Collisions
+) -> tuple[float, float] | None:
+    """The ratio by added masses, unless the impacts are farther from it than any effect explains.
+
+    A ball or masses that were weighed wrong would else ask for effects that are not there.
+    """
+    if prior is None or abs(fit(collisions, ()).values[1] - prior[0]) > _NO_EFFECT:
+        return None
+    return prior
 
 
 def _gain(found: Sequence[Estimate], ids: Sequence[str]) -> tuple[float, float] | None:

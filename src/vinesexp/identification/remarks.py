@@ -10,12 +10,28 @@ from vinesexp.identification.estimate import Estimate
 from vinesexp.records.checks import Check
 
 _GAIN_MATTERS = 0.01
+_HEIGHT_MATTERS = 0.1  # what a table that answers, or a spring that is not straight, may do
 _LAG_MATTERS = 2e-5  # s
 
 
 def remarks(found: Sequence[Estimate]) -> list[Check]:
     """Rows of checks.csv on the estimates of single records."""
-    return [*_channels(found), *_misfits(found), *_beats(found)]
+    return [*_channels(found), *_of_sweeps(found), *_misfits(found), *_beats(found)]
+
+
+def _of_sweeps(found: Sequence[Estimate]) -> list[Check]:
+    """Sweeps whose resonance is as high as its width allows only with another sensitivity."""
+    return [
+        Check(
+            e.records[0], "gain", "warning",
+            "the resonance of this sweep has the width of its damping and "
+            f"{abs(e.value):.3g} times its height: the sensitivity of the base channel or of the "
+            "mass's is wrong by as much; f0 and zeta do not depend on it",
+        )
+        for e in found
+        if e.parameter == "base_gain"
+        and abs(abs(e.value) - 1.0) > max(5.0 * e.std_error, _HEIGHT_MATTERS)
+    ]  # fmt: skip
 
 
 def _channels(found: Sequence[Estimate]) -> list[Check]:
