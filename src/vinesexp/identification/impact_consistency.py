@@ -33,6 +33,9 @@ _FEWEST = 10
 _ENOUGH = 150
 #: Relative error of M by added masses below which no scale in a lab goes.
 _SCALES = 3e-3
+#: Second harmonic of the base from which on it is felt, and the relative error of r and of the
+#: momentum of a whole record that it makes, over itself.
+_HARMONIC, _OF_HARMONIC = 0.01, 0.02
 #: The nominal period, s, where nothing gives f0: only flights too long to be one are left out.
 _NO_PERIOD = math.inf
 
@@ -77,10 +80,11 @@ def consistent_impacts(
     ratio = common_ratio(ratios)
     gain = _gain(found, ids)
     fault = fault_of(list(flights.values()), ratio=ratio, gain=gain, prior=prior)
+    shaken = _shaken(found, ids)
     collisions = collisions_of(
         [mended(f, fault) for f in flights.values()],
-        r_error=fault.r_error if fault else 0.0,
-        mass_error=fault.mass_error if fault else 0.0,
+        r_error=math.hypot(fault.r_error if fault else 0.0, shaken),
+        mass_error=math.hypot(fault.mass_error if fault else 0.0, shaken),
     )
     evidence = weigh(collisions, prior=prior)
     effects = [*_effect_rows(evidence, ids), *_effective_rows(evidence, found, campaign, ids)]
@@ -147,6 +151,16 @@ def _gain(found: Sequence[Estimate], ids: Sequence[str]) -> tuple[float, float] 
     spread = 1.4826 * float(np.median(np.abs(values - np.median(values))))
     error = math.hypot(spread, float(np.median([e.std_error for e in own])))
     return float(np.median(values)), error / math.sqrt(len(own))
+
+
+def _shaken(found: Sequence[Estimate], ids: Sequence[str]) -> float:
+    """What a base that is no sine leaves unknown of a record's r and momentum, relative.
+
+    Velocities at impacts are read off a displacement of one frequency.
+    """
+    shares = [e.value for e in found if e.parameter == "base_harmonic" and e.records[0] in ids]
+    largest = max(shares, default=0.0)
+    return _OF_HARMONIC * largest if largest > _HARMONIC else 0.0
 
 
 def _effect_rows(evidence: Evidence, ids: tuple[str, ...]) -> list[Estimate]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from vinesexp.identification.average import DISAGREES
@@ -41,7 +42,27 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
     if corners:  # elsewhere the phase at one frequency may be the corner's
         shown = {e.records[0] for e in corners}
         lags = [e for e in lags if e.records[0] in shown]
-    return [*checks, *_corner(corners), *_lags(lags)]
+    across = [e for e in found if e.parameter == "accelerometer_across"]
+    if across:  # of a record without impacts nobody can tell
+        shown = {e.records[0] for e in across}
+        lags = [e for e in lags if e.records[0] in shown]
+    return [*checks, *_corner(corners), *_across(across), *_lags(lags)]
+
+
+def _across(across: Sequence[Estimate]) -> list[Check]:
+    """One line on an accelerometer whose phase is off at the oscillation alone."""
+    if not across:
+        return []
+    middle = sorted(e.value for e in across)[len(across) // 2]
+    order = "behind" if middle > 0.0 else "ahead of"
+    detail = (
+        f"at the oscillation the acceleration is {abs(math.degrees(middle)):.2g} degrees {order} "
+        f"the displacement (median of {len(across)} records), at the impacts it is not: no delay "
+        "does that, and none was removed. The accelerometer shows a motion across its axis "
+        f"(cross-axis sensitivity of {abs(middle):.1%} or more), or a filter turns its phase at "
+        "low frequency"
+    )
+    return [Check("", "cross-axis", "warning", detail)]
 
 
 def _corner(corners: Sequence[Estimate]) -> list[Check]:

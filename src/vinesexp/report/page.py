@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vinesexp.clearance.levels import periodic_levels
+from vinesexp.clearance.levels import Periodic, periodic_levels
 from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.gallery import listed
 from vinesexp.figures.numbers import significant
@@ -165,7 +165,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
             tables | {t.name: _read(results, t) for t in (DECAY_TIMES, TRANSITIONS)},
         ),
         "branches": other_branches(
-            periodic_levels(campaign, tables["regimes"], tables["base"]),
+            _levels(campaign, tables),
             tables["clearances"],
             identified_rig(tables["identified"], campaign.known),
         ),
@@ -198,10 +198,14 @@ def _early(figure: Mapping[str, Any]) -> int:
     return 0 if figure["section"] == "clearance" else 1 if figure["name"] == "ringdown_fit" else 2
 
 
+def _levels(campaign: Campaign, tables: Mapping[str, list[dict[str, str]]]) -> list[Periodic]:
+    return periodic_levels(campaign, tables["regimes"], tables["base"], tables["identified"])
+
+
 def _verdict(
     campaign: Campaign, tables: Mapping[str, list[dict[str, str]]], parameters: Mapping[str, str]
 ) -> dict[str, Any]:
-    levels = periodic_levels(campaign, tables["regimes"], tables["base"])
+    levels = _levels(campaign, tables)
     rig = identified_rig(tables["identified"], campaign.known)
     periodic = periodic_verdicts(
         levels, tables["clearances"], rig, tables["replay"], tables["level_values"]
