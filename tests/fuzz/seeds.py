@@ -60,7 +60,8 @@ sensors:
     drift: 0.05 mm,
     drift_time: 60 s, bandwidth: 5 kHz, range: 25 mm}
   acceleration: {sensitivity: 20 mV/g, noise: 0.3 m/s^2, pulse: 0.4 ms, ring: 5 kHz,
-    ring_damping: 0.02, ac_corner: 0.5 Hz, cross_axis: 2 %, mode: {frequency: 110 Hz, share: 30 %, damping: 2 %},
+    ring_damping: 0.02, ac_corner: 0.5 Hz, cross_axis: 2 %,
+    mode: {frequency: 110 Hz, share: 30 %, damping: 2 %},
     range: 50 g}
 oscilloscope: {sample_rate: 10 kHz, bits: 14, full_scale: 1 V, format: tab,
   skew: {acceleration: 20 us}, clock_error: 0.01 %, dropped_samples: 3}
