@@ -14,6 +14,7 @@ from vinesexp.figures.gallery import listed
 from vinesexp.figures.numbers import significant
 from vinesexp.identification.untested import UNTESTED
 from vinesexp.records.campaign import Campaign
+from vinesexp.records.readers.parts import file_of
 from vinesexp.records.result_columns import (
     BANDS,
     BASE,
@@ -115,7 +116,8 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
             CHECKS,
         )
     }
-    records = [file for record in campaign.records for file in record.files]
+    records = [file_of(file) for record in campaign.records for file in record.files]
+    records = list(dict.fromkeys(records))  # a file may hold several records
     description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
     processed = processed_records(campaign, results)
     parameters = identified_table(tables["identified"])
@@ -177,7 +179,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
             [*description, *records],
             folder=campaign.folder,
             digests={
-                file: digest
+                file_of(file): digest
                 for row in processed
                 for file, digest in zip(
                     campaign.record(row.record).files, row.sha256.split(";"), strict=False
