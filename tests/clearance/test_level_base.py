@@ -34,7 +34,7 @@ def test_where_channel_and_sheet_exclude_one_another_the_motion_of_the_mass_deci
     felt = Quantity(0.252e-3, 0.005e-3)
     base = base_of_level(0.25e-3, {7.862}, rows, inputs=DEFAULT, felt=felt)
     assert base.believed == "sheet"
-    assert base.G == Quantity(0.25e-3, 5e-6)
+    assert Quantity(0.25e-3, 5e-6) == base.G
     (check,) = base_checks("G = 0.25 mm", 0.25e-3, {7.862}, base, rows)
     assert "the sensitivity of the base channel is 2 times" in check.detail
     assert "predictions use the sheet" in check.detail
@@ -68,7 +68,7 @@ def test_a_sheet_alone_that_the_mass_contradicts_is_no_sure_base():
     (check,) = base_checks("G = 0.25 mm", 0.25e-3, {7.862}, base, [])
     assert "moves as by a base amplitude of 0.225 mm" in check.detail
     near = base_of_level(0.25e-3, {7.862}, [], inputs=DEFAULT, felt=Quantity(0.252e-3, 5e-6))
-    assert near.G == Quantity(0.25e-3, 5e-6)
+    assert Quantity(0.25e-3, 5e-6) == near.G
 
 
 def test_a_stated_sensitivity_error_counts_and_an_unstated_one_is_assumed():

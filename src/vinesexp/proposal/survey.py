@@ -16,6 +16,7 @@ import numpy as np
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import Floats, Source, open_source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
+from vinesexp.records.readers.parts import part_of
 from vinesexp.units import UNITS
 
 _MOST = 1 << 21  # samples of a column that are looked at
@@ -101,6 +102,8 @@ class FileView:
         What is odd about its times.
     more_paths : tuple of Path
         Further files of the same record, whose columns are among these.
+    parts : tuple of str
+        Names of the records of a file that holds several, of which this is the first.
     """
 
     path: Path
@@ -111,6 +114,7 @@ class FileView:
     problems: tuple[str, ...] = field(default=())
     remarks: tuple[str, ...] = field(default=())
     more_paths: tuple[Path, ...] = field(default=())
+    parts: tuple[str, ...] = ()
 
     @property
     def signals(self) -> tuple[ColumnView, ...]:
@@ -143,9 +147,17 @@ def view_file(path: Path) -> FileView:
         kind = "time" if index == time else _kind(values, column.unit)
         if kind != "empty":
             columns.append(ColumnView(index, column.name, column.unit, kind, values, own))
+    parts = () if part_of(path) else source.parts
+    if parts:
+        name = path.name
+        remarks.append(
+            f"it holds {len(parts)} records, {name}#{parts[0]} to {name}#{parts[-1]}; this is the "
+            "first"
+        )
     return FileView(
-        path, source.format, tuple(columns), rate, time, tuple(problems), tuple(remarks)
-    )
+        path, source.format, tuple(columns), rate, time, tuple(problems), tuple(remarks),
+        parts=parts,
+    )  # fmt: skip
 
 
 def is_called_time(name: str) -> bool:

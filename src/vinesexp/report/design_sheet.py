@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import re
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,8 @@ from vinesexp.design.answer_json import warnings_of
 from vinesexp.design.inputs import OPTIONS, Given
 from vinesexp.design.predictions import Theory, start_amplitude
 from vinesexp.figures.draw.design_curve import DesignCurve, design_curve
+from vinesexp.report.rendering import rendered
+from vinesexp.whole_files import write_whole
 
 #: Clearances of the cards, with what each is the best by.
 CARDS = {
@@ -40,21 +41,8 @@ def write_sheet(path: Path, given: Given, answer: Answer, curve: DesignCurve | N
     curve : DesignCurve, optional
         Of the simulation, where there is one.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("vinesexp.report", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    html = environment.get_template("design_sheet.html.j2").render(
-        **sheet_content(given, answer), svg="" if curve is None else _svg(curve)
-    )
-    partial = path.with_name(f".{path.name}.part")
-    partial.write_text(html, encoding="utf-8")
-    os.replace(partial, path)
+    content = {**sheet_content(given, answer), "svg": "" if curve is None else _svg(curve)}
+    write_whole(path, rendered("vinesexp.report", "design_sheet.html.j2", content))
 
 
 def sheet_content(given: Given, answer: Answer) -> dict[str, Any]:

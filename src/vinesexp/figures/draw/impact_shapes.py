@@ -70,6 +70,7 @@ def _jumps(axis: Axes, impacts: Marks) -> None:
             markersize=size,
             markeredgewidth=0,
         )
+    axis.margins(y=0.15)
     axis.set_ylim(bottom=0.0)
     axis.set_ylabel("velocity jump\n(m/s)")
 
