@@ -116,9 +116,6 @@ def test_a_ball_that_rolls_without_slip():
 
 def test_b_c_of_a_ball_that_rolls():
     """A lighter ball that slides in a longer cavity, and its simulated end."""
-    from benchmarks.robustness.end_of_orbit import true_end
-    from benchmarks.robustness.rig import Body, Drive
-
     from vinesexp.clearance.level_base import LevelBase
     from vinesexp.clearance.predicted import identified_rig, predicted_b_c
     from vinesexp.records.campaign import Known
@@ -131,8 +128,7 @@ def test_b_c_of_a_ball_that_rolls():
     rows += [{"parameter": "rolling", "method": "impacts", "value": str(2 / 7), "std_error": "0"}]
     rig = identified_rig(rows, Known(nes_mass=(Quantity(0.032),)))
     found = predicted_b_c(rig, base=LevelBase(Quantity(0.25e-3), Quantity(7.862)))
-    end = true_end(Body(roll=2 / 7), Drive(0.25e-3))
-    assert found.exact == pytest.approx(end, rel=2e-3)
+    assert found.exact == pytest.approx(30.632e-3, rel=1e-3)  # simulated; 33.92 of one that slides
 
 
 def test_a_base_with_a_second_harmonic_is_no_short_cavity():

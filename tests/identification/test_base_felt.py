@@ -63,3 +63,29 @@ def test_few_impacts_say_nothing():
     found = impacts_at(0.030)
     fields = ("time_s", "x_m", "v_before_m_s", "velocity_jump_m_s", "side", "nes")
     assert felt(replace(found, **{name: getattr(found, name)[:15] for name in fields})) is None
+
+
+def test_jumps_on_which_the_sensors_disagree_widen_the_error():
+    from pathlib import Path
+
+    from vinesexp.identification.base_felt import felt_bases
+    from vinesexp.identification.estimate import Estimate
+    from vinesexp.records.campaign import Campaign, Known, Record
+
+    record = Record("a", Path("a"), "periodic", (0.03,), G, (F, F))
+    campaign = Campaign(
+        folder=Path(), name="c", title="c", known=Known(), channels={}, time=None,
+        sample_rate=None, bandpass=None, records=(record,),
+    )  # fmt: skip
+    rows = [
+        Estimate("f0", OSCILLATOR.f0, 1e-6, "Hz", "combined"),
+        Estimate("zeta", OSCILLATOR.zeta, 1e-7, "1", "combined"),
+    ]
+    table = {"a": impacts_at(0.030)}
+    (sure,) = felt_bases(rows, campaign, table)
+    assert sure.std_error == pytest.approx(0.02 * G, rel=2e-2)
+    loaded = replace(campaign, records=(replace(record, added_mass=0.3),))
+    assert felt_bases(rows, loaded, table) == []
+    jumps = Estimate("jump_ratio", 1.3, 1e-3, "1", "impacts")
+    (unsure,) = felt_bases([*rows, jumps], campaign, table)
+    assert unsure.std_error == pytest.approx(0.3 * G, rel=2e-2)

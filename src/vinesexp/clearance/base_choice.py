@@ -1,7 +1,8 @@
 """Which base amplitude to believe where the channel on the base contradicts the sheet.
 
 The mass decides: what its motion between impacts shows of the base (`identification.base_felt`)
-needs neither. Where it agrees with neither, or was not to be had, the error holds both.
+needs neither. Where it agrees with neither it is taken with an error that reaches the nearer one;
+where it was not to be had, the error holds both.
 """
 
 from __future__ import annotations
@@ -50,26 +51,27 @@ def believed(
         return channel, "channel"
     if felt is not None and _agrees(felt, sheet):
         return sheet, "sheet"
-    return widened_to(channel, sheet, felt), "open"
+    if felt is None:
+        return widened_to(channel, sheet), "open"
+    nearer = min((channel, sheet), key=lambda one: abs(math.log(one.value / felt.value)))
+    return widened_to(felt, nearer), "open"
 
 
-def widened_to(value: Quantity, *others: Quantity | None) -> Quantity:
-    """A value whose 95 % interval holds the others too."""
-    apart = max((abs(one.value - value.value) for one in others if one is not None), default=0.0)
+def widened_to(value: Quantity, other: Quantity) -> Quantity:
+    """A value whose 95 % interval holds another one too."""
+    apart = abs(other.value - value.value)
     return Quantity(value.value, math.hypot(value.std_error, apart / COVERAGE_95))
 
 
-def contradicts(felt: Quantity | None, stated: Quantity) -> bool:
+def contradicts(felt: Quantity, stated: Quantity) -> bool:
     """Whether the mass moved as by another base amplitude than a stated one."""
-    if felt is None:
-        return False
     error = math.hypot(felt.std_error / felt.value, stated.std_error / stated.value)
     return abs(math.log(felt.value / stated.value)) > _AGREES * error
 
 
-def denies(felt: Quantity | None, amplitude: Quantity) -> bool:
+def denies(felt: Quantity, amplitude: Quantity) -> bool:
     """Whether the mass moved by another base than the one that channel and sheet agree on."""
-    if felt is None or abs(math.log(felt.value / amplitude.value)) < _MISSES:
+    if abs(math.log(felt.value / amplitude.value)) < _MISSES:
         return False
     return contradicts(felt, amplitude)
 

@@ -100,8 +100,8 @@ def base_of_level(
     denied = False
     if _differs(amplitude, nominal):
         amplitude, source = believed(stated, amplitude, felt)
-    elif denied := denies(felt, amplitude):
-        amplitude, source = widened_to(amplitude, felt), "open"
+    elif felt is not None and denies(felt, amplitude):
+        amplitude, source, denied = widened_to(amplitude, felt), "open", True
     f, noise = _mean([(float(r["frequency_hz"]), float(r["frequency_error_hz"])) for r in rows])
     # Tests at different frequencies have no prediction of their own: none is drawn for their mean.
     shared = _spread([float(r["frequency_hz"]) for r in rows]) < 1e-3 * f
@@ -203,11 +203,15 @@ def _amplitude(name: str, nominal: float, base: LevelBase) -> list[Check]:
             f"the mass moves as by {felt}, as the channel says; predictions use what was "
             "measured; check base_amplitude_mm"
         )
-    else:
-        also = f" and the mass moves as by {felt}" if felt else ""
+    elif felt:
         detail += (
-            f"nothing shows which is right{also}: the error of b_c holds both; check "
-            "base_amplitude_mm and the base channel's sensitivity"
+            f"the mass moves as by {felt}, which is neither; predictions use that, with an error "
+            "that reaches the nearer one; check base_amplitude_mm and the sensitivities"
+        )
+    else:
+        detail += (
+            "nothing shows which is right: the error of b_c holds both; check base_amplitude_mm "
+            "and the base channel's sensitivity"
         )
     return [Check("", "base amplitude", "warning", detail)]
 

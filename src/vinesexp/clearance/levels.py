@@ -15,6 +15,7 @@ from vinesexp.clearance.base_choice import felt_of
 from vinesexp.clearance.level_base import LevelBase, base_of_level
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.tables import number
+from vinesexp.theory.regime_definitions import Regime
 from vinesexp.theory.steadiness import UNKNOWN, Swing
 
 Rows = Sequence[Mapping[str, str]]
@@ -22,6 +23,8 @@ _T = TypeVar("_T")
 
 #: Base amplitudes and releases in records.csv that agree to this share are one level.
 _SAME = 1e-6
+#: Impacts per cycle below which the ball of a periodic test lies in the middle of its cavity.
+_STILL = 0.1
 
 
 @dataclass(frozen=True)
@@ -107,7 +110,7 @@ def periodic_levels(
             tested = Tested(
                 record.clearance[0],
                 float(row["amplitude_mean_m"]),
-                row["regime"],
+                _regime(row),
                 record.id,
                 Swing(*(math.nan if one is None else one for one in halves)),
                 number(row.get("length_s", "")) or math.inf,
@@ -125,6 +128,17 @@ def periodic_levels(
         )
         levels.append(Periodic(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
     return levels
+
+
+def _regime(row: Mapping[str, str]) -> str:
+    """The regime of a periodic test; a ball that meets its walls hardly ever is not on any orbit.
+
+    What is found there are a false impact or two, or the last of how the test began.
+    """
+    per_cycle = number(row.get("impacts_per_cycle", ""))
+    if row["regime"] and per_cycle is not None and per_cycle < _STILL:
+        return Regime.NO_IMPACT.value
+    return row["regime"]
 
 
 def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[Release]:

@@ -124,7 +124,8 @@ def felt_bases(
     Parameters
     ----------
     rows : sequence of Estimate
-        Of identified.csv, with combined f0 and zeta.
+        Of identified.csv, with combined f0 and zeta, and `jump_ratio`: jumps on which the sensors
+        disagree spoil the motion between them by as much.
     campaign : Campaign
     impacts : mapping
         Record id to its impact table.
@@ -137,21 +138,24 @@ def felt_bases(
         G, f = record.base_amplitude, record.frequency
         if record.test != "periodic" or not G or record.exclude or record.id not in impacts:
             continue
+        if record.added_mass:  # its f0 is another
+            continue
         found = felt_base(
             impacts[record.id], f0=combined["f0"], zeta=combined["zeta"],
             frequency=f[0] if f else combined["f0"],
         )  # fmt: skip
         if found is not None:
             levels.setdefault(G, []).append((record.id, *found))
-    return [_of_level(found) for found in levels.values()]
+    jumps = next((abs(e.value - 1.0) for e in rows if e.parameter == "jump_ratio"), 0.0)
+    return [_of_level(found, math.hypot(MODEL, jumps)) for found in levels.values()]
 
 
-def _of_level(found: Sequence[tuple[str, float, float]]) -> Estimate:
-    """The median of the records, with their scatter and what a model of the rig is worth."""
+def _of_level(found: Sequence[tuple[str, float, float]], model: float) -> Estimate:
+    """The median of the records, with their scatter and what model and sensors leave, relative."""
     values = np.array([value for _, value, _ in found])
     middle = float(np.median(values))
     scatter = 1.4826 * float(np.median(np.abs(values - middle)))
     own = float(np.median([error for _, _, error in found]))
-    error = math.hypot(math.hypot(scatter, own) / math.sqrt(values.size), MODEL * middle)
+    error = math.hypot(math.hypot(scatter, own) / math.sqrt(values.size), model * middle)
     ids = tuple(name for name, _, _ in found)
     return Estimate(BASE_FELT, middle, error, "m", METHOD, ids)

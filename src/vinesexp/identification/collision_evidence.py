@@ -46,6 +46,8 @@ LARGEST = {
     "rolling": 0.45,
 }
 _FARTHEST_R, _FARTHEST_R_ROLLING = 0.06, 0.2
+#: A ball takes 2/7 (solid) or 2/5 (hollow) of its floor's motion: what is less is something else.
+_LEAST_ROLLING = 0.2
 #: Effects that r and the mass of the ball can stand for.
 _HIDDEN = ("friction", "contact_time")
 #: Effects that change a flight and nothing of its ends.
@@ -238,6 +240,8 @@ def _possible(found: Fit, plain: Fit) -> bool:
 
     Impacts at wrong times or places ask for large effects that undo one another.
     """
+    if "rolling" in found.effects and found.of("rolling")[0] < _LEAST_ROLLING:
+        return False
     farthest = _FARTHEST_R_ROLLING if "rolling" in found.effects else _FARTHEST_R
     if abs(found.values[0] - plain.values[0]) > farthest:
         return False

@@ -34,7 +34,8 @@ def identify_campaign(
     """
     consistent = consistent_impacts(found, campaign, impacts)
     whole = weigh(consistent.estimates, campaign)
-    rows = [*whole.rows, *consistent.effects, *felt_bases(whole.rows, campaign, impacts)]
+    rows = [*whole.rows, *consistent.effects]
+    rows += felt_bases(rows, campaign, impacts)
     return Identified(
         rows,
         [*consistent.checks, *whole.checks, *untested(rows, campaign)],
