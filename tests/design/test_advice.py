@@ -143,6 +143,37 @@ def test_a_band_is_judged_over_its_frequencies_and_levels() -> None:
     assert task_at(8.0).mean_bare() == task_at(8.0).largest_bare()
 
 
+@pytest.mark.parametrize("band", [(7.2, 8.4), (7.9, 9.0), (5.0, 12.0), (20.0, 40.0)])
+@pytest.mark.parametrize("c1", [3.02, 0.3])
+def test_the_bare_mean_over_a_band_is_exact_however_narrow_the_resonance(
+    band: tuple[float, float], c1: float
+) -> None:
+    o = Oscillator(M=4.7, c1=c1, k1=1.147e4)
+    task = Task(o, (0.032,), (0.6,), levels=(G, G), frequencies=band)
+    fine = np.linspace(*band, 8001)
+    assert task.mean_bare() == pytest.approx(
+        np.mean([task.bare(G, float(f)) for f in fine]), rel=0.02
+    )
+    frequencies = [f for _, f in task.grid()]
+    assert frequencies[0] == band[0]
+    assert frequencies[-1] == band[1]
+    if band[0] < o.f0 < band[1]:
+        assert min(abs(f - o.f0) for f in frequencies) < 1e-9
+
+
+def test_over_a_band_nothing_is_compared_with_the_motion_of_other_draws() -> None:
+    """A ball that is never struck takes nothing off: 0 %, not the error of a coarse mean."""
+    task = Task(TABLE_2, (0.032,), (0.6,), levels=(0.15e-3, G), frequencies=(7.2, 8.4))
+    wide = 0.5  # m
+    drawn = random_starts(task, wide, starts=40, seed=2)
+    bare = np.mean([task.bare_of(run) for run in drawn])
+    assert responses(drawn).mean.mean() == pytest.approx(bare, rel=0.02)
+    rest = responses(centre_starts(task, wide, phases=2))
+    assert task.average(rest.mean) == pytest.approx(task.mean_bare(), rel=0.02)
+    assert task.share(rest.captured) == 0.0
+    assert task.share(np.ones(2 * len(task.grid()), dtype=bool)) == pytest.approx(1.0)
+
+
 def test_den_hartog_levels_the_two_peaks_of_an_undamped_host() -> None:
     """The textbook's optimum: both peaks alike, at gain sqrt(1 + 2/mu) for a force."""
     mu = 0.05
