@@ -17,7 +17,7 @@ from tests.workflow.conftest import Workflow
 
 from .project import RESULTS, contents, reported, start
 
-WAYS = ("all", "main", "job")
+WAYS = ("all", "main", "all", "main", "all", "main", "job")
 
 
 def killed(project: Workflow, rng: random.Random, *, longest: float) -> str:
