@@ -15,6 +15,8 @@ from vinesexp.design.answer_warnings import warnings_of
 from vinesexp.design.inputs import OPTIONS, Given
 from vinesexp.design.predictions import Theory, start_amplitude
 from vinesexp.figures.draw.design_curve import DesignCurve, design_curve
+from vinesexp.figures.draw.style import described
+from vinesexp.report.inline_figures import themed
 from vinesexp.report.rendering import rendered
 from vinesexp.whole_files import write_whole
 
@@ -41,7 +43,7 @@ def write_sheet(path: Path, given: Given, answer: Answer, curve: DesignCurve | N
     curve : DesignCurve, optional
         Of the simulation, where there is one.
     """
-    content = {**sheet_content(given, answer), "svg": "" if curve is None else _svg(curve)}
+    content = {**sheet_content(given, answer), "svg": "" if curve is None else curve_markup(curve)}
     write_whole(path, rendered("vinesexp.report", "design_sheet.html.j2", content))
 
 
@@ -176,12 +178,16 @@ def _releases(answer: Answer) -> list[tuple[str, ...]]:
     return rows
 
 
-def _svg(curve: DesignCurve) -> str:
-    """The picture as markup that fills its place."""
+def curve_markup(curve: DesignCurve) -> str:
+    """The picture as markup that fills its place and follows the colours of the page."""
     text = io.StringIO()
     design_curve(curve, height=2.85).savefig(text, format="svg", metadata={"Date": None})
     svg = text.getvalue()
-    svg = svg[svg.index("<svg") :]
-    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    svg = described(
+        re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL),
+        title="Amplitude over clearance",
+        description="Mean amplitude from rest and from random starts over the clearance, with the "
+        "clearances to build, and the share of starts that are captured.",
+    )
     head, rest = svg.split(">", maxsplit=1)
-    return re.sub(r'\s(?:width|height)="[^"]*"', "", head) + ">" + rest
+    return re.sub(r'\s(?:width|height)="[^"]*"', "", head) + ">" + themed(rest)
