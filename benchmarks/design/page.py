@@ -95,11 +95,10 @@ def slow(rows: Rows) -> list[str]:
     late = [row for row in rows if row["recommended_s"] > SECONDS]
     if not late:
         return []
-    light = sum(row["zeta"] < LIGHT for row in late)
+    light = [sum(row["zeta"] < LIGHT for row in some) for some in (late, rows)]
     return [
-        f"Above the target of time: {len(late)}, of which {light} have zeta below {LIGHT:g} (of all "
-        f"{sum(row['zeta'] < LIGHT for row in rows)}), whose transients last",
-        "thousands of cycles.",
+        f"Above the target of time: {len(late)}. Transients last thousands of cycles where zeta is",
+        f"below {LIGHT:g}: {light[0]} of these, {light[1]} of all.",
         "",
     ]
 
@@ -110,8 +109,8 @@ def page(rows: Rows) -> str:
     lines = [
         "# What the recommended clearances are worth",
         "",
-        f"{len(rows)} of {RIGS} random rigs are finished (eps 1e-4 to 0.1 and zeta 1e-4 to 0.05, both log-uniform, r 0.2",
-        "to 0.95, frequency within 5 % of resonance; the level only scales all lengths). Regret: a",
+        f"{len(rows)} of {RIGS} random rigs are finished (eps 1e-4 to 0.1 and zeta 1e-4 to 0.05,",
+        "both log-uniform, r 0.2 to 0.95, frequency within 5 % of resonance; the level only scales all lengths). Regret: a",
         "criterion at the recommended clearance over the least of a dense search with fresh starts",
         f"({DENSE} clearances over more than the searched span and some near the recommended ones,",
         f"{PHASES} phases, {STARTS} random starts; the {LOWEST} lowest by each criterion and the",
