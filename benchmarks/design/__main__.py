@@ -21,10 +21,10 @@ import time
 
 from benchmarks.design.kept import ROOT, finished, keep
 from benchmarks.design.page import page, targets
+from benchmarks.design.rigs import RIGS
 from benchmarks.design.study import CRITERIA, study
 
 PAGE = ROOT / "docs" / "benchmarks" / "design.md"
-RIGS = 300
 
 
 def main() -> int:

@@ -18,13 +18,13 @@ ROWS = ROOT / "build" / "design_rigs"
 
 @cache
 def digest() -> str:
-    """Of the code that computes an answer: rooms design, solver and theory, as far as it is used.
+    """Of the code that finds and judges clearances, in the rooms design, solver and theory.
 
-    Neither comments nor docstrings count.
+    Neither comments nor docstrings count, nor what an answer says beside its clearances.
     """
     package = Path(vinesexp.__file__).resolve().parent
     text = hashlib.sha256()
-    for name in imported_modules("vinesexp.design.advice"):
+    for name in [*imported_modules("vinesexp.design.best_clearance"), "design/advice.py"]:
         if name.partition("/")[0] in ("design", "solver", "theory"):
             tree = ast.parse((package / name).read_bytes())
             for node in ast.walk(tree):

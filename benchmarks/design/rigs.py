@@ -16,6 +16,8 @@ from vinesexp.errors import AnalysisError
 from vinesexp.theory import boundaries, orbits
 
 SEED = 20260101
+#: Rigs that the study asks for.
+RIGS = 300
 #: Models from cheap to dear: the name in a row, and how the page calls it.
 MODELS = {
     "published": "b_c published, formula (36)",

@@ -216,3 +216,25 @@ def test_orbit_and_rest_agree_at_resonance() -> None:
     orbit, rest = orbit_and_rest(task, 0.033, TABLE_2.f0, phases=4)
     assert 1e3 * orbit == pytest.approx(5.128, abs=2e-3)
     assert rest == pytest.approx(orbit, rel=0.05)
+
+
+def test_the_orbit_of_one_ball_says_nothing_of_unlike_balls(
+    off_resonance: dict[str, object],
+) -> None:
+    """An orbit of 1 mm that starts from rest miss by far; two unlike balls have no such orbit."""
+    advice = replace(off_resonance["advice"], orbit=(1e-3, 5e-3))  # type: ignore[type-var]
+    assert any("is not reached from rest" in text for text in warnings_of(advice))  # type: ignore[arg-type]
+    unlike = replace(advice.task, masses=(0.016, 0.016), r=(0.6, 0.6), ratios=(0.5, 1.0))
+    said = warnings_of(replace(advice, task=unlike))
+    assert not any("is not reached from rest" in text for text in said)
+
+
+def test_a_clearance_at_the_end_of_the_search_is_called_a_bound(
+    off_resonance: dict[str, object],
+) -> None:
+    advice = off_resonance["advice"]
+    assert not any("end of those tried" in text for text in warnings_of(advice))  # type: ignore[arg-type]
+    edge = replace(advice.least_max, b=float(advice.found.grid[-1]))  # type: ignore[attr-defined]
+    said = warnings_of(replace(advice, least_max=edge))  # type: ignore[type-var]
+    assert any("the least-largest clearance lies at the end of those tried" in t for t in said)
+    assert any("a wider one may be better still" in text for text in said)

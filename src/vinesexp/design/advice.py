@@ -129,7 +129,8 @@ def advise(task: Task, *, seed: int = 1) -> Advice:
     f = min(max(task.oscillator.f0, task.frequencies[0]), task.frequencies[1])
     bare = task.largest_bare()
     published, exact = theory_of(task, G, f)
-    ends = scan_ends(bare=bare, published=published, exact=exact)
+    low, high = scan_ends(bare=bare, published=published, exact=exact)
+    ends = low, high / min(task.ratios)  # of several balls the least one has to get as far
     marks = [] if exact is None else [share * exact for share in NEAR_B_C]
     found = search(task, ends=ends, marks=marks, seed=seed)
     judged = {

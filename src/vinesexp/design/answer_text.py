@@ -136,6 +136,10 @@ def _change_lines(advice: Advice) -> list[str]:
             text = f"{1e3 * one.rest_mean:.3f}; {1e3 * one.random_p90:.3f}" if one else "-"
             cells.append(f"{text:>17}")
         lines.append(f"  {name:26}" + "".join(cells))
+    lines.append(
+        f"  90 % below: of {advice.found.effort.starts} random starts, the same in every cell; "
+        "fewer than above, so compare within this table"
+    )
     return lines
 
 

@@ -21,7 +21,8 @@ def warnings_of(advice: Advice) -> list[str]:
             f"the published b_c knows no frequency and stands at {1e3 * advice.published:.4g} mm "
             f"beside {1e3 * advice.exact:.4g} mm exact: do not build it off resonance"
         )
-    if advice.orbit is not None and advice.orbit[1] > 1.3 * advice.orbit[0]:
+    alike = len(set(advice.task.ratios)) == 1  # the orbit is that of all balls as one
+    if alike and advice.orbit is not None and advice.orbit[1] > 1.3 * advice.orbit[0]:
         said.append(
             f"just below the exact b_c the orbit has {1e3 * advice.orbit[0]:.3g} mm but is not "
             f"reached from rest, where the mean is {1e3 * advice.orbit[1]:.3g} mm"
@@ -38,6 +39,7 @@ def warnings_of(advice: Advice) -> list[str]:
                 if not best.centre_touched
                 else f"with the {name} clearance a ball at rest mid-cavity is never touched"
             )
+    said += ends_of_search(advice)
     if advice.least_mean.rest_mean > 0.95 * advice.bare_mean:
         said.append("no clearance takes more than 5 % off the bare amplitude: the ball hardly acts")
     if advice.watched < 1.0:
@@ -52,6 +54,24 @@ def warnings_of(advice: Advice) -> list[str]:
     if gaps:
         words = ", ".join(f"{low:.3g} to {high:.3g} mm" for low, high in gaps)
         said.append(f"no ball is captured at amplitudes of {words}: bring the clearances closer")
+    return said
+
+
+def ends_of_search(advice: Advice) -> list[str]:
+    """Clearances that lie where the search ended: no minimum, a bound."""
+    first, last = float(advice.found.grid[0]), float(advice.found.grid[-1])
+    said = []
+    for name, one in (
+        ("least-mean", advice.least_mean),
+        ("least-largest", advice.least_max),
+        ("robust", advice.robust),
+    ):
+        if one.b > 0.97 * last or one.b < 1.03 * first:
+            side = "wider" if one.b > 0.97 * last else "narrower"
+            said.append(
+                f"the {name} clearance lies at the end of those tried ({1e3 * first:.3g} to "
+                f"{1e3 * last:.3g} mm): a {side} one may be better still"
+            )
     return said
 
 

@@ -47,6 +47,8 @@ class Swept:
 def slow_sweeps(task: Task, b: float) -> tuple[Swept, Swept]:
     """A sweep up and one down at the greatest level, balls at their walls.
 
+    Each begins in the steady motion of its first frequency.
+
     Parameters
     ----------
     task : Task
@@ -66,9 +68,11 @@ def _swept(task: Task, b: float, begin: float, end: float) -> Swept:
     pace = max(begin, end, o.f0)
     wanted = SLOW * slow * abs(end - begin) / bandwidth * pace
     duration = min(max(wanted, FEWEST_CYCLES), MOST_CYCLES) / pace
-    y0 = [nes.b * (-1.0) ** k * (1.0 - 0.02 * k) for k, nes in enumerate(rig.nes)]
+    x0, v0 = _steady(task, begin)
+    y0 = [x0 + nes.b * (-1.0) ** k * (1.0 - 0.02 * k) for k, nes in enumerate(rig.nes)]
     base = Sweep(task.levels[1], begin, end, duration)
-    motion = simulate(rig, base, Release(y0=y0), duration=duration, damping=task.damping)
+    start = Release(x0, v0, y0)
+    motion = simulate(rig, base, start, duration=duration, damping=task.damping)
     t = np.linspace(0.0, duration, int(_PER_CYCLE * pace * duration))
     x, v = motion.at(t)
     amplitude = np.hypot(x, v / o.w0)
@@ -78,3 +82,14 @@ def _swept(task: Task, b: float, begin: float, end: float) -> Swept:
     top = int(np.argmax(amplitude))
     at = begin + (end - begin) * float(t[top]) / duration
     return Swept(begin, end, duration, float(amplitude[top]), at, running)
+
+
+def _steady(task: Task, frequency: float) -> tuple[float, float]:
+    """(x, x') at t = 0 of the bare oscillator that has long moved at that frequency (m, m/s).
+
+    From rest a transient, up to twice as large, would be taken for a part of the response.
+    """
+    o, w = task.oscillator, 2.0 * np.pi * frequency
+    spring = o.k1 + 1j * w * o.c1
+    x = task.levels[1] * spring / (spring - o.M * w**2)
+    return float(x.imag), float((1j * w * x).imag)

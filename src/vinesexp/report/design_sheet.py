@@ -59,6 +59,7 @@ def sheet_content(given: Given, answer: Answer) -> dict[str, Any]:
         "theory": _theory(given, theory),
         "cards": [] if advice is None else _cards(advice),
         "changed": [] if advice is None else _changed(advice),
+        "few": 0 if advice is None else advice.found.effort.starts,
         "beside": [] if advice is None else _beside(advice),
         "releases": _releases(answer),
         "remarks": [theory.no_orbit, *remarks] if theory.no_orbit else remarks,
