@@ -16,6 +16,7 @@ from typing import IO, Any
 
 from vinesexp.errors import VinesexpError, nearest
 from vinesexp.records.freshness import why_outdated
+from vinesexp.records.readers.parts import file_of
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign
 from vinesexp.records.step_inputs import step_text
@@ -244,7 +245,7 @@ class Planner:
         if step != "ingest":
             return []
         record = self.records[wildcards.record]
-        return [record.file, *record.more_files]
+        return [file_of(file) for file in record.files]
 
     def _made(self, step: str, wildcards: Any) -> Path:
         family = getattr(wildcards, "family", None)

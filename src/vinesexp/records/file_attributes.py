@@ -8,14 +8,15 @@ files alone: the same input gives the same file, on any day and any machine.
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from vinesexp.records.readers.parts import file_of
 from vinesexp.records.schema import Campaign, Record
+from vinesexp.whole_files import whole_file
 
 CONVENTIONS = "CF-1.11"
 
@@ -70,7 +71,7 @@ def source_digest(record: Record) -> str:
     """SHA-256 of each instrument file of a record, separated by semicolons."""
     digests = []
     for path in record.files:
-        with path.open("rb") as stream:
+        with file_of(path).open("rb") as stream:
             digests.append(hashlib.file_digest(stream, "sha256").hexdigest())
     return ";".join(digests)
 
@@ -106,10 +107,6 @@ def write_refused(path: Path, reason: str, attributes: Mapping[str, Any] | None 
     """Write the placeholder of a record that cannot be used, so that the workflow goes on."""
     import h5py
 
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    with h5py.File(partial, "w", track_order=True) as file:
+    with whole_file(Path(path)) as growing, h5py.File(growing, "w", track_order=True) as file:
         stated = {"Conventions": CONVENTIONS, **(attributes or {}), "refused": reason}
         write_attributes(file, stated)
-    os.replace(partial, path)

@@ -15,6 +15,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from vinesexp.whole_files import write_whole
+
 #: Names of folders, so that records of results hold when both are moved.
 Roots = Mapping[str, Path]
 States = Mapping[str, list[Any] | None]
@@ -126,10 +128,7 @@ def _compared(file: Path, state: Sequence[Any] | None) -> str:
 
 
 def _write(path: Path, content: Mapping[str, Any]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    os.replace(partial, path)
+    write_whole(path, json.dumps(content, indent=1) + "\n")
 
 
 def _short(text: str) -> str:

@@ -116,7 +116,7 @@ def refusal(error: Exception, name: str) -> tuple[str, str | None]:
 
 
 def _facts(source: Any) -> dict[str, Any]:
-    names = ("format", "sample_interval", "start", "time_column", "stated_rows")
+    names = ("format", "sample_interval", "start", "time_column", "stated_rows", "parts")
     columns = [(c.name, c.unit, c.interval, c.start) for c in source.columns]
     return {**{name: getattr(source, name) for name in names}, "columns": columns}
 
