@@ -38,7 +38,7 @@ def killed(project: Workflow, rng: random.Random, *, longest: float) -> str:
         jobs = psutil.Process(run.pid).children(recursive=True)
         if jobs:
             rng.choice(jobs).kill()
-            run.wait(timeout=1200)
+            run.wait(timeout=7200)
             assert "Traceback" not in reported(project), reported(project)[-3000:]
             return way
         way = "all"

@@ -57,7 +57,7 @@ def finish(project: Workflow) -> float:
         The run fails; with the end of what it reported.
     """
     began = time.monotonic()
-    code = start(project).wait(timeout=1200)
+    code = start(project).wait(timeout=7200)
     assert code == 0, reported(project)[-3000:]
     return time.monotonic() - began
 

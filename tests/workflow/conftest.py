@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(REPOSITORY))  # for tests.faults, wherever pytest was started
 
 CAMPAIGN = """\
 title: Tiny
@@ -90,7 +91,7 @@ class Workflow:
             cwd=self.folder,
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=1200,  # a machine may be busy
             check=False,
             env={**os.environ, **(environment or {})},
         )

