@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from vinesexp.errors import VinesexpError
-from vinesexp.resultslock import hold_results, remove_leftovers
+from vinesexp.resultslock import campaign_of, hold_results, remove_leftovers
 
 
 def test_a_second_run_is_refused_until_the_first_ends(tmp_path):
@@ -66,3 +66,20 @@ def test_a_place_that_cannot_be_written_to_is_one_line(place, tmp_path):
     with pytest.raises(VinesexpError, match="results cannot be written there"):
         hold_results(tmp_path / place, campaign=tmp_path)
     assert (tmp_path / "occupied").read_text() == "mine"
+
+
+def test_a_folder_remembers_its_campaign_and_says_where_it_was(tmp_path):
+    results, campaign = tmp_path / "results", tmp_path / "campaign"
+    with pytest.raises(VinesexpError, match="does not say which campaign"):
+        campaign_of(results)
+    campaign.mkdir()
+    hold_results(results, campaign=campaign).close()
+    with pytest.raises(VinesexpError, match=r"its campaign was .*campaign; its description"):
+        campaign_of(results)
+    (campaign / "campaign.yaml").write_text("title: x", encoding="utf-8")
+    assert campaign_of(results) == campaign
+    moved = tmp_path / "elsewhere"
+    moved.mkdir()
+    shutil.move(results, moved / "results")
+    shutil.move(campaign, moved / "campaign")
+    assert campaign_of(moved / "results").resolve() == (moved / "campaign").resolve()

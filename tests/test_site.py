@@ -58,7 +58,7 @@ def test_the_theory_has_rendered_equations_and_the_gallery_its_figures(site):
     assert "<msqrt>" in theory
     gallery = page(site, "gallery")
     scripts = sorted((REPOSITORY / "docs/gallery").glob("*.py"))
-    assert len(scripts) >= 4
+    assert len(scripts) >= 10
     for script in scripts:
         assert f'src="{script.stem}.png"' in gallery
         assert (site / f"gallery/{script.stem}.png").stat().st_size > 10_000

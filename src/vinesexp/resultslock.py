@@ -65,6 +65,24 @@ def _held(results: Path, campaign: Path) -> IO[str]:
     return stream
 
 
+def campaign_of(results: Path) -> Path:
+    """The campaign folder that results were made from, as their folder remembers it.
+
+    Raises
+    ------
+    VinesexpError
+        It does not remember one, or the folder is gone.
+    """
+    noted = results / ".campaign"
+    lines = noted.read_text(encoding="utf-8").splitlines() if noted.is_file() else []
+    for folder in (Path(line) for line in lines):
+        for place in (folder, results / folder):
+            if (place / "campaign.yaml").is_file():
+                return place
+    said = f"its campaign was {lines[0]}" if lines else "does not say which campaign it is of"
+    raise VinesexpError(f"{said}; its description is needed to draw figures", file=results)
+
+
 def remove_leftovers(results: Path) -> None:
     """Remove the half-written files of killed runs; only for who holds the lock."""
     for folder in ("", "records", "conditioned", "impacts"):

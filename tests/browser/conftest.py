@@ -13,10 +13,16 @@ from html import unescape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from vinesexp.figures.draw.design_curve import DesignCurve
 from vinesexp.record_pages.build import build_pages
 from vinesexp.records.result_paths import ResultPaths
+from vinesexp.report.design_sheet import curve_markup
+from vinesexp.report.differences_page import differences_page
+from vinesexp.report.rendering import rendered
+from vinesexp.results_differences import compare_results
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
@@ -49,7 +55,29 @@ def site(tmp_path_factory) -> Path:
     made = made_up._made(folder, lines, tuple(made_up.synthetic.VALUES), title="Rig <A> & ball")
     paths = ResultPaths(made.results)
     build_pages(made.campaign, paths=paths, code="of the test")
+    _design_sheet(made.results / "sheet.html")
+    found = compare_results(made.results, made.results)
+    (made.results / "differences.html").write_text(differences_page(found), encoding="utf-8")
     return made.results
+
+
+def _design_sheet(page: Path) -> None:
+    """Every part of the sheet, with made-up numbers."""
+    b, ones = np.linspace(10.0, 60.0, 30), np.ones(30)
+    curve = DesignCurve(
+        b=b, rest=5.0 * ones, low=4.0 * ones, middle=5.0 * ones, high=7.0 * ones,
+        captured=0.5 * ones, bare=19.0, absorber=12.0, build={"robust": 30.0, "least mean": 33.0},
+        published=34.0, exact=33.9,
+    )  # fmt: skip
+    card = dict.fromkeys(("name", "meaning", "b", "mean", "largest", "less", "captured", "starts",
+                          "over"), "30")  # fmt: skip
+    content = {
+        "version": "1", "inputs": [("mass", "4.7 kg")], "theory": [("b_c", "34", "33.9", "–")],
+        "cards": [card] * 3, "changed": [("b", ["5"] * 4)], "beside": [("bare", "19 mm")],
+        "releases": [("3", "30", "27", "2.1", "80 %", "1.9", "90 %")], "remarks": ["A remark."],
+        "svg": curve_markup(curve),
+    }  # fmt: skip
+    page.write_text(rendered("vinesexp.report", "design_sheet.html.j2", content), encoding="utf-8")
 
 
 @pytest.fixture(scope="session")

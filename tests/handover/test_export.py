@@ -111,3 +111,11 @@ def test_a_mistake_is_one_line(results, tmp_path, capsys, words, message):
     assert main(["export", str(results), str(out), *words]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert message in line
+
+
+def test_figures_need_the_campaign_and_a_width_that_a_page_has(results, tmp_path, capsys):
+    words = ["export", str(results), str(tmp_path / "out"), "--figures"]
+    assert main([*words, "90"]) != 0
+    assert "its description is needed to draw figures" in capsys.readouterr().err
+    assert main([*words, "9"]) != 0
+    assert "expected a width from 60 to 250 mm" in capsys.readouterr().err

@@ -56,3 +56,23 @@ def bare(tmp_path_factory) -> Made:
 def nothing(tmp_path_factory) -> Made:
     """One record, refused."""
     return _made(tmp_path_factory.mktemp("nothing"), [synthetic.FULL[-1]], ())
+
+
+@pytest.fixture(scope="session")
+def drops(tmp_path_factory) -> Made:
+    """Drop tests only: r and nothing else."""
+    lines = [f"drop_{i},raw/drop_{i}.csv,drop,,,,,,," for i in (1, 2)]
+    return _made(tmp_path_factory.mktemp("drops"), lines, ("r",))
+
+
+@pytest.fixture(scope="session")
+def two_levels(tmp_path_factory) -> Made:
+    """Long names, clearances that lie close, a release beside periodic tests; one ring-down."""
+    lines = [
+        synthetic.RINGDOWNS[0],
+        *(f"a_long_name_of_a_record_{b},raw/x_{b}.csv,periodic,{b},0.25,8,,,,"
+          for b in (33, 33.5, 34, 34.5)),
+        *(f"p_{b},raw/y_{b}.csv,periodic,{b},0.26,8,,,," for b in (33, 34)),
+        "t_1,raw/t_1.csv,transient,27,,,,20,,",
+    ]  # fmt: skip
+    return _made(tmp_path_factory.mktemp("two_levels"), lines, tuple(synthetic.VALUES))

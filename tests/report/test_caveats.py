@@ -35,14 +35,14 @@ def test_all_starts_on_one_branch_need_no_word():
 @pytest.mark.parametrize(
     ("at_30", "says"),
     [
-        ("two symmetric", "keep it up to 30 mm; at 33 mm some starts lead elsewhere"),
-        ("two asymmetric: a; no impact: b", "keep it at no clearance tried; at 30 mm some"),
+        ("two symmetric", "per cycle up to 30 mm; at 33 mm some starts lead elsewhere"),
+        ("two asymmetric: a; no impact: b", "per cycle at no clearance tried; at 30 mm some"),
     ],
 )
 def test_a_start_that_leads_elsewhere_is_named(at_30, says):
     mixed = "two symmetric: on the orbit; strongly modulated: ball at wall +1"
     note = branch_note(LEVEL, replayed(b30=at_30, b33=mixed, b34="two symmetric"))
-    assert note.startswith("b_c holds for a ball that is on the orbit")
+    assert note.startswith("replays from every start keep two impacts per cycle ")
     assert says in note
 
 
@@ -92,6 +92,11 @@ def test_a_replay_says_how_near_it_is_by_kind_of_motion():
     assert verdict.warning == ""
     assert verdict.rows[0]["replayed"] == "5 (5 to 6)"
     assert verdict.rows[0]["deviation"] == "-0.2 %"
+    assert [row["record"] for row in verdict.rows] == ["a", "b", "c", "d"]  # one row a record
+    assert verdict.rows[1]["regime"] == "strongly modulated"
+    differing = replay_row("d", "impacts per cycle", "0.5", "1.8") | {"outcome": "differs"}
+    first = replay_verdict([*rows, differing], []).rows[0]
+    assert (first["record"], first["differs"]) == ("d", "impacts per cycle")
 
 
 def test_a_rig_that_does_not_replay_its_records_is_said_so():

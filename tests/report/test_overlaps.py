@@ -8,6 +8,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
+from vinesexp.figures.column_width import fit_to_width
 from vinesexp.figures.gallery import FAMILIES
 
 #: Points that two boxes may share: a box is a little larger than its letters.
@@ -47,7 +48,7 @@ def overlapping(figure):
 
 
 @pytest.mark.parametrize("family", sorted(FAMILIES))
-@pytest.mark.parametrize("campaign", ["full", "bare"])
+@pytest.mark.parametrize("campaign", ["full", "bare", "drops", "two_levels"])
 def test_texts_of_figures_do_not_overlap(family, campaign, request):
     made = request.getfixturevalue(campaign)
     found = {
@@ -56,6 +57,21 @@ def test_texts_of_figures_do_not_overlap(family, campaign, request):
         if (pairs := overlapping(figure))
     }
     assert found == {}
+
+
+@pytest.mark.parametrize("width", [90.0, 190.0])
+@pytest.mark.parametrize("family", sorted(FAMILIES))
+def test_figures_fit_a_column_of_a_journal(family, width, full):
+    """Nothing overlaps, nothing leaves the page, and text can be read (6 pt and more)."""
+    for figure, entry in FAMILIES[family](full.campaign, full.results):
+        fit_to_width(figure, width)
+        assert figure.get_size_inches()[0] * 25.4 == pytest.approx(width)
+        assert overlapping(figure) == [], entry.name
+        right = figure.get_size_inches()[0] * 72.0
+        for text, left, _, end, _ in texts(figure):
+            assert left > -SLACK, (entry.name, text)
+            assert end < right + SLACK, (entry.name, text)
+        assert min(text.get_fontsize() for text in figure.findobj(Text)) >= 5.5
 
 
 def test_texts_that_do_overlap_are_noticed():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from vinesexp.report.agreement import agreement
@@ -93,8 +95,14 @@ def test_headline_of_a_measured_optimum():
     assert text == (
         "At G = 0.2 mm the mass moved least with a clearance of 26.4 mm (between 26 and 27 mm). "
         "In these tests permanent two impacts per cycle end between 27 and 27.5 mm; b_c is "
-        "predicted at 27.13 ± 0.02 mm."
+        "predicted at 27.13 ± 0.02 mm. Prediction and measurement agree at every base amplitude."
     )
+    open_one = replace(verdict(), level="G = 0.3 mm", agrees=None)
+    assert headline([open_one, verdict()], [], {}).endswith(
+        "agree at G = 0.2 mm; elsewhere the tests do not say."
+    )
+    assert headline([verdict()], [], {}).endswith(" Prediction and measurement agree.")
+    assert "agree" not in headline([open_one], [], {})
 
 
 def test_headline_of_a_bound_is_a_bound():
@@ -118,8 +126,9 @@ def test_headline_of_a_bound_is_a_bound():
 
 
 def test_headline_leaves_out_what_is_not_known():
-    assert headline([verdict(exact="")], [], {}).endswith("end between 27 and 27.5 mm.")
-    assert headline([verdict(end_within="")], [], {}).endswith(
+    unjudged = replace(verdict(), agrees=None)
+    assert headline([replace(unjudged, exact="")], [], {}).endswith("end between 27 and 27.5 mm.")
+    assert headline([replace(unjudged, end_within="")], [], {}).endswith(
         "b_c is predicted at 27.13 ± 0.02 mm."
     )
     few = headline([verdict(lowest="")], [], {"f0": "8 Hz"})

@@ -11,10 +11,12 @@ from vinesexp.commands.options import writing
 from vinesexp.errors import RecordError, VinesexpError, nearest
 from vinesexp.handover.crate import NAME, Described, write_crate
 from vinesexp.handover.formats import WRITERS, names_in
+from vinesexp.records.campaign import Campaign, load_campaign
 from vinesexp.records.result_columns import WHERE
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
 from vinesexp.results import open_results
+from vinesexp.resultslock import campaign_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,6 +30,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--record", action="append", metavar="ID", help="only this record (may be repeated)"
     )
     parser.add_argument("--conditioned", action="store_true", help="the bandpassed channels")
+    parser.add_argument(
+        "--figures",
+        type=float,
+        action="append",
+        metavar="MM",
+        help="instead of records: the figures drawn MM wide, such as a journal's 90 or 190",
+    )
     parser.add_argument("--title", help="of the metadata (the name of the results folder)")
 
 
@@ -37,8 +46,10 @@ def run(args: argparse.Namespace) -> int:
     names = _asked(args.results, args.record)
     if args.out.exists() and any(args.out.iterdir()):
         raise VinesexpError("holds files already; name an empty or a new folder", file=args.out)
+    campaign = _campaign(args) if args.figures else None
     with writing(args.out / NAME):
-        files = [*_tables(args.results, args.out), *_records(args, names)]
+        files = _tables(args.results, args.out)
+        files += _records(args, names) if campaign is None else _figures(args, campaign)
         title = args.title or args.results.resolve().name
         write_crate(args.out, title=title, files=files)
     megabytes = sum(file.path.stat().st_size for file in files) / 1e6
@@ -62,6 +73,27 @@ def _tables(results: Path, out: Path) -> list[Described]:
         if source.is_file() and "/" not in file:
             shutil.copyfile(source, out / file)
             found.append(Described(out / file, about, {}))
+    return found
+
+
+def _campaign(args: argparse.Namespace) -> Campaign:
+    """The campaign whose figures are drawn; asked for before anything is written."""
+    wrong = [width for width in args.figures if not 60.0 <= width <= 250.0]
+    if wrong:
+        raise VinesexpError(f"--figures {wrong[0]:g}: expected a width from 60 to 250 mm")
+    return load_campaign(campaign_of(args.results))
+
+
+def _figures(args: argparse.Namespace, campaign: Campaign) -> list[Described]:
+    """Every figure in each width, in a folder a width."""
+    from vinesexp.figures.column_width import draw_at_width
+
+    found = []
+    for width in dict.fromkeys(args.figures):
+        folder = args.out / f"figures_{width:g}mm"
+        for drawn in draw_at_width(campaign, args.results, folder, width=width):
+            for ending in ("svg", "pdf"):
+                found.append(Described(folder / f"{drawn.name}.{ending}", drawn.caption, {}))
     return found
 
 

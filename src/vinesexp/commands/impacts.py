@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-import os
 import sys
 import tempfile
 from pathlib import Path
@@ -22,6 +21,7 @@ from vinesexp.records.campaign import Campaign, Channel, Known, Record, TimeColu
 from vinesexp.records.ingest import read_channels
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.single_file import channel_of, instrument_rate, time_column
+from vinesexp.whole_files import write_whole
 
 #: Probability that a repetition would find the impact again, from which on it is certain.
 _CERTAIN = 0.9
@@ -117,10 +117,7 @@ def _table_for(path: Path, args: argparse.Namespace) -> Path:
 def _write(table: Path, text: str) -> None:
     """The table appears only when complete."""
     try:
-        table.parent.mkdir(parents=True, exist_ok=True)
-        partial = table.with_name(f".{table.name}.{os.getpid()}.part")
-        partial.write_text(text, encoding="utf-8")
-        os.replace(partial, table)
+        write_whole(table, text)
     except OSError as error:
         reason = error.strerror or str(error)
         raise VinesexpError(

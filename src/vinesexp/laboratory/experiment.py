@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from vinesexp.laboratory.drop_test import drop
 from vinesexp.laboratory.instrument_files import FORMATS
 from vinesexp.laboratory.oscilloscope import acquire
 from vinesexp.laboratory.sensors import Moving
+from vinesexp.whole_files import whole_file, write_whole
 
 #: Columns of a truth file, each with its name among the impacts of a motion.
 TRUTH_COLUMNS = {
@@ -48,24 +48,13 @@ def perform(scene: Scene, test: Test, *, raw: Path, truth: Path) -> None:
         seed=scene.seed,
         record=test.record,
     )
-    partial = raw.with_name(f".{raw.name}.partial")
-    try:
-        FORMATS[test.oscilloscope.format][1](partial, trace)
-        os.replace(partial, raw)
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole_file(raw) as growing:
+        FORMATS[test.oscilloscope.format][1](growing, trace)
     clock = test.oscilloscope.clock_error
-    _write(truth, truth_text(motion.impacts, start=test.settle, clock_error=clock))
+    write_whole(truth, truth_text(motion.impacts, start=test.settle, clock_error=clock))
     departures = departures_text(scene, test)
     if departures is not None:
-        _write(truth.with_name(f"{truth.stem}.bench.csv"), departures)
-
-
-def _write(path: Path, text: str) -> None:
-    """A text file, whole or not at all."""
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(text, encoding="ascii")
-    os.replace(partial, path)
+        write_whole(truth.with_name(f"{truth.stem}.bench.csv"), departures)
 
 
 def motion_of(scene: Scene, test: Test) -> Moving:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import VinesexpError
 from vinesexp.maps.map_plan import AXES, FIXED, STARTS, VALUES, MapPlan, Values, empty
+from vinesexp.whole_files import whole_file
 
 if TYPE_CHECKING:
     import xarray
@@ -79,11 +79,9 @@ def write_map(plan: MapPlan, values: Values, path: Path) -> None:
     VinesexpError
         The place cannot be written to.
     """
-    partial = path.with_name(f".{path.name}.part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        dataset(plan, values).to_netcdf(partial, engine="h5netcdf")
-        os.replace(partial, path)
+        with whole_file(path) as growing:
+            dataset(plan, values).to_netcdf(growing, engine="h5netcdf")
     except OSError as error:
         reason = error.strerror or str(error)
         raise VinesexpError(f"cannot be written ({reason})", file=path) from None

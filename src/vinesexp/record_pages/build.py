@@ -6,7 +6,6 @@ when the record is shown. Both work from disk: no server, no network (docs/repor
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -30,6 +29,8 @@ from vinesexp.records.result_columns import (
 )
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.tables import read_rows
+from vinesexp.report.rendering import rendered
+from vinesexp.whole_files import write_whole
 
 #: The plotting library, as its Python package carries it.
 LIBRARY = ("bokeh.min.js", "bokeh-api.min.js")
@@ -67,7 +68,7 @@ def _library(folder: Path) -> Iterable[Path]:
     for name in LIBRARY:
         content = (home / "server" / "static" / "js" / name).read_bytes()
         if not (folder / name).is_file() or (folder / name).read_bytes() != content:
-            _write(folder / name, content)
+            write_whole(folder / name, content)
         yield folder / name
 
 
@@ -82,7 +83,7 @@ def _traces(campaign: Campaign, record: Record, *, paths: ResultPaths, code: str
     sources = (paths.record, paths.conditioned, paths.impacts, paths.decay)
     inputs = file_states([source(record.id) for source in sources], roots=roots)
     content = traces_of(record.id, test=record.test, balls=len(record.clearance), paths=paths)
-    _write(page, script("vinesexp.traces", record.id, content).encode())
+    write_whole(page, script("vinesexp.traces", record.id, content))
     write_made(made, used, inputs=inputs, outputs=file_states([page], roots=roots))
     return page
 
@@ -105,30 +106,20 @@ def _facts(campaign: Campaign, paths: ResultPaths) -> Iterable[Path]:
             rig=rig,
         )
         page = paths.pages / "facts" / f"{record.id}.js"
-        _write(page, script("vinesexp.facts", record.id, facts).encode())
+        write_whole(page, script("vinesexp.facts", record.id, facts))
         yield page
     content = {
         "records": list_of_records(campaign, regimes=regimes, checks=checks),
         "manifold": manifold_curve(rig),
         "colours": COLOURS,
     }
-    _write(paths.records_page, _page(campaign, content).encode())
+    write_whole(paths.records_page, _page(campaign, content))
 
 
 def _page(campaign: Campaign, content: Mapping[str, Any]) -> str:
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("vinesexp.record_pages", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    template = environment.get_template("records.html.j2")
-    return template.render(
-        campaign=campaign, content=content, library=LIBRARY, version=version("bokeh")
-    )
+    shown = {"campaign": campaign, "content": content, "library": LIBRARY}
+    shown["version"] = version("bokeh")
+    return rendered("vinesexp.record_pages", "records.html.j2", shown)
 
 
 def _by_record(rows: Iterable[dict[str, str]]) -> dict[str, list[dict[str, str]]]:
@@ -136,9 +127,3 @@ def _by_record(rows: Iterable[dict[str, str]]) -> dict[str, list[dict[str, str]]
     for row in rows:
         found.setdefault(row["record"], []).append(row)
     return found
-
-
-def _write(path: Path, content: bytes) -> None:
-    partial = path.with_name(f".{path.name}.part")
-    partial.write_bytes(content)
-    os.replace(partial, path)

@@ -9,8 +9,9 @@ import numpy as np
 
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.figures.collect.motions_on_manifold import projected
-from vinesexp.figures.numbers import significant, with_error
+from vinesexp.figures.numbers import significant
 from vinesexp.identification.estimate import read_estimates
+from vinesexp.record_pages.estimate_rows import estimate_rows
 from vinesexp.record_pages.packing import exact, packed
 from vinesexp.records.campaign import Record
 from vinesexp.records.result_columns import REPLAY_CYCLES
@@ -22,9 +23,6 @@ Row = Mapping[str, str]
 #: Points on the manifold that are drawn.
 _MOST_POINTS = 3000
 _FEWEST_POINTS = 5
-
-#: Rows of an estimates file that are no estimates.
-_BOOKKEEPING = ("content",)
 
 #: Attributes of a measured record that are no bookkeeping, as its page names them.
 _ATTRIBUTES = {
@@ -124,12 +122,7 @@ def regime_words(row: Row) -> list[list[str]]:
 
 def _estimates(record: Record, paths: ResultPaths) -> list[list[str]]:
     path = paths.estimates(record.id)
-    found = read_estimates(path) if path.is_file() else []
-    return [
-        [e.parameter, e.method, with_error(e.value, e.std_error, e.unit), e.note]
-        for e in found
-        if np.isfinite(e.value) and e.parameter not in _BOOKKEEPING
-    ]
+    return estimate_rows(read_estimates(path)) if path.is_file() else []
 
 
 def _value(row: Row, column: str) -> str:

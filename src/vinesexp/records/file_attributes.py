@@ -8,7 +8,6 @@ files alone: the same input gives the same file, on any day and any machine.
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ import numpy as np
 
 from vinesexp.records.readers.parts import file_of
 from vinesexp.records.schema import Campaign, Record
+from vinesexp.whole_files import whole_file
 
 CONVENTIONS = "CF-1.11"
 
@@ -107,10 +107,6 @@ def write_refused(path: Path, reason: str, attributes: Mapping[str, Any] | None 
     """Write the placeholder of a record that cannot be used, so that the workflow goes on."""
     import h5py
 
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    with h5py.File(partial, "w", track_order=True) as file:
+    with whole_file(Path(path)) as growing, h5py.File(growing, "w", track_order=True) as file:
         stated = {"Conventions": CONVENTIONS, **(attributes or {}), "refused": reason}
         write_attributes(file, stated)
-    os.replace(partial, path)

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from vinesexp.errors import RecordError
 from vinesexp.records.file_attributes import CONVENTIONS, long_name, write_attributes
 from vinesexp.records.schema import SI_UNITS
+from vinesexp.whole_files import partial_path
 
 if TYPE_CHECKING:
     import xarray
@@ -62,7 +63,7 @@ class RecordWriter:
         self._state = state
         self._data: dict[str, Any] = {}
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._partial = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
+        self._partial = partial_path(self.path)
         # netCDF readers want the order in which things were made.
         self._file: Any = h5py.File(self._partial, "w", track_order=True)
         write_attributes(self._file, {"Conventions": CONVENTIONS, **attributes})

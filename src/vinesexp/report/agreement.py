@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from vinesexp.figures.numbers import outwards
 from vinesexp.records.tables import number
 
 Row = Mapping[str, str]
@@ -23,11 +24,12 @@ def within(row: Row) -> str:
     if not row.get("measured_mm"):
         return ""
     low, high = number(row["measured_low_mm"]), number(row["measured_high_mm"])
-    if low is not None and high is not None:
-        return f"between {low:.4g} and {high:.4g} mm"
-    if low is not None:
-        return f"above {low:.4g} mm"
-    return f"below {high:.4g} mm" if high is not None else "not bracketed by what was tried"
+    least, most = outwards(low, high)
+    if least and most:
+        return f"between {least} and {most} mm"
+    if least:
+        return f"above {least} mm"
+    return f"below {most} mm" if most else "not bracketed by what was tried"
 
 
 #: A prediction that misses the bracket by less than this share is reported as agreeing: clearances

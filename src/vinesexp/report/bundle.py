@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
+
+from vinesexp.whole_files import whole_file
 
 #: Folders that only later steps read.
 _INNER = ("steps",)
@@ -43,9 +44,8 @@ def write_bundle(results: Path, out: Path) -> int:
     >>> zipfile.ZipFile(folder / "twin.zip").namelist()
     ['twin/report.html']
     """
-    partial = out.with_name(f".{out.name}.part")
     count = 0
-    with zipfile.ZipFile(partial, "w") as bundle:
+    with whole_file(out) as growing, zipfile.ZipFile(growing, "w") as bundle:
         for path in _contents(results):
             if path == out:
                 continue
@@ -59,7 +59,6 @@ def write_bundle(results: Path, out: Path) -> int:
                 while block := source.read(_BLOCK):
                     target.write(block)
             count += 1
-    os.replace(partial, out)
     return count
 
 

@@ -18,6 +18,8 @@ CAUSES = {
     "mass": "ways to M disagree",
     "agreement": "records disagree",
     "jumps": "channels disagree on the impacts",
+    "cross-axis": "the accelerometer shows motion across its axis",
+    "settling": "tests may not have settled",
     "gain": "channels disagree on their gain",
     "sign": "a channel has the wrong sign",
     "collisions": "the collisions are not those of the model",
@@ -98,6 +100,6 @@ def branch_note(level: Periodic, replay: Sequence[Row]) -> str:
     below = [b for b in kept if b < min(lost)]
     reach = f"up to {1e3 * max(below):g} mm" if below else "at no clearance tried"
     return (
-        "b_c holds for a ball that is on the orbit of two impacts per cycle. Replays from every "
-        f"start keep it {reach}; at {1e3 * min(lost):g} mm some starts lead elsewhere"
+        f"replays from every start keep two impacts per cycle {reach}; at {1e3 * min(lost):g} mm "
+        "some starts lead elsewhere"
     )

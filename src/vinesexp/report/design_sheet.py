@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import re
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,14 @@ import numpy as np
 
 from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.answer import Answer
-from vinesexp.design.answer_json import warnings_of
+from vinesexp.design.answer_warnings import warnings_of
 from vinesexp.design.inputs import OPTIONS, Given
 from vinesexp.design.predictions import Theory, start_amplitude
 from vinesexp.figures.draw.design_curve import DesignCurve, design_curve
+from vinesexp.figures.draw.style import described
+from vinesexp.report.inline_figures import themed
+from vinesexp.report.rendering import rendered
+from vinesexp.whole_files import write_whole
 
 #: Clearances of the cards, with what each is the best by.
 CARDS = {
@@ -40,21 +43,8 @@ def write_sheet(path: Path, given: Given, answer: Answer, curve: DesignCurve | N
     curve : DesignCurve, optional
         Of the simulation, where there is one.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("vinesexp.report", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    html = environment.get_template("design_sheet.html.j2").render(
-        **sheet_content(given, answer), svg="" if curve is None else _svg(curve)
-    )
-    partial = path.with_name(f".{path.name}.part")
-    partial.write_text(html, encoding="utf-8")
-    os.replace(partial, path)
+    content = {**sheet_content(given, answer), "svg": "" if curve is None else curve_markup(curve)}
+    write_whole(path, rendered("vinesexp.report", "design_sheet.html.j2", content))
 
 
 def sheet_content(given: Given, answer: Answer) -> dict[str, Any]:
@@ -111,7 +101,9 @@ def _cards(advice: Advice) -> list[dict[str, str]]:
 
 def _card(name: str, meaning: str, one: Judged, advice: Advice) -> dict[str, str]:
     robust = name == "robust"
-    mean = one.random_mean if robust else one.rest_mean
+    mean, bare = one.rest_mean, advice.bare_mean
+    if robust:
+        mean, bare = one.random_mean, one.random_bare
     return {
         "name": {"robust": "robust", "least_mean": "least mean", "least_max": "least largest"}[
             name
@@ -120,7 +112,7 @@ def _card(name: str, meaning: str, one: Judged, advice: Advice) -> dict[str, str
         "b": "; ".join(f"{1e3 * one.b * ratio:.4g}" for ratio in advice.task.ratios),
         "mean": f"{1e3 * mean:.3g}",
         "largest": f"{1e3 * (one.random_max if robust else one.rest_max):.3g}",
-        "less": f"{100 * (1 - mean / advice.bare_mean):.0f}",
+        "less": f"{100 * (1 - mean / bare):.0f}",
         "captured": f"{100 * (one.captured if robust else one.captured_rest):.0f}",
         "starts": "random starts" if robust else "starts from rest",
         "over": "–" if advice.exact is None else f"{one.b / advice.exact:.2f}",
@@ -186,12 +178,16 @@ def _releases(answer: Answer) -> list[tuple[str, ...]]:
     return rows
 
 
-def _svg(curve: DesignCurve) -> str:
-    """The picture as markup that fills its place."""
+def curve_markup(curve: DesignCurve) -> str:
+    """The picture as markup that fills its place and follows the colours of the page."""
     text = io.StringIO()
     design_curve(curve, height=2.85).savefig(text, format="svg", metadata={"Date": None})
     svg = text.getvalue()
-    svg = svg[svg.index("<svg") :]
-    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    svg = described(
+        re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL),
+        title="Amplitude over clearance",
+        description="Mean amplitude from rest and from random starts over the clearance, with the "
+        "clearances to build, and the share of starts that are captured.",
+    )
     head, rest = svg.split(">", maxsplit=1)
-    return re.sub(r'\s(?:width|height)="[^"]*"', "", head) + ">" + rest
+    return re.sub(r'\s(?:width|height)="[^"]*"', "", head) + ">" + themed(rest)

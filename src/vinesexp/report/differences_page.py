@@ -14,7 +14,9 @@ _KINDS = {
 }
 _STYLE = """
 :root { color-scheme: light dark; }
+* { box-sizing: border-box; }
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+h1, p { overflow-wrap: anywhere; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; margin: 0.5rem 0 1.5rem; }
 th, td { text-align: left; vertical-align: top; padding: 0.3rem 0.6rem; }
@@ -69,24 +71,26 @@ def differences_page(found: Differences) -> str:
         parts.append(f"<section><h2>{heading}</h2>")
         always = kind in ("value", "clearance")
         shown = rows if always else [row for row in rows if row.matters]
-        parts.append(_table(shown) if shown else "<p>None differs.</p>")
+        parts.append(_table(shown, heading) if shown else "<p>None differs.</p>")
         if len(rows) > len(shown):
             folded = [row for row in rows if not row.matters]
             parts.append(
-                f"<details><summary>{len(folded)} that are the same</summary>{_table(folded)}"
+                f"<details><summary>{len(folded)} that are the same</summary>"
+                f"{_table(folded, f'{heading}, the same')}"
                 "</details>"
             )
         parts.append("</section>")
     return "\n".join([*parts, "</main></body></html>", ""])
 
 
-def _table(rows: list[Difference]) -> str:
+def _table(rows: list[Difference], name: str) -> str:
     head = "".join(
-        f'<th scope="col">{name}</th>'
-        for name in ("", "A", "B", "B - A", "its error", "errors apart", "")
+        f'<th scope="col">{column}</th>' if column else "<td></td>"
+        for column in ("", "A", "B", "B - A", "its error", "errors apart", "")
     )
     return (
-        f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>'
+        f'<div class="wide" tabindex="0" role="region" aria-label="{escape(name)}">'
+        f"<table><thead><tr>{head}</tr></thead><tbody>"
         + "".join(map(_row, rows))
         + "</tbody></table></div>"
     )

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vinesexp.figures.numbers import with_error
+from vinesexp.figures.numbers import in_brief, with_error
 from vinesexp.report.summaries import ids_of
 
 Row = Mapping[str, str]
@@ -25,20 +25,26 @@ PARAMETERS = {
 SYMBOLS = {"f0": "f<sub>0</sub>", "zeta": "ζ", "c1": "c<sub>1</sub>", "k1": "k<sub>1</sub>"}
 
 
+#: What is asked first of a rig, in the line of the verdict.
+_ASKED = ("M", "c1", "k1", "r")
+
+
 def _combined(identified: Sequence[Row]) -> dict[str, Row]:
     return {row["parameter"]: row for row in identified if row["method"] == "combined"}
 
 
 def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
-    """Combined values in reading order, each with the rows of its methods."""
+    """Combined values in reading order, each with its methods; `brief` is for the verdict."""
     combined = _combined(identified)
     order = [*PARAMETERS, *sorted(name for name in combined if name not in PARAMETERS)]
     return [
         {
             "name": name,
+            "order": (*_ASKED, *order).index(name),
             "symbol": SYMBOLS.get(name, re.sub(r"^r_(\d+)$", r"r<sub>\1</sub>", name)),
             "meaning": PARAMETERS.get(name, _meaning(name)),
             "value": _value(combined[name]),
+            "brief": in_brief(*_numbers(combined[name])),
             "methods": [
                 {"method": row["method"], "value": _value(row), "ids": ids_of(row["records"])}
                 for row in identified
@@ -55,4 +61,8 @@ def _meaning(name: str) -> str:
 
 
 def _value(row: Row) -> str:
-    return with_error(float(row["value"]), float(row["std_error"] or 0.0), row["unit"])
+    return with_error(*_numbers(row))
+
+
+def _numbers(row: Row) -> tuple[float, float, str]:
+    return float(row["value"]), float(row["std_error"] or 0.0), row["unit"]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from vinesexp.clearance.optimum import PERMANENT
@@ -10,11 +11,12 @@ from vinesexp.figures.numbers import significant
 
 Row = Mapping[str, str]
 
+#: What a record is judged by, the first that it has: its name with the unit, units per SI unit.
 _SHOWN = {
     "amplitude": ("amplitude (mm)", 1e3),
-    "largest amplitude": ("largest amplitude (mm)", 1e3),
     "decay time": ("decay time (s)", 1.0),
 }
+_STARTS = re.compile(r"(.+): (\d+) of (\d+) starts")
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,7 @@ class ReplayVerdict:
     ----------
     sentence : for the section.
     warning : for the verdict; empty where every record is replayed.
-    rows : one a record and number, as shown.
+    rows : one a record, as shown; those that differ first.
     """
 
     sentence: str
@@ -48,8 +50,8 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
         return None
     records = list(dict.fromkeys(row["record"] for row in rows))
     failed = list(dict.fromkeys(row["record"] for row in checks if row["check"] == "replay"))
-    # Those that differ come first: of many records only the first rows are shown.
-    shown = tuple(_shown(row) for row in sorted(rows, key=lambda row: row["outcome"] != "differs"))
+    # Those that differ come first: of many records only the first are shown.
+    shown = tuple(sorted(_records(rows), key=lambda row: not row["differs"]))
     if failed:
         warning = (
             f"The identified rig does not move as {_count(len(failed), len(records))} "
@@ -89,25 +91,57 @@ def _within(rows: Sequence[Row]) -> str:
     return ", ".join(shown) or "as far as they can be compared"
 
 
-def _shown(row: Row) -> dict[str, str]:
-    """One row as text, in the units of the report."""
-    name, factor = _SHOWN.get(row["quantity"], (row["quantity"], 1.0))
-    if row["quantity"] == "regime":
-        return {
-            "record": row["record"],
-            "quantity": name,
-            "measured": row["measured"] or "–",
-            "replayed": row["starts"] or row["replayed"],
-            "deviation": "",
-            "outcome": row["outcome"],
+def _records(rows: Sequence[Row]) -> Iterator[dict[str, str]]:
+    """One row a record: what it is judged by, impacts per cycle, and the regime of its replays."""
+    for record in dict.fromkeys(row["record"] for row in rows):
+        own = {row["quantity"]: row for row in rows if row["record"] == record}
+        main = next((name for name in _SHOWN if name in own), "")
+        regime = own.get("regime", {})
+        yield {
+            "record": record,
+            **(_compared(own[main]) if main else dict.fromkeys(_COMPARED, "–")),
+            "impacts": _impacts(own.get("impacts per cycle")),
+            "regime": regime.get("measured") or "–",
+            "starts": starts_in_brief(regime.get("starts") or regime.get("replayed") or "–"),
+            "differs": ", ".join(name for name, row in own.items() if row["outcome"] == "differs"),
         }
+
+
+_COMPARED = ("quantity", "measured", "replayed", "deviation")
+
+
+def _compared(row: Row) -> dict[str, str]:
+    """The cells of one quantity, in the units of the report."""
+    name, factor = _SHOWN[row["quantity"]]
     low, high = (significant(row[end], factor=factor) for end in ("low", "high"))
     replayed = significant(row["replayed"], factor=factor)
     return {
-        "record": row["record"],
         "quantity": name,
         "measured": significant(row["measured"], factor=factor),
         "replayed": replayed if low == high else f"{replayed} ({low} to {high})",
         "deviation": f"{100.0 * float(row['deviation']):+.1f} %" if row["deviation"] else "–",
-        "outcome": row["outcome"],
     }
+
+
+def _impacts(row: Row | None) -> str:
+    if row is None:
+        return "–"
+    return f"{significant(row['measured'])}, {significant(row['replayed'])}"
+
+
+def starts_in_brief(text: str) -> str:
+    """Regimes of the replays with how many starts lead there, the most first.
+
+    Examples
+    --------
+    >>> starts_in_brief("no impact: 1 of 12 starts; two symmetric: 11 of 12 starts")
+    'two symmetric 11, no impact 1 of 12'
+    >>> starts_in_brief("two symmetric")
+    'two symmetric'
+    """
+    found = [_STARTS.fullmatch(part) for part in text.split("; ")]
+    known = [(one[1], int(one[2]), one[3]) for one in found if one]
+    if len(known) < len(found):
+        return text
+    known.sort(key=lambda one: -one[1])
+    return ", ".join(f"{regime} {count}" for regime, count, _ in known) + f" of {known[0][2]}"

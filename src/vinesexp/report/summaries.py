@@ -100,8 +100,8 @@ def sections_of_tests(
         own = [figure for figure in figures if figure["section"] == test]
         said = ""
         if row["unused"] == row["count"]:
-            said = f"None of the {row['count']} records could be used"
-            said = "The only record could not be used" if row["count"] == 1 else said
+            said = f"None of the {row['count']} records was used"
+            said = "The only record was not used" if row["count"] == 1 else said
         if own or test in regimes or said:
             found.append({"test": test, "heading": headings[test], "figures": own, "said": said})
     return found

@@ -14,6 +14,7 @@ from vinesexp.clearance.curves import predicted_lowest
 from vinesexp.clearance.levels import Periodic
 from vinesexp.clearance.predicted import IdentifiedRig, at_level
 from vinesexp.figures.numbers import millimetres, with_interval
+from vinesexp.records.tables import number
 from vinesexp.report.agreement import agreement, within
 from vinesexp.report.caveats import branch_note, left_early, likely_causes
 
@@ -76,7 +77,7 @@ def periodic_verdicts(
                 end_within=within(end),
                 exact=_predicted(row),
                 published=millimetres(row["published_mm"]) if row.get("published_mm") else "",
-                exact_lowest=f"{1e3 * least:.1f}" if least is not None else "",
+                exact_lowest=millimetres(f"{1e3 * least}") if least is not None else "",
                 sentence=sentence,
                 agrees=agrees,
                 lowest_bound=row.get("bound", ""),
@@ -114,7 +115,7 @@ def release_verdicts(clearances: Sequence[Row]) -> list[ReleaseVerdict]:
             best=millimetres(row.get("measured_mm")),
             within=within(row),
             published=millimetres(row.get("published_mm")),
-            exact=millimetres(row.get("exact_mm")),
+            exact=_predicted(row) or "–",
             bound=row.get("bound", ""),
         )
         for row in clearances
@@ -149,7 +150,7 @@ def headline(
             text += f"; b_c is predicted at {last.exact} mm." if last.exact else "."
         elif last.exact:
             text += f" b_c is predicted at {last.exact} mm."
-        return text + _disagreements(periodic, checks)
+        return text + (_disagreements(periodic, checks) or _agreement(periodic))
     reached = [verdict for verdict in releases if verdict.within]
     bracketed_releases = [verdict for verdict in reached if not verdict.bound]
     if reached:
@@ -183,6 +184,48 @@ def _disagreements(periodic: Sequence[PeriodicVerdict], checks: Sequence[Row]) -
     return f" Prediction and measurement disagree at {'; '.join(apart)}; {likely_causes(checks)}."
 
 
+def _agreement(periodic: Sequence[PeriodicVerdict]) -> str:
+    """That prediction and measurement agree, and where they could be compared."""
+    agreeing = [verdict.level for verdict in periodic if verdict.agrees]
+    if not agreeing:
+        return ""
+    if len(agreeing) < len(periodic):
+        where = ", ".join(agreeing)
+        return f" Prediction and measurement agree at {where}; elsewhere the tests do not say."
+    every = " at every base amplitude" if len(periodic) > 1 else ""
+    return f" Prediction and measurement agree{every}."
+
+
+def release_lines(releases: Sequence[ReleaseVerdict]) -> list[dict[str, str]]:
+    """One line a release height: b_t, and the fastest clearance that was bracketed to each level.
+
+    Examples
+    --------
+    >>> found = ReleaseVerdict("20 mm to 3 mm", "30.0", "between 24 and 33.1 mm", "33.3", "27.3")
+    >>> release_lines([found])[0]["fastest"]
+    'to 3 mm with 30.0 mm'
+    """
+    heights: dict[str, list[ReleaseVerdict]] = {}
+    for verdict in releases:
+        heights.setdefault(verdict.level.partition(" to ")[0], []).append(verdict)
+    lines = []
+    for height, own in heights.items():
+        fastest = [
+            f"to {verdict.level.partition(' to ')[2]} with {verdict.best} mm"
+            for verdict in own
+            if verdict.within and not verdict.bound
+        ]
+        lines.append(
+            {
+                "height": height,
+                "exact": own[0].exact,
+                "published": own[0].published,
+                "fastest": ", ".join(fastest),
+            }
+        )
+    return lines
+
+
 _EDGE = {
     "at most": "the smallest that was tried or as good as it",
     "at least": "the largest that was tried or as good as it",
@@ -204,5 +247,6 @@ def _least(verdict: PeriodicVerdict) -> str:
 def _predicted(row: Row) -> str:
     if not row.get("exact_mm"):
         return ""
-    values = (float(row[key]) for key in ("exact_mm", "predicted_low_mm", "predicted_high_mm"))
-    return with_interval(*values)
+    exact = float(row["exact_mm"])
+    low, high = (number(row.get(f"predicted_{end}_mm", "")) for end in ("low", "high"))
+    return with_interval(exact, exact if low is None else low, exact if high is None else high)

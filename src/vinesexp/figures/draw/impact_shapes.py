@@ -75,7 +75,8 @@ def _jumps(axis: Axes, impacts: Marks) -> None:
             markersize=size,
             markeredgewidth=0,
         )
-    axis.set_ylim(bottom=0.0)
+    largest = float(np.abs(impacts.jump).max(initial=0.0))
+    axis.set_ylim(0.0, 1.12 * largest if largest > 0.0 else None)
     axis.set_ylabel("velocity jump\n(m/s)")
 
 

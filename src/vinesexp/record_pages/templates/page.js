@@ -58,6 +58,7 @@ async function draw() {
   if (!trace.channels.length) return;
   const range = new Bokeh.Range1d({ start: trace.start, end: trace.end, bounds: null });
   current.range = range;
+  for (const button of document.querySelectorAll("[data-do=before], [data-do=after]")) button.disabled = !trace.impacts.count;
   const figures = [...channelFigures(trace, range, current.updates), jumpFigure(trace, range, current.updates),
     stripFigure(trace, range), ...amplitudeFigures(trace, facts, range)].filter(Boolean);
   if (!figures.length) return;

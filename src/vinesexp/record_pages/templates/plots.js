@@ -24,6 +24,7 @@ function figure(title, height, x_range, more = {}) {
     axis.axis_label_text_color = axis.major_label_text_color = css("--ink");
     axis.axis_line_color = axis.major_tick_line_color = css("--soft");
     axis.minor_tick_line_color = null;
+    axis.formatter.power_limit_low = -7;  // 0.0005 rather than 5.000e-4
     axis.axis_label_text_font_style = "normal";
     axis.axis_label_text_font_size = axis.major_label_text_font_size = "12px";
   }
@@ -95,15 +96,14 @@ function marks(plot, trace, updates) {
   for (const [side, name, marker, tint] of WALLS) {
     if (!trace.impacts.side.includes(side)) continue;
     const data = source({ ...columnsOf(trace, []), y: [] });
-    const drawn = plot.scatter({ x: { field: "x" }, y: { field: "y" }, source: data, marker, size: 7, fill_color: colour(tint), line_color: null, legend_label: name });
+    const drawn = plot.scatter({ x: { field: "x" }, y: { field: "y" }, source: data, marker, size: 7, fill_color: colour(tint), line_color: null });
     shown.push(drawn);
     updates.push((from, to, reach) => {
       const columns = columnsOf(trace, impactsIn(trace, side, from, to));
       data.data = { ...columns, y: columns.x.map(() => (side < 0 ? -1.1 : 1.1) * reach) };
     });
   }
-  styleLegend(plot);
-  hover(plot, shown, TIPS);
+  hover(plot, shown, TIPS);  // the figure of the jumps below names the walls
 }
 
 function styleLegend(plot) {
@@ -214,7 +214,7 @@ function manifoldFigure(facts) {
   plot.scatter({ x: [C[0]], y: [A[0]], size: 11, fill_color: null, line_color: colour("measured") });
   for (const name of ["T1", "T2"]) {
     plot.scatter({ x: [curve[name][0]], y: [curve[name][1]], size: 8, fill_color: colour("two symmetric"), line_color: null });
-    plot.text({ x: [curve[name][0]], y: [curve[name][1]], text: [name], text_color: css("--ink"), x_offset: 7, y_offset: 14, text_font_size: "12px" });
+    plot.text({ x: [curve[name][0]], y: [curve[name][1]], text: [name], text_color: css("--ink"), x_offset: -4, y_offset: 24, text_font_size: "12px" });
   }
   styleLegend(plot);
   hover(plot, [dots], [["impact", "@number"], ["C", "@C{0.000}"], ["A", "@A{0.000}"]]);

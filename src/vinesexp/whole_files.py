@@ -1,0 +1,51 @@
+"""Files that appear only when complete: whoever reads sees the old one or the new one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+def partial_path(path: Path) -> Path:
+    """Where a file grows until it is complete: hidden, beside its place, of this process alone.
+
+    `vinesexp.resultslock.remove_leftovers` knows such files by their name.
+    """
+    return path.with_name(f".{path.name}.{os.getpid()}.part")
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """A path to write to, whose file takes the place of `path` once the block ends well.
+
+    Parameters
+    ----------
+    path : Path
+        Its folder is made where it is missing. Where the block fails, what was there stays.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> page = Path(tempfile.mkdtemp()) / "page.html"
+    >>> with whole_file(page) as growing:
+    ...     _ = growing.write_text("all of it")
+    ...     page.exists()
+    False
+    >>> page.read_text(), [path.name for path in page.parent.iterdir()]
+    ('all of it', ['page.html'])
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    growing = partial_path(path)
+    try:
+        yield growing
+        os.replace(growing, path)
+    finally:
+        growing.unlink(missing_ok=True)
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write text (UTF-8, line ends as they are) or bytes, whole or not at all."""
+    with whole_file(path) as growing:
+        growing.write_bytes(content.encode() if isinstance(content, str) else content)
