@@ -201,6 +201,13 @@ def parse_quantity(text: object, quantity: str) -> Quantity:
     return Quantity(value, error)
 
 
+_SENSITIVITIES = {
+    "displacement": "0.5 V/mm",
+    "velocity": "100 mV/(mm/s)",
+    "acceleration": "100 mV/g",
+}
+
+
 def parse_sensitivity(text: object, quantity: str) -> float:
     """Volts (or coulombs) per SI unit of `quantity`, from ``"100 mV/g"`` or ``"0.5 V/mm"``.
 
@@ -222,7 +229,7 @@ def parse_sensitivity(text: object, quantity: str) -> float:
     if match is None or not slash:
         raise ParameterError(
             f"found '{text}', expected instrument output per measured unit, "
-            f"such as '100 mV/{next(iter(UNITS[quantity]))}'"
+            f"such as '{_SENSITIVITIES.get(quantity, f'100 mV/{next(iter(UNITS[quantity]))}')}'"
         )
     measured = measured.strip().strip("()")
     kind = "charge" if plain_unit(output) in UNITS["charge"] else "voltage"

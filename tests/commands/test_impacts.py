@@ -102,7 +102,8 @@ def test_a_file_that_cannot_be_used_does_not_stop_the_others(record, tmp_path, c
     words = ["-a", "CH3*", "--acceleration-unit", "20 mV/g"]
     assert main(["impacts", str(tmp_path / "none.csv"), str(record), *words]) == 1
     shown = capsys.readouterr()
-    assert "none.csv" in shown.err
+    assert "none.csv: no such file; correct its name" in shown.err
+    assert "records.csv" not in shown.err
     assert shown.out.count("\n") == 20  # name, header, 18 impacts
 
 

@@ -72,3 +72,13 @@ def test_a_load_cell_or_a_microphone_is_no_displacement(unit, tmp_path, capsys):
     path.write_text(f"Time (s),Signal ({unit})\n{rows}\n", encoding="utf-8")
     assert main(["look", str(path)]) == 0
     assert "displacement?" not in capsys.readouterr().out
+
+
+def test_times_may_stand_in_the_last_of_columns_without_names(tmp_path, capsys):
+    t = np.arange(400) / 250.0
+    x = np.cos(2 * np.pi * 7.0 * t) + 0.01 * np.random.default_rng(1).standard_normal(t.size)
+    np.savetxt(tmp_path / "a.txt", np.stack([x, 0.3 * x, t], axis=1), fmt="%.5f")
+    assert main(["look", str(tmp_path / "a.txt")]) == 0
+    shown = capsys.readouterr().out
+    assert "400 rows, 250 Hz" in shown
+    assert "times, 0 to 1.596" in shown

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from vinesexp.figures.collect.impacts_per_cycle import cycle_edges
 from vinesexp.figures.collect.single_records import amplitude, extremes
 from vinesexp.figures.draw import style
+from vinesexp.figures.draw.impact_shapes import Marks, impacts_on_acceleration
 from vinesexp.figures.draw.methods import estimates_by_method
 from vinesexp.figures.draw.regime_strips import Strip, regime_strips
-from vinesexp.figures.draw.traces import band, columns_of, sequence
+from vinesexp.figures.draw.traces import Trace, band, columns_of, sequence
 from vinesexp.figures.numbers import with_error
 from vinesexp.records.store import create_record, open_record
 from vinesexp.theory.regime_definitions import REGIMES
@@ -191,3 +192,16 @@ def test_every_channel_has_a_name_and_a_colour():
     assert set(_SHOWN) == set(ROLES)
     assert {name.split()[0] for name, _ in _SHOWN.values()} <= set(COLOURS)
     assert set(SHOWN) == set(SI_UNITS)
+
+
+@pytest.mark.parametrize("role", ["sound", "acceleration"])
+def test_a_drop_is_drawn_with_the_scale_that_its_sensor_has(role):
+    """A microphone has none, and of a bouncing ball no velocity of the mass is known."""
+    t = np.linspace(0.0, 1.0, 1000)
+    shown = {"sound": "sound (uncalibrated)", "acceleration": "acceleration (m/s²)"}[role]
+    hits = np.array([0.2, 0.5, 0.7, 0.84])
+    marks = Marks(hits, np.zeros(4, dtype=np.int64), np.full(4, np.nan))
+    traces = Trace(shown, t, np.sin(50 * t)), Trace(role, t, np.sin(50 * t))
+    figure = impacts_on_acceleration(*traces, marks, title="d: drop, 4 impacts")
+    labels = " ".join(axis.get_ylabel() for axis in figure.axes)
+    assert labels == " ".join([shown.replace(" (", "\n(")] * 2)

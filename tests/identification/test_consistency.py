@@ -183,3 +183,16 @@ def test_of_two_records_that_disagree_both_are_named():
     (detail,) = said(found, campaign(decays=("d1", "d2")), "disagrees")
     assert "r = 0.81 (drop) disagrees with d2, 0.6, " in detail
     assert detail.endswith("look at both records")
+
+
+def test_balls_of_different_r_are_never_one_without_a_word():
+    """Drops of other balls, none of which stands alone against the rest."""
+    r = (0.90, 0.80, 0.85, 0.70)
+    found = [Estimate("r", v, 0.05, "1", "drop", (f"d{i}",)) for i, v in enumerate(r)]
+    (detail,) = said(
+        found, campaign(decays=[f"d{i}" for i in range(4)], clearances={}), "runs from"
+    )
+    assert "r (drop) of 4 records runs from 0.7 to 0.9, more than their errors allow" in detail
+    assert "balls, walls or speeds that differ" in detail
+    (combined,) = [e for e in combine(found, campaign())[0] if e.method == "combined"]
+    assert combined.std_error > 0.05

@@ -5,10 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vinesexp import Harmonic
 from vinesexp.identification.one_record import estimate_record
 from vinesexp.records.schema import Known, Record
 from vinesexp.records.store import create_record
 from vinesexp.signals.condition import condition
+from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.units import Quantity
 
 F0, ZETA = 7.862, 0.0065
 
@@ -100,3 +103,33 @@ def test_a_sweep_without_base_is_said(tmp_path):
     _, mass = answer(9.3, 0.02, rate=1000.0, seconds=20.0, low=5.0, high=15.0)
     found = analysed(tmp_path, {"acceleration": mass}, rate=1000.0, test="sweep")
     assert "base channel" in found["nothing", ""].note
+
+
+def test_accelerometer_and_base_without_a_laser_give_their_impacts(tmp_path, measure, store):
+    """And the reason why no flights: not that there are no impacts."""
+    record = measure(b=[0.03], drive=Harmonic(0.25e-3, F0), start=15.0, duration=8.0, r=0.6)
+    measured, band, table = (tmp_path / name for name in ("m.nc", "c.nc", "i.csv"))
+    kept = {role: record.channels[role] for role in ("base", "acceleration")}
+    store(measured, kept, record.sample_rate)
+    condition(measured, band, f0_hint=F0)
+    impacts = impacts_of_record(measured, band, table, clearance=(0.03,))
+    assert impacts.n == pytest.approx(record.time.size, abs=2)
+    row = Record("one", Path("f"), "periodic", clearance=(0.03,), frequency=(F0, F0))
+    known = Known(nes_mass=(Quantity(0.032),))
+    found = estimate_record(row, known, measured=measured, conditioned=band, impacts=table)
+    (reason,) = [e.note for e in found if e.parameter == "nothing"]
+    assert f"{impacts.n} impacts found; M and r by their flights need the displacement" in reason
+
+
+@pytest.mark.parametrize("per_period", [2.2, 3.2, 5.6])
+def test_a_decay_of_few_samples_a_period_is_read_or_refused_for_that(tmp_path, per_period):
+    rate = F0 * per_period
+    _, x, _ = decay(rate, 40.0)
+    x = x + 2e-5 * np.random.default_rng(1).standard_normal(x.size)
+    found = analysed(tmp_path, {"displacement": x}, rate=rate, test="ringdown")
+    if per_period < 5.5:
+        assert f"{per_period} samples in a period of 7.8" in found["nothing", ""].note
+        return
+    f0, zeta = found["f0", "likelihood"], found["zeta", "likelihood"]
+    assert abs(f0.value - F0) < 4 * f0.std_error < 0.02 * F0
+    assert abs(zeta.value - ZETA) < 4 * zeta.std_error < 0.1 * ZETA

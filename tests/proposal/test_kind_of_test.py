@@ -206,3 +206,21 @@ def test_a_list_of_events_and_a_spectrum_are_no_channels(tmp_path, capsys):
     (tmp_path / "spectrum.csv").write_text(f"X_Value,Acceleration (FFT - (RMS))\n{body}\n")
     assert main(["init", str(tmp_path)]) == 0
     assert "quantity" not in (tmp_path / "campaign.yaml").read_text()
+
+
+def test_a_few_values_beside_a_record_are_no_channel(tmp_path, capsys):
+    """Places of the sensors, in a structure with the samples; times at two depths."""
+    scipy_io = pytest.importorskip("scipy.io")
+    t = np.arange(8000) / 2000.0
+    noise = 0.01 * np.random.default_rng(2).standard_normal(t.size)
+    x = np.exp(-1.5 * t) * np.cos(2 * np.pi * 8.0 * t) + noise
+    held = {"Acc": 9.0 * x, "Time": t, "Pos": np.array([0.225, 0.45])}
+    scipy_io.savemat(tmp_path / "a.mat", {"Out": held})
+    scipy_io.savemat(tmp_path / "b.mat", {"Steel": {"Out": held}})
+    assert main(["look", str(tmp_path / "a.mat")]) == 0
+    assert "2 values, 0.225 to 0.45" in capsys.readouterr().out
+    assert main(["init", str(tmp_path)]) == 0
+    yaml = (tmp_path / "campaign.yaml").read_text()
+    assert "displacement:" not in yaml
+    assert 'time: {column: "*Out/Time"' in yaml
+    assert (tmp_path / "records.csv").read_text().count("ringdown") == 2

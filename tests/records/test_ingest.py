@@ -10,7 +10,9 @@ from scipy.io import wavfile
 
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign import Channel, TimeColumn, load_campaign
+from vinesexp.records.columns import find_column
 from vinesexp.records.ingest import ingest, ingest_or_refuse, read_channels
+from vinesexp.records.readers import open_source
 from vinesexp.records.readers.text import TextSource
 from vinesexp.records.store import open_record
 from vinesexp.signals.condition import condition
@@ -275,3 +277,12 @@ def test_a_record_and_its_conditioned_file_say_where_they_come_from(tmp_path):
     for name in ("source", "source_sha256", "date", "instrument", "vinesexp_version", "title"):
         assert kept[name] == measured[name]
     np.testing.assert_array_equal(kept["clearance_m"], [0.034])
+
+
+def test_columns_without_names_are_asked_for_by_number(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("Time\n" + "".join(f"{k / 100},{k % 7}\n" for k in range(60)))
+    with pytest.raises(
+        RecordError, match="2 columns without names: give one by its number, 0 to 1"
+    ):
+        find_column(open_source(path), "Laser*", where="channels.displacement")

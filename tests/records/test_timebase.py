@@ -129,3 +129,10 @@ def test_the_unit_of_time_counts():
 def test_one_sample_is_no_clock():
     with pytest.raises(RecordError, match="fewer than two samples"):
         run([1.0])
+
+
+@pytest.mark.parametrize("block", [None, 250])
+def test_times_that_begin_anew_are_a_second_record(block):
+    times = np.arange(500) * 1e-3
+    with pytest.raises(RecordError, match=r"row 500.*begin anew, from 0.499 to 0: a second record"):
+        run(np.concatenate((times, times)), block)

@@ -84,6 +84,8 @@ def _described(column: ColumnView) -> str:
         return f"times, {span}"
     if column.kind == "counter":
         return f"row numbers, {span}"
+    if column.kind == "list":
+        return f"{len(finite)} values, {span}"
     if column.kind == "constant":
         return f"constant, {finite[0]:.6g}"
     frequency, _ = column.peak()

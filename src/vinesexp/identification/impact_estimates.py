@@ -41,6 +41,12 @@ def impact_estimates(
         `r`, `r_scatter`, `r_slope` and `M`, numbered for several balls; or `nothing` with the
         reason.
     """
+    if impacts.n and not np.isfinite(impacts.x_m).any():
+        reason = (
+            f"{impacts.n} impacts found; M and r by their flights need the displacement of the "
+            "mass at each, and no displacement shows it"
+        )
+        return [nothing(record.id, reason)]
     found: list[Estimate] = []
     several = len(record.clearance) > 1
     for number, b in enumerate(record.clearance, start=1):

@@ -153,6 +153,9 @@ def _pattern(names: Sequence[str], label: str = "", every: Sequence[Sequence[str
     """The shortest pattern that fits every name and, in each file, nothing else."""
     if len(names) == 1:
         return names[0]
+    if not label and not _shared(names):
+        ends = _shared([name[::-1] for name in names])[::-1]
+        return f"*{ends}"
     label = label or _shared(names)
     for pattern in (f"{label}*", f"*{label}", f"*{label}*"):
         fits = all(fnmatchcase(name, pattern) for name in names)

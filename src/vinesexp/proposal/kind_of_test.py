@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from vinesexp.identification.heard_bounces import bounces_heard
-from vinesexp.proposal.roles import Guess, common_frequency, envelope, label_of
+from vinesexp.proposal.roles import Guess, label_of
 from vinesexp.proposal.survey import ColumnView, FileView
+from vinesexp.proposal.traits import common_frequency, envelope
 from vinesexp.records.readers import Floats
 from vinesexp.units import UNITS
 

@@ -38,7 +38,8 @@ class ColumnView:
     index, name, unit
         Number, name and unit as the file states them.
     kind : str
-        ``time``, ``counter`` (row numbers), ``constant`` or ``signal``.
+        ``time``, ``counter`` (row numbers), ``constant``, ``list`` (few values beside a record)
+        or ``signal``.
     values : array
         Its samples as they stand in the file, NaN where missing.
     rate : float or None
@@ -142,12 +143,15 @@ def view_file(path: Path) -> FileView:
                 problems.append(str(error))
     time, rate, remarks = _time_and_rate(source, read)
     columns = []
+    most = max((len(values) for values in read.values()), default=0)
     for index, values in read.items():
         column = source.columns[index]
         own = 1.0 / column.interval if column.interval and column.interval > 0.0 else rate
         kind = "time" if index == time else _kind(values, column.unit)
         if kind == "signal" and is_called_time(column.name) and _grows(values):
             kind = "time"  # of other channels than the first
+        if kind == "signal" and len(values) < _FEWEST and _FEWEST * len(values) < most:
+            kind = "list"
         if kind != "empty":
             columns.append(ColumnView(index, column.name, column.unit, kind, values, own))
     longest = max((len(column.values) for column in columns), default=0)
@@ -189,6 +193,17 @@ def _values(source: Source, index: int) -> Floats:
     return np.concatenate(blocks)[:_MOST] if blocks else np.zeros(0)
 
 
+def _is_named(name: str) -> bool:
+    """Whether a column has a name of its own, not only a number: ``data/6``."""
+    return bool(name) and not name.rpartition("/")[2].isdigit()
+
+
+def _is_ramp(values: Floats) -> bool:
+    steps = np.diff(values)
+    mean = float(steps.mean()) if len(steps) > _FEWEST else 0.0
+    return mean > 0.0 and mean != 1.0 and bool((np.abs(steps - mean) < 0.1 * mean).all())
+
+
 def _grows(values: Floats) -> bool:
     finite = values[np.isfinite(values)]
     return len(finite) > 2 and bool((np.diff(finite) > 0.0).all())
@@ -215,6 +230,9 @@ def _time_and_rate(
     candidates += [j for j in read if _TIME_NAME.match(source.columns[j].name)]
     # A ramp in the first column, without a name or under any name, is the times most likely.
     candidates += [0] if 0 in read and source.columns[0].unit != SEQUENCE else []
+    # So is the only ramp of even steps among columns that have no names of their own.
+    ramps = [j for j in read if j and _is_ramp(read[j]) and not _is_named(source.columns[j].name)]
+    candidates += ramps if len(ramps) == 1 else []
     for j in candidates:
         finite = read[j][np.isfinite(read[j])] if j in read else np.zeros(0)
         steps = np.diff(finite)

@@ -62,6 +62,9 @@ def has_column(source: Source, wanted: str | int) -> bool:
 
 
 def _listed(columns: Sequence[Column]) -> str:
+    if len(columns) > 1 and not any(column.name for column in columns):
+        last = len(columns) - 1
+        return f"{len(columns)} columns without names: give one by its number, 0 to {last}"
     most = 20
     reported = ", ".join(f"{j}: '{column.name}'" for j, column in enumerate(columns[:most]))
     return reported + (f" and {len(columns) - most} more" if len(columns) > most else "")

@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 
 _JITTER = 0.1  # of an interval: what impact timing needs
 _GAP = 1.6  # intervals: a lost sample makes two, jitter of a quarter of a sample 1.5
+_RECORD = 20  # rows at least of a record that another one follows
 _PIECES = 64  # stretches of a block whose extremes are kept for the check against the whole line
 _PROBE = 1000  # times from which the printed resolution of a block is found
 
@@ -156,6 +157,9 @@ class Clock:
         if step < 0.0:
             problem = f"time goes backward, from {now - step:.9g} to {now:.9g}; remove the rows "
             problem += "that are out of order, or give 'sample_rate' instead of 'time'"
+            if at >= _RECORD and now <= self.first + abs(interval):
+                problem = f"times begin anew, from {now - step:.9g} to {now:.9g}: a second record, "
+                problem += "most likely; put each into a file of its own"
         elif step == 0.0 or interval <= 0.0:
             problem = f"time stands still at {now:.9g}; if it is only printed too coarsely, give "
             problem += "'sample_rate' instead of 'time'"

@@ -148,3 +148,12 @@ def test_words_of_overload_are_infinite_with_their_sign(tmp_path):
     values = np.concatenate(list(open_source(path).blocks([1])))[:8, 0]
     inf = np.inf
     np.testing.assert_array_equal(values, [inf, -inf, inf, -inf, 1.5, np.nan, inf, -inf])
+
+
+def test_the_one_row_with_a_cell_too_many_is_named(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("t,x\n" + "0.1,5\n" * 30 + "3.0,1.0,2.0\n")
+    with pytest.raises(
+        RecordError, match=r"line 32: 3 cells where the rows have 2 \('3.0,1.0,2.0'"
+    ):
+        open_source(path)

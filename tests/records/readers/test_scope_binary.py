@@ -130,8 +130,21 @@ def test_a_file_cut_short_and_a_missing_package_are_reported(tmp_path, monkeypat
         open_source(path)
 
 
-@pytest.mark.parametrize("head", [b"fLaC", b"\0\0\0\x20ftypM4A ", b"\x1aE\xdf\xa3\x9f"])
-def test_recordings_of_phones_that_are_not_read_are_named(head, tmp_path):
+@pytest.mark.parametrize(
+    "head",
+    [
+        *(
+            b"fLaC",
+            b"\0\0\0\x20ftypM4A ",
+            b"\x1aE\xdf\xa3\x9f",
+            b"CDF\x01",
+            b"\x1f\x8b\x08",
+            b"ID3\x04",
+        ),
+        *(b"OggS", b"caff", b"#!AMR", b"%PDF-1.7", b"\x89PNG\r\n", b"\xff\xd8\xff\xe0"),
+    ],
+)
+def test_what_is_not_read_is_named(head, tmp_path):
     (tmp_path / "a.m4a").write_bytes(head + bytes(100))
     with pytest.raises(RecordError, match=r"is an? .*, which is not read; export"):
         open_source(tmp_path / "a.m4a")

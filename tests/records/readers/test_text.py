@@ -265,3 +265,10 @@ def test_words_may_stand_before_the_numbers_of_every_row(tmp_path):
     block = np.concatenate(list(source.blocks([1, 2])))
     np.testing.assert_array_equal(block[:2], [[0.1, 3.0], [0.2, 4.0]])
     assert len(block) == 10
+
+
+def test_a_file_that_git_did_not_download_is_reported_as_such(tmp_path):
+    path = tmp_path / "a.wav"
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0123\nsize 95800\n")
+    with pytest.raises(RecordError, match="git lfs pull"):
+        open_source(path)

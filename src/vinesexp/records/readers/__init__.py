@@ -59,6 +59,7 @@ PLAIN = (wav, tektronix, lecroy, text)
 #: A file of these may hold several records.
 PARTED = (lecroy, scope_binary, excel, text)
 
+_POINTER = b"version https://git-lfs"  # what Git leaves in place of a large file
 _HEAD = 4096  # bytes that are shown to `recognises`
 
 
@@ -91,6 +92,10 @@ def open_source(path: Path) -> Source:
         raise RecordError(f"cannot be read ({error.strerror})", file=path) from None
     if not head.strip():
         raise RecordError("is empty; export the record again", file=path)
+    if head.startswith(_POINTER):
+        raise RecordError(
+            "is not here: only its address is (Git LFS); download it with 'git lfs pull'", file=path
+        )
     suffix = file.suffix.lower()
     known = ", ".join(reader.NAME for reader in READERS)
     other = foreign.name_of(head)

@@ -20,6 +20,7 @@ from vinesexp.units import UNITS
 
 #: Names of what stands in no row of data, or not in every one.
 _EXTRA = re.compile(r"comment|start|increment|t0\b|tinc\b", re.IGNORECASE)
+_RARE = 4  # times as many rows as odd ones
 _SOURCE = {"source", "channel", "channels", "trace"}
 _MARK = re.compile(r"\s*(#+|%+|//)")
 
@@ -141,6 +142,7 @@ def _paired(
         return [], f"{rows}, line {first + 1} '{body.lines[first].strip()[:80]}' {cells} cells"
     last = max((j for j, name in enumerate(names) if name), default=-1)
     if width > last + 1:
+        _refuse_odd_row(path, layout, body, last + 1, first)
         raise RecordError(
             f"{width} cells under {last + 1} names ('{body.lines[first].strip()[:80]}' under "
             f"'{line.strip()[:80]}'); correct the names, or, if the numbers have decimal commas, "
@@ -149,6 +151,19 @@ def _paired(
             where=f"line {first + 1}",
         )
     return names, ""
+
+
+def _refuse_odd_row(path: Path, layout: Layout, body: Body, names: int, first: int) -> None:
+    """Name the row that has more cells than there are names, where it is one among many."""
+    rows = [i for i in range(first, len(body.lines)) if body.rows[i]]
+    odd = [i for i in rows if len(body.rows[i]) > names and any(body.rows[i][names:])]
+    if odd and _RARE * len(odd) < len(rows):
+        raise RecordError(
+            f"{len(body.rows[odd[0]])} cells where the rows have {names} "
+            f"('{body.lines[odd[0]].strip()[:60]}'); correct the line",
+            file=path,
+            where=f"line {odd[0] + 1}",
+        )
 
 
 def _joined(line: str, separator: str) -> list[str]:
