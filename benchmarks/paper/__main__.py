@@ -11,12 +11,14 @@ from __future__ import annotations
 import csv
 import sys
 
+from benchmarks.paper.release_regimes import figure_5_and_6
 from benchmarks.paper.releases import figures_13_and_14
 from benchmarks.paper.resonance import figure_9
 from benchmarks.paper.rig import ROOT, WORDS, Verdicts
 from benchmarks.paper.several import section_4
-from benchmarks.paper.simulated import figure_2, figure_3, figure_4, figure_5_and_6, table_1
+from benchmarks.paper.simulated import figure_2, figure_3, figure_4
 from benchmarks.paper.sweeps import figures_10_and_11
+from benchmarks.paper.table_1 import table_1
 
 PAGE = ROOT / "docs" / "paper.md"
 SECTIONS = (

@@ -148,7 +148,7 @@ def figures_13_and_14() -> tuple[list[str], Verdicts]:
             f"| {1e3 * level:g} | {_order(found, SINGLE, k)} | {_order(found, PAIRS, k)} "
             f"| {_order(found, SINGLE, k, every=True)} |"
         )
-    return lines, _verdicts(found)
+    return lines, _one_ball(found) | _two_balls(found)
 
 
 def _spread(times: np.ndarray) -> str:
@@ -169,36 +169,32 @@ def _best(found: dict[str, Fall], names: tuple[str, ...]) -> list[str]:
     return [min(names, key=lambda name: _median(found[name], k)) for k in range(len(LEVELS))]
 
 
-def _verdicts(found: dict[str, Fall]) -> Verdicts:
+def _lost(found: dict[str, Fall], name: str) -> np.ndarray:
+    """Amplitude (mm) at which each ball is lost, median over the captured starts."""
+    return np.asarray(1e3 * np.nanmedian(found[name].lost, axis=0))
+
+
+def _early(found: dict[str, Fall], name: str) -> float:
+    return float(np.median(found[name].early))
+
+
+def _late(found: dict[str, Fall], name: str) -> float:
+    return float(np.median(found[name].late))
+
+
+def _one_ball(found: dict[str, Fall]) -> Verdicts:
     A_1 = float(manifold.A_1(R))
-    lost = {name: 1e3 * np.nanmedian(fall.lost, axis=0) for name, fall in found.items()}
-    woken = {name: 1e3 * np.nanmedian(fall.woken, axis=0) for name, fall in found.items()}
-    rate = {name: float(np.median(fall.early)) for name, fall in found.items()}
-    late = {name: float(np.median(fall.late)) for name, fall in found.items()}
     best = _best(found, SINGLE)
-    to_10 = {name: _median(found[name], 0) for name in found}
-    best_pair = _best(found, PAIRS)
-    rates = ", ".join(f"{n}: {rate[n]:.2f}" for n in PAIRS)
-    lates = ", ".join(f"{n}: {late[n]:.2f}" for n in PAIRS)
     levels = ", ".join(
         f"{1e3 * level:g} mm: {name}" for level, name in zip(LEVELS, best, strict=True)
     )
-    slower = [
-        f"{pair} to {1e3 * level:g} mm {_median(found[pair], k):.2f} s, single {one} "
-        f"{_median(found[one], k):.2f}"
-        for k, level in enumerate(LEVELS)
-        for pair in PAIRS
-        for one in SINGLE
-        if _median(found[pair], k) > _median(found[one], k)
-    ]
     every = [_order(found, SINGLE, k, every=True).partition(",")[0] for k in range(len(LEVELS))]
-    weaker = [max(np.abs(v) for v in _jumps(found["33+10"].shown, ball)) for ball in (0, 1)]
     return {
         "fig13_linear": Verdict(
             "agrees",
-            f"rate 18 to 10 mm {rate['33']:.2f} 1/s, 3 to 1.5 mm {late['33']:.2f}, bare {BARE:.2f} "
-            f"(b = 33 mm); the ball is lost at {lost['33'][0]:.2f} mm (A_1 b = {33 * A_1:.2f} mm, "
-            "passed late)",
+            f"rate 18 to 10 mm {_early(found, '33'):.2f} 1/s, 3 to 1.5 mm "
+            f"{_late(found, '33'):.2f}, bare {BARE:.2f} (b = 33 mm); the ball is lost at "
+            f"{_lost(found, '33')[0]:.2f} mm (A_1 b = {33 * A_1:.2f} mm, passed late)",
         ),
         "fig13_impacts": Verdict(
             "in part",
@@ -207,20 +203,37 @@ def _verdicts(found: dict[str, Fall]) -> Verdicts:
         ),
         "fig13_order": Verdict(
             "in part" if best.count("33") else "differs",
-            f"fastest of the captured starts by level: {levels}; all starts: "
-            f"{', '.join(every)}. "
+            f"fastest of the captured starts by level: {levels}; all starts: {', '.join(every)}. "
             f"48 mm captures {100 * found['48'].share:.0f} % of the starts, 33 mm "
             f"{100 * found['33'].share:.0f} %",
         ),
-        "fig13_T1": Verdict("agrees", f"lost at {lost['33'][0]:.2f} and {lost['48'][0]:.2f} mm"),
+        "fig13_T1": Verdict(
+            "agrees", f"lost at {_lost(found, '33')[0]:.2f} and {_lost(found, '48')[0]:.2f} mm"
+        ),
+    }
+
+
+def _two_balls(found: dict[str, Fall]) -> Verdicts:
+    rate, late = ({n: of(found, n) for n in found} for of in (_early, _late))
+    rates, lates = (", ".join(f"{n}: {one[n]:.2f}" for n in PAIRS) for one in (rate, late))
+    to_10 = {name: _median(found[name], 0) for name in found}
+    slower = [
+        f"{pair} to {1e3 * level:g} mm {_median(found[pair], k):.2f} s, single {one} "
+        f"{_median(found[one], k):.2f}"
+        for k, level in enumerate(LEVELS)
+        for pair in PAIRS
+        for one in SINGLE
+        if _median(found[pair], k) > _median(found[one], k)
+    ]
+    return {
         "fig14_single": Verdict(
             "differs" if slower else "agrees", "; ".join(slower[:6]) or "at every level"
         ),
         "fig14_10_10": Verdict(
             "agrees",
             f"rate {rate['10+10']:.2f} against {rate['10']:.2f} 1/s; to 10 mm {to_10['10+10']:.2f} "
-            f"against {to_10['10']:.2f} s; lost at {lost['10+10'][0]:.2f} and "
-            f"{lost['10'][0]:.2f} mm",
+            f"against {to_10['10']:.2f} s; lost at {_lost(found, '10+10')[0]:.2f} and "
+            f"{_lost(found, '10')[0]:.2f} mm",
         ),
         "fig14_33_33": Verdict(
             "agrees" if max(rate, key=lambda n: rate[n]) == "33+33" else "differs",
@@ -229,18 +242,22 @@ def _verdicts(found: dict[str, Fall]) -> Verdicts:
         "fig14_33_10": Verdict(
             "in part" if max(PAIRS, key=lambda n: late[n]) == "33+10" else "differs",
             f"first rates (1/s) {rates}: nearer to one 33 ({rate['33']:.2f}) than to the pair; "
-            f"3 to 1.5 mm {lates}. Fastest pair to 10, 5, 3, 2 mm: {', '.join(best_pair)}",
+            f"3 to 1.5 mm {lates}. Fastest pair to 10, 5, 3, 2 mm: "
+            f"{', '.join(_best(found, PAIRS))}",
         ),
-        "fig14_separate": Verdict(
-            "in part",
-            f"the small one is captured from {woken['33+10'][1]:.1f} mm on, while the large one "
-            f"still "
-            f"works (lost at {lost['33+10'][0]:.2f} mm), and lost at {lost['33+10'][1]:.2f} mm: "
-            f"activities "
-            f"overlap. Largest jump of the oscillator {1e3 * weaker[0]:.0f} mm/s by the large, "
-            f"{1e3 * weaker[1]:.0f} mm/s by the small",
-        ),
-    }  # fmt: skip
+        "fig14_separate": _separate(found["33+10"], _lost(found, "33+10")),
+    }
+
+
+def _separate(fall: Fall, lost: np.ndarray) -> Verdict:
+    woken = 1e3 * np.nanmedian(fall.woken, axis=0)
+    jump = [1e3 * np.abs(_jumps(fall.shown, ball)).max() for ball in (0, 1)]
+    return Verdict(
+        "in part",
+        f"the small one is captured from {woken[1]:.1f} mm on, while the large one still works "
+        f"(lost at {lost[0]:.2f} mm), and lost at {lost[1]:.2f} mm: activities overlap. Largest "
+        f"jump of the oscillator {jump[0]:.0f} mm/s by the large, {jump[1]:.0f} mm/s by the small",
+    )
 
 
 def _jumps(motion: Motion, ball: int) -> np.ndarray:

@@ -19,6 +19,7 @@ from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from pathlib import Path
 
+from benchmarks.robustness.attacks import attacks
 from benchmarks.robustness.campaigns import Departure
 from benchmarks.robustness.departures import all_departures
 from benchmarks.robustness.kept import KeptTruth, keep, kept
@@ -43,7 +44,7 @@ def main() -> None:
         "--only", default="", help="rigs whose name has one of these words (a|b), no page"
     )
     args = parser.parse_args()
-    every = [*all_departures(), *other_rigs(), *plans(), *instruments()]
+    every = [*all_departures(), *other_rigs(), *plans(), *instruments(), *attacks()]
     chosen = [d for d in every if any(word in d.name for word in args.only.split("|"))]
     if args.quick:
         chosen = [d for d in chosen if any(word in d.name for word in _QUICK)]

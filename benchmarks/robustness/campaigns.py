@@ -10,7 +10,7 @@ from shutil import copyfile
 
 import h5py
 import numpy as np
-from benchmarks.robustness.end_of_orbit import pulled
+from benchmarks.robustness.end_of_orbit import RECORD, SETTLE, pulled
 from benchmarks.robustness.measuring import measured
 from benchmarks.robustness.motion import STEP, FloatArray, move
 from benchmarks.robustness.motion import Path as Motion
@@ -22,7 +22,7 @@ GRAVITY = 9.80665
 AROUND = (28.0, 31.0, 33.0, 33.5, 34.5, 38.0)
 BELOW = (20.0, 24.0, 28.0, 30.0, 32.0)
 ABOVE = (36.0, 38.0, 40.0, 44.0, 48.0)
-_SETTLE, _DRIVEN, _DECAY, _FREE = 196.55, 78.62, 78.62, 62.896  # cycles
+_DECAY, _FREE = 78.62, 62.896  # cycles
 _BEFORE = 4.0  # s at rest before a decay, for a slow corner of the accelerometer
 _QUANTITIES = {
     "base": "displacement",
@@ -125,7 +125,7 @@ def _driven(
     departure: Departure, folder: Path, rng: np.random.Generator, *, b: float, off: float
 ) -> str:
     drive, clearance = departure.drive, 1e-3 * b + off
-    settle, driven = (round(one / drive.frequency, 3) for one in (_SETTLE, _DRIVEN))
+    settle, driven = (round(one / drive.frequency, 3) for one in (SETTLE, RECORD))
     path = move(
         departure.body, departure.driven(), b=clearance, seconds=settle + driven,
         x0=pulled(clearance),

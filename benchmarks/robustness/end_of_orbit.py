@@ -7,6 +7,10 @@ that begins elsewhere may miss an orbit that is there: off the resonance it does
 Once a cycle, motion near the periodic one returns to it by a factor that tends to 1 at the end.
 The factor is read from two runs below the end and extrapolated to 1: to 1e-4 of the clearance,
 where trying clearance after clearance would take hours.
+
+A base with a second frequency, or with one that drifts, has no periodic motion to return to. There
+two impacts per cycle last while the ball meets the walls in turn, about half a cycle apart: of a
+second frequency for as long as is simulated, of one that drifts for as long as the record lasts.
 """
 
 from __future__ import annotations
@@ -15,7 +19,7 @@ import math
 from functools import cache
 
 import numpy as np
-from benchmarks.robustness.motion import STEP, FloatArray, State, move
+from benchmarks.robustness.motion import STEP, FloatArray, Path, State, move
 from benchmarks.robustness.rig import Body, Drive
 
 _CYCLES = 860
@@ -29,6 +33,10 @@ _FIRST = (0.8, 0.65, 0.5)  # of the guess: where the orbit is looked for
 _STEPS = (0.02, 0.004)  # of the clearance, on the way up
 _FARTHEST = 1.6  # of the guess
 _BELOW = (0.994, 0.998)  # of the last clearance that settled
+_HALF = (0.35, 0.65)  # of a cycle: impacts in turn
+_LATE = 0.6  # of a run: after it nothing of its beginning is left
+#: Cycles of a periodic test before its record begins, and of the record.
+SETTLE, RECORD = 196.55, 78.62
 #: Periodic tests begin with the mass pulled out by 10 mm, a rubbing ball would not start else; by
 #: less where the cavity is narrow, m and share of the clearance.
 PULLED, _OF_CLEARANCE = 0.010, 0.4
@@ -42,12 +50,14 @@ def pulled(b: float) -> float:
 @cache
 def true_end(body: Body, drive: Drive, guess: float = 0.0339) -> float | None:
     """Clearance, m, at which the orbit loses its stability; None where no orbit is found."""
+    if drive.drift:  # the orbit moves on while it is looked for
+        return None
     for share in _FIRST:
         b = share * guess
         # On from where the run ends: a start that takes long to settle is lost at the first step.
         path = _moved(body, drive, b, _after_pull(body, drive, b), _CYCLES)
-        begin = path[2]
-        if _return_rate(path, drive, _bare(body, drive)) is not None:
+        begin = path.last
+        if _settled(path, body, drive):
             break
     else:
         return None
@@ -61,6 +71,8 @@ def true_end(body: Body, drive: Drive, guess: float = 0.0339) -> float | None:
     if b >= _FARTHEST * guess:
         return None
     low, high = b, b * (1.0 + _STEPS[-1])
+    if drive.second_share and not _harmonic(drive):
+        return 0.5 * (low + high)
     near, rates = [], []
     for share in _BELOW:
         rate = _rate(body, drive, share * low, _carried(begin, low, share * low), _CYCLES)
@@ -77,15 +89,40 @@ def true_end(body: Body, drive: Drive, guess: float = 0.0339) -> float | None:
 @cache
 def stays(body: Body, drive: Drive, b: float) -> bool:
     """Whether a test at a clearance, m, begun as those of a campaign, comes to the orbit."""
-    return _rate(body, drive, b, _after_pull(body, drive, b), _CYCLES) is not None
+    if drive.drift:
+        path = _moved(body, drive, b, _after_pull(body, drive, b), SETTLE + RECORD)
+        return _in_turn(path, drive, after=SETTLE / drive.frequency)
+    return _settled(_moved(body, drive, b, _after_pull(body, drive, b), _CYCLES), body, drive)
+
+
+def _settled(path: Path, body: Body, drive: Drive) -> bool:
+    """Whether a run ends in two impacts per cycle that last."""
+    if drive.second_share and not _harmonic(drive):
+        return _in_turn(path, drive, after=_LATE * STEP * path.x.size)
+    return _return_rate(path, drive, _bare(body, drive)) is not None
+
+
+def _harmonic(drive: Drive) -> bool:
+    """Whether the second component leaves the base periodic."""
+    ratio = drive.second_frequency / drive.frequency
+    return abs(ratio - round(ratio)) < 1e-9
+
+
+def _in_turn(path: Path, drive: Drive, *, after: float) -> bool:
+    """Whether the ball meets the walls in turn, half a cycle apart, from a time on, s."""
+    late = path.time > after
+    gaps = np.diff(path.time[late]) * drive.frequency
+    if gaps.size < _FEWEST or (np.diff(path.side[late]) == 0.0).any():
+        return False
+    return bool(((gaps > _HALF[0]) & (gaps < _HALF[1])).all())
 
 
 def _reached(body: Body, drive: Drive, b: float, carried: State) -> State | None:
     """The settled motion, from that of a clearance nearby or as a test begins; None: neither."""
     for state, cycles in ((carried, _FOLLOWED), (_after_pull(body, drive, b), _CYCLES)):
         path = _moved(body, drive, b, state, cycles)
-        if _return_rate(path, drive, _bare(body, drive)) is not None:
-            return path[2]
+        if _settled(path, body, drive):
+            return path.last
     return None
 
 
@@ -101,24 +138,20 @@ def _carried(state: State, b: float, to: float) -> State:
     return x, v, x - (x - y) * to / b, u
 
 
-_Moved = tuple[FloatArray, FloatArray, State]
-
-
-def _moved(body: Body, drive: Drive, b: float, state: State, cycles: int) -> _Moved:
-    """x and v over whole cycles, and the state at their end."""
+def _moved(body: Body, drive: Drive, b: float, state: State, cycles: float) -> Path:
+    """A run over whole cycles."""
     seconds = STEP * round(cycles / drive.frequency / STEP)
     # The rest of a step by which a whole number of cycles is missed turns the phase by 1e-3.
-    path = move(body, drive, b=b, seconds=seconds, state=state)
-    return path.x, path.v, path.last
+    return move(body, drive, b=b, seconds=seconds, state=state)
 
 
 def _rate(body: Body, drive: Drive, b: float, state: State, cycles: int) -> float | None:
     return _return_rate(_moved(body, drive, b, state, cycles), drive, _bare(body, drive))
 
 
-def _return_rate(moved: _Moved, drive: Drive, bare: float) -> float | None:
+def _return_rate(path: Path, drive: Drive, bare: float) -> float | None:
     """Logarithm of the factor a cycle; None where the motion does not settle."""
-    x, v, _ = moved
+    x, v = path.x, path.v
     z = _strobed(x, v, drive.frequency)
     change = np.diff(z)
     size = float(np.abs(x[-x.size // 5 :]).max())

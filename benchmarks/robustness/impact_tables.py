@@ -132,8 +132,9 @@ def _decays(departure: Departure, records: list[Record], *, loads: bool) -> list
     found = []
     for number, added in enumerate((0.0, 0.3, 0.6) if loads else (0.0,)):
         name = f"decay_{number}"
-        f0 = np.sqrt(truth["k1"] / (truth["M"] + added)) / (2.0 * np.pi)
-        zeta = truth["c1"] / (2.0 * np.sqrt(truth["k1"] * (truth["M"] + added)))
+        carried = truth["M"] + added + (departure.sheet.added if added else 0.0)
+        f0 = np.sqrt(truth["k1"] / carried) / (2.0 * np.pi)
+        zeta = truth["c1"] / (2.0 * np.sqrt(truth["k1"] * carried))
         suffix = "_added" if added else ""
         found += [
             Estimate(f"f0{suffix}", float(f0), 1e-6, "Hz", "likelihood", (name,)),

@@ -41,9 +41,10 @@ def measured(
         a = lfilter(*bilinear([1.0, 0.0], [1.0, w], _RATE), a)
     first = round(start * _RATE)
     drift = 5e-5 * np.sin(2.0 * math.pi * np.arange(x.size) / _RATE / 70.0 + rng.uniform(0, 6.28))
-    hum = sensors.hum * np.sin(2.0 * math.pi * 50.0 * np.arange(x.size) / _RATE)
+    mains = np.sin(2.0 * math.pi * 50.0 * np.arange(x.size) / _RATE)
+    hum = sensors.hum * mains
     true = {
-        "base": (sensors.base_gain * path.base[::_EVERY], 2e-6),
+        "base": (sensors.base_gain * path.base[::_EVERY] + sensors.base_hum * mains, 2e-6),
         "displacement": (
             sensors.laser_gain * _delayed(x, sensors) + drift + 6e-6 * hum + 1e-3 * sensors.offset,
             6e-6,
@@ -64,8 +65,9 @@ def measured(
         noisy = values[first:] + sensors.noise * noise * rng.standard_normal(x.size - first)
         n = noisy.size // group * group
         shown = noisy[:n].reshape(-1, group).mean(axis=1)
-        if role == "acceleration" and sensors.limit is not None:
-            shown = np.clip(shown, -sensors.limit, sensors.limit)
+        limit = {"acceleration": sensors.limit, "displacement": sensors.laser_limit}.get(role)
+        if limit is not None:
+            shown = np.clip(shown, -limit, limit)
         channels[role] = _in_steps(shown, sensors.bits)
     return channels
 

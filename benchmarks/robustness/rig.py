@@ -92,8 +92,9 @@ class Sensors:
     noise : in units of 6 um (mass), 2 um (base) and 0.3 m/s^2.
     accelerometer_gain, base_gain : measured over true.
     late, low_pass : s and Hz, delay and first-order low-pass of the laser.
-    limit : m/s^2, at which the accelerometer saturates.
+    limit, laser_limit : m/s^2 and m, at which accelerometer and laser saturate.
     hum : of 50 Hz in both channels, in units of their noise.
+    base_hum : of 50 Hz in the base channel, m.
     offset : of both channels, in units of 1 mm and 10 m/s^2.
     bits : of the converter, over a range a little wider than each channel's; None: ideal.
     """
@@ -114,7 +115,9 @@ class Sensors:
     late: float = 0.0
     low_pass: float | None = None
     limit: float | None = None
+    laser_limit: float | None = None
     hum: float = 0.0
+    base_hum: float = 0.0
     offset: float = 0.0
     bits: int | None = None
     base: bool = True

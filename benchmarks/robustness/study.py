@@ -214,7 +214,7 @@ def _headline(campaign: Campaign, paths: ResultPaths, found: CampaignResult) -> 
         )
     )  # fmt: skip
     rig = identified_rig(identified, campaign.known)
-    levels = periodic_levels(campaign, regimes, base)
+    levels = periodic_levels(campaign, regimes, base, identified)
     periodic = periodic_verdicts(levels, clearances, rig, replay, amplitudes)
     values = {e.parameter: f"{e.value:.5g}" for e in found.identified if e.method == COMBINED}
     return headline(periodic, release_verdicts(clearances), values, checks)

@@ -145,9 +145,17 @@ class Results:
             raise RecordError(
                 f"record {name} could not be used: {refused['detail'].iloc[0]}", file=self.folder
             )
+        paths = ResultPaths(self.folder)
+        for path in (paths.record(name), paths.conditioned(name)):
+            if not path.is_file():
+                raise RecordError(
+                    "is not there: the run kept the final results alone; run again without "
+                    "--config keep=final",
+                    file=path,
+                )
         regimes = self.regimes
         return record_results(
-            ResultPaths(self.folder),
+            paths,
             name,
             regime=regimes[regimes["record"] == name].iloc[0],
             checks=checks,

@@ -23,7 +23,16 @@ from vinesexp.errors import ParameterError, RecordError, nearest
 from vinesexp.pipeline import analyse_record, identify
 from vinesexp.records.checks import read_checks
 from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import ROLES, SI_UNITS, TESTS, Campaign, Channel, Known, Record
+from vinesexp.records.schema import (
+    MOST_BALLS,
+    ROLES,
+    SI_UNITS,
+    TESTS,
+    Campaign,
+    Channel,
+    Known,
+    Record,
+)
 from vinesexp.records.uncertainties import EXACT, Uncertainties
 from vinesexp.results import RecordResults, record_results
 from vinesexp.settings.overrides import changed_by_text
@@ -110,6 +119,13 @@ def analyse(
     settings_of_record = changed_by_text(Settings(), settings) if settings else Settings()
     if test not in TESTS:
         raise ParameterError(f"unknown test '{test}'; {nearest(test, TESTS)}", where="test")
+    clearances = _numbers(clearance, "displacement", "clearance")
+    if len(clearances) > MOST_BALLS:
+        raise ParameterError(
+            f"{len(clearances)} clearances; the impacts of more than {MOST_BALLS} balls cannot be "
+            "told apart",
+            where="clearance",
+        )
     with tempfile.TemporaryDirectory(prefix="vinesexp-analyse-") as temporary:
         file = Path(temporary) / "record.npz"
         np.savez(file, **arrays)  # type: ignore[arg-type]
@@ -117,7 +133,7 @@ def analyse(
             id="record",
             file=file,
             test=test,
-            clearance=_numbers(clearance, "displacement", "clearance"),
+            clearance=clearances,
             base_amplitude=_optional(base_amplitude, "displacement", "base_amplitude"),
             frequency=_range(frequency),
             added_mass=_optional(added_mass, "mass", "added_mass"),

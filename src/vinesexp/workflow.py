@@ -16,13 +16,14 @@ from typing import IO, Any
 
 from vinesexp.errors import VinesexpError, nearest
 from vinesexp.records.freshness import why_outdated
+from vinesexp.records.readers.parts import file_of
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign
 from vinesexp.records.step_inputs import step_text
 from vinesexp.resultslock import hold_results, remove_leftovers
 
 #: Keys of `--config`.
-CONFIG = ("campaign", "results")
+CONFIG = ("campaign", "results", "keep")
 
 #: Why jobs are run again, by each file they make; for whoever shows the plan.
 REASONS: dict[str, list[str]] = {}
@@ -60,6 +61,28 @@ def read_config(config: Mapping[str, Any]) -> tuple[Path, ResultPaths]:
             file=results,
         )
     return campaign, ResultPaths(results)
+
+
+def keeps_channels(config: Mapping[str, Any]) -> bool:
+    """Whether the channels of every record stay after a run; not with ``--config keep=final``.
+
+    Raises
+    ------
+    VinesexpError
+        Another word than ``final`` or ``all``.
+
+    Examples
+    --------
+    >>> keeps_channels({}), keeps_channels({"keep": "final"})
+    (True, False)
+    """
+    word = config.get("keep", "all")
+    if word not in ("all", "final"):
+        raise VinesexpError(
+            f"--config keep=...: found '{word}'; final removes the channels of each record when "
+            "the report is made, all keeps them"
+        )
+    return bool(word == "all")
 
 
 def _folder(config: Mapping[str, Any], key: str, default: str) -> Path:
@@ -108,14 +131,20 @@ class Planner:
     workflow : snakemake.workflow.Workflow
     campaign : Campaign
     paths : ResultPaths
+    keeps_channels : bool
+        Whether a missing file of channels is one to be made again.
     """
 
-    def __init__(self, workflow: Any, campaign: Campaign, paths: ResultPaths) -> None:
+    def __init__(
+        self, workflow: Any, campaign: Campaign, paths: ResultPaths, *, keeps_channels: bool = True
+    ) -> None:
         self.workflow = workflow
         self.campaign = campaign
         self.paths = paths
         self.roots = {"results": paths.folder, "campaign": campaign.folder}
         self.records = {record.id: record for record in campaign.records}
+        channels = paths.record("any").parent, paths.conditioned("any").parent
+        self.derivable = () if keeps_channels else channels
         self.lock: IO[str] | None = None
         self.known: dict[Path, list[str]] = {}
         self.texts: dict[tuple[str, str | None], dict[str, str]] = {}
@@ -184,7 +213,11 @@ class Planner:
         """Have the job that makes `output` run again if its content is outdated."""
         self._hold()
         self.known[made] = reasons = why_outdated(
-            made, used, roots=self.roots, renew=self.lock is not None
+            made,
+            used,
+            roots=self.roots,
+            renew=self.lock is not None,
+            derivable=self.derivable,
         )
         if reasons:
             REASONS[str(output)] = reasons
@@ -212,7 +245,7 @@ class Planner:
         if step != "ingest":
             return []
         record = self.records[wildcards.record]
-        return [record.file, *record.more_files]
+        return [file_of(file) for file in record.files]
 
     def _made(self, step: str, wildcards: Any) -> Path:
         family = getattr(wildcards, "family", None)

@@ -20,12 +20,62 @@ def row(record="a", **changed: float) -> dict[str, str]:
 def test_what_was_measured_wins_over_the_sheet():
     rows = [row(amplitude_m=a) for a in (0.224e-3, 0.226e-3)]
     inputs = Uncertainties(base=Tolerance(), clock=Tolerance(relative=2e-5))
-    base = base_of_level(0.25e-3, {7.862}, rows, inputs=inputs)
+    felt = Quantity(0.227e-3, 0.005e-3)
+    base = base_of_level(0.25e-3, {7.862}, rows, inputs=inputs, felt=felt)
     assert base.measured == 2
     assert base.G.value == pytest.approx(0.225e-3)
     assert base.G.std_error == pytest.approx(1e-6, rel=1e-3)  # they scatter
     assert base.frequency.value == pytest.approx(7.862)
     assert base.frequency.std_error == pytest.approx(2e-5 * 7.862, rel=1e-2)
+
+
+def test_where_channel_and_sheet_exclude_one_another_the_motion_of_the_mass_decides():
+    rows = [row(amplitude_m=0.5e-3)]
+    felt = Quantity(0.252e-3, 0.005e-3)
+    base = base_of_level(0.25e-3, {7.862}, rows, inputs=DEFAULT, felt=felt)
+    assert base.believed == "sheet"
+    assert Quantity(0.25e-3, 5e-6) == base.G
+    (check,) = base_checks("G = 0.25 mm", 0.25e-3, {7.862}, base, rows)
+    assert "the sensitivity of the base channel is 2 times" in check.detail
+    assert "predictions use the sheet" in check.detail
+
+
+@pytest.mark.parametrize(
+    ("felt", "value", "words"),
+    [
+        (None, 0.5e-3, "nothing shows which is right"),
+        (Quantity(0.35e-3, 0.007e-3), 0.35e-3, "0.35 mm, which is neither"),
+    ],
+)
+def test_where_nothing_decides_the_error_holds_both(felt, value, words):
+    rows = [row(amplitude_m=0.5e-3)]
+    base = base_of_level(0.25e-3, {7.862}, rows, inputs=DEFAULT, felt=felt)
+    assert base.believed == "open"
+    assert base.G.value == pytest.approx(value)
+    assert base.G.value - 1.96 * base.G.std_error < 0.25e-3
+    (check,) = base_checks("G = 0.25 mm", 0.25e-3, {7.862}, base, rows)
+    assert words in check.detail
+
+
+def test_a_sheet_read_off_a_wrong_channel_is_found_out_by_the_mass():
+    rows = [row(amplitude_m=0.5e-3)]
+    felt = Quantity(0.25e-3, 0.005e-3)
+    base = base_of_level(0.5e-3, {7.862}, rows, inputs=DEFAULT, felt=felt)
+    assert base.G.value - 1.96 * base.G.std_error < 0.25e-3
+    (check,) = base_checks("G = 0.5 mm", 0.5e-3, {7.862}, base, rows)
+    assert "the mass moves as by a base amplitude of 0.25 mm" in check.detail
+    near = base_of_level(0.25e-3, {7.862}, [row()], inputs=DEFAULT, felt=Quantity(0.265e-3, 5e-6))
+    assert near.believed == "channel"
+
+
+def test_a_sheet_alone_that_the_mass_contradicts_is_no_sure_base():
+    felt = Quantity(0.225e-3, 0.005e-3)
+    base = base_of_level(0.25e-3, {7.862}, [], inputs=DEFAULT, felt=felt)
+    assert base.G.value - 1.96 * base.G.std_error < 0.225e-3
+    (check,) = base_checks("G = 0.25 mm", 0.25e-3, {7.862}, base, [])
+    assert "moves as by a base amplitude of 0.225 mm" in check.detail
+    near = base_of_level(0.25e-3, {7.862}, [], inputs=DEFAULT, felt=Quantity(0.252e-3, 5e-6))
+    assert Quantity(0.25e-3, 5e-6) == near.G
 
 
 def test_a_stated_sensitivity_error_counts_and_an_unstated_one_is_assumed():

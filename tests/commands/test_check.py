@@ -70,6 +70,31 @@ def test_many_records_are_looked_at_side_by_side_and_told_in_their_order(tmp_pat
     assert lines[12] == "12 records: 11 good, 1 refused, 0 excluded; 0 warnings"
 
 
+def test_what_a_later_step_would_refuse_is_told_here(tmp_path, capsys):
+    write_campaign(tmp_path, 2)
+    with (tmp_path / "campaign.yaml").open("a") as stream:
+        stream.write("bandpass: {low: 60 Hz, high: 80 Hz}\n")
+    assert main(["check", str(tmp_path)]) == 1
+    printed = capsys.readouterr()
+    lines = printed.out.splitlines()
+    assert lines[0].startswith("r0: refused: ")
+    assert "60 Hz" in lines[0]
+    assert "/tmp" not in lines[0]
+    assert lines[2] == "2 records: 0 good, 2 refused, 0 excluded; 0 warnings"
+    assert "Traceback" not in printed.err
+
+
+def test_what_nobody_foresaw_in_a_later_step_is_told_without_a_traceback(
+    tmp_path, capsys, monkeypatch
+):
+    write_campaign(tmp_path, 2)
+    monkeypatch.setattr("vinesexp.signals.condition.default_bands", lambda **given: 1 / 0)
+    assert main(["check", str(tmp_path)]) == 1
+    printed = capsys.readouterr()
+    assert "condition: ZeroDivisionError" in printed.out
+    assert printed.err == ""
+
+
 @pytest.mark.parametrize("n", [2, 12])
 def test_a_full_disk_is_one_line_and_refuses_no_record(n, tmp_path, capsys, monkeypatch):
     def full(*given, **named):

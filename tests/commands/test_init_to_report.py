@@ -145,6 +145,15 @@ def test_a_small_campaign_comes_to_the_same_results(tmp_path, capsys):
 def test_the_twin_comes_to_the_same_results(tmp_path, capsys):
     named = tmp_path / "named"
     assert main(["simulate", str(TWIN / "scene.yaml"), str(named)]) == 0
-    for name in ("campaign.yaml", "records.csv"):
-        shutil.copy(TWIN / name, named / name)
+    shutil.copy(TWIN / "records.csv", named)
+    columns = {"base": "CH1*", "displacement": "CH2*", "acceleration": "CH3*"}
+    channels = "".join(
+        f'  {role}: {{column: "{column}", quantity: {"displacement" if role == "base" else role}, '
+        f"sensitivity: {SENSITIVITIES[role]}}}\n"
+        for role, column in columns.items()
+    )
+    (named / "campaign.yaml").write_text(  # as the twin's own, without how well it is known
+        "title: Twin\nknown:\n  nes_mass: 32 g\nuncertainties: exact\n"
+        f'channels:\n{channels}time: {{column: "Time*", unit: s}}\n'
+    )
     compare(named, tmp_path / "unnamed", tmp_path / "results", capsys, seed=1)

@@ -11,9 +11,11 @@ from vinesexp import Harmonic, Oscillator, Release, simulate
 from vinesexp.design import best_clearance
 from vinesexp.design.absorber import den_hartog, equal_mass_den_hartog, equal_mass_optimal
 from vinesexp.design.advice import advise, orbit_and_rest, theory_of
-from vinesexp.design.answer_json import as_json, warnings_of
+from vinesexp.design.answer_json import as_json
+from vinesexp.design.answer_warnings import warnings_of
+from vinesexp.design.bare import bare_gain
 from vinesexp.design.ensemble import Run, responses
-from vinesexp.design.task import Task, bare_gain, centre_starts, random_starts, wall_starts
+from vinesexp.design.task import Task, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError, ParameterError
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
@@ -139,6 +141,37 @@ def test_a_band_is_judged_over_its_frequencies_and_levels() -> None:
     low, high = task.bare(0.15e-3, 7.7), task.bare(G, TABLE_2.f0)
     assert low < task.mean_bare() < 0.8 * high
     assert task_at(8.0).mean_bare() == task_at(8.0).largest_bare()
+
+
+@pytest.mark.parametrize("band", [(7.2, 8.4), (7.9, 9.0), (5.0, 12.0), (20.0, 40.0)])
+@pytest.mark.parametrize("c1", [3.02, 0.3])
+def test_the_bare_mean_over_a_band_is_exact_however_narrow_the_resonance(
+    band: tuple[float, float], c1: float
+) -> None:
+    o = Oscillator(M=4.7, c1=c1, k1=1.147e4)
+    task = Task(o, (0.032,), (0.6,), levels=(G, G), frequencies=band)
+    fine = np.linspace(*band, 8001)
+    assert task.mean_bare() == pytest.approx(
+        np.mean([task.bare(G, float(f)) for f in fine]), rel=0.02
+    )
+    frequencies = [f for _, f in task.grid()]
+    assert frequencies[0] == band[0]
+    assert frequencies[-1] == band[1]
+    if band[0] < o.f0 < band[1]:
+        assert min(abs(f - o.f0) for f in frequencies) < 1e-9
+
+
+def test_over_a_band_nothing_is_compared_with_the_motion_of_other_draws() -> None:
+    """A ball that is never struck takes nothing off: 0 %, not the error of a coarse mean."""
+    task = Task(TABLE_2, (0.032,), (0.6,), levels=(0.15e-3, G), frequencies=(7.2, 8.4))
+    wide = 0.5  # m
+    drawn = random_starts(task, wide, starts=40, seed=2)
+    bare = np.mean([task.bare_of(run) for run in drawn])
+    assert responses(drawn).mean.mean() == pytest.approx(bare, rel=0.02)
+    rest = responses(centre_starts(task, wide, phases=2))
+    assert task.average(rest.mean) == pytest.approx(task.mean_bare(), rel=0.02)
+    assert task.share(rest.captured) == 0.0
+    assert task.share(np.ones(2 * len(task.grid()), dtype=bool)) == pytest.approx(1.0)
 
 
 def test_den_hartog_levels_the_two_peaks_of_an_undamped_host() -> None:

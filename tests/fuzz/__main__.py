@@ -1,16 +1,18 @@
 """Many cases, one after the other or in several processes; what is found is kept.
 
-    python -m tests.fuzz --minutes 30 [--targets text,binary] [--first 0] [--processes 1]
+    python -m tests.fuzz --minutes 30 [--cases 200000] [--targets text,binary] [--first 0]
     python -m tests.fuzz --case text:1234          # one case again, with its traceback
 
 A worker process runs a few hundred cases; where it dies or stands still, the case it was at is
-what was found. Input and traceback go to --keep.
+what was found. Input and traceback go to --keep, with a table of all cases (`table.md`) after every
+round.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import select
 import shutil
@@ -18,7 +20,6 @@ import signal
 import sys
 import tempfile
 import time
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from importlib import import_module
@@ -26,18 +27,21 @@ from pathlib import Path
 
 from . import seeds
 from .cases import Outcome, run_case
+from .in_process import limit_memory
+from .tally import Tally
 from .targets import TARGETS
 
 CHUNK = 200
 STILL = 180.0  # s on a clock without a case done: a machine may be busy
 
 #: Cases of each target in one round: by what they cost, and by what they can break.
-ROUND = {"text": 300, "binary": 200, "campaign": 600, "records": 600, "scene": 100, "signal": 30}
+ROUND = {"text": 200, "binary": 600, "campaign": 600, "records": 600, "scene": 150, "signal": 12}
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--minutes", type=float, default=30.0)
+    parser.add_argument("--cases", type=int, help="stop after so many, if that is sooner")
     parser.add_argument("--targets", default=",".join(TARGETS))
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--processes", type=int, default=1)
@@ -63,37 +67,29 @@ def main() -> int:
 
 def _run(arguments: argparse.Namespace, ends: float, number: int) -> int:
     targets = arguments.targets.split(",")
-    words: Counter[str] = Counter()
-    slowest: dict[str, tuple[float, str]] = {}
-    spent: Counter[str] = Counter()
+    tally = Tally()
     at = dict.fromkeys(targets, arguments.first + number)
+    most = (arguments.cases or sys.maxsize) / arguments.processes
     _import_all()
-    with tempfile.TemporaryDirectory(prefix="vinesexp-fuzz-") as folder:
-        while time.monotonic() < ends:
+    memory = Path("/dev/shm")
+    with tempfile.TemporaryDirectory(
+        prefix="vinesexp-fuzz-", dir=memory if memory.is_dir() else None
+    ) as folder:
+        while time.monotonic() < ends and tally.cases < most:
             for target in targets:
                 step = arguments.processes
                 cases = [f"{target}:{at[target] + step * k}" for k in range(ROUND[target])]
                 at[target] += step * ROUND[target]
                 for outcome in _outcomes(cases, Path(folder), ends):
-                    words[f"{target} {outcome.word}"] += 1
-                    spent[target] += outcome.seconds
-                    slowest[target] = max(
-                        slowest.get(target, (0.0, "")), (outcome.seconds, outcome.case)
-                    )
+                    tally.add(outcome)
                     if outcome.word == "FOUND":
                         print(outcome.case, outcome.detail.strip().splitlines()[-1:], flush=True)
                         _keep(outcome, Path(folder) / "case", arguments.keep)
-    found = sum(count for word, count in words.items() if word.endswith("FOUND"))
-    for target in targets:
-        row = {w.partition(" ")[2]: c for w, c in words.items() if w.startswith(f"{target} ")}
-        seconds, case = slowest.get(target, (0.0, ""))
-        n = sum(row.values())
-        print(
-            f"{target}: {n} cases {json.dumps(row)}, {1e3 * spent[target] / max(n, 1):.1f} ms a "
-            f"case, slowest {seconds:.1f} s ({case})"
-        )
-    print(f"{sum(words.values())} cases, {found} found", flush=True)
-    return 1 if found else 0
+            arguments.keep.mkdir(parents=True, exist_ok=True)
+            table = arguments.keep / (f"table_{number}.md" if number else "table.md")
+            table.write_text(tally.table(), encoding="utf-8")
+    print(tally.table(), flush=True)
+    return 1 if tally.found else 0
 
 
 def _import_all() -> None:
@@ -105,14 +101,16 @@ def _import_all() -> None:
             import_module(name)
 
 
-def _outcomes(cases: list[str], folder: Path, ends: float) -> Iterator[Outcome]:
-    """Run cases in workers that may die."""
+def _outcomes(
+    cases: list[str], folder: Path, ends: float, *, child: bool = False
+) -> Iterator[Outcome]:
+    """Run cases in workers that may die; where one did, try the case as the program reads it."""
     while cases and time.monotonic() < ends:
         chunk, cases = cases[:CHUNK], cases[CHUNK:]
         from_worker, to_here = os.pipe()
         pid = os.fork()
         if pid == 0:
-            _work(chunk, folder, from_worker, to_here)
+            _work(chunk, folder, from_worker, to_here, child)
         os.close(to_here)
         done = 0
         for outcome in _answers(from_worker):
@@ -123,20 +121,25 @@ def _outcomes(cases: list[str], folder: Path, ends: float) -> Iterator[Outcome]:
         status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
         os.close(from_worker)
         if done < len(chunk):
-            reported = f"the worker died or stood still (status {status})"
-            yield Outcome(chunk[done], "FOUND", reported, 0.0)
+            if child:
+                reported = f"the worker died or stood still (status {status})"
+                yield Outcome(chunk[done], "FOUND", reported, 0.0)
+            else:
+                yield from _outcomes(chunk[done : done + 1], folder, math.inf, child=True)
             cases = chunk[done + 1 :] + cases
 
 
-def _work(chunk: list[str], folder: Path, unused: int, pipe: int) -> None:
+def _work(chunk: list[str], folder: Path, unused: int, pipe: int, child: bool) -> None:
     os.close(unused)
+    if not child:
+        limit_memory()
     silent = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 1)
     os.dup2(silent, 2)
     try:
         with os.fdopen(pipe, "w", encoding="utf-8") as stream:
             for case in chunk:
-                outcome = run_case(case, folder / "case")
+                outcome = run_case(case, folder / "case", child=child)
                 stream.write(json.dumps(vars(outcome)) + "\n")
                 stream.flush()
                 if outcome.word == "FOUND" and case.partition(":")[0]:

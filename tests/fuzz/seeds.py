@@ -19,12 +19,14 @@ import scipy.io.wavfile
 REPOSITORY = Path(__file__).resolve().parents[2]
 REAL = REPOSITORY.parent / "shared/real"
 _LARGEST = 80_000  # bytes of a real file: larger ones only take longer
+_BEGINNING = 8_000  # bytes of a measured text file: its head, and rows to see what they are
 
 N, RATE = 300, 1000.0
 T = np.arange(N) / RATE
 X, A = 5.0 * np.cos(40.0 * T), -8.0 * np.cos(40.0 * T) + 0.1
 
 CAMPAIGN = (REPOSITORY / "data/twin/campaign.yaml").read_text(encoding="utf-8")
+PUBLISHED = (REPOSITORY / "data/twin/published.csv").read_bytes()
 FULL_CAMPAIGN = """\
 title: Shaker tests, summer
 operator: A. Person
@@ -41,6 +43,46 @@ time: {column: "Time*", unit: s}
 bandpass: {low: 2 Hz, high: 40 Hz}
 settings: {filter: {order: 4}}
 allow_outside: no
+"""
+#: Most keys of a scene; the twin has the others.
+SCENE = """\
+title: Bench
+seed: 7
+rig: {mass: 4.7 kg, damping: 3.02 N s/m, quadratic_damping: 0.1 N s^2/m^2, coulomb_damping: 0.01 N,
+  stiffness: 1.147e4 N/m, cubic_stiffness: 5e5 N/m^3, nes_mass: [32 g, 30 g],
+  restitution: [0.65, 0.6], restitution_minus: 0.55, restitution_slope: -0.1 s/m,
+  friction: 0.3 m/s^2, tilt: 5 mg}
+sheet: {seed: 1, nes_mass: 0.05 g, added_mass: 0.2 g, clearance: 0.03 mm, release: 0.1 mm,
+  clock: 0.002 %}
+sensors:
+  base: {sensitivity: 400 mV/mm, gain_uncertainty: 0.5 %, noise: 2 um, range: 2.5 mm, bias: 0.1 mm}
+  displacement: {sensitivity: 40 mV/mm, offset: 0.5 V, gain_error: 3 %, noise: 6 um,
+    drift: 0.05 mm,
+    drift_time: 60 s, bandwidth: 5 kHz, range: 25 mm}
+  acceleration: {sensitivity: 20 mV/g, noise: 0.3 m/s^2, pulse: 0.4 ms, ring: 5 kHz,
+    ring_damping: 0.02, ac_corner: 0.5 Hz, cross_axis: 2 %,
+    mode: {frequency: 110 Hz, share: 30 %, damping: 2 %},
+    range: 50 g}
+oscilloscope: {sample_rate: 10 kHz, bits: 14, full_scale: 1 V, format: tab,
+  skew: {acceleration: 20 us}, clock_error: 0.01 %, dropped_samples: 3}
+groups:
+  one:
+    test: periodic
+    duration: 5 s
+    settle: 2 s
+    base_amplitude: 0.25 mm
+    frequency: 7.862 Hz
+    records:
+      a: {clearance: 34 mm, ball_start: wall -1, note: "first: one"}
+      b: {clearance: [34 mm, 20 mm], clearance_minus: [30 mm, 20 mm], ball_start: [middle, 5 mm]}
+  two:
+    records:
+      c: {test: sweep, base_amplitude: 0.2 mm,
+        frequency: {start: 7.2 Hz, stop: 8.4 Hz, step: 0.4 Hz}, dwell: 5 s}
+      d: {test: ringdown, duration: 5 s, release: 20 mm, added_mass: 200 g,
+        oscilloscope: {format: wav}}
+      e: {test: drop, duration: 1 s, height: 50 mm}
+      f: {test: transient, duration: 5 s, release: 20 mm, clearance: 20 mm, ball_start: wall +1}
 """
 RECORDS = """\
 record,file,test,clearance_mm,base_amplitude_mm,frequency_hz,added_mass_g,release_mm,exclude,note
@@ -202,7 +244,8 @@ def real() -> Iterator[tuple[str, bytes]]:
         if path.suffix.lower() in (".csv", ".lvm", ".tdms", ".uff") and path.name != "records.csv":
             raw = path.read_bytes()
             if len(raw) <= _LARGEST or path.suffix.lower() in (".csv", ".lvm"):
-                yield f"real_{path.name.replace(' ', '_')}", raw[:_LARGEST]
+                text = path.suffix.lower() != ".tdms" and path.suffix.lower() != ".uff"
+                yield f"real_{path.name.replace(' ', '_')}", raw[: _BEGINNING if text else _LARGEST]
 
 
 @cache

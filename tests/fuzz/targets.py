@@ -122,6 +122,7 @@ def _spoiled(text: str, rng: random.Random) -> bytes:
 def _described(folder: Path, yaml: bytes, table: bytes) -> str:
     (folder / "campaign.yaml").write_bytes(yaml)
     (folder / "records.csv").write_bytes(table)
+    (folder / "published.csv").write_bytes(seeds.PUBLISHED)
     problems = campaign_problems(folder)
     for problem in problems:
         _one_line(problem)
@@ -132,7 +133,9 @@ def scene_yaml(rng: random.Random, folder: Path) -> str:
     """scene.yaml, reworded or damaged; not simulated."""
     from vinesexp.laboratory.scene import load_scene
 
-    text = (seeds.REPOSITORY / "data/twin/scene.yaml").read_text(encoding="utf-8")
+    text = seeds.SCENE
+    if rng.random() < 0.1:
+        text = (seeds.REPOSITORY / "data/twin/scene.yaml").read_text(encoding="utf-8")
     (folder / "scene.yaml").write_bytes(_spoiled(text, rng))
     try:
         load_scene(folder / "scene.yaml")

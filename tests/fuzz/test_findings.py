@@ -43,6 +43,18 @@ def test_a_message_holds_nothing_that_a_console_obeys(tmp_path):
     assert all(line.isprintable() for line in reported)
 
 
+def test_a_file_name_that_no_file_can_have_is_reported(tmp_path):
+    long = "x" * 5000
+    channels = "channels: {displacement: {column: 1, quantity: displacement, unit: mm}}\n"
+    (tmp_path / "campaign.yaml").write_text(f"{channels}published: {long}\n", encoding="utf-8")
+    table = f"record,file,test\na,{long}.csv,ringdown\n"
+    (tmp_path / "records.csv").write_text(table, encoding="utf-8")
+    reported = [str(problem) for problem in campaign_problems(tmp_path)]
+    assert any("no file 'xxx" in line for line in reported)
+    assert any("column file" in line and "cannot be followed" in line for line in reported)
+    assert all(len(line) < 1000 for line in reported)
+
+
 def test_a_name_that_is_no_text_can_be_printed():
     error = VinesexpError("is missing", file="raw/\udcff\n.csv")
     assert str(error) == r"raw/\udcff\n.csv: is missing"

@@ -172,3 +172,37 @@ def test_an_uneven_clock_and_a_header_that_contradicts_are_shown(tmp_path, capsy
     assert main(["look", str(tmp_path / "b.csv")]) == 0
     shown = capsys.readouterr().out
     assert "look: the header states 1000 Hz, the times say 800 Hz" in shown
+
+
+def test_two_channels_that_both_ring_are_no_base(tmp_path, capsys):
+    """Two accelerometers of a beam in one matrix: numbers alone are no names of columns."""
+    scipy_io = pytest.importorskip("scipy.io")
+    t = np.arange(10_000) / 2000.0
+    noise = np.random.default_rng(2).standard_normal((2, t.size))
+    tip = 100.0 * np.exp(-1.5 * t) * np.cos(2 * np.pi * 8.0 * t)
+    foot = tip + 60.0 * np.exp(-4.0 * t) * np.cos(2 * np.pi * 51.0 * t)
+    acc = np.stack([foot, tip]) + 0.05 * noise
+    for k in range(2):
+        held = {"Acc": acc * (1 + k), "Time": t}
+        scipy_io.savemat(tmp_path / f"run{k}.mat", {"Out": held})
+    assert main(["init", str(tmp_path)]) == 0
+    yaml = (tmp_path / "campaign.yaml").read_text()
+    assert "  base:" not in yaml
+    assert '"*' not in yaml
+    assert "ringdown" in (tmp_path / "records.csv").read_text()
+
+
+def test_a_list_of_events_and_a_spectrum_are_no_channels(tmp_path, capsys):
+    """What an acoustic stopwatch and an analyser write beside records."""
+    rows = "\n".join(
+        f"{t:.3f},{d:.3f}" for t, d in ((0.0, 0.0), (0.6, 0.6), (1.1, 0.5), (1.5, 0.4))
+    )
+    (tmp_path / "bounces.csv").write_text(f"Event time (s),Interval (s)\n{rows}\n")
+    assert main(["look", str(tmp_path / "bounces.csv")]) == 0
+    assert "4 rows: a list of results or events" in capsys.readouterr().out
+    f = np.arange(400) / 4.0
+    level = 1.0 / (1.0 + (f - 9.0) ** 2)
+    body = "\n".join(f"{a:.3f},{b:.6f}" for a, b in zip(f, level, strict=True))
+    (tmp_path / "spectrum.csv").write_text(f"X_Value,Acceleration (FFT - (RMS))\n{body}\n")
+    assert main(["init", str(tmp_path)]) == 0
+    assert "quantity" not in (tmp_path / "campaign.yaml").read_text()

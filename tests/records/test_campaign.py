@@ -1,8 +1,10 @@
 """campaign.yaml and records.csv: what is right is understood, in SI. (Mistakes: hard_cases.)"""
 
+import numpy as np
 import pytest
 
-from vinesexp.errors import CampaignError
+from vinesexp import analyse
+from vinesexp.errors import CampaignError, ParameterError
 from vinesexp.records.campaign import Record, campaign_problems, load_campaign
 from vinesexp.units import STANDARD_GRAVITY, Quantity
 
@@ -116,6 +118,14 @@ def test_ball_masses_are_one_or_several(given, masses, tmp_path):
 def test_more_clearances_than_masses_are_reported(tmp_path):
     with pytest.raises(CampaignError, match=r"line 2, column clearance_mm: 3 clearances.*2 masses"):
         make(tmp_path, YAML.replace("32 g  ", "[32 g, 40 g]"), rows="a,a.csv,drop,10;23;34\n")
+
+
+def test_more_balls_than_a_rig_has_are_refused(tmp_path):
+    many = ";".join(str(10 + k) for k in range(60))
+    with pytest.raises(CampaignError, match=r"line 2, column clearance_mm: 60 clearances"):
+        make(tmp_path, rows=f"a,a.csv,drop,{many}\n")
+    with pytest.raises(ParameterError, match="60 clearances"):
+        analyse({"acceleration": np.zeros(100)}, 1e3, test="periodic", clearance=[0.01] * 60)
 
 
 def test_nothing_known_is_fine(tmp_path):

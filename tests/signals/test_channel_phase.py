@@ -83,3 +83,33 @@ def test_without_impacts_corner_and_lag_cannot_be_parted(measure, tmp_path: Path
         found = agreement_in(view.attributes)
     assert found is not None
     assert np.isnan(found.corner)
+
+
+def test_a_motion_across_its_axis_is_no_lag(measure, tmp_path: Path) -> None:
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=30.0)
+    channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
+    t = np.arange(channels["acceleration"].size) / 1e4
+    w = 2.0 * np.pi * F0
+    # What moves across does so at the oscillation, a quarter of a cycle behind.
+    own = 2.0 * np.mean(channels["acceleration"] * np.exp(-1j * w * t))
+    channels["acceleration"] = (
+        channels["acceleration"] + 0.03 * (own * np.exp(1j * (w * t - 0.5 * np.pi))).real
+    )
+    path = stored(tmp_path / "ac.nc", channels)
+    condition(path, tmp_path / "c.nc", f0_hint=F0)
+    with open_record(tmp_path / "c.nc") as view:
+        found = agreement_in(view.attributes)
+    assert found is not None
+    assert found.across == pytest.approx(0.03, abs=2e-3)
+    assert found.corner == 0.0
+    assert abs(found.lag) < 3.0 * found.lag_error  # taken for a lag it would be 0.6 ms
+
+
+def test_channels_that_agree_show_nothing_across(measure, tmp_path: Path) -> None:
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=30.0, skew={"displacement": -1e-3})
+    channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
+    condition(stored(tmp_path / "ac.nc", channels), tmp_path / "c.nc", f0_hint=F0)
+    with open_record(tmp_path / "c.nc") as view:
+        found = agreement_in(view.attributes)
+    assert found is not None
+    assert found.across == 0.0

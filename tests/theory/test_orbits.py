@@ -193,6 +193,27 @@ def test_asymmetric_orbit_branches_off_at_symmetry_breaking() -> None:
         sequences.asymmetric_orbit(b=breaking * 1.01, p=TABLE_2)
 
 
+def test_asymmetric_orbits_of_random_rigs_are_found_or_there_are_none() -> None:
+    """A refusal is real: symmetry breaks subcritically there, and no orbit lies below."""
+    rng, n = np.random.default_rng(11), 12
+    p = Reduced.of(
+        eps=10.0 ** rng.uniform(-4.0, -1.0, n),
+        zeta=10.0 ** rng.uniform(-4.0, -1.3, n),
+        r=rng.uniform(0.2, 0.95, n),
+        Omega=rng.uniform(0.95, 1.05, n),
+    )
+    ends = boundaries.stable_range(p)
+    found, refused = [], []
+    for k in np.flatnonzero(ends.exists):
+        try:
+            found.append(sequences.asymmetric_orbit(b=0.99 * float(ends.b_low[k]), p=p[k]))
+        except AnalysisError as error:
+            refused.append(str(error))
+    assert all(orbit.stable and orbit.asymmetry > 0.03 for orbit in found)
+    assert all("subcritically" in text for text in refused)
+    assert len(found) >= 9
+
+
 def test_a_symmetric_sequence_has_the_squared_multipliers() -> None:
     C = orbits.amplitudes_at(100.0, TABLE_2)[1]
     point = orbits.family(C, TABLE_2)

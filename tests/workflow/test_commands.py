@@ -66,6 +66,7 @@ def test_a_dry_run_says_in_a_dozen_lines_what_would_run_and_why(finished):
         ("campain=data/tiny", "did you mean 'campaign'?"),
         ("campaign=1e3", "campaign=./1000.0"),
         ("results=a{b}c", "cannot hold { or }"),
+        ("keep=tables", "found 'tables'; final removes the channels"),
         ("results=data/twin", "cannot go into the campaign's own folder"),
     ],
 )

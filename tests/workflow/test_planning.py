@@ -111,6 +111,18 @@ def test_a_damaged_or_removed_result_is_made_again(finished, damaged, made_by):
     assert planned == {"pages"} or "report" in planned
 
 
+def test_channels_that_were_not_kept_are_made_again_only_where_they_are_needed(finished):
+    results = finished.folder / "results/tiny"
+    for folder in ("records", "conditioned"):
+        shutil.rmtree(results / folder)
+    assert finished.planned(keep="final") == set()
+    assert finished.planned() == EVERYTHING
+    (results / "report.html").unlink()
+    assert finished.planned(keep="final") == {"report"}
+    finished.edit("campaign.yaml", "low: 2 Hz", "low: 1 Hz")
+    assert {"ingest bare", "condition bare", "impacts bare"} <= finished.planned(keep="final")
+
+
 @pytest.mark.parametrize(
     ("file", "old", "new"),
     [

@@ -12,6 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from vinesexp.errors import RecordError
+from vinesexp.results import open_results
+
 pytestmark = pytest.mark.workflow
 
 STEPS = re.compile(r"^\[ *\d+/\d+ +\d+ s\] (\w+) +(.*)$", re.MULTILINE)
@@ -139,6 +142,24 @@ def test_a_killed_run_resumes_beside_another_and_ends_with_the_same_bytes(one_ru
         assert (finished.folder / "results/tiny" / name).read_bytes() == fresh, name
     assert not list(records.glob(".*"))
     assert (finished.folder / elsewhere).read_bytes() == (records / "bare.nc").read_bytes()
+
+
+def test_channels_go_when_nothing_needs_them_any_more_and_the_rest_is_the_same(one_run, finished):
+    results = finished.folder / "results/tiny"
+    for name in ("records/bare.nc", "conditioned/bare.nc", "impacts/bare.csv"):
+        (results / name).unlink()
+    config = ("--config", "campaign=data/tiny", "keep=final")
+    done = finished.run(*config)
+    assert done.returncode == 0, done.stderr
+    assert not list(results.glob("*/bare.nc"))
+    for path in (one_run.folder / "results/tiny").rglob("*"):
+        name = path.relative_to(one_run.folder / "results/tiny")
+        if path.is_file() and path.suffix in (".csv", ".html", ".svg", ".js"):
+            assert (results / name).read_bytes() == path.read_bytes(), name
+    again = finished.run(*config)
+    assert "up to date" in again.stderr
+    with pytest.raises(RecordError, match="keep=final"):
+        open_results(results).record("bare")
 
 
 def test_editing_code_runs_what_uses_it_and_no_more(finished):

@@ -5,13 +5,14 @@ import sys
 from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign import load_campaign
-from vinesexp.workflow import Planner, accept_own_environment, read_config, shown
+from vinesexp.workflow import Planner, accept_own_environment, keeps_channels, read_config, shown
 
 # Steps are short processes: without compiled modules each would compile the package again.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 try:
     CAMPAIGN_FOLDER, PATHS = read_config(config)
+    KEEPS_CHANNELS = keeps_channels(config)
     CAMPAIGN = load_campaign(CAMPAIGN_FOLDER)
     SCENE_FILE = CAMPAIGN_FOLDER / "scene.yaml"
     if SCENE_FILE.is_file():
@@ -25,7 +26,7 @@ except VinesexpError as error:
 
 accept_own_environment(workflow)
 RECORDS = {record.id: record for record in CAMPAIGN.records}
-PLANNER = Planner(workflow, CAMPAIGN, PATHS)
+PLANNER = Planner(workflow, CAMPAIGN, PATHS, keeps_channels=KEEPS_CHANNELS)
 
 
 wildcard_constraints:
@@ -36,6 +37,11 @@ wildcard_constraints:
 def each_record(path):
     """A result of every record; `path` is a method of PATHS."""
     return [path(record) for record in RECORDS]
+
+
+def channels(path):
+    """The channels of a record: with keep=final only for as long as a later step needs them."""
+    return path if KEEPS_CHANNELS else temp(path)
 
 
 def code_of(*names, script):
@@ -67,6 +73,8 @@ def shown_in(wildcards):
             *replayed,
             *each_record(PATHS.estimates),
             *each_record(PATHS.decay),
+            *each_record(PATHS.conditioned),
+            *each_record(PATHS.impacts),
         ]
     kinds = PATHS.record, PATHS.conditioned, PATHS.impacts
     return [path for kind in kinds for path in each_record(kind)]

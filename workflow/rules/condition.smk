@@ -8,7 +8,7 @@ rule condition:
         PLANNER.again("condition", CONDITION, PATHS.conditioned),
         record=PATHS.record("{record}"),
     output:
-        conditioned=PATHS.conditioned("{record}"),
+        conditioned=channels(PATHS.conditioned("{record}")),
     log:
         PATHS.log("condition", "{record}"),
     params:

@@ -9,7 +9,7 @@ rule ingest:
         PLANNER.again("ingest", INGEST, PATHS.record),
         raw=raw_files,
     output:
-        record=PATHS.record("{record}"),
+        record=channels(PATHS.record("{record}")),
         checks=PATHS.ingest_checks("{record}"),
     log:
         PATHS.log("ingest", "{record}"),

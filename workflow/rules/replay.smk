@@ -9,6 +9,7 @@ rule replay:
         identified=PATHS.identified,
         regimes=PATHS.regimes,
         base=PATHS.base,
+        records=each_record(PATHS.record),
         conditioned=each_record(PATHS.conditioned),
     output:
         replay=report(PATHS.replay, category="Tables"),

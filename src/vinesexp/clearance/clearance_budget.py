@@ -44,7 +44,7 @@ def clearance_budget(
     rig = identified_rig(identified, campaign.known)
     predictions = [
         (f"b_c, {level.name}", partial(predicted_b_c, own, base=level.base))
-        for level in periodic_levels(campaign, regimes, base)
+        for level in periodic_levels(campaign, regimes, base, identified)
         for own in (at_level(rig, values, G=level.nominal),)
     ]
     releases = dict.fromkeys(level.x0 for level in release_levels(campaign, regimes, times))

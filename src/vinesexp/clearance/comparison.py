@@ -30,6 +30,7 @@ from vinesexp.clearance.predicted import (
     predicted_b_c,
     predicted_b_t,
 )
+from vinesexp.clearance.settled import may_not_have_settled, settling_check
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
@@ -120,15 +121,16 @@ def compare(
 
     rows: list[Comparison] = []
     checks: list[Check] = []
-    for level in periodic_levels(campaign, regimes, base):
+    for level in periodic_levels(campaign, regimes, base, identified):
         checks += _base_checks(campaign, level, base)
         own = at_level(rig, amplitudes, G=level.nominal)
         predicted = _predicted(checks, level.name, partial(predicted_b_c, own, base=level.base))
+        tests = _settled(checks, level, own, predicted)
         for name, kind, find in (
             (level.name, LOWEST, lowest_amplitude),
             (level.name + END, PERMANENT_END, end_of_permanent),
         ):
-            optimum = _measured(checks, "periodic", name, level.tests, find, reach)
+            optimum = _measured(checks, "periodic", name, tests, find, reach)
             row = _row("periodic", name, kind, optimum, predicted, offset=offset)
             rows.append(replace(row, base_amplitude_mm=1e3 * level.G))
     # Without f0 the time between two samples of the amplitude is unknown: no ties.
@@ -173,6 +175,18 @@ def _predicted(
     except AnalysisError as error:
         checks.append(Check("", "prediction", "warning", f"{level}: {error}"))
         return None
+
+
+def _settled(
+    checks: list[Check], level: Periodic, rig: IdentifiedRig, predicted: Predicted | None
+) -> Sequence[Tested]:
+    """The tests of a level without those that may not have settled."""
+    b_c = None if predicted is None else predicted.exact
+    begun = may_not_have_settled(level.tests, rig, b_c=b_c)
+    if not begun:
+        return level.tests
+    checks.append(settling_check(level.name, begun, rig))
+    return [test for test in level.tests if test not in begun]
 
 
 def _measured(

@@ -31,14 +31,14 @@ def amplitude_curve(
         return np.empty(0), np.empty(0)
     values = {name: rig.values[name].value for name in NEEDED}
     try:
-        end = float(b_c_exact(G=G, frequency=frequency, **values))
+        end = (1.0 - rig.rolling) * float(b_c_exact(G=G, frequency=frequency, **values))
     except AnalysisError:
         return np.empty(0), np.empty(0)
     if end <= low:
         return np.empty(0), np.empty(0)
     b = np.linspace(low, min(high, end), 60)
     p = Reduced.of_rig(frequency=frequency, **values)
-    orbit = family(amplitudes_at(b / G, p)[1], p)
+    orbit = family(amplitudes_at(b / (1.0 - rig.rolling) / G, p)[1], p)
     swing = _half_swing(
         orbit.x, orbit.v_after, orbit.phase, zeta=float(p.zeta), Omega=float(p.Omega)
     )
@@ -111,6 +111,7 @@ def decay_curves(
     values = {name: rig.values[name].value for name in NEEDED}
     try:
         release = Decaying(x_m=x0, **values)
-        return captured_time(release, b=clearances, level=np.asarray(targets)[:, None])
+        b = clearances / (1.0 - rig.rolling)
+        return captured_time(release, b=b, level=np.asarray(targets)[:, None])
     except AnalysisError:
         return None

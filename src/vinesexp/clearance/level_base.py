@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from vinesexp.clearance.base_choice import Believed, believed, contradicts, denies, widened_to
 from vinesexp.records.checks import Check
 from vinesexp.records.uncertainties import Uncertainties
 from vinesexp.units import Quantity
@@ -28,7 +29,7 @@ DIFFERS = 3.0
 #: Share by which a base amplitude may be off without a word: what a lab sets it to.
 NEGLIGIBLE = 5e-3
 #: Shares from which on the base is worth a warning: harmonics, wander, dip.
-HARMONICS, WANDER, DIP = 0.05, 0.02, 0.05
+HARMONICS, WANDER, DIP = 0.03, 0.02, 0.05
 
 
 @dataclass(frozen=True)
@@ -39,18 +40,31 @@ class LevelBase:
     ----------
     G : amplitude, m, with its standard error.
     frequency : Hz; None where the tests do not share one.
-    measured : number of records whose base channel it is from; 0: from the sheet.
+    measured : number of records that have a base channel; 0: all is from the sheet.
+    believed : whose amplitude it is.
+    channel : amplitude that the base channel shows, m; None without one.
+    felt : amplitude that the motion of the mass asks for, m; None where unknown.
+    denied : whether it contradicts both channel and sheet, which agree.
     """
 
     G: Quantity
     frequency: Quantity | None
     measured: int = 0
+    believed: Believed = "sheet"
+    channel: float | None = None
+    felt: Quantity | None = None
+    denied: bool = False
 
 
 def base_of_level(
-    nominal: float, frequencies: set[float], rows: Rows, *, inputs: Uncertainties
+    nominal: float,
+    frequencies: set[float],
+    rows: Rows,
+    *,
+    inputs: Uncertainties,
+    felt: Quantity | None = None,
 ) -> LevelBase:
-    """Mean of the measured rows, else the sheet.
+    """Mean of the measured rows, else the sheet; where these differ, what the mass felt decides.
 
     Parameters
     ----------
@@ -62,6 +76,8 @@ def base_of_level(
         Of base.csv, of the level's records.
     inputs : Uncertainties
         Of the base channel's sensitivity and of the clock.
+    felt : Quantity, optional
+        The base as the motion of the mass shows it, m (`base_choice.felt_of`).
 
     Examples
     --------
@@ -70,13 +86,22 @@ def base_of_level(
     (5e-06, 7.86, 0)
     """
     sheet = frequencies.pop() if len(frequencies) == 1 else None
+    share = SHEET_ERROR if inputs.base.of(1.0) else 0.0
+    stated = Quantity(nominal, share * nominal)
     if not rows:
-        share = SHEET_ERROR if inputs.base.of(1.0) else 0.0
         at = None if sheet is None else Quantity(sheet, GENERATOR * inputs.clock.of(sheet))
-        return LevelBase(Quantity(nominal, share * nominal), at)
+        if felt is not None and contradicts(felt, stated):
+            return LevelBase(widened_to(stated, felt), at, believed="open", felt=felt)
+        return LevelBase(stated, at, felt=felt)
     gain, clock = inputs.base.of(1.0), inputs.clock.of(1.0)
     G, noise = _mean([(float(r["amplitude_m"]), float(r["amplitude_error_m"])) for r in rows])
     amplitude = Quantity(G, math.hypot(noise, gain * G))
+    source: Believed = "channel"
+    denied = False
+    if _differs(amplitude, nominal):
+        amplitude, source = believed(stated, amplitude, felt)
+    elif felt is not None and denies(felt, amplitude):
+        amplitude, source, denied = widened_to(amplitude, felt), "open", True
     f, noise = _mean([(float(r["frequency_hz"]), float(r["frequency_error_hz"])) for r in rows])
     # Tests at different frequencies have no prediction of their own: none is drawn for their mean.
     shared = _spread([float(r["frequency_hz"]) for r in rows]) < 1e-3 * f
@@ -84,7 +109,17 @@ def base_of_level(
         amplitude,
         Quantity(f, math.hypot(noise, clock * f)) if shared else None,
         len(rows),
+        source,
+        G,
+        felt,
+        denied,
     )
+
+
+def _differs(amplitude: Quantity, nominal: float) -> bool:
+    """Whether the base channel contradicts the sheet."""
+    off = abs(amplitude.value / nominal - 1.0)
+    return off > max(DIFFERS * amplitude.std_error / nominal, NEGLIGIBLE)
 
 
 def _mean(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -114,18 +149,9 @@ def base_checks(
     rows : sequence of mappings
         Of base.csv, of the level's records.
     """
-    checks: list[Check] = []
+    checks = _amplitude(name, nominal, base)
     if not rows:
         return checks
-    off = base.G.value / nominal - 1.0
-    if abs(off) > max(DIFFERS * base.G.std_error / nominal, NEGLIGIBLE):
-        checks.append(
-            Check("", "base amplitude", "warning",
-                  f"{name}: the base channel shows {1e3 * base.G.value:.4g} mm, "
-                  f"{100 * abs(off):.2g} % {'below' if off < 0.0 else 'above'} the sheet; "
-                  "predictions use what was measured; check base_amplitude_mm and the base "
-                  "channel's sensitivity")
-        )  # fmt: skip
     if len(frequencies) == 1 and base.frequency is not None:
         sheet, found = next(iter(frequencies)), base.frequency
         allowed = math.hypot(found.std_error, DISPLAY_ERROR * sheet)
@@ -137,6 +163,57 @@ def base_checks(
                       "the sample rate")
             )  # fmt: skip
     return checks + [check for row in rows for check in _steadiness(row)]
+
+
+def _amplitude(name: str, nominal: float, base: LevelBase) -> list[Check]:
+    """Where channel, sheet and motion of the mass do not say the same."""
+    felt = "" if base.felt is None else f"{1e3 * base.felt.value:.4g} mm"
+    if base.channel is None:
+        if base.believed != "open":
+            return []
+        detail = (
+            f"{name}: the mass moves as by a base amplitude of {felt}; the error of b_c holds "
+            "both. No channel shows the base: check base_amplitude_mm, or the sensitivity of the "
+            "displacement"
+        )
+        return [Check("", "base amplitude", "warning", detail)]
+    off = base.channel / nominal - 1.0
+    if base.believed == "channel" and not _differs(base.G, nominal):
+        return []
+    if base.denied:
+        detail = (
+            f"{name}: the mass moves as by a base amplitude of {felt}, base channel and sheet say "
+            f"{1e3 * base.channel:.4g} mm; the error of b_c holds both. If the sheet was read off "
+            "the channel, its sensitivity is wrong; else that of the displacement, or f0 and zeta "
+            "at this amplitude"
+        )
+        return [Check("", "base amplitude", "warning", detail)]
+    detail = (
+        f"{name}: the base channel shows {1e3 * base.channel:.4g} mm, "
+        f"{100 * abs(off):.2g} % {'below' if off < 0.0 else 'above'} the sheet; "
+    )
+    if base.believed == "sheet":
+        detail += (
+            f"the mass moves as by {felt}, as the sheet says: the sensitivity of the base channel "
+            f"is {base.channel / nominal:.3g} times what campaign.yaml states; predictions use "
+            "the sheet"
+        )
+    elif base.believed == "channel":
+        detail += (
+            f"the mass moves as by {felt}, as the channel says; predictions use what was "
+            "measured; check base_amplitude_mm"
+        )
+    elif felt:
+        detail += (
+            f"the mass moves as by {felt}, which is neither; predictions use that, with an error "
+            "that reaches the nearer one; check base_amplitude_mm and the sensitivities"
+        )
+    else:
+        detail += (
+            "nothing shows which is right: the error of b_c holds both; check base_amplitude_mm "
+            "and the base channel's sensitivity"
+        )
+    return [Check("", "base amplitude", "warning", detail)]
 
 
 def _steadiness(row: Mapping[str, str]) -> list[Check]:

@@ -11,9 +11,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+from vinesexp.clearance.base_choice import felt_of
 from vinesexp.clearance.level_base import LevelBase, base_of_level
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.tables import number
+from vinesexp.theory.regime_definitions import Regime
 from vinesexp.theory.steadiness import UNKNOWN, Swing
 
 Rows = Sequence[Mapping[str, str]]
@@ -21,6 +23,8 @@ _T = TypeVar("_T")
 
 #: Base amplitudes and releases in records.csv that agree to this share are one level.
 _SAME = 1e-6
+#: Impacts per cycle below which the ball of a periodic test lies in the middle of its cavity.
+_STILL = 0.1
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,7 @@ class Tested:
     """One tested clearance, m, with what is to be made small (m or s) and its regime.
 
     `value` is None where the release never fell to the level within its record; `swing` is that of
-    the phase of its impacts, unknown where they are few.
+    the phase of its impacts, unknown where they are few; `length` is that of the record, s.
     """
 
     clearance: float
@@ -36,6 +40,7 @@ class Tested:
     regime: str = ""
     record: str = ""
     swing: Swing = UNKNOWN
+    length: float = math.inf
 
     __test__ = False  # not for pytest
 
@@ -85,14 +90,17 @@ class Release:
         return f"{1e3 * self.x0:.6g} mm to {1e3 * self.target:.6g} mm"
 
 
-def periodic_levels(campaign: Campaign, regimes: Rows, base: Rows) -> list[Periodic]:
+def periodic_levels(
+    campaign: Campaign, regimes: Rows, base: Rows, identified: Rows = ()
+) -> list[Periodic]:
     """Levels of the periodic tests with one NES, small base amplitude first.
 
     Parameters
     ----------
     campaign : Campaign
-    regimes, base : sequences of mappings
-        Rows of regimes.csv and base.csv.
+    regimes, base, identified : sequences of mappings
+        Rows of regimes.csv, base.csv and identified.csv; the last for what the mass felt of the
+        base, where its channel contradicts the sheet.
     """
     measured = {row["record"]: row for row in base}
     groups: dict[float, list[tuple[Record, Tested]]] = {}
@@ -102,9 +110,10 @@ def periodic_levels(campaign: Campaign, regimes: Rows, base: Rows) -> list[Perio
             tested = Tested(
                 record.clearance[0],
                 float(row["amplitude_mean_m"]),
-                row["regime"],
+                _regime(row),
                 record.id,
                 Swing(*(math.nan if one is None else one for one in halves)),
+                number(row.get("length_s", "")) or math.inf,
             )
             _group(groups, record.base_amplitude).append((record, tested))
     levels = []
@@ -115,9 +124,21 @@ def periodic_levels(campaign: Campaign, regimes: Rows, base: Rows) -> list[Perio
             {record.frequency[0] for record in records if record.frequency},
             [measured[record.id] for record in records if record.id in measured],
             inputs=campaign.known.uncertainties,
+            felt=felt_of(identified, {record.id for record in records}),
         )
         levels.append(Periodic(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
     return levels
+
+
+def _regime(row: Mapping[str, str]) -> str:
+    """The regime of a periodic test; a ball that meets its walls hardly ever is not on any orbit.
+
+    What is found there are a false impact or two, or the last of how the test began.
+    """
+    per_cycle = number(row.get("impacts_per_cycle", ""))
+    if row["regime"] and per_cycle is not None and per_cycle < _STILL:
+        return Regime.NO_IMPACT.value
+    return row["regime"]
 
 
 def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[Release]:

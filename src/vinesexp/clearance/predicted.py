@@ -53,6 +53,9 @@ class IdentifiedRig:
         periodic tests.
     inputs : what the lab set, and how well: the release of a transient test.
     effective : of `values`, those that stand for rubbing or a contact that lasts.
+    rolling : share s of the floor's motion that a ball takes which rolls. It moves as one of mass
+        m (1 - s) that slides in a cavity of clearance b/(1 - s) on a mass M + s m: exactly, as the
+        ball's place less s times that of the mass, over 1 - s, moves uniformly between the walls.
     """
 
     values: Mapping[str, Quantity]
@@ -60,6 +63,7 @@ class IdentifiedRig:
     zeta: Quantity | None = None
     inputs: Uncertainties = EXACT
     effective: tuple[str, ...] = ()
+    rolling: float = 0.0
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -119,9 +123,20 @@ def identified_rig(identified: Sequence[Mapping[str, str]], known: Known) -> Ide
         if name is not None and name in values:
             values[name] = Quantity(float(row["value"]), float(row["std_error"] or 0.0))
             effective.append(name)
+    rolling = found_rolling(identified)
+    if rolling and {"M", "m"} <= set(values):
+        M, m = values["M"], values["m"]
+        values["M"] = Quantity(M.value + rolling * m.value, M.std_error)
+        values["m"] = Quantity((1.0 - rolling) * m.value, (1.0 - rolling) * m.std_error)
+        effective += ["M", "m"]
     return IdentifiedRig(
-        values, found.get("f0"), found.get("zeta"), known.uncertainties, tuple(effective)
+        values, found.get("f0"), found.get("zeta"), known.uncertainties, tuple(effective), rolling
     )
+
+
+def found_rolling(identified: Sequence[Mapping[str, str]]) -> float:
+    """Share of the floor's motion that the ball takes, by its flights; 0 for one that slides."""
+    return next((float(row["value"]) for row in identified if row["parameter"] == "rolling"), 0.0)
 
 
 def at_level(rig: IdentifiedRig, levels: Sequence[Mapping[str, str]], *, G: float) -> IdentifiedRig:
@@ -196,13 +211,23 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
     if f is not None and f.std_error:
         moves[FREQUENCY] = abs(exact(base.G.value, f.value + f.std_error) - found.exact)
     more = COVERAGE_95 * math.hypot(*moves.values()) if moves else 0.0
-    return Predicted(
-        found.published,
-        found.exact,
-        found.exact - math.hypot(found.exact - found.low, more),
-        found.exact + math.hypot(found.high - found.exact, more),
-        {**_parts(rig, found.gradient), **moves},
+    return _rolled(
+        Predicted(
+            found.published,
+            found.exact,
+            found.exact - math.hypot(found.exact - found.low, more),
+            found.exact + math.hypot(found.high - found.exact, more),
+            {**_parts(rig, found.gradient), **moves},
+        ),
+        rig,
     )
+
+
+def _rolled(found: Predicted, rig: IdentifiedRig) -> Predicted:
+    """Clearances of the cavity that is there, from those of the ball that slides instead."""
+    s = 1.0 - rig.rolling
+    parts = {name: s * part for name, part in found.parts.items()}
+    return Predicted(s * found.published, s * found.exact, s * found.low, s * found.high, parts)
 
 
 def _parts(rig: IdentifiedRig, gradient: Mapping[str, float]) -> dict[str, float]:
@@ -233,12 +258,15 @@ def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
     release = found.exact * rig.inputs.release.of(x0) / x0 if x0 else 0.0
     more = COVERAGE_95 * release
     r = abs(found.gradient["r"]) * rig.values["r"].std_error
-    return Predicted(
-        found.published,
-        found.exact,
-        found.exact - math.hypot(found.exact - found.low, more),
-        found.exact + math.hypot(found.high - found.exact, more),
-        {"r": r, RELEASE: release},
+    return _rolled(
+        Predicted(
+            found.published,
+            found.exact,
+            found.exact - math.hypot(found.exact - found.low, more),
+            found.exact + math.hypot(found.high - found.exact, more),
+            {"r": r, RELEASE: release},
+        ),
+        rig,
     )
 
 

@@ -1,7 +1,7 @@
 """`vinesexp check`: look a campaign over without running it.
 
-Every record is read as ingest would read it, into a folder that is thrown away, so that what
-passes here passes there.
+Every record goes through the same steps as in a run up to its impacts, in a folder that is thrown
+away, so that what passes here passes there.
 """
 
 from __future__ import annotations
@@ -14,12 +14,16 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import redirect_stderr
+from dataclasses import replace
 from functools import partial
+from io import StringIO
 from pathlib import Path
 
+from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.records.campaign import Campaign, Record, campaign_problems, load_campaign
-from vinesexp.records.checks import Check
-from vinesexp.records.ingest import ingest_or_refuse
+from vinesexp.records.checks import Check, refusals
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
 
 #: Size and name of the unit that a bench speaks in.
@@ -87,9 +91,26 @@ def _look(campaign: Campaign, folder: Path, record: Record) -> list[Found]:
     if simulated and not record.exclude and not record.file.exists():
         detail = f"{record.file} is not there yet; the run makes it from scene.yaml"
         return [(Check(record.id, "simulate", "warning", detail), "")]
-    out = folder / f"{os.getpid()}.nc"
-    found = ingest_or_refuse(campaign, record, out)
-    return [(check, _reach(out) if check.outcome == "ok" else "") for check in found]
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        paths = ResultPaths(Path(place))
+        found = ingest_record(campaign, record, paths=paths)
+        if {check.outcome for check in found} & {"refused", "excluded"}:
+            return [(check, "") for check in found]
+        refused = _refused_later(campaign, record, paths)
+        found = [check for check in found if not (refused and check.outcome == "ok")]
+        reach = _reach(paths.record(record.id))
+    return [(check, reach if check.outcome == "ok" else "") for check in [*found, *refused]]
+
+
+def _refused_later(campaign: Campaign, record: Record, paths: ResultPaths) -> list[Check]:
+    """What the steps after ingest cannot digest; how they failed would be in a log of a run."""
+    with redirect_stderr(StringIO()):
+        condition_record(campaign, record, paths=paths)
+        find_impacts(campaign, record, paths=paths)
+    return [
+        replace(check, detail=check.detail.replace(f"{paths.record(record.id)}: ", ""))
+        for check in refusals(record.id, paths.regime(record.id))
+    ]
 
 
 def _reach(path: Path) -> str:

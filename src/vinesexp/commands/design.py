@@ -196,7 +196,7 @@ def curve_of(advice: Advice) -> DesignCurve:
     build = (("least mean", advice.least_mean), ("least largest", advice.least_max))
     return DesignCurve(
         b=1e3 * found.grid,
-        rest=1e3 * found.rest.scan.mean.mean(axis=1),
+        rest=1e3 * advice.task.average(found.rest.scan.mean),
         low=low,
         middle=middle,
         high=high,

@@ -153,6 +153,11 @@ def _views(folder: Path) -> tuple[list[FileView], list[str]]:
         except RecordError as error:
             others.append(f"left out: {error}")
             continue
+        if view.parts:
+            print(f"{path.relative_to(folder)}: {len(view.parts)} records")
+            parts = [path.with_name(f"{path.name}#{part}") for part in view.parts]
+            views += [view_file(part) for part in parts]
+            continue
         views.append(view)
         rate = "rate unknown" if view.rate is None else f"{view.rate:g} Hz"
         print(f"{path.relative_to(folder)}: {view.format}, {rate}, {len(view.signals)} signals")

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.task import Task, mean_of_cycle
+from vinesexp.design.bare import mean_of_cycle
+from vinesexp.design.task import Task
 from vinesexp.rig import Oscillator
 
 #: Error of the absorber's frequency that the comparison includes.

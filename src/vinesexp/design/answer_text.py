@@ -6,7 +6,7 @@ import math
 
 from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.answer import Answer
-from vinesexp.design.answer_json import warnings_of
+from vinesexp.design.answer_warnings import warnings_of
 from vinesexp.design.falls_text import falls_lines
 from vinesexp.design.inputs import BEYOND, RIG, Given
 from vinesexp.design.predictions import Theory, single_values, start_amplitude
@@ -92,29 +92,32 @@ def _build_lines(advice: Advice) -> list[str]:
     heads = ("b (mm)", "mean", "90 % below", "largest", "less", "captured", "mid-cavity")
     lines.append(f"  {'from random starts':26}" + "".join(f"{h:>12}" for h in heads))
     for name, one in rows:
-        lines.append(
-            f"  {name:26}" + "".join(f"{c:>12}" for c in _random_cells(one, advice.bare_mean))
-        )
+        lines.append(f"  {name:26}" + "".join(f"{c:>12}" for c in _random_cells(one)))
     if len(advice.task.ratios) > 1:
         for name, one in rows:
             each = ", ".join(f"{1e3 * one.b * ratio:.3f}" for ratio in advice.task.ratios)
             lines.append(f"  {name}: clearances of the balls {each} mm")
     lines += [
         "  amplitudes in mm, once settled; less: mean against the bare oscillator's",
-        f"  {1e3 * advice.bare_mean:.3f} mm; captured: two impacts a cycle or more, not modulated;",
+        f"  {1e3 * advice.bare_mean:.3f} mm, of random starts over the same draws; captured: two",
+        "  impacts a cycle or more, not modulated;",
         "  mid-cavity: mean with the ball at rest in the middle; least mean and least largest",
         "  are averaged over the phase at which the shaker starts; robust: least 90th percentile",
     ]
+    if advice.task.frequencies[0] < advice.task.frequencies[1]:
+        lines.append(
+            "  captured: of the whole band, also where the motion is too small for the ball"
+        )
     return lines
 
 
-def _random_cells(one: Judged, bare: float) -> tuple[str, ...]:
+def _random_cells(one: Judged) -> tuple[str, ...]:
     return (
         f"{1e3 * one.b:.3f}",
         f"{1e3 * one.random_mean:.3f}",
         f"{1e3 * one.random_p90:.3f}",
         f"{1e3 * one.random_max:.3f}",
-        f"{100 * (1 - one.random_mean / bare):.0f} %",
+        f"{100 * (1 - one.random_mean / one.random_bare):.0f} %",
         f"{100 * one.captured:.0f} %",
         f"{1e3 * one.centre_mean:.3f}",
     )
@@ -153,7 +156,8 @@ def _beside_lines(advice: Advice) -> list[str]:
     working = advice.working
     if working is not None and working.activation is not None:
         lines.append(
-            f"  captured from rest from a level of   {1e3 * working.activation:9.3f} mm on"
+            f"  captured from rest from a level of   {1e3 * working.activation:9.3f} mm on, "
+            "robust clearance"
         )
     if working is not None and working.low is not None and working.high is not None:
         lines.append(

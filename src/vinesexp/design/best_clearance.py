@@ -26,6 +26,10 @@ BOTTOM, TOP = 0.12, 2.5
 CLOSER, MINIMA = 7, (2, 1)
 #: Candidates of each criterion that are judged afresh, at full length.
 FINALISTS = 6
+#: Where a criterion jumps, two of them are a little narrower than the lowest: shares of it.
+SAFER = (0.95, 0.9)
+#: The lowest finalists are judged once more, by other starts; the worse judgement counts.
+CONFIRMED = 3
 #: The search runs watch the settled motion for a shorter time, by this factor.
 HASTE = 2.0
 #: Rigs whose run takes this many cycles get 8 phases and 20 starts a clearance in the search;
@@ -75,27 +79,19 @@ def cost_of(task: Task, b: float, frequency: float) -> float:
     return duration_of(task.rig(b), frequency)[1] * pace * dearer
 
 
-def mean_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
-    """Mean amplitude, averaged over phases and conditions; one value per clearance (m)."""
-    return np.asarray(found.mean.reshape(-1, runs_each).mean(axis=1))
+def robust_criterion(found: Responses) -> FloatArray:
+    """90th percentile over starts of the mean amplitude, with a margin for their number (m).
 
-
-def largest_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
-    """Largest amplitude averaged over phases, the worst of the conditions (m)."""
-    shaped = found.largest.reshape(-1, conditions, runs_each // conditions)
-    worst: FloatArray = shaped.mean(axis=2).max(axis=1)
-    return worst
-
-
-def robust_criterion(found: Responses, runs_each: int, conditions: int) -> FloatArray:
-    """90th percentile over starts of the mean amplitude, with a margin for their number (m)."""
+    Runs of shape (clearances, starts).
+    """
     share = PERCENTILE / 100.0
-    margin = 100.0 * MARGIN * float(np.sqrt(share * (1.0 - share) / runs_each))
+    margin = 100.0 * MARGIN * float(np.sqrt(share * (1.0 - share) / found.mean.shape[1]))
     q = min(PERCENTILE + margin, 99.0)
-    return np.asarray(np.percentile(found.mean.reshape(-1, runs_each), q, axis=1))
+    return np.asarray(np.percentile(found.mean, q, axis=1))
 
 
-Criterion = Callable[[Responses, int, int], FloatArray]
+#: A value for each clearance, from its runs: shape (clearances, runs) to (clearances,).
+Criterion = Callable[[Responses], FloatArray]
 Starts = Callable[[float], list[Run]]
 
 
@@ -120,15 +116,14 @@ class Curve:
 
 
 def sampled(
-    b: Iterable[float], starts: Starts, criteria: Sequence[Criterion], conditions: int, haste: float
+    b: Iterable[float], starts: Starts, criteria: Sequence[Criterion], haste: float
 ) -> tuple[list[Curve], Responses]:
     """Every criterion at every clearance, from one ensemble; the responses, one row a clearance."""
     clearances = np.unique(np.asarray(list(b), dtype=np.float64))
     blocks = [starts(float(one)) for one in clearances]
-    each = len(blocks[0])
     found = responses([run for block in blocks for run in block], haste=haste)
-    curves = [Curve(clearances, rule(found, each, conditions)) for rule in criteria]
-    return curves, found.reshape(clearances.size, each)
+    found = found.reshape(clearances.size, len(blocks[0]))
+    return [Curve(clearances, rule(found)) for rule in criteria], found
 
 
 def closer(curve: Curve, minima: int, n: int) -> FloatArray:
@@ -155,9 +150,8 @@ def least(
     starts: Starts,
     fresh: Starts,
     criteria: Sequence[Criterion],
-    judges: Sequence[Criterion],
-    conditions: int,
     looks: int,
+    again: Starts | None = None,
 ) -> Least:
     """Scan, closer looks, fresh judgement, for criteria that share their starts.
 
@@ -167,23 +161,39 @@ def least(
         Clearances of the scan, m.
     starts, fresh : callable
         Clearance to its runs: those to search with, and those to judge the finalists by.
-    criteria, judges : sequence of callable
-        To search by, and to judge the finalists by: of `mean_criterion`, `largest_criterion`,
-        `robust_criterion`.
-    conditions : int
-        Conditions among the runs of `starts` and of `fresh`.
+    criteria : sequence of callable
+        What to make least.
     looks : int
         Clearances in a closer look at one minimum.
+    again : callable, optional
+        Runs that confirm the finalists of criteria that jump.
     """
-    curves, scan = sampled(grid, starts, criteria, conditions, HASTE)
+    curves, scan = sampled(grid, starts, criteria, HASTE)
     for minima in MINIMA:
         b = np.concatenate([closer(curve, minima, looks) for curve in curves])
-        looked, _ = sampled(b, starts, criteria, conditions, HASTE)
+        looked, _ = sampled(b, starts, criteria, HASTE)
         curves = [c.joined(more) for c, more in zip(curves, looked, strict=True)]
     lowest = [curve.b[np.argsort(curve.value)[:FINALISTS]] for curve in curves]
-    judged, _ = sampled(np.concatenate(lowest), fresh, judges, conditions, 1.0)
+    if again is not None:
+        keep = FINALISTS - len(SAFER)
+        lowest = [np.concatenate([b[:keep], np.multiply(b[0], SAFER)]) for b in lowest]
+    judged, _ = sampled(np.concatenate(lowest), fresh, criteria, 1.0)
+    if again is not None:
+        judged = [
+            confirmed(curve, again, rule) for curve, rule in zip(judged, criteria, strict=True)
+        ]
     best = [float(one.b[one.value.argmin()]) for one in judged]
     return Least(best, curves, scan)
+
+
+def confirmed(judged: Curve, again: Starts, rule: Criterion) -> Curve:
+    """The lowest of those judged, by other starts once more; the worse judgement counts.
+
+    Near a jump some of several candidates are low by luck of their starts: not twice.
+    """
+    few = np.sort(np.argsort(judged.value)[:CONFIRMED])
+    [more], _ = sampled(judged.b[few], again, [rule], 1.0)
+    return Curve(more.b, np.maximum(judged.value[few], more.value))
 
 
 @dataclass(frozen=True)
@@ -222,16 +232,13 @@ def search(
         Of the random starts; the final judgement draws from `seed` + 1.
     """
     effort = Effort.of(task, ends[1])
-    conditions = len(task.grid())
     grid = np.geomspace(*ends, effort.coarse)
     grid = np.unique(np.concatenate([grid, [m for m in marks if ends[0] < m < ends[1]]]))
     rest = least(
         grid,
         lambda b: wall_starts(task, b, phases=effort.phases),
         lambda b: wall_starts(task, b, phases=2 * effort.phases, shift=0.25),
-        [mean_criterion, largest_criterion],
-        [mean_criterion, largest_criterion],
-        conditions,
+        [lambda found: task.average(found.mean), lambda found: task.worst(found.largest)],
         effort.closer,
     )
     random = least(
@@ -239,8 +246,7 @@ def search(
         lambda b: random_starts(task, b, starts=effort.starts, seed=seed),
         lambda b: random_starts(task, b, starts=effort.fresh, seed=seed + 1),
         [robust_criterion],
-        [robust_criterion],
-        1,
         effort.closer,
+        again=lambda b: random_starts(task, b, starts=2 * effort.fresh, seed=seed + 5),
     )
     return Found(rest.b[0], rest.b[1], random.b[0], rest, random, grid, effort)

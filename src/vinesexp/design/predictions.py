@@ -82,12 +82,15 @@ def single_values(given: Given) -> dict[str, Quantity]:
 
 
 def frequency_of(given: Given) -> float | None:
-    """Frequency (Hz) of b_c: the one given; of a band, resonance or the edge nearest to it."""
+    """Frequency (Hz) of b_c: the one given; of a band the edge nearest to resonance.
+
+    None: resonance itself, wherever M and k1 put it.
+    """
     if "frequency" not in given:
         return None
     low, high = given.ends("frequency")
     o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
-    return min(max(o.f0, low), high)
+    return None if low < o.f0 < high else min(max(o.f0, low), high)
 
 
 def predict(given: Given) -> Theory:

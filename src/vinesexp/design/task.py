@@ -9,15 +9,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.design.bare import bare_gain
+from vinesexp.design.conditions import frequencies_of, frequency_weights, level_weights, levels_of
 from vinesexp.design.ensemble import VISCOUS, Run
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.solver.simulation import simulate
-
-#: Levels and frequencies looked at where a range is given.
-LEVELS, FREQUENCIES = 3, 7
 
 
 @dataclass(frozen=True)
@@ -74,9 +73,25 @@ class Task:
 
     def grid(self) -> list[tuple[float, float]]:
         """(level, frequency) pairs that stand for the ranges given."""
-        levels = _between(self.levels, LEVELS, np.geomspace)
-        frequencies = _between(self.frequencies, FREQUENCIES, np.linspace)
-        return [(G, f) for G in levels for f in frequencies]
+        frequencies = frequencies_of(self.frequencies, self.oscillator, self.eps)
+        return [(float(G), float(f)) for G in levels_of(self.levels) for f in frequencies]
+
+    def average(self, values: FloatArray) -> FloatArray:
+        """Mean over the phases of `wall_starts`, then over the ranges by weight; last axis."""
+        along = frequency_weights(self.frequencies, self.oscillator, self.eps)
+        weights = np.outer(level_weights(self.levels), along).ravel()
+        by_condition = values.reshape(*values.shape[:-1], weights.size, -1).mean(axis=-1)
+        return np.asarray(by_condition @ weights)
+
+    def share(self, found: BoolArray) -> FloatArray:
+        """Share of the ranges for which something holds, from the runs of `wall_starts`."""
+        values = found.astype(np.float64)
+        return np.asarray(self.average(values) / self.average(np.ones_like(values)))
+
+    def worst(self, values: FloatArray) -> FloatArray:
+        """Mean over the phases of `wall_starts`, the largest over the ranges; last axis."""
+        shaped = values.reshape(*values.shape[:-1], len(self.grid()), -1)
+        return np.asarray(shaped.mean(axis=-1).max(axis=-1))
 
     def bare(self, level: float, frequency: float) -> float:
         """Amplitude hypot(x, x'/w0) of the oscillator alone, its mean over a cycle (m)."""
@@ -96,28 +111,15 @@ class Task:
         return self.levels[1], 0.5 * sum(self.frequencies)
 
     def mean_bare(self) -> float:
-        """The mean of `bare` over the grid of levels and frequencies (m)."""
-        return float(np.mean([self.bare(G, f) for G, f in self.grid()]))
+        """The mean of `bare` over the ranges, as that of `average` (m)."""
+        return float(self.average(np.array([self.bare(G, f) for G, f in self.grid()])))
 
-
-def _between(ends: tuple[float, float], n: int, space: object) -> list[float]:
-    if ends[0] == ends[1]:
-        return [ends[0]]
-    make = np.geomspace if space is np.geomspace else np.linspace
-    return [float(value) for value in make(*ends, n)]
-
-
-def bare_gain(oscillator: Oscillator, frequency: float) -> float:
-    """Mean over a cycle of hypot(x, x'/w0), for base motion of amplitude 1.
-
-    Examples
-    --------
-    >>> round(bare_gain(Oscillator(M=4.7, c1=3.02, k1=1.147e4), 7.8623), 2)  # 1/(2 zeta)
-    76.89
-    """
-    w = 2.0 * math.pi * frequency / oscillator.w0
-    z = 2.0 * oscillator.zeta * w
-    return math.hypot(1.0, z) / math.hypot((1.0 - w) * (1.0 + w), z) * mean_of_cycle(w)
+    def bare_of(self, run: Run) -> float:
+        """What the oscillator of a run would do without its balls (m)."""
+        base = run.base
+        if self.damping == VISCOUS:
+            return base.amplitude * bare_gain(run.rig.oscillator, base.frequency)
+        return self.mean_bare()
 
 
 @lru_cache(maxsize=512)
@@ -131,12 +133,6 @@ def _bare_simulated(
     motion = simulate(Rig(o), Harmonic(level, frequency), duration=duration, damping=damping)
     x, v = motion.at(np.linspace(settle, duration, 1280, endpoint=False))
     return float(np.hypot(x, v / o.w0).mean())
-
-
-def mean_of_cycle(w: float) -> float:
-    """Mean of hypot(sin, w cos) over a cycle: amplitude of x to mean amplitude, w = f/f0."""
-    angle = (np.arange(64) + 0.5) * (math.pi / 64)
-    return float(np.hypot(np.sin(angle), w * np.cos(angle)).mean())
 
 
 def wall_starts(task: Task, b: float, *, phases: int, shift: float = 0.0) -> list[Run]:

@@ -43,10 +43,15 @@ LARGEST = {
     "clearance_offset": 3e-3,
     "contact_time": 4e-3,
     "tilt": 1.0,
+    "rolling": 0.45,
 }
-_FARTHEST_R = 0.06
+_FARTHEST_R, _FARTHEST_R_ROLLING = 0.06, 0.2
+#: A ball takes 2/7 (solid) or 2/5 (hollow) of its floor's motion: what is less is something else.
+_LEAST_ROLLING = 0.2
+#: Effects that r and the mass of the ball can stand for.
+_HIDDEN = ("friction", "contact_time")
 #: Effects that change a flight and nothing of its ends.
-_OF_FLIGHTS = ("clearance_offset", "tilt")
+_OF_FLIGHTS = ("clearance_offset", "tilt", "rolling")
 #: Share of the shift that effective values leave: they are exact for one motion only.
 _LEFT = 0.15
 #: A pulse longer than this, s, is no instant; contact over pulse, where one is the other.
@@ -60,6 +65,7 @@ MATTERS = {
     "clearance_offset": 3e-5,
     "contact_time": 5e-5,
     "tilt": 5e-3,
+    "rolling": 0.02,
 }
 
 
@@ -186,10 +192,10 @@ def _effective(
     the ball is then in r, and what a contact takes from its way is in its momentum: exact for
     the periodic motion, whose end b_c is.
     """
-    hidden = [name for name in best.effects if name in POSITIVE]
+    hidden = [name for name in best.effects if name in _HIDDEN]
     if not hidden:
         return None
-    kept = tuple(name for name in best.effects if name not in POSITIVE)
+    kept = tuple(name for name in best.effects if name not in _HIDDEN)
     values = {name: best.of(name)[0] for name in kept if name in _OF_FLIGHTS}
     u_before, u_after = corrected(collisions.flights, values)
     flights = replace(collisions.flights, u_before=u_before, u_after=u_after)
@@ -234,7 +240,10 @@ def _possible(found: Fit, plain: Fit) -> bool:
 
     Impacts at wrong times or places ask for large effects that undo one another.
     """
-    if abs(found.values[0] - plain.values[0]) > _FARTHEST_R:
+    if "rolling" in found.effects and found.of("rolling")[0] < _LEAST_ROLLING:
+        return False
+    farthest = _FARTHEST_R_ROLLING if "rolling" in found.effects else _FARTHEST_R
+    if abs(found.values[0] - plain.values[0]) > farthest:
         return False
     return all(
         abs(value) < LARGEST[name] and (value > 0.0 or name not in POSITIVE)

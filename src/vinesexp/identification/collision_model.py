@@ -7,6 +7,7 @@ differ from it by what the ball meets on its way, each effect in its own way:
     tilt, an acceleration g_t      + g_t T/2 at the end, - g_t T/2 at the beginning
     clearance b + d                2 d/T more between walls, at both ends
     contact of duration tau        the way took T - tau: tau/T of the relative speed more
+    rolling without slip, s        + s (v - mean v of the mass) at either end
 
 A collision then gives two equations: relative speed after over before is r of that wall at that
 speed; and M times the jump of the oscillator is -m times that of the ball.
@@ -33,6 +34,7 @@ EFFECTS = {
     "clearance_offset": "m",
     "contact_time": "s",
     "tilt": "m/s^2",
+    "rolling": "1",
 }
 #: No rig is farther from the model than this: keeps what the records cannot show within bounds.
 _WIDEST = {
@@ -42,10 +44,11 @@ _WIDEST = {
     "clearance_offset": 5e-3,
     "contact_time": 5e-3,
     "tilt": 3.0,
+    "rolling": 0.5,
 }
 _WIDEST_R, _WIDEST_LN = 0.5, 3.0
 #: Effects that cannot be negative.
-POSITIVE = ("friction", "contact_time")
+POSITIVE = ("friction", "contact_time", "rolling")
 #: Error of a record's r that the model of the displacement around an impact leaves.
 _FLOOR_R = 4e-5
 #: The same of its mass ratio, relative.
@@ -193,6 +196,11 @@ def corrected(f: Flights, effects: dict[str, float]) -> tuple[FloatArray, FloatA
         carried_after = f.u_after - 0.5 * (f.v_after + f.v_next)
         before = before + contact * carried_before / f.time_before
         after = after + contact * carried_after / f.time_after
+    if rolling := effects.get("rolling", 0.0):
+        # The floor takes the ball along by a share of the change of its own velocity.
+        way = 2.0 * f.side * f.clearance
+        before = before + rolling * (f.v_before - f.u_before - way / f.time_before)
+        after = after + rolling * (f.v_after - f.u_after + way / f.time_after)
     return before, after
 
 

@@ -15,6 +15,7 @@ NAMES = {
     "clearance_offset": "a wrong clearance_mm",
     "contact_time": "a contact that lasts",
     "tilt": "a cavity that slopes (tilt)",
+    "rolling": "a ball that rolls",
 }
 
 
@@ -66,6 +67,12 @@ def _detail(name: str, value: float, error: float, evidence: Evidence) -> str:
             f"the flights are those of clearances {1e3 * value:+.3g} +- {1e3 * error:.2g} mm off "
             f"clearance_mm in records.csv; {both}. Measure the clearance again; measured optimal "
             "clearances move by as much"
+        )
+    if name == "rolling":
+        return (
+            f"the ball rolls: its floor takes it along by {value:.3g} +- {error:.2g} of the "
+            f"floor's own motion (2/7 of a solid ball that never slips); {both}. b_c is predicted "
+            "for a ball that does so"
         )
     if name == "contact_time":
         return (

@@ -70,7 +70,13 @@ def records_agree(estimates: Sequence[Estimate], mean: Mean, campaign: Campaign)
         )
         return [Check("", "agreement", "warning", detail.replace(" 1:", ":"))]
     if mean.outlier is None:
-        return []
+        by = {"r": "balls, walls or speeds that differ"}.get(first.parameter.partition("_")[0])
+        detail = (
+            f"{first.parameter} ({first.method}) of {len(estimates)} records runs from "
+            f"{low:.6g} to {high:.6g} {first.unit}, more than their errors allow: "
+            f"{by or 'something differs between them'}; the combined error holds it"
+        )
+        return [Check("", "agreement", "warning", detail.replace(" 1,", ","))]
     odd = estimates[mean.outlier]
     rest = [e for e in estimates if e is not odd]
     others = weighted_mean([e.value for e in rest], [e.std_error for e in rest])

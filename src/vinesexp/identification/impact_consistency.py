@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vinesexp.identification.addedmass import added_mass
 from vinesexp.identification.collision_evidence import Evidence, weigh
-from vinesexp.identification.collision_model import EFFECTS, collisions_of
+from vinesexp.identification.collision_model import EFFECTS, Collisions, collisions_of, fit
 from vinesexp.identification.collision_words import effect_checks, ratio_check, sensor_check
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.flights import Flights, flights_of
@@ -33,6 +33,11 @@ _FEWEST = 10
 _ENOUGH = 150
 #: Relative error of M by added masses below which no scale in a lab goes.
 _SCALES = 3e-3
+#: Second harmonic of the base from which on it is felt, and the relative error of r and of the
+#: momentum of a whole record that it makes, over itself.
+_HARMONIC, _OF_HARMONIC = 0.01, 0.02
+#: Share by which M of added masses and of impacts differ that no effect of a ball explains.
+_NO_EFFECT = 0.15
 #: The nominal period, s, where nothing gives f0: only flights too long to be one are left out.
 _NO_PERIOD = math.inf
 
@@ -77,12 +82,13 @@ def consistent_impacts(
     ratio = common_ratio(ratios)
     gain = _gain(found, ids)
     fault = fault_of(list(flights.values()), ratio=ratio, gain=gain, prior=prior)
+    shaken = _shaken(found, ids)
     collisions = collisions_of(
         [mended(f, fault) for f in flights.values()],
-        r_error=fault.r_error if fault else 0.0,
-        mass_error=fault.mass_error if fault else 0.0,
+        r_error=math.hypot(fault.r_error if fault else 0.0, shaken),
+        mass_error=math.hypot(fault.mass_error if fault else 0.0, shaken),
     )
-    evidence = weigh(collisions, prior=prior)
+    evidence = weigh(collisions, prior=_credible(prior, collisions))
     effects = [*_effect_rows(evidence, ids), *_effective_rows(evidence, found, campaign, ids)]
     if "r_speed_slope" in evidence.best.effects:  # the speed at which r holds
         effects.append(Estimate("r_speed", collisions.working_speed, 0.0, "m/s", METHOD, ids))
@@ -138,6 +144,18 @@ def _prior(found: Sequence[Estimate], campaign: Campaign) -> tuple[float, float]
     return math.log(M.value / ball.value), error
 
 
+def _credible(
+    prior: tuple[float, float] | None, collisions: Collisions
+) -> tuple[float, float] | None:
+    """The ratio by added masses, unless the impacts are farther from it than any effect explains.
+
+    A ball or masses that were weighed wrong would else ask for effects that are not there.
+    """
+    if prior is None or abs(fit(collisions, ()).values[1] - prior[0]) > _NO_EFFECT:
+        return None
+    return prior
+
+
 def _gain(found: Sequence[Estimate], ids: Sequence[str]) -> tuple[float, float] | None:
     """Accelerometer's gain beside the laser's over the oscillation: median and its error."""
     own = [e for e in found if e.parameter == "accelerometer_gain" and e.records[0] in ids]
@@ -147,6 +165,16 @@ def _gain(found: Sequence[Estimate], ids: Sequence[str]) -> tuple[float, float] 
     spread = 1.4826 * float(np.median(np.abs(values - np.median(values))))
     error = math.hypot(spread, float(np.median([e.std_error for e in own])))
     return float(np.median(values)), error / math.sqrt(len(own))
+
+
+def _shaken(found: Sequence[Estimate], ids: Sequence[str]) -> float:
+    """What a base that is no sine leaves unknown of a record's r and momentum, relative.
+
+    Velocities at impacts are read off a displacement of one frequency.
+    """
+    shares = [e.value for e in found if e.parameter == "base_harmonic" and e.records[0] in ids]
+    largest = max(shares, default=0.0)
+    return _OF_HARMONIC * largest if largest > _HARMONIC else 0.0
 
 
 def _effect_rows(evidence: Evidence, ids: tuple[str, ...]) -> list[Estimate]:

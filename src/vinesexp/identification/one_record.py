@@ -19,6 +19,7 @@ from vinesexp.identification.sweep_record import estimates_of_sweep
 from vinesexp.records.campaign import Known, Record
 from vinesexp.records.refusal import is_of_the_machine, reason_of
 from vinesexp.records.store import RecordView, open_record
+from vinesexp.signals.base_motion import base_of
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 
@@ -47,9 +48,10 @@ def estimate_record(
         Parameters `f0`, `zeta`, `M`, `r` (with a number for several NESs); `f0_added` and
         `zeta_added` where a mass was added, the same with `_at` over amplitude;
         `damping_linear`, `damping_quadratic`, `damping_coulomb`, `stiffening`, `frequency_slope`
-        and `beat` of a decay; `working_amplitude` of a periodic test; `accelerometer_gain` and
-        `channel_lag` of the channels, `accelerometer_corner` of one that is
-        AC-coupled; `content`, a digest of the samples as its note. A record that gives nothing has
+        and `beat` of a decay; `working_amplitude` and `base_harmonic` of a periodic test;
+        `accelerometer_gain` and `channel_lag` of the channels, `accelerometer_corner` of one that
+        is AC-coupled, `accelerometer_across` of one that shows motion across its axis; `content`,
+        a digest of the samples as its note. A record that gives nothing has
         an entry `nothing` with the reason as its note.
     """
     with open_record(measured) as view, open_record(conditioned) as band:
@@ -97,6 +99,7 @@ def _by_test(
         return found + estimates_of_decay(record, view, frequency)
     if record.clearance:
         found += _swing(record, view, frequency)
+        found += _harmonic(record, view, frequency)
         return found + impact_estimates(record, known, read_impacts(impacts), frequency, agreement)
     return found
 
@@ -109,6 +112,16 @@ def _swing(record: Record, view: RecordView, frequency: float) -> list[Estimate]
     return estimates_of(
         record, "displacement", [("working_amplitude", math.sqrt(2.0) * float(x.std()), 0.0, "m")]
     )
+
+
+def _harmonic(record: Record, view: RecordView, frequency: float) -> list[Estimate]:
+    """Second harmonic of the base in a periodic test, over its amplitude."""
+    if record.test != "periodic" or "base" not in view.roles:
+        return []
+    base = base_of(view, frequency=frequency)
+    if base is None:
+        return []
+    return estimates_of(record, "base", [("base_harmonic", base.harmonic_2, 0.0, "1")])
 
 
 def _drop(record: Record, impacts: Impacts) -> list[Estimate]:
@@ -124,4 +137,6 @@ def _agreement(record: Record, agreement: Agreement) -> list[Estimate]:
     ]
     if agreement.corner > 0.0:
         rows.append(("accelerometer_corner", agreement.corner, agreement.corner_error, "Hz"))
+    if agreement.across:
+        rows.append(("accelerometer_across", agreement.across, agreement.across_error, "1"))
     return estimates_of(record, "channels", rows)

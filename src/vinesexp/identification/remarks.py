@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from vinesexp.identification.average import DISAGREES
@@ -9,12 +10,28 @@ from vinesexp.identification.estimate import Estimate
 from vinesexp.records.checks import Check
 
 _GAIN_MATTERS = 0.01
+_HEIGHT_MATTERS = 0.1  # what a table that answers, or a spring that is not straight, may do
 _LAG_MATTERS = 2e-5  # s
 
 
 def remarks(found: Sequence[Estimate]) -> list[Check]:
     """Rows of checks.csv on the estimates of single records."""
-    return [*_channels(found), *_misfits(found), *_beats(found)]
+    return [*_channels(found), *_of_sweeps(found), *_misfits(found), *_beats(found)]
+
+
+def _of_sweeps(found: Sequence[Estimate]) -> list[Check]:
+    """Sweeps whose resonance is as high as its width allows only with another sensitivity."""
+    return [
+        Check(
+            e.records[0], "gain", "warning",
+            "the resonance of this sweep has the width of its damping and "
+            f"{abs(e.value):.3g} times its height: the sensitivity of the base channel or of the "
+            "mass's is wrong by as much; f0 and zeta do not depend on it",
+        )
+        for e in found
+        if e.parameter == "base_gain"
+        and abs(abs(e.value) - 1.0) > max(5.0 * e.std_error, _HEIGHT_MATTERS)
+    ]  # fmt: skip
 
 
 def _channels(found: Sequence[Estimate]) -> list[Check]:
@@ -41,7 +58,27 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
     if corners:  # elsewhere the phase at one frequency may be the corner's
         shown = {e.records[0] for e in corners}
         lags = [e for e in lags if e.records[0] in shown]
-    return [*checks, *_corner(corners), *_lags(lags)]
+    across = [e for e in found if e.parameter == "accelerometer_across"]
+    if across:  # of a record without impacts nobody can tell
+        shown = {e.records[0] for e in across}
+        lags = [e for e in lags if e.records[0] in shown]
+    return [*checks, *_corner(corners), *_across(across), *_lags(lags)]
+
+
+def _across(across: Sequence[Estimate]) -> list[Check]:
+    """One line on an accelerometer whose phase is off at the oscillation alone."""
+    if not across:
+        return []
+    middle = sorted(e.value for e in across)[len(across) // 2]
+    order = "behind" if middle > 0.0 else "ahead of"
+    detail = (
+        f"at the oscillation the acceleration is {abs(math.degrees(middle)):.2g} degrees {order} "
+        f"the displacement (median of {len(across)} records), at the impacts it is not: no delay "
+        "does that, and none was removed. The accelerometer shows a motion across its axis "
+        f"(cross-axis sensitivity of {abs(middle):.1%} or more), or a filter turns its phase at "
+        "low frequency"
+    )
+    return [Check("", "cross-axis", "warning", detail)]
 
 
 def _corner(corners: Sequence[Estimate]) -> list[Check]:

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from vinesexp.identification.base_felt import BASE_FELT
 from vinesexp.identification.estimate import Estimate
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
 from vinesexp.units import COVERAGE_95
 
 UNTESTED = "untested"
+#: Standard errors at which the motion of the mass contradicts a base amplitude.
+_FELT = 3.0
 #: Ways to M, and what scales each: an error of it scales M.
 _SCALES: Mapping[str, str] = {
     "added mass": "the added masses, as far as all are wrong by one share",
@@ -31,7 +34,11 @@ def untested(rows: Sequence[Estimate], campaign: Campaign) -> list[Check]:
         Of identified.csv.
     campaign : Campaign
     """
-    details = [*_of_mass(rows, campaign), *_of_restitution(rows, campaign), *_of_base(campaign)]
+    details = [
+        *_of_mass(rows, campaign),
+        *_of_restitution(rows, campaign),
+        *_of_base(rows, campaign),
+    ]
     return [Check("", UNTESTED, "ok", detail) for detail in details]
 
 
@@ -87,10 +94,17 @@ def _of_restitution(rows: Sequence[Estimate], campaign: Campaign) -> list[str]:
     ]
 
 
-def _of_base(campaign: Campaign) -> list[str]:
+def _of_base(rows: Sequence[Estimate], campaign: Campaign) -> list[str]:
     driven = [record for record in campaign.records if record.test == "periodic"]
     found = []
-    if driven and "base" not in campaign.channels:
+    felt = [e for e in rows if e.parameter == BASE_FELT]
+    if driven and felt:
+        share = max(100.0 * _FELT * e.std_error / e.value for e in felt)
+        found.append(
+            "the base amplitude, to which b_c is in proportion: the motion of the mass between its "
+            f"impacts would contradict one that is off by more than {share:.2g} %"
+        )
+    elif driven and "base" not in campaign.channels:
         found.append(
             "the base: amplitude and frequency are those of records.csv, and no channel shows "
             "them; b_c is in proportion to the amplitude"

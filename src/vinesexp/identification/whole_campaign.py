@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from vinesexp.identification.base_felt import felt_bases
 from vinesexp.identification.combine import Identified, weigh
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.impact_consistency import consistent_impacts
@@ -28,13 +29,16 @@ def identify_campaign(
     Returns
     -------
     Identified
-        Its rows hold, after the rig's parameters, what ball and contact do beyond the model.
+        Its rows hold, after the rig's parameters, what ball and contact do beyond the model, and
+        what the mass felt of the base.
     """
     consistent = consistent_impacts(found, campaign, impacts)
     whole = weigh(consistent.estimates, campaign)
+    rows = [*whole.rows, *consistent.effects]
+    rows += felt_bases(rows, campaign, impacts)
     return Identified(
-        [*whole.rows, *consistent.effects],
-        [*consistent.checks, *whole.checks, *untested(whole.rows, campaign)],
+        rows,
+        [*consistent.checks, *whole.checks, *untested(rows, campaign)],
         whole.sources,
         whole.levels,
     )

@@ -77,12 +77,13 @@ def plan_levels(campaign: Campaign, results: Path, *, target: float = TARGET) ->
         A table of the results is missing or damaged.
     """
     paths = ResultPaths(results)
-    rig = identified_rig(read_rows(paths.identified, IDENTIFIED), campaign.known)
+    identified = read_rows(paths.identified, IDENTIFIED)
+    rig = identified_rig(identified, campaign.known)
     regimes, base = read_rows(paths.regimes, RECORD_REGIMES), read_rows(paths.base, BASE)
     scatter = scatter_of(paths)
     plans = [
         plan_level(rig, level, scatter=scatter, target=target)
-        for level in periodic_levels(campaign, regimes, base)
+        for level in periodic_levels(campaign, regimes, base, identified)
     ]
     return sorted(plans, key=lambda plan: -(plan.width_now or math.inf))
 
@@ -198,7 +199,8 @@ class Needs:
 def needs_of(campaign: Campaign, results: Path, plans: Sequence[LevelPlan]) -> Needs:
     """Lengths, ranges and ring-downs from the identified rig and the impacts that were found."""
     paths = ResultPaths(results)
-    rig = identified_rig(read_rows(paths.identified, IDENTIFIED), campaign.known)
+    identified = read_rows(paths.identified, IDENTIFIED)
+    rig = identified_rig(identified, campaign.known)
     rows = [
         row
         for record in campaign.records

@@ -16,6 +16,7 @@ from pathlib import Path
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import Guess, guess_roles, label_of
 from vinesexp.proposal.survey import FileView
+from vinesexp.records.readers.parts import part_of
 from vinesexp.units import UNITS
 
 _HINTS = {
@@ -171,6 +172,7 @@ def _record(
     folder: Path, file: FileView, guesses: Mapping[str, Guess], used: set[str]
 ) -> ProposedRecord:
     shown = _CHANNEL_NUMBER.sub("", file.path.stem) if file.more_paths else file.path.stem
+    shown = f"{shown}_{part}" if (part := part_of(file.path)) else shown
     stem = re.sub(r"[^A-Za-z0-9_.+-]+", "_", shown).strip("._-+") or "record"
     name = stem if stem[0].isalnum() else f"r{stem}"
     while name.lower() in used:

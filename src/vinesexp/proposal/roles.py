@@ -27,10 +27,12 @@ _NAMES = {
 }
 #: What phones and loggers record besides motion along a line.
 _OTHERS = re.compile(r"gyro|rotat|magnet|temper|humid|pressure|light|force|torque|rad/s|°", re.I)
+_NO_MOTION = re.compile(r"fft|psd|spectr|autocorr|coheren", re.I)  # what was computed of it
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
 _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)
 _CUT_SHORT = 6  # letters at least of a name that some program cut short
+_KEEPS = 0.35  # variation of an amplitude that is kept: a decay to a quarter varies by more
 _AUDIBLE = 8000.0  # Hz: a WAV file sampled faster may be a microphone's
 #: Quantities by whose units a column can have each role.
 _MEASURED = {
@@ -80,7 +82,9 @@ def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
     places: dict[str, list[tuple[FileView, ColumnView]]] = {}
     for file in files:
         for column in file.signals:
-            if not (is_called_time(column.name) or _OTHERS.search(column.name)):
+            other = _OTHERS.search(column.name) or _NO_MOTION.search(column.name)
+            timed = column.unit in UNITS["time"] or is_called_time(column.name)
+            if not (timed or other):
                 places.setdefault(label_of(column), []).append((file, column))
     left = _without_other_axes(places)
     guesses: dict[str, Guess] = {}
@@ -147,9 +151,14 @@ def _is_heard(places: Places) -> bool:
 
 
 def label_of(column: ColumnView) -> str:
-    """The name that a channel has whatever the format: ``scope/CH1``, ``CH1 (V)`` are ``CH1``."""
+    """The name that a channel has whatever the format: ``scope/CH1``, ``CH1 (V)`` are ``CH1``.
+
+    A number alone is no name: column 0 of ``scope/acc`` is ``acc/0``.
+    """
     plain = re.sub(r"\s*[(\[][^()\[\]]*[)\]]", "", column.name).strip()
-    plain = plain.rpartition("/")[2] or plain
+    parts = plain.split("/")
+    keep = next((k for k in range(len(parts) - 1, -1, -1) if not parts[k].isdigit()), 0)
+    plain = "/".join(parts[keep:]) or plain
     return plain or f"#{column.index}"
 
 
@@ -190,7 +199,7 @@ def _unsteadiness(values: Floats) -> float:
 
 def may_be(column: ColumnView, role: str) -> bool:
     """Whether a column's unit allows a role; one without a unit that is known may be anything."""
-    known = {quantity for quantity, table in UNITS.items() if column.unit in table} - {"time"}
+    known = {quantity for quantity, table in UNITS.items() if column.unit in table}
     return not known or bool(known & set(_MEASURED[role]))
 
 
@@ -289,5 +298,6 @@ def _vote(
         others = by_roughness[:-1] if len(loud) > 2 else list(loud)
         steady = sorted(others, key=lambda label: loud[label].steady)
         clear = len(steady) >= 2 and loud[steady[0]].steady < 0.5 * loud[steady[1]].steady
+        clear = clear and loud[steady[0]].steady < _KEEPS  # else both ring, one for longer
         if clear and steady[0] in allowed["base"]:
             votes["base"][steady[0]] += 1

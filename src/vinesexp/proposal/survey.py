@@ -16,6 +16,7 @@ import numpy as np
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import Floats, Source, open_source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
+from vinesexp.records.readers.parts import part_of
 from vinesexp.units import UNITS
 
 _MOST = 1 << 21  # samples of a column that are looked at
@@ -23,6 +24,7 @@ _TIME_NAME = re.compile(
     r"(?:.*/)?(time|timestamps?|zeit|temps|tempo|tiempo|t|x_value|sec|seconds?|elapsed)(?![a-z])",
     re.IGNORECASE,
 )
+_FEWEST = 50  # rows: no record of a motion is shorter
 _UNEVEN = 0.6  # standard deviation of the steps over their mean
 _APART = 0.01  # by which the header's rate and that of the times may differ, relative
 
@@ -101,6 +103,8 @@ class FileView:
         What is odd about its times.
     more_paths : tuple of Path
         Further files of the same record, whose columns are among these.
+    parts : tuple of str
+        Names of the records of a file that holds several, of which this is the first.
     """
 
     path: Path
@@ -111,6 +115,7 @@ class FileView:
     problems: tuple[str, ...] = field(default=())
     remarks: tuple[str, ...] = field(default=())
     more_paths: tuple[Path, ...] = field(default=())
+    parts: tuple[str, ...] = ()
 
     @property
     def signals(self) -> tuple[ColumnView, ...]:
@@ -141,11 +146,26 @@ def view_file(path: Path) -> FileView:
         column = source.columns[index]
         own = 1.0 / column.interval if column.interval and column.interval > 0.0 else rate
         kind = "time" if index == time else _kind(values, column.unit)
+        if kind == "signal" and is_called_time(column.name) and _grows(values):
+            kind = "time"  # of other channels than the first
         if kind != "empty":
             columns.append(ColumnView(index, column.name, column.unit, kind, values, own))
+    longest = max((len(column.values) for column in columns), default=0)
+    if 0 < longest < _FEWEST:
+        remarks.append(
+            f"{longest} rows: a list of results or events; a record is the samples of a sensor"
+        )
+    parts = () if part_of(path) else source.parts
+    if parts:
+        name = path.name
+        remarks.append(
+            f"it holds {len(parts)} records, {name}#{parts[0]} to {name}#{parts[-1]}; this is the "
+            "first"
+        )
     return FileView(
-        path, source.format, tuple(columns), rate, time, tuple(problems), tuple(remarks)
-    )
+        path, source.format, tuple(columns), rate, time, tuple(problems), tuple(remarks),
+        parts=parts,
+    )  # fmt: skip
 
 
 def is_called_time(name: str) -> bool:
@@ -167,6 +187,11 @@ def _values(source: Source, index: int) -> Floats:
         if count >= _MOST:
             break
     return np.concatenate(blocks)[:_MOST] if blocks else np.zeros(0)
+
+
+def _grows(values: Floats) -> bool:
+    finite = values[np.isfinite(values)]
+    return len(finite) > 2 and bool((np.diff(finite) > 0.0).all())
 
 
 def _kind(values: Floats, unit: str | None) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from vinesexp.records.readers.parts import file_of
 from vinesexp.records.schema import Campaign, Record
 from vinesexp.whole_files import whole_file
 
@@ -70,7 +71,7 @@ def source_digest(record: Record) -> str:
     """SHA-256 of each instrument file of a record, separated by semicolons."""
     digests = []
     for path in record.files:
-        with path.open("rb") as stream:
+        with file_of(path).open("rb") as stream:
             digests.append(hashlib.file_digest(stream, "sha256").hexdigest())
     return ";".join(digests)
 

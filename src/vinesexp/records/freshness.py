@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +67,12 @@ def write_made(
 
 
 def why_outdated(
-    path: Path, used: Mapping[str, str], *, roots: Roots, renew: bool = False
+    path: Path,
+    used: Mapping[str, str],
+    *,
+    roots: Roots,
+    renew: bool = False,
+    derivable: Collection[Path] = (),
 ) -> list[str]:
     """Reasons to run a step again, each a few words; empty where its result still holds.
 
@@ -79,6 +84,8 @@ def why_outdated(
         As there and for `file_states`, of now.
     renew : bool
         Write down new times of files whose content is the same, which spares hashing them again.
+    derivable : collection of Path
+        Folders whose files may be gone: they were removed on purpose and come back the same.
     """
     try:
         made = json.loads(path.read_text(encoding="utf-8"))
@@ -93,6 +100,8 @@ def why_outdated(
         for kind, change in (("inputs", "changed"), ("outputs", "is not as the step left it")):
             for name, state in made[kind].items():
                 file = _absolute(name, roots)
+                if file.parent in derivable and not file.exists():
+                    continue
                 verdict = _compared(file, state)
                 if verdict == "same content":
                     made[kind][name] = [*_stat(file), state[-1]]

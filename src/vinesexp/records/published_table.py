@@ -88,7 +88,11 @@ def read_published(top: Section, folder: Path, problems: Problems) -> tuple[Publ
         return ()
     file = folder / str(name)
     found: list[PublishedValue] = []
-    if not file.is_file():
+    try:
+        there = file.is_file()
+    except OSError:  # a name that no file can have
+        there = False
+    if not there:
         problems.add(f"no file '{name}' in the campaign folder", where=top.where("published"))
         return ()
     try:

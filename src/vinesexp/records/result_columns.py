@@ -91,6 +91,7 @@ RECORD_REGIMES = Table("regimes", "regimes", (
     _number("transition_m", "m", "amplitude at which the ball is lost", needed=False),
     Column("impacts_per_cycle_each", "of each ball, separated by ' | '", needed=False),
     _number("amplitude_running_max_m", "m", "of a sweep: largest mean over 0.1 Hz", needed=False),
+    _number("length_s", "s", "of the record, its gaps and edges left out", ".4g", needed=False),
 ))  # fmt: skip
 
 #: What each ball does over the frequency of a sweep: one row a band.

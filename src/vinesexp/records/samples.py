@@ -11,6 +11,7 @@ from vinesexp.errors import RecordError
 from vinesexp.records.columns import file_size, find_column, has_column
 from vinesexp.records.readers import Floats, Source
 from vinesexp.records.readers.labels import SEQUENCE
+from vinesexp.records.readers.parts import require_one
 from vinesexp.records.resampling import Resampler
 from vinesexp.records.rows import Rows
 from vinesexp.records.sampling import stated_sampling
@@ -56,6 +57,7 @@ class Samples:
         time: TimeColumn | None,
         sample_rate: float | None,
     ) -> None:
+        require_one(source)
         self.source = source
         self.warnings: list[tuple[str, str]] = []
         self.rows = 0

@@ -20,6 +20,9 @@ from vinesexp.units import Quantity
 #: What a record can be a record of.
 TESTS = ("ringdown", "sweep", "periodic", "transient", "drop")
 
+#: Balls on one oscillator: which of more hit cannot be told, and trying takes for ever.
+MOST_BALLS = 16
+
 #: Columns of a plain records.csv, as written for a new campaign; `records_csv` reads more.
 SHEET_COLUMNS = (
     "record",

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, nearest
-from vinesexp.records.schema import TESTS
+from vinesexp.records.schema import MOST_BALLS, TESTS
 from vinesexp.units import refuse_impossible
 
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
@@ -54,6 +54,11 @@ def read_clearance(text: str, number: Callable[[str], float], n_masses: int) -> 
     if any(value <= 0.0 for value in values):
         raise ParameterError(
             f"found '{text}', expected clearances above zero (empty: NES removed or blocked)"
+        )
+    if len(values) > MOST_BALLS:
+        raise ParameterError(
+            f"{len(values)} clearances; the impacts of more than {MOST_BALLS} balls cannot be told "
+            "apart: write exclude: yes, or the clearances of the balls that matter"
         )
     if 1 < n_masses < len(values):
         raise ParameterError(
@@ -117,6 +122,7 @@ def read_file(text: str, folder: Path, allow_outside: bool) -> Path:
     # Links are followed: what counts is where the file is, not how it is written.
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
+        path.exists()  # what has a name that no file can have is neither there nor missing
     except (OSError, RuntimeError, ValueError):
         raise ParameterError(
             f"found '{text}', which cannot be followed to a file (a link to itself?)"

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.clearance.base_choice import felt_of
 from vinesexp.clearance.level_base import LevelBase, base_of_level
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Campaign, Record
@@ -86,7 +87,7 @@ def replay_campaign(
         seen = _seen(paths, record)
         if seen is None:
             continue
-        own = _base(record, bases)
+        own = _base(record, bases, identified)
         try:
             found, of_record = _beside(campaign, record, model, own, seen, by_id[record.id])
         except AnalysisError:
@@ -164,14 +165,20 @@ def _beginning(x: Floats, rate: float, frequency: float) -> tuple[float, float]:
     return float(place), float(w * speed)
 
 
-def _base(record: Record, bases: Mapping[str, Mapping[str, str]]) -> LevelBase | None:
+def _base(
+    record: Record, bases: Mapping[str, Mapping[str, str]], identified: Rows
+) -> LevelBase | None:
     """The base of one periodic test: as measured, else as the sheet says."""
     if record.test != "periodic" or not record.base_amplitude:
         return None
     own = bases.get(record.id)
     frequencies = {record.frequency[0]} if record.frequency else set()
     return base_of_level(
-        record.base_amplitude, frequencies, [own] if own is not None else [], inputs=EXACT
+        record.base_amplitude,
+        frequencies,
+        [own] if own is not None else [],
+        inputs=EXACT,
+        felt=felt_of(identified, {record.id}),
     )
 
 

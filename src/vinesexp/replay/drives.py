@@ -8,7 +8,7 @@ own start is forgotten, on a sine that goes over into the measured base.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,6 +108,8 @@ def drive_of(
     settle = max(_SETTLES * decay, _FEWEST_CYCLES / base.frequency.value)
     sine = Harmonic(base.G.value, base.frequency.value)
     if samples is not None:
+        if base.channel:  # of a sensitivity that the mass contradicts, only the shape is right
+            samples = replace(samples, x=samples.x * (base.G.value / base.channel))
         fitted, rest = _sine_and_rest(samples, sine.frequency)
         if rest > NO_SINE * sine.amplitude:
             moved, begin = _led_in(samples, fitted, settle)

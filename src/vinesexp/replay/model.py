@@ -19,7 +19,7 @@ from vinesexp.rig import NES, Oscillator, Rig
 #: Rows of identified.csv on ball and contact, and on damping and spring.
 OF_BALL = (
     "r_wall_plus", "r_wall_minus", "r_speed_slope", "r_speed", "friction", "tilt",
-    "clearance_offset", "contact_time", "r_effective", "nes_mass_effective",
+    "clearance_offset", "contact_time", "r_effective", "nes_mass_effective", "rolling",
 )  # fmt: skip
 OF_OSCILLATOR = (
     "damping_linear", "damping_quadratic", "damping_coulomb", "stiffening", "f0_small",
@@ -113,7 +113,8 @@ def _oscillator(record: Record, model: Model) -> Oscillator:
     if "f0_small" in of:
         k1 = M * (2.0 * math.pi * of["f0_small"]) ** 2
         k3 = 8.0 / 3.0 * k1 * of.get("stiffening", 0.0)
-    return Oscillator(M=M + (record.added_mass or 0.0), c1=c1, k1=k1, k3=k3)
+    taken = of.get("rolling", 0.0) * sum(model.masses[:1]) if record.clearance else 0.0
+    return Oscillator(M=M + taken + (record.added_mass or 0.0), c1=c1, k1=k1, k3=k3)
 
 
 def _ball(m: float, b: float, r: float, of: Mapping[str, float]) -> NES:
@@ -121,12 +122,14 @@ def _ball(m: float, b: float, r: float, of: Mapping[str, float]) -> NES:
     lasting = "contact_time" in of and "r_effective" in of
     if lasting:
         r, m = of["r_effective"], of.get("nes_mass_effective", m)
+    # A ball that rolls moves as a lighter one that slides in a longer cavity.
+    slides = 1.0 - of.get("rolling", 0.0)
     slope = of.get("r_speed_slope", 0.0)
     half = 0.5 * (of.get("r_wall_plus", 0.0) - of.get("r_wall_minus", 0.0))
     r = r - slope * of.get("r_speed", 0.0)
     return NES(
-        m=m,
-        b=b + of.get("clearance_offset", 0.0),
+        m=slides * m,
+        b=(b + of.get("clearance_offset", 0.0)) / slides,
         r=_share(r + half),
         r_minus=_share(r - half) if half else None,
         r_slope=slope,

@@ -18,6 +18,8 @@ CAUSES = {
     "mass": "ways to M disagree",
     "agreement": "records disagree",
     "jumps": "channels disagree on the impacts",
+    "cross-axis": "the accelerometer shows motion across its axis",
+    "settling": "tests may not have settled",
     "gain": "channels disagree on their gain",
     "sign": "a channel has the wrong sign",
     "collisions": "the collisions are not those of the model",

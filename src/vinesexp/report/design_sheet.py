@@ -11,7 +11,7 @@ import numpy as np
 
 from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.answer import Answer
-from vinesexp.design.answer_json import warnings_of
+from vinesexp.design.answer_warnings import warnings_of
 from vinesexp.design.inputs import OPTIONS, Given
 from vinesexp.design.predictions import Theory, start_amplitude
 from vinesexp.figures.draw.design_curve import DesignCurve, design_curve
@@ -101,7 +101,9 @@ def _cards(advice: Advice) -> list[dict[str, str]]:
 
 def _card(name: str, meaning: str, one: Judged, advice: Advice) -> dict[str, str]:
     robust = name == "robust"
-    mean = one.random_mean if robust else one.rest_mean
+    mean, bare = one.rest_mean, advice.bare_mean
+    if robust:
+        mean, bare = one.random_mean, one.random_bare
     return {
         "name": {"robust": "robust", "least_mean": "least mean", "least_max": "least largest"}[
             name
@@ -110,7 +112,7 @@ def _card(name: str, meaning: str, one: Judged, advice: Advice) -> dict[str, str
         "b": "; ".join(f"{1e3 * one.b * ratio:.4g}" for ratio in advice.task.ratios),
         "mean": f"{1e3 * mean:.3g}",
         "largest": f"{1e3 * (one.random_max if robust else one.rest_max):.3g}",
-        "less": f"{100 * (1 - mean / advice.bare_mean):.0f}",
+        "less": f"{100 * (1 - mean / bare):.0f}",
         "captured": f"{100 * (one.captured if robust else one.captured_rest):.0f}",
         "starts": "random starts" if robust else "starts from rest",
         "over": "–" if advice.exact is None else f"{one.b / advice.exact:.2f}",

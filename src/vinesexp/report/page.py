@@ -10,6 +10,7 @@ from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.gallery import listed
 from vinesexp.records.campaign import Campaign
+from vinesexp.records.readers.parts import file_of
 from vinesexp.records.result_columns import (
     BANDS,
     BASE,
@@ -113,7 +114,7 @@ def _tables(results: Path) -> Tables:
 
 def _answer(campaign: Campaign, tables: Tables, parameters: Mapping[str, str]) -> dict[str, Any]:
     """The verdict on the clearances, and other motions that may explain what misses it."""
-    levels = periodic_levels(campaign, tables["regimes"], tables["base"])
+    levels = periodic_levels(campaign, tables["regimes"], tables["base"], tables["identified"])
     rig = identified_rig(tables["identified"], campaign.known)
     periodic = periodic_verdicts(
         levels, tables["clearances"], rig, tables["replay"], tables["level_values"]
@@ -156,7 +157,8 @@ def _inputs(campaign: Campaign, results: Path) -> dict[str, Any]:
     """What went in: how each record was processed, changed settings, digests of all files."""
     processed = processed_records(campaign, results)
     description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
-    records = [file for record in campaign.records for file in record.files]
+    records = [file_of(file) for record in campaign.records for file in record.files]
+    records = list(dict.fromkeys(records))  # a file may hold several records
     return {
         "processed": processed,
         "changed_settings": changed_settings(campaign),
@@ -171,7 +173,7 @@ def _inputs(campaign: Campaign, results: Path) -> dict[str, Any]:
 def _digests(campaign: Campaign, processed: Sequence[Processed]) -> dict[Path, str]:
     """SHA-256 of each raw file as it was read."""
     return {
-        file: digest
+        file_of(file): digest
         for row in processed
         for file, digest in zip(
             campaign.record(row.record).files, row.sha256.split(";"), strict=False

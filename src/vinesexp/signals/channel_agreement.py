@@ -38,6 +38,9 @@ class Agreement:
     corner, corner_error : float
         Below which an AC-coupled accelerometer loses the motion, Hz; 0 where it shows none, NaN
         where the record cannot part a corner from a lag.
+    across, across_error : float
+        Phase by which the acceleration is behind at the oscillation and nowhere else, rad: of a
+        sensor that shows motion across its axis. 0 where it shows none.
     """
 
     gain: float
@@ -46,6 +49,8 @@ class Agreement:
     lag_error: float
     corner: float = math.nan
     corner_error: float = math.nan
+    across: float = 0.0
+    across_error: float = 0.0
 
     def as_attributes(self) -> dict[str, object]:
         """For the attributes of a file; `agreement_in` reads them."""
@@ -132,6 +137,14 @@ def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement
     A corner that is there takes its part of the phase and of the gain; the lag is then that of all
     frequencies. Without one the oscillation alone knows the lag better.
     """
+    if law.only_at_oscillation:
+        w = 2.0 * math.pi * frequency
+        error = math.hypot(found.lag_error, law.above_error)
+        return replace(
+            found, lag=law.above, lag_error=law.above_error,
+            corner=0.0, corner_error=law.corner_error,
+            across=w * (law.above - found.lag), across_error=w * error,
+        )  # fmt: skip
     if not law.has_corner:
         return replace(found, corner=0.0, corner_error=law.corner_error)
     held = 1.0 / math.hypot(1.0, law.corner / frequency)

@@ -3,6 +3,9 @@
 At a single frequency both are a phase. Over frequency a delay grows as w lag, and the lead of an
 AC-coupled sensor, one pole at the corner fc, falls as atan(fc/f). Impacts give the mass motion far
 above its oscillation, where the two part.
+
+An accelerometer that shows some of a motion across its axis is neither: it is late or early at the
+oscillation and at no other frequency. Taken for a delay it would move every impact.
 """
 
 from __future__ import annotations
@@ -24,21 +27,42 @@ _SURE = 5.0  # standard errors from which on a corner is there
 _STEPS = 20
 #: What the forms of contact and sensor leave in records without a corner, in periods and in f0.
 _LAG_FLOOR, _CORNER_FLOOR = 1e-4, 5e-4
+_MOST_SHARED = 0.3  # of the phase at the oscillation, shared by the lines above, if it is its own
 
 
 @dataclass(frozen=True)
 class PhaseLaw:
-    """Lag of the displacement (s) and corner of the acceleration (Hz), with standard errors."""
+    """Lag of the displacement (s) and corner of the acceleration (Hz), with standard errors.
+
+    Attributes
+    ----------
+    own, own_error : the phase at the oscillation taken for a lag, s.
+    above, above_error : lag of the lines above the oscillation alone, s.
+    """
 
     lag: float
     lag_error: float
     corner: float
     corner_error: float
+    own: float = math.nan
+    own_error: float = math.nan
+    above: float = math.nan
+    above_error: float = math.nan
 
     @property
     def has_corner(self) -> bool:
         """Whether the acceleration is surely AC-coupled."""
         return self.corner > _SURE * self.corner_error
+
+    @property
+    def only_at_oscillation(self) -> bool:
+        """Whether the channels are apart at the oscillation and together above it."""
+        apart = _SURE * math.hypot(self.own_error, self.above_error)
+        return (
+            not self.has_corner
+            and abs(self.own - self.above) > apart
+            and abs(self.above) < _MOST_SHARED * abs(self.own)
+        )
 
 
 def phase_law(
@@ -105,14 +129,18 @@ def phase_law(
     law = _fitted(
         np.append(w[use], own), np.append(phase, own * lag), np.append(error, own * lag_error)
     )
-    return (
-        None
-        if law is None
-        else replace(
-            law,
-            lag_error=math.hypot(law.lag_error, _LAG_FLOOR / frequency),
-            corner_error=math.hypot(law.corner_error, _CORNER_FLOOR * frequency),
-        )
+    if law is None:
+        return None
+    above, above_error = _straight(w[use], phase, error)
+    floor = _LAG_FLOOR / frequency
+    return replace(
+        law,
+        lag_error=math.hypot(law.lag_error, floor),
+        corner_error=math.hypot(law.corner_error, _CORNER_FLOOR * frequency),
+        own=lag,
+        own_error=lag_error,
+        above=above,
+        above_error=math.hypot(above_error, floor),
     )
 
 
@@ -136,6 +164,15 @@ def second_derivative_beside(
     A = np.fft.rfft((a - a.mean()) * taper)[near]
     X, X1, X2 = (np.fft.rfft(x * window)[near] for window in (taper, slope, bend))
     return A, X2 - 2j * w * X1 - w**2 * X
+
+
+def _straight(w: FloatArray, phase: FloatArray, error: FloatArray) -> tuple[float, float]:
+    """Weighted slope of phase = w lag and its error, which grows with the misfit."""
+    weight = (w / error) ** 2
+    slope = float((weight * phase / w).sum() / weight.sum())
+    rest = (phase - w * slope) / error
+    scale = max(1.0, float(rest @ rest) / max(1, w.size - 1))
+    return slope, math.sqrt(scale / float(weight.sum()))
 
 
 def _fitted(w: FloatArray, phase: FloatArray, error: FloatArray) -> PhaseLaw | None:

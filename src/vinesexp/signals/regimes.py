@@ -66,11 +66,11 @@ def shown_by_record(
     -------
     Shown
         In its row ``regime`` (one word a ball; of a sweep `BY_FREQUENCY`), ``impacts_per_cycle``
-        of all balls and ``impacts_per_cycle_each``, ``amplitude_mean_m``, ``amplitude_max_m``, of
-        a sweep ``amplitude_running_max_m``, ``captured`` (share of cycles with one impact on
-        either side), ``swing_first`` and ``swing`` (of their phase, in periods, in either half),
-        ``spells`` and ``spell_mean_s`` (of such cycles in a row), and of a release with one ball
-        ``captured_until_s``, ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and
+        of all balls and ``impacts_per_cycle_each``, ``amplitude_mean_m``, ``amplitude_max_m``,
+        ``length_s``, of a sweep ``amplitude_running_max_m``, ``captured`` (share of cycles with one
+        impact on either side), ``swing_first`` and ``swing`` (of their phase, in periods, in either
+        half), ``spells`` and ``spell_mean_s`` (of such cycles in a row), and of a release with one
+        ball ``captured_until_s``, ``decay_rate_captured_1_s``, ``decay_rate_after_1_s`` and
         ``transition_m`` (amplitude where the ball is lost). None or absent where it cannot be
         known: a record that could not show impacts, for its noise or its sampling, has no regime.
     """
@@ -88,6 +88,7 @@ def shown_by_record(
     settings = record.settings.regimes
     begin = settings.settling * length if record.test == "periodic" else 0.0
     steady = amplitude[time >= begin]
+    row["length_s"] = length
     row["amplitude_mean_m"] = float(steady.mean())
     row["amplitude_max_m"] = float(steady.max())
     decay = start + time, amplitude

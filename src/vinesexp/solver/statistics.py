@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.solver.compiled import entry
+from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.response import H_W, H_W0SQ, after, phasor
 from vinesexp.solver.state import IMPACT, REST_END, REST_START
 
@@ -15,6 +15,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 PER_CYCLE = 8
+REBASE = PER_CYCLE  # pieces: at most two cycles of the base, within the table of the closed form
 
 
 @entry
@@ -33,35 +34,48 @@ def add_amplitudes(
     w0, w = math.sqrt(head[H_W0SQ]), head[H_W]
     # Far above resonance the base sets the pace: a step of the oscillator's own cycle would lie
     # beyond the end of the table of the closed form.
-    spacing = 2.0 * math.pi / (PER_CYCLE * (w if w > 2.0 * w0 else w0))
+    per_second = PER_CYCLE * (w if w > 2.0 * w0 else w0) / (2.0 * math.pi)
+    # Turned from event to event: what rounding gathers over one log is far below any use of it.
+    cr, ci = phasor(head, node[0], 0.0)
+    old = amplitude(node[1], node[2], 1.0 / w0)
     for row in range(rows + 1):
         last = row == rows
         t1 = state[0] if last else numbers[row, 0]
         x1, v1 = (state[2], state[3]) if last else (numbers[row, 1], numbers[row, 2])
         if t1 > node[0]:
-            pieces = 1 if node[3] > 0.0 else int((t1 - node[0]) / spacing) + 1
+            pieces = 1 if node[3] > 0.0 else int((t1 - node[0]) * per_second) + 1
             step = (t1 - node[0]) / pieces
-            cr, ci = phasor(head, node[0], 0.0)
-            xh, vh = node[1] - cr, node[2] + w * ci
-            old = math.hypot(node[1], node[2] / w0)
-            for i in range(pieces):
-                if i == pieces - 1:
-                    new = math.hypot(x1, v1 / w0)
-                else:
-                    cr, ci, xh, vh = after(response, cr, ci, xh, vh, step)
-                    new = math.hypot(cr + xh, (vh - w * ci) / w0)
-                if node[0] + i * step >= settle:
+            xh, vh, done = node[1] - cr, node[2] + w * ci, 0
+            for i in range(1, pieces + 1):
+                new = amplitude(x1, v1, 1.0 / w0)
+                if node[3] == 0.0:
+                    # Each from the same place: they do not wait for one another.
+                    re, im, x, v = after(response, cr, ci, xh, vh, (i - done) * step)
+                    if i - done == REBASE or i == pieces:
+                        cr, ci, xh, vh, done = re, im, x, v, i
+                    if i < pieces:
+                        new = amplitude(re + x, v - w * im, 1.0 / w0)
+                if node[0] + (i - 1) * step >= settle:
                     sums[0] += step
                     sums[1] += 0.5 * step * (old + new)
                     sums[2] = max(sums[2], new)
                 old = new
+            if node[3] > 0.0:  # a spell of rest is one piece, of any length
+                cr, ci = phasor(head, t1, 0.0)
         if last:
             node[0], node[1], node[2] = t1, x1, v1
             break
         node[0], node[1], node[2] = t1, x1, numbers[row, 3]
+        old = amplitude(x1, numbers[row, 3], 1.0 / w0)
         if labels[row, 0] == IMPACT and t1 >= settle:
             sums[3] += 1.0
         elif labels[row, 0] == REST_START:
             node[3] += 1.0
         elif labels[row, 0] == REST_END:
             node[3] -= 1.0
+
+
+@compiled
+def amplitude(x: float, v: float, per_w0: float) -> float:
+    """hypot(x, x'/w0), m."""
+    return math.sqrt(x * x + (v * per_w0) * (v * per_w0))

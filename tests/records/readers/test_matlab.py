@@ -101,3 +101,67 @@ def test_two_rates_are_reported(tmp_path):
     scipy.io.savemat(tmp_path / "a.mat", {"x": A, "fs": 1000.0, "Fs": 500.0})
     with pytest.raises(RecordError, match="fs = 1000, fs = 500"):
         open_source(tmp_path / "a.mat")
+
+
+def written_73(path, write):
+    """A file as MATLAB 7.3 writes it: HDF5 behind a user block, with MATLAB's attributes."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        write(file)
+    with path.open("r+b") as stream:
+        stream.write(
+            b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: today HDF5 schema 1.00 ."
+        )
+
+
+def member(file, name, value):
+    """One member of a structure or cell, among MATLAB's own references."""
+    item = file.create_dataset(f"#refs#/{name}", data=np.atleast_2d(value).T)
+    kind = "char" if item.dtype == np.uint16 else "double"
+    item.attrs["MATLAB_class"] = np.bytes_(kind)
+    return item.ref
+
+
+def words(text):
+    return np.array([ord(letter) for letter in text], dtype=np.uint16)
+
+
+def test_arrays_of_structures_and_cells_of_version_73(tmp_path):
+    x = np.cos(np.arange(50) / 5.0)
+
+    def write(file):
+        fields = {"y": [x, 2.0 * x], "fs": [1000.0, 1000.0], "unit": [words("mm"), words("g")]}
+        group = file.create_group("ch")
+        group.attrs["MATLAB_class"] = np.bytes_("struct")
+        for field, values in fields.items():
+            found = [member(file, f"{field}{k}", value) for k, value in enumerate(values)]
+            group.create_dataset(field, data=np.array([found]).T, dtype=h5py.ref_dtype)
+        cell = [member(file, f"c{k}", (k + 3.0) * x) for k in range(2)]
+        held = file.create_dataset("runs", data=np.array([cell]).T, dtype=h5py.ref_dtype)
+        held.attrs["MATLAB_class"] = np.bytes_("cell")
+        nothing = file.create_dataset("nothing", data=np.array([0, 0], dtype=np.uint64))
+        nothing.attrs["MATLAB_empty"] = np.uint8(1)
+        title = file.create_dataset("title", data=words("shaker")[:, None])
+        title.attrs["MATLAB_class"] = np.bytes_("char")
+
+    written_73(tmp_path / "a.mat", write)
+    source = open_source(tmp_path / "a.mat")
+    found = [(c.name, c.unit, c.interval) for c in source.columns]
+    assert found == [
+        ("ch/0/y", "mm", 1e-3),
+        ("ch/1/y", "g", 1e-3),
+        ("runs/0", None, None),
+        ("runs/1", None, None),
+    ]
+    block = np.concatenate(list(source.blocks([0, 1, 2, 3])))
+    np.testing.assert_array_equal(block, np.stack([x, 2 * x, 3 * x, 4 * x], axis=1))
+
+
+def test_a_structure_of_version_73_that_holds_itself_ends(tmp_path):
+    def write(file):
+        held = file.create_dataset("loop", (1, 1), dtype=h5py.ref_dtype)
+        held[0, 0] = held.ref
+        held.attrs["MATLAB_class"] = np.bytes_("cell")
+        file.create_dataset("x", data=np.arange(9.0)[:, None])
+
+    written_73(tmp_path / "a.mat", write)
+    assert [c.name for c in open_source(tmp_path / "a.mat").columns] == ["x"]

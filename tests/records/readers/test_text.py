@@ -256,3 +256,12 @@ def test_odd_bytes_are_no_traceback(content, tmp_path):
     except RecordError:
         return
     assert found.shape == (3, 1)
+
+
+def test_words_may_stand_before_the_numbers_of_every_row(tmp_path):
+    (tmp_path / "a.csv").write_text("state,t (s),x\n" + "on,0.1,3\noff,0.2,4\n" * 5)
+    source = open_source(tmp_path / "a.csv")
+    assert [c.name for c in source.columns] == ["state", "t (s)", "x"]
+    block = np.concatenate(list(source.blocks([1, 2])))
+    np.testing.assert_array_equal(block[:2], [[0.1, 3.0], [0.2, 4.0]])
+    assert len(block) == 10

@@ -60,7 +60,7 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     amplitudes = read_rows(results / "level_values.csv", LEVEL_VALUES)
     levels = [
         (level, at_level(rig, amplitudes, G=level.nominal))
-        for level in periodic_levels(campaign, regimes, base)
+        for level in periodic_levels(campaign, regimes, base, identified)
     ]
     yield from _periodic(levels, regimes, compared)
     yield from _releases(release_levels(campaign, regimes, times), compared, rig)

@@ -151,11 +151,15 @@ def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
         title=f"{record.id}: {_set_up(record)}, {marks.time.size} impacts",
         motion=motion,
     )
+    middle = (
+        "Middle: by how much each impact changed the velocity of the mass, coloured by the wall "
+        "that was hit. "
+    )
     caption = (
         f"Record {record.id}. Above: bandpassed {role}, every spike an impact; the shaded "
-        "stretch is enlarged below. Middle: by how much each impact changed the velocity of the "
-        "mass, coloured by the wall that was hit. Below: the stretch with every impact found "
-        "marked. Each spike should carry one mark, and a mark should sit on a spike."
+        f"stretch is enlarged below. {middle if np.isfinite(marks.jump).any() else ''}"
+        "Below: the stretch with every impact found marked. Each spike should carry one mark, "
+        "and a mark should sit on a spike."
     )
     yield figure, Drawn(f"impacts_{record.test}", record.test, caption)
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+_AXES = {"acceleration": "acceleration\n(m/s²)", "sound": "sound\n(uncalibrated)"}
 #: Impacts drawn one by one; of more, this many evenly chosen ones.
 _MOST_POINTS = 1500
 
@@ -33,27 +34,30 @@ class Marks:
 def impacts_on_acceleration(
     whole: Trace, zoom: Trace, impacts: Marks, *, title: str, motion: Trace | None = None
 ) -> Figure:
-    """Bandpassed acceleration, the jump of every impact, and a few cycles enlarged.
+    """Bandpassed acceleration or sound, the jump of every impact, and a few cycles enlarged.
 
     Parameters
     ----------
     whole, zoom : Trace
-        Acceleration, m/s^2: the whole record and the enlarged stretch.
+        Acceleration, m/s^2, or sound without a scale: the whole record and the enlarged stretch.
     impacts : Marks
     motion : Trace, optional
         Displacement in the enlarged stretch, mm.
     """
-    figure, (above, middle, below) = new_figure(
-        3, 1, height=5.6, gridspec_kw={"height_ratios": [1.0, 0.8, 1.5]}
+    jumps = bool(np.isfinite(impacts.jump).any())  # of a bouncing ball only times are known
+    ratios = [1.0, 0.8, 1.5] if jumps else [1.0, 1.5]
+    figure, (above, *middle, below) = new_figure(
+        len(ratios), 1, height=5.6 if jumps else 4.4, gridspec_kw={"height_ratios": ratios}
     )
-    draw_trace(above, whole, colour=COLOURS["acceleration"])
+    draw_trace(above, whole, colour=COLOURS[whole.name])
     above.axvspan(zoom.time[0], zoom.time[-1], color=COLOURS["published"], alpha=0.35, linewidth=0)
     above.set_title(title)
-    above.set_ylabel("acceleration\n(m/s²)")
+    above.set_ylabel(_AXES[whole.name])
     above.margins(x=0.01)
-    _jumps(middle, impacts)
-    middle.set_xlim(above.get_xlim())
-    middle.set_xlabel("time (s)")
+    for axis in middle:
+        _jumps(axis, impacts)
+        axis.set_xlim(above.get_xlim())
+    (*middle, above)[0].set_xlabel("time (s)")
     _enlarged(below, zoom, impacts, motion)
     figure.align_ylabels()
     return figure
@@ -76,7 +80,7 @@ def _jumps(axis: Axes, impacts: Marks) -> None:
 
 
 def _enlarged(axis: Axes, zoom: Trace, impacts: Marks, motion: Trace | None) -> None:
-    draw_trace(axis, zoom, colour=COLOURS["acceleration"])
+    draw_trace(axis, zoom, colour=COLOURS[zoom.name])
     top = _top(zoom.values)
     inside = (impacts.time >= zoom.time[0]) & (impacts.time <= zoom.time[-1])
     for side, place, marker in ((1, 1.15, "v"), (-1, -1.15, "^"), (0, 1.15, "v")):
@@ -88,7 +92,7 @@ def _enlarged(axis: Axes, zoom: Trace, impacts: Marks, motion: Trace | None) -> 
         name = f"wall {side:+d}" if side else "impact"
         label(axis, name, (marks[0], place * top), colour=colour, shift=(6, 0))
     axis.set_ylim(-1.35 * top, 1.35 * top)
-    axis.set_ylabel("acceleration\n(m/s²)")
+    axis.set_ylabel(_AXES[zoom.name])
     axis.set_xlabel("time (s), enlarged")
     axis.margins(x=0.01)
     if motion is not None and motion.values.size:

@@ -29,6 +29,7 @@ from vinesexp.records.readers import (
     wav,
 )
 from vinesexp.records.readers.guard import GuardedSource
+from vinesexp.records.readers.parts import file_of
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats, Source
 
 __all__ = ["BLOCK_ROWS", "READERS", "Column", "Floats", "Source", "open_source"]
@@ -55,11 +56,19 @@ READERS = (
 #: Of these no bytes can crash or stall anything; every other format is read in a child process.
 PLAIN = (wav, tektronix, lecroy, text)
 
+#: A file of these may hold several records.
+PARTED = (lecroy, scope_binary, excel, text)
+
 _HEAD = 4096  # bytes that are shown to `recognises`
 
 
 def open_source(path: Path) -> Source:
     """Open an instrument file by what is in it.
+
+    Parameters
+    ----------
+    path : Path
+        The file, and behind `#` the part of one that holds several records (`parts.py`).
 
     Raises
     ------
@@ -68,10 +77,11 @@ def open_source(path: Path) -> Source:
         formats are known.
     """
     path = Path(path)
-    if path.exists() and not path.is_file() and not path.is_dir():
+    file = file_of(path)
+    if file.exists() and not file.is_file() and not file.is_dir():
         raise RecordError("is no plain file (a device or a pipe)", file=path)
     try:
-        with path.open("rb") as stream:
+        with file.open("rb") as stream:
             head = stream.read(_HEAD)
     except FileNotFoundError:
         raise RecordError("no such file; correct its name", file=path) from None
@@ -81,7 +91,7 @@ def open_source(path: Path) -> Source:
         raise RecordError(f"cannot be read ({error.strerror})", file=path) from None
     if not head.strip():
         raise RecordError("is empty; export the record again", file=path)
-    suffix = path.suffix.lower()
+    suffix = file.suffix.lower()
     known = ", ".join(reader.NAME for reader in READERS)
     other = foreign.name_of(head)
     if other is not None:
@@ -91,6 +101,10 @@ def open_source(path: Path) -> Source:
         )
     for reader in READERS:
         if reader.recognises(head, suffix):
+            if file != path and reader not in PARTED:
+                raise RecordError(
+                    f"holds one record ({reader.NAME}); leave away what follows #", file=path
+                )
             if reader not in PLAIN:
                 return GuardedSource(path, reader)
             source: Source = reader.open_file(path)

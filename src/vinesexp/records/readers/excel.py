@@ -1,19 +1,24 @@
 """Excel workbooks, .xlsx and .xls: the sheet with most rows, laid out as a text file would be.
 
-Names, units, preamble and stamps of a sheet are found as in text: its cells are written to an
-unnamed text file first, one line a row.
+Another sheet is named behind the file, as in ``book.xlsx#Run 2``. One has to be named where several
+sheets of like length begin with the same row: they are records of one kind. Names, units, preamble
+and stamps of a sheet are found as in text: its cells are written to an unnamed text file first, one
+line a row.
 """
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from datetime import datetime, time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.extras import need, unreadable
+from vinesexp.records.readers.parts import file_of, part_of
 from vinesexp.records.readers.source import BLOCK_ROWS, Floats
 from vinesexp.records.readers.text import TextSource
 
@@ -21,6 +26,7 @@ NAME = "Excel (.xlsx, .xls)"
 LIBRARIES = ("openpyxl", "xlrd")
 
 _XLS = b"\xd0\xcf\x11\xe0"
+_LIKE = 2  # times the rows of a sheet that the longest may have to be of like length
 
 
 def recognises(head: bytes, suffix: str) -> bool:
@@ -32,26 +38,47 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> SheetSource:
     """Read the sheet with most rows; RecordError where none holds columns of numbers."""
-    with path.open("rb") as stream:
+    with file_of(path).open("rb") as stream:
         old = stream.read(4) == _XLS
     module = need("xlrd" if old else "openpyxl", extra="excel", what="an Excel workbook", path=path)
     try:
-        name, rows = _xls(module, path) if old else _xlsx(module, path)
+        sheets = (_xls if old else _xlsx)(module, file_of(path))
+        longest = max(sheets, key=lambda one: one.count)
     except Exception as error:  # whatever the broken bytes lead to
         raise unreadable("an Excel workbook", error, path) from None
-    return SheetSource(path, name, rows)
+    wanted = part_of(path)
+    chosen = next((one for one in sheets if one.name == wanted), None) if wanted else longest
+    if chosen is None:
+        names = ", ".join(f"'{one.name}'" for one in sheets)
+        raise RecordError(f"no sheet '{wanted}'; there are {names}", file=path)
+    source = SheetSource(path, chosen.name, chosen.rows())
+    alike = [one.name for one in sheets if _LIKE * one.count >= longest.count]
+    if len(alike) > 1 and len({one.head for one in sheets if one.name in alike}) == 1:
+        source.parts = tuple(alike)
+    if len(sheets) > 1:
+        source.format = f"Excel, sheet '{chosen.name}' of {len(sheets)}"
+    return source
+
+
+@dataclass(frozen=True)
+class _Sheet:
+    """One sheet of a workbook: name, number of rows, the first of them, and how to read all."""
+
+    name: str
+    count: int
+    head: str
+    rows: Callable[[], Iterable[Iterable[Any]]]
 
 
 class SheetSource(TextSource):
     """One sheet of a workbook. The interface is `readers.source.Source`."""
 
-    format = "Excel"
-
     def __init__(self, path: Path, sheet: str, rows: Iterable[Iterable[Any]]) -> None:
+        self.format = "Excel"
         self._text = tempfile.NamedTemporaryFile("w", suffix=".tsv", encoding="utf-8")  # noqa: SIM115
         try:
             for row in rows:
-                self._text.write("\t".join(_cell(value) for value in row).rstrip("\t") + "\n")
+                self._text.write(_line(row) + "\n")
         except Exception as error:
             raise unreadable("an Excel workbook", error, path) from None
         self._text.flush()
@@ -81,17 +108,23 @@ class SheetSource(TextSource):
         return RecordError(error.problem.replace("line ", "row "), file=path, where=place)
 
 
-def _xlsx(openpyxl: Any, path: Path) -> tuple[str, Iterable[Iterable[Any]]]:
+def _xlsx(openpyxl: Any, path: Path) -> list[_Sheet]:
     book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-    sheet = max(book.worksheets, key=lambda one: one.max_row or 0)
-    return sheet.title, sheet.iter_rows(values_only=True)
+    return [
+        _Sheet(
+            one.title,
+            one.max_row or 0,
+            next((_line(row) for row in one.iter_rows(max_row=1, values_only=True)), ""),
+            partial(one.iter_rows, values_only=True),
+        )
+        for one in book.worksheets
+    ]
 
 
-def _xls(xlrd: Any, path: Path) -> tuple[str, Iterable[Iterable[Any]]]:
+def _xls(xlrd: Any, path: Path) -> list[_Sheet]:
     book = xlrd.open_workbook(path)
-    sheet = max(book.sheets(), key=lambda one: one.nrows)
 
-    def rows() -> Iterator[list[Any]]:
+    def rows(sheet: Any) -> Iterator[list[Any]]:
         for i in range(sheet.nrows):
             yield [
                 xlrd.xldate_as_datetime(cell.value, book.datemode)
@@ -100,7 +133,19 @@ def _xls(xlrd: Any, path: Path) -> tuple[str, Iterable[Iterable[Any]]]:
                 for cell in sheet.row(i)
             ]
 
-    return sheet.name, rows()
+    return [
+        _Sheet(
+            one.name,
+            one.nrows,
+            next((_line(row) for row in rows(one)), ""),
+            partial(rows, one),
+        )
+        for one in book.sheets()
+    ]
+
+
+def _line(row: Iterable[Any]) -> str:
+    return "\t".join(_cell(value) for value in row).rstrip("\t")
 
 
 def _cell(value: Any) -> str:

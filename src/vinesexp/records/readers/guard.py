@@ -25,6 +25,7 @@ from typing import Any, Protocol
 
 from vinesexp.errors import RecordError, VinesexpError
 from vinesexp.records.readers.guarded_child import receive, send, serve, widen
+from vinesexp.records.readers.parts import file_of
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
 
 if sys.platform == "win32":
@@ -108,7 +109,7 @@ class GuardedSource:
     def __init__(self, path: Path, reader: Reader, limits: Limits | None = None) -> None:
         self.path = path
         self._name = reader.NAME
-        self._limits = limits or limits_for(path.stat().st_size)
+        self._limits = limits or limits_for(file_of(path).stat().st_size)
         for library in getattr(reader, "LIBRARIES", ()):
             with suppress(ImportError):  # the reader says what to type
                 import_module(library)  # once for all files, not in every child
@@ -123,6 +124,7 @@ class GuardedSource:
         self.start: float = facts["start"]
         self.time_column: int | None = facts["time_column"]
         self.stated_rows: int | None = facts["stated_rows"]
+        self.parts: tuple[str, ...] = facts["parts"]
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """Blocks of the given columns; see `Source.blocks`."""

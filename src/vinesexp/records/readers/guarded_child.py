@@ -97,21 +97,26 @@ def serve(
                 else:
                     value = source.locate(given[0])
                 send(answers, ("ok", value))
-            except RecordError as error:
-                send(answers, ("refused", (error.problem, error.where)))
             except Exception as error:  # whatever the broken bytes lead to
-                reason = " ".join(str(error).split())[:200]
-                problem = (
-                    f"cannot be read as {reader.NAME} ({type(error).__name__}: {reason}); copy or "
-                    "export the record again"
-                )
-                send(answers, ("refused", (problem, None)))
+                send(answers, ("refused", refusal(error, reader.NAME)))
     except BaseException:
         os._exit(0)  # nobody asks any more, or nobody can be answered
 
 
+def refusal(error: Exception, name: str) -> tuple[str, str | None]:
+    """Problem and place of what went wrong in a reader, as a `RecordError` states them."""
+    if isinstance(error, RecordError):
+        return error.problem, error.where
+    reason = " ".join(str(error).split())[:200]
+    problem = (
+        f"cannot be read as {name} ({type(error).__name__}: {reason}); copy or export the record "
+        "again"
+    )
+    return problem, None
+
+
 def _facts(source: Any) -> dict[str, Any]:
-    names = ("format", "sample_interval", "start", "time_column", "stated_rows")
+    names = ("format", "sample_interval", "start", "time_column", "stated_rows", "parts")
     columns = [(c.name, c.unit, c.interval, c.start) for c in source.columns]
     return {**{name: getattr(source, name) for name in names}, "columns": columns}
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.errors import RecordError
+from vinesexp.records.readers import matlab73
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
@@ -79,13 +80,21 @@ class Hdf5Source:
         self.time_column: int | None = None
         self._size = path.stat().st_size
         self._series: list[_Series] = []
+        self._units: dict[str, str] = {}  # words that stand beside the samples
         self._contradictions: list[RecordError] = []
         found: list[tuple[str, Any]] = []
         stated: dict[str, dict[str, list[float]]] = {"": {}}
         try:
             with h5py.File(path, "r") as file:
                 _gather(file.attrs, stated[""])
-                file.visititems(lambda name, item: self._visit(name, item, found, stated, scalars))
+
+                def see(name: str, item: Any) -> None:
+                    self._visit(name, item, found, stated, scalars)
+
+                if scalars:
+                    matlab73.visit(file, see, self._units)
+                else:
+                    file.visititems(see)
                 columns = [
                     column
                     for name, item in found
@@ -102,6 +111,7 @@ class Hdf5Source:
         self.columns = tuple(columns)
         self.sample_interval = interval_from(stated[""], path)
         self.stated_rows: int | None = None
+        self.parts: tuple[str, ...] = ()
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """Blocks of the given columns; see `Source.blocks`."""
@@ -172,6 +182,7 @@ class Hdf5Source:
         scale = _single(item.attrs.get("scale", 1.0), name, self.path)
         offset = _single(item.attrs.get("offset", 0.0), name, self.path)
         label = _text(item.attrs.get("units", item.attrs.get("unit", "")))
+        label = label or self._units.get(name.rpartition("/")[0], "")
         try:
             interval = interval_at(name, stated, self.path)
         except RecordError as error:
@@ -186,7 +197,7 @@ class Hdf5Source:
         for k in range(across):
             own = name if flat else f"{name}/{names[k] if len(names) == across else k}"
             inner = None if len(shape) == 1 else k
-            self._series.append(_Series(name, inner, along_first, scale, offset, max(shape)))
+            self._series.append(_Series(item.name, inner, along_first, scale, offset, max(shape)))
             yield Column(own, unit_of_label(label) or label or unit_in_name(own), interval)
 
 

@@ -202,7 +202,7 @@ def _body(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> Body
     # An oscilloscope may write its settings into the first columns, beside the data.
     beside = min(numeric | stamps) >= 2
 
-    def is_data(cells: list[str]) -> bool:
+    def is_data(cells: list[str], beside: bool) -> bool:
         inside = [
             (j, c)
             for j, c in enumerate(cells)
@@ -213,11 +213,17 @@ def _body(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> Body
         )
 
     filled = [i for i, cells in enumerate(rows) if any(cells)]
-    pairs = zip(filled, [*filled[1:], None], strict=True)
-    first = next(
-        (i for i, after in pairs if is_data(rows[i]) and (after is None or is_data(rows[after]))),
-        None,
-    )
+    pairs = list(zip(filled, [*filled[1:], None], strict=True))
+
+    def first_row(beside: bool) -> int | None:
+        fits = {i for i in filled if is_data(rows[i], beside)}
+        return next(
+            (i for i, after in pairs if i in fits and (after is None or after in fits)), None
+        )
+
+    first = first_row(beside)
+    if first is None and not beside:
+        first = first_row(True)  # or words stand before the numbers of every row
     if first is None:
         raise RecordError(
             "no line of numbers found; export the record as columns of numbers", file=path

@@ -1,4 +1,8 @@
-"""LeCroy .trc files: one channel, codes behind a descriptor (template LECROY_2_x)."""
+"""LeCroy .trc files: one channel, codes behind a descriptor (template LECROY_2_x).
+
+In a sequence the segments follow one another, all of one length; when each was triggered, and how
+long before its trigger it begins, stands in a table before them.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +13,7 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import unit_of_label
+from vinesexp.records.readers.parts import file_of, number_of_part
 from vinesexp.records.readers.source import Column, TableSource
 
 NAME = "LeCroy TRC"
@@ -29,7 +34,7 @@ def open_file(path: Path) -> TableSource:
     -----
     Places in the descriptor as LeCroy's remote control manual tabulates them.
     """
-    raw = path.read_bytes()
+    raw = file_of(path).read_bytes()
     at = raw.find(_MARK)
     if len(raw) < at + 346:
         raise RecordError("ends inside its descriptor; save the channel again", file=path)
@@ -41,11 +46,7 @@ def open_file(path: Path) -> TableSource:
     words = read("h", 32) == 1.0
     blocks = [int(read("i", place)) for place in (36, 40, 48, 52)]
     size = int(read("i", 60))
-    segments = int(read("i", 144))
-    if segments > 1:
-        raise RecordError(
-            f"holds a sequence of {segments} segments; save each as a file of its own", file=path
-        )
+    segments = max(int(read("i", 144)), 1)
     begin = at + sum(blocks)
     if min(*blocks, size) < 0 or size == 0 or begin + size > len(raw):
         raise RecordError(
@@ -54,21 +55,35 @@ def open_file(path: Path) -> TableSource:
             file=path,
         )
     codes = np.frombuffer(raw, f"{order}i{2 if words else 1}", size // (1 + words), begin)
+    chosen = number_of_part(path, segments, "segments")
+    length, rest = divmod(len(codes), segments)
+    if rest or (segments > 1 and blocks[2] < 16 * segments):
+        raise RecordError(
+            f"states {segments} segments, which {len(codes)} samples and a table of {blocks[2]} "
+            "bytes cannot be; save the channel again",
+            file=path,
+        )
+    start = read("d", 180)
+    if segments > 1:  # of each: time of its trigger since the first, and of its first sample
+        start = read("d", sum(blocks[:2]) + 16 * chosen + 8)
+    codes = codes[chosen * length : (chosen + 1) * length]
     values = codes.astype(np.float64) * read("f", 156) - read("f", 160)
     label = raw[at + 196 : at + 244].split(b"\0")[0].decode("latin-1").strip()
     interval = read("f", 176)
     if not 0.0 < interval < np.inf:
         raise RecordError(f"states an interval of {interval:g} s", file=path)
-    source = int(read("h", 344))
-    name = _SOURCES[source] if 0 <= source < len(_SOURCES) else path.stem
-    return TableSource(
+    channel = int(read("h", 344))
+    name = _SOURCES[channel] if 0 <= channel < len(_SOURCES) else path.stem
+    source = TableSource(
         path,
         "LeCroy TRC",
         [Column(name, unit_of_label(label) or label or None)],
         [values],
         sample_interval=_rounded(interval),
-        start=read("d", 180),
+        start=start,
     )
+    source.parts = tuple(str(k + 1) for k in range(segments)) if segments > 1 else ()
+    return source
 
 
 def _rounded(interval: float) -> float:

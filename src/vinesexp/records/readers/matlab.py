@@ -88,6 +88,7 @@ class MatlabSource:
         self.start = 0.0
         self.time_column: int | None = None
         self.stated_rows: int | None = None
+        self.parts: tuple[str, ...] = ()
         self._places: list[_Place] = []
         self._nested: dict[str, Any] = {}  # arrays inside structures, by their path
         names: list[tuple[str, str | None]] = []

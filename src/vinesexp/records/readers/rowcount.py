@@ -33,7 +33,7 @@ def require_whole_rows(path: Path, layout: Layout) -> int:
         return _slowly(path, layout)
     count = 0
     line = 0
-    for chunk in _whole_lines(path):
+    for chunk in whole_lines(path):
         codes = np.frombuffer(chunk, np.uint8)
         ends = np.flatnonzero(codes == _NEWLINE)
         if not len(ends) or ends[-1] != len(codes) - 1:
@@ -50,7 +50,7 @@ def require_whole_rows(path: Path, layout: Layout) -> int:
     return count
 
 
-def _whole_lines(path: Path) -> Iterator[bytes]:
+def whole_lines(path: Path) -> Iterator[bytes]:
     """The file in pieces that end with a line; lone carriage returns become line feeds."""
     rest = b""
     lone: bool | None = None

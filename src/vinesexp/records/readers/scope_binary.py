@@ -10,6 +10,7 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.extras import need, unreadable
+from vinesexp.records.readers.parts import file_of, number_of_part
 from vinesexp.records.readers.source import Column, TableSource
 
 NAME = "Tektronix and Rigol .wfm, Keysight and Rigol .bin"
@@ -39,31 +40,35 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 
 def open_file(path: Path) -> TableSource:
-    """Read the channels of a file; RecordError where it is not whole, or holds a sequence."""
+    """Read the channels of a file, or of one of its frames; RecordError where it is not whole."""
     library = need(
         "RigolWFM.wfm", extra="scope", what="a binary file of an oscilloscope", path=path
     )
-    with path.open("rb") as stream:
+    file_path = file_of(path)
+    with file_path.open("rb") as stream:
         kind = _kind(stream.read(16)) or "Rigol WFM"
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            file = library.Wfm.from_file(str(path))
+            file = library.Wfm.from_file(str(file_path))
             frames = int(getattr(file, "frame_count", 1) or 1)
+            frame = number_of_part(path, frames, "frames")
+            if frame:
+                file = library.Wfm.from_file(str(file_path), frame=frame)
             channels = [_channel(one) for one in file.channels if one.enabled]
+    except RecordError:
+        raise
     except Exception as error:  # whatever the broken bytes lead to
         raise unreadable(kind, error, path) from None
-    if frames > 1:
-        raise RecordError(
-            f"holds a sequence of {frames} frames; save each as a file of its own", file=path
-        )
     if not channels or any(not np.isfinite(values).all() for _, values in channels):
         raise RecordError(f"holds no samples ({kind}); save the channels again", file=path)
     wrong = [column for column, _ in channels if not 0.0 < (column.interval or 0.0) < np.inf]
     if wrong:
         raise RecordError(f"states an interval of {wrong[0].interval} s", file=path)
     columns, series = zip(*channels, strict=True)
-    return TableSource(path, kind, columns, series)
+    source = TableSource(path, kind, columns, series)
+    source.parts = tuple(str(k + 1) for k in range(frames)) if frames > 1 else ()
+    return source
 
 
 def _kind(head: bytes) -> str | None:

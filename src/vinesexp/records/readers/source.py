@@ -58,6 +58,8 @@ class Source(Protocol):
         The column that the format itself defines as times in seconds.
     stated_rows : int or None
         How many rows the file itself says it has.
+    parts : tuple of str
+        Names of the records of a file that holds several (`readers.parts`); empty for one.
     """
 
     path: Path
@@ -67,6 +69,7 @@ class Source(Protocol):
     start: float
     time_column: int | None
     stated_rows: int | None
+    parts: tuple[str, ...]
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """The given columns, in the given order, as (n, k) blocks; NaN where a cell is missing.
@@ -103,6 +106,7 @@ class TableSource:
     """
 
     stated_rows: int | None = None
+    parts: tuple[str, ...] = ()
 
     def __init__(
         self,

@@ -50,6 +50,7 @@ class TdmsSource:
         self.sample_interval: float | None = None
         self.start = 0.0
         self.stated_rows: int | None = None
+        self.parts: tuple[str, ...] = ()
         try:
             self._file = nptdms.TdmsFile.open(path)
             channels = [c for group in self._file.groups() for c in group.channels()]

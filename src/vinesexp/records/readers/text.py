@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -11,6 +13,7 @@ import numpy as np
 
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers import labview
+from vinesexp.records.readers.blocks import Block, find_blocks, lines_of_block
 from vinesexp.records.readers.header import find_layout
 from vinesexp.records.readers.labels import (
     is_overload,
@@ -19,6 +22,7 @@ from vinesexp.records.readers.labels import (
     unit_of_label,
 )
 from vinesexp.records.readers.layout import Layout
+from vinesexp.records.readers.parts import file_of, number_of_part, part_of
 from vinesexp.records.readers.preamble import Stated, read_preamble, words_over_values
 from vinesexp.records.readers.rowcount import require_whole_rows
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
@@ -37,19 +41,27 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 
 def open_file(path: Path) -> TextSource:
-    """Open a text file; RecordError where it holds no columns of numbers."""
-    return TextSource(path)
+    """Open a text file, or one of its blocks; RecordError where it holds no columns of numbers."""
+    file = file_of(path)
+    layout = find_layout(file)
+    found = find_blocks(file, layout)
+    if found:
+        return BlockSource(path, layout, found)
+    if part_of(path):
+        raise RecordError("holds one block of rows; leave away what follows #", file=path)
+    return TextSource(file, layout)
 
 
 class TextSource:
     """A text file: one row a sample. The interface is `readers.source.Source`."""
 
-    format = "text"
+    format: str = "text"
+    parts: tuple[str, ...] = ()
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, layout: Layout | None = None) -> None:
         self.path = path  # for messages
         self._read_from = path
-        self.layout: Layout = find_layout(path)
+        self.layout: Layout = layout or find_layout(path)
         self.columns: tuple[Column, ...] = self.layout.columns
         self.sample_interval: float | None = None
         self.start = 0.0
@@ -240,3 +252,41 @@ class TextSource:
         columns = list(self.columns)
         columns[j] = replace(columns[j], name=name, unit=unit_of_label(unit) or unit or None)
         self.columns = tuple(columns)
+
+
+class BlockSource(TextSource):
+    """One of several blocks of a text file, the first where none is named."""
+
+    def __init__(self, path: Path, layout: Layout, blocks: Sequence[Block]) -> None:
+        file = file_of(path)
+        block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
+        self._text = tempfile.NamedTemporaryFile("w", suffix=".txt", encoding="utf-8")  # noqa: SIM115
+        self._text.writelines(lines_of_block(file, layout, block))
+        self._text.flush()
+        self._whole = path
+        self._shift = 0
+        try:
+            super().__init__(Path(self._text.name))
+        except RecordError as error:
+            raise self._meant(error) from None
+        self._shift = block.first - self.layout.first
+        self._read_from, self.path = self.path, path
+        self.parts = tuple(str(k + 1) for k in range(len(blocks)))
+
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+        """Blocks of the given columns; see `Source.blocks`."""
+        try:
+            yield from super().blocks(columns, rows)
+        except RecordError as error:
+            raise self._meant(error) from None
+
+    def locate(self, row: int) -> str:
+        """``"line 120"`` of the whole file."""
+        return self._shifted(super().locate(row))
+
+    def _shifted(self, where: str) -> str:
+        return re.sub(r"(?<=line )\d+", lambda found: str(int(found[0]) + self._shift), where)
+
+    def _meant(self, error: RecordError) -> RecordError:
+        where = self._shifted(error.where) if error.where else None
+        return RecordError(error.problem, file=self._whole, where=where)

@@ -42,6 +42,7 @@ class WavSource:
         self.start = 0.0
         self.time_column: int | None = None
         self.stated_rows: int | None = None
+        self.parts: tuple[str, ...] = ()
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", wavfile.WavFileWarning)  # chunks of other programs

@@ -1,0 +1,1 @@
+"""What the clearances of `vinesexp design` are worth, on random rigs."""

@@ -1,0 +1,32 @@
+"""What single records say of their channels."""
+
+from __future__ import annotations
+
+import pytest
+
+from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.remarks import remarks
+
+
+def estimate(parameter: str, value: float, error: float, record: str = "a") -> Estimate:
+    return Estimate(parameter, value, error, "1", "x", (record,))
+
+
+@pytest.mark.parametrize("gain", [0.5, -2.0])
+def test_a_sweep_whose_height_contradicts_its_width(gain):
+    (check,) = remarks([estimate("base_gain", gain, 1e-3)])
+    assert f"{abs(gain):g} times its height" in check.detail
+
+
+@pytest.mark.parametrize(("gain", "error"), [(1.03, 1e-3), (1.4, 0.1)])
+def test_a_sweep_that_may_be_right(gain, error):
+    assert remarks([estimate("base_gain", gain, error)]) == []
+
+
+def test_a_phase_at_the_oscillation_alone_is_one_line_and_no_lag():
+    found = [estimate("accelerometer_across", 0.03 + 1e-4 * i, 1e-4, f"r{i}") for i in range(3)]
+    found += [estimate("channel_lag", 1e-6, 1e-6, f"r{i}") for i in range(3)]
+    found += [estimate("channel_lag", -6e-4, 1e-6, "ringdown")]  # no impacts: nobody can tell
+    (check,) = remarks(found)
+    assert check.check == "cross-axis"
+    assert "1.7 degrees behind the displacement (median of 3 records)" in check.detail

@@ -1,0 +1,192 @@
+"""Files of several records: each is named behind the file, and none is taken unasked."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from vinesexp.cli import main
+from vinesexp.errors import RecordError
+from vinesexp.records.ingest import read_channels
+from vinesexp.records.readers import open_source
+from vinesexp.records.readers.parts import file_of, part_of
+from vinesexp.records.schema import Channel, TimeColumn
+
+N = 40
+NAMES = "Time (s),CH1 (V)\n"
+
+
+def rows(k, n=N):
+    return "".join(f"{i / 1000},{k + i / 100}\n" for i in range(n))
+
+
+def segment(k, n=N):
+    """One segment of a LabVIEW file, as LabVIEW writes each."""
+    return (
+        f"Channels\t2\t\t\nSamples\t{n}\t{n}\t\nY_Unit_Label\tV\tg\t\nX0\t{k}\t{k}\t\n"
+        f"Delta_X\t0.001\t0.001\t\n***End_of_Header***\t\t\t\nX_Value\tLaser\tAcc\tComment\n"
+        + "".join(f"{i / 1000:.6f}\t{k + i / 100}\t{-i}\n" for i in range(n))
+    )
+
+
+LABVIEW = (
+    "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nMulti_Headings\tYes\n"
+    "X_Columns\tOne\n***End_of_Header***\t\n\t\n"
+)
+TEXTS = {
+    "names repeated": NAMES + rows(1) + NAMES + rows(2) + NAMES + rows(3),
+    "a blank line and a remark": NAMES + rows(1) + "\nrun 2\n" + rows(2) + "\nrun 3\n" + rows(3),
+    "comments": "# rate\n" + NAMES + rows(1) + "\n# 2\n# b\n" + rows(2) + "\n# 3\n# c\n" + rows(3),
+    "returns": (NAMES + rows(1) + NAMES + rows(2) + NAMES + rows(3)).replace("\n", "\r\n"),
+}
+
+
+def values(path):
+    source = open_source(path)
+    return source, np.concatenate(list(source.blocks([0, 1], rows=17)))
+
+
+@pytest.mark.parametrize("text", TEXTS.values(), ids=TEXTS)
+def test_blocks_one_after_another_are_records(text, tmp_path):
+    (tmp_path / "a.csv").write_text(text, newline="")
+    assert open_source(tmp_path / "a.csv").parts == ("1", "2", "3")
+    for k in (1, 2, 3):
+        source, block = values(tmp_path / f"a.csv#{k}")
+        np.testing.assert_allclose(block[:, 1], k + np.arange(N) / 100)
+        assert [(c.name, c.unit) for c in source.columns] == [
+            ("Time (s)", "s"),
+            ("CH1 (V)", "V"),
+        ]
+
+
+def test_segments_of_a_labview_file_have_their_own_headers(tmp_path):
+    (tmp_path / "a.lvm").write_text(
+        LABVIEW + segment(1) + "\n" + segment(2, 30) + "\n" + segment(3)
+    )
+    source, block = values(tmp_path / "a.lvm#2")
+    assert source.parts == ("1", "2", "3")
+    assert [(c.name, c.unit) for c in source.columns] == [
+        ("X_Value", "s"),
+        ("Laser", "V"),
+        ("Acc", "g"),
+    ]
+    np.testing.assert_allclose(block[:, 1], 2 + np.arange(30) / 100)
+    line = int(source.locate(0).removeprefix("line ")) - 1
+    assert (tmp_path / "a.lvm").read_text().splitlines()[line].startswith("0.000000\t2.0\t")
+
+
+def test_a_bad_cell_is_reported_with_its_line_in_the_whole_file(tmp_path):
+    text = NAMES + rows(1) + NAMES + rows(2).replace("2.05", "2.05x")
+    (tmp_path / "a.csv").write_text(text)
+    line = next(k for k, row in enumerate(text.splitlines(), 1) if "x" in row)
+    with pytest.raises(RecordError, match=f"line {line}, .*'2.05x'"):
+        values(tmp_path / "a.csv#2")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        NAMES + rows(1) + "bad,bad\n" + rows(2),
+        NAMES + rows(1) + "\nend of file\nsaved\n",
+        NAMES + rows(1) + "OVERFLOW,OVERFLOW\n" + rows(2),
+        "state,x\n" + "on,1\noff,2\n" * 30,
+    ],
+)
+def test_one_bad_row_or_words_at_the_end_are_no_second_record(text, tmp_path):
+    (tmp_path / "a.csv").write_text(text)
+    assert open_source(tmp_path / "a.csv").parts == ()
+
+
+def sequence(segments, *, interval=1e-3, order="<"):
+    """A LeCroy sequence: the descriptor, the table of triggers, the segments' codes."""
+    codes = np.concatenate(segments).astype("i1")
+    head = bytearray(346)
+    head[:8] = b"WAVEDESC"
+    table = b"".join(struct.pack(order + "dd", 0.5 * k, -0.01 * k) for k in range(len(segments)))
+    for place, form, number in (
+        *((34, "h", 1), (36, "i", 346), (48, "i", len(table)), (60, "i", codes.nbytes)),
+        *((116, "i", len(codes)), (144, "i", len(segments)), (156, "f", 0.5), (160, "f", 0.0)),
+        *((176, "f", interval), (180, "d", 9.0), (344, "h", 0)),
+    ):
+        struct.pack_into(order + form, head, place, number)
+    head[196:197] = b"V"
+    return bytes(head) + table + codes.tobytes()
+
+
+def test_segments_of_a_lecroy_sequence(tmp_path):
+    segments = [np.arange(k, k + N) for k in range(4)]
+    (tmp_path / "a.trc").write_bytes(sequence(segments))
+    assert open_source(tmp_path / "a.trc").parts == ("1", "2", "3", "4")
+    for k, expected in enumerate(segments):
+        source = open_source(tmp_path / f"a.trc#{k + 1}")
+        block = np.concatenate(list(source.blocks([0])))[:, 0]
+        np.testing.assert_allclose(block, 0.5 * expected)
+        assert source.start == pytest.approx(-0.01 * k)  # of its first sample before its trigger
+    (tmp_path / "b.trc").write_bytes(sequence(segments)[:-1])
+    with pytest.raises(RecordError, match="bytes of samples"):
+        open_source(tmp_path / "b.trc")
+
+
+def test_sheets_of_a_workbook(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for title, k, n in (("Run 1", 1, N), ("Run 2", 2, N - 4)):
+        sheet = book.create_sheet(title)
+        for row in ("Time (s)", "x (mm)"), *((i / 1000, k + i / 100) for i in range(n)):
+            sheet.append(row)
+    del book["Sheet"]
+    book.save(tmp_path / "a.xlsx")
+    source, block = values(tmp_path / "a.xlsx#Run 2")
+    np.testing.assert_allclose(block[:, 1], 2 + np.arange(N - 4) / 100)
+    assert source.format == "Excel, sheet 'Run 2' of 2"
+    assert open_source(tmp_path / "a.xlsx").parts == ("Run 1", "Run 2")
+    with pytest.raises(RecordError, match=r"no sheet 'Run 3'; there are 'Run 1', 'Run 2'"):
+        open_source(tmp_path / "a.xlsx#Run 3")
+    book["Run 2"]["B1"] = "y (mm)"  # another quantity, no second record of the same
+    book.save(tmp_path / "b.xlsx")
+    assert open_source(tmp_path / "b.xlsx").parts == ()
+
+
+def test_of_several_records_one_has_to_be_named(tmp_path):
+    (tmp_path / "a.csv").write_text(NAMES + rows(1) + NAMES + rows(2))
+    channels = {"displacement": Channel("displacement", "CH1*", "displacement", 1.0, unit="V")}
+    time = TimeColumn("Time*", "s", 1.0)
+    with pytest.raises(RecordError, match=r"holds 2 records; .* a.csv#1, a.csv#2"):
+        read_channels(tmp_path / "a.csv", channels, time=time)
+    _, _, found = read_channels(tmp_path / "a.csv#2", channels, time=time)
+    assert len(found["displacement"]) == N
+
+
+def test_what_stands_behind_a_mark_is_a_part_only_of_a_file_that_has_some(tmp_path):
+    (tmp_path / "run#1.csv").write_text(NAMES + rows(1))
+    assert values(tmp_path / "run#1.csv")[1].shape == (N, 2)
+    assert part_of(tmp_path / "run#1.csv") == ""
+    assert file_of(tmp_path / "none.csv#2").name == "none.csv"
+    (tmp_path / "a.csv").write_text(NAMES + rows(1))
+    with pytest.raises(RecordError, match="one block of rows"):
+        open_source(tmp_path / "a.csv#1")
+    with pytest.raises(RecordError, match="no such file"):
+        open_source(tmp_path / "none.csv#1")
+
+
+def test_init_and_check_take_every_record_of_a_file(tmp_path, capsys):
+    t = np.arange(8000) / 1e3
+    folder = tmp_path / "tests"
+    folder.mkdir()
+    noise = np.random.default_rng(3)
+
+    def decay(f):
+        x = 10 * np.exp(-0.3 * t) * np.cos(2 * np.pi * f * t) + 0.01 * noise.standard_normal(t.size)
+        return "Time (s),Laser (mm)\n" + "".join(
+            f"{a:.4f},{b:.5f}\n" for a, b in zip(t, x, strict=True)
+        )
+
+    (folder / "runs.csv").write_text(decay(7.0) + decay(8.0))
+    assert main(["look", str(folder / "runs.csv")]) == 0
+    assert "runs.csv#1 to runs.csv#2" in capsys.readouterr().out
+    assert main(["init", str(folder)]) == 0
+    sheet = (folder / "records.csv").read_text()
+    assert "runs_1,runs.csv#1,ringdown" in sheet
+    assert "runs_2,runs.csv#2,ringdown" in sheet
+    assert main(["check", str(folder)]) == 0
+    assert "2 records: 2 good" in capsys.readouterr().out

@@ -1,0 +1,40 @@
+"""Impacts without end cost as their number, and what cannot be told apart is not told."""
+
+import numpy as np
+
+from vinesexp.laboratory.pulses import contact_acceleration
+from vinesexp.signals.impacts import overlapping
+from vinesexp.signals.impacts.detection import detect_contacts
+from vinesexp.signals.impacts.slopes import coarsen, slope_changes
+
+
+def test_a_displacement_with_more_impacts_than_can_be_told_apart_says_nothing_of_them():
+    t = np.arange(20_000) / 1e4
+    x = coarsen(5e-3 * np.cos(2.0 * np.pi * 8.0 * t), 1e4, 8.0)
+    many = np.linspace(0.95, 1.05, 3000)
+    found = slope_changes(x, many, np.full(3000, 0.01), frequency=8.0)
+    assert np.isnan(found.jump).all()
+    alone = slope_changes(x, np.array([1.0]), np.zeros(1), frequency=8.0)
+    assert np.isfinite(alone.jump).all()
+
+
+def test_a_chain_of_contacts_is_moved_in_parts(monkeypatch):
+    times = 0.05 + 3e-4 * np.arange(300)
+    a = contact_acceleration(
+        times, 0.01 * (-1.0) ** np.arange(300), duration=4e-4, ring=None, ring_damping=0.02,
+        start=0.0, dt=1e-4, n=2000,
+    )  # fmt: skip
+    sizes = []
+    columns = overlapping._columns
+
+    def counted(index, value, slope):
+        sizes.append(len(index))
+        return columns(index, value, slope)
+
+    monkeypatch.setattr(overlapping, "_columns", counted)
+    found = detect_contacts(
+        a + 0.1 * np.random.default_rng(1).standard_normal(a.size), 1e4, highpass=None
+    )
+    assert found.time.size > 50
+    assert found.crowded.mean() > 0.5
+    assert max(sizes) <= 16
