@@ -39,7 +39,8 @@ def impacts_on_acceleration(
     Parameters
     ----------
     whole, zoom : Trace
-        Acceleration, m/s^2, or sound without a scale: the whole record and the enlarged stretch.
+        Acceleration, m/s^2, or sound without a scale: the whole record and the enlarged stretch,
+        which is named by its role.
     impacts : Marks
     motion : Trace, optional
         Displacement in the enlarged stretch, mm.
@@ -49,10 +50,10 @@ def impacts_on_acceleration(
     figure, (above, *middle, below) = new_figure(
         len(ratios), 1, height=5.6 if jumps else 4.4, gridspec_kw={"height_ratios": ratios}
     )
-    draw_trace(above, whole, colour=COLOURS[whole.name])
+    draw_trace(above, whole, colour=COLOURS[zoom.name])
     above.axvspan(zoom.time[0], zoom.time[-1], color=COLOURS["published"], alpha=0.35, linewidth=0)
     above.set_title(title)
-    above.set_ylabel(_AXES[whole.name])
+    above.set_ylabel(_AXES[zoom.name])
     above.margins(x=0.01)
     for axis in middle:
         _jumps(axis, impacts)
@@ -74,7 +75,7 @@ def _jumps(axis: Axes, impacts: Marks) -> None:
             markersize=size,
             markeredgewidth=0,
         )
-    largest = float(np.abs(impacts.jump).max(initial=0.0))
+    largest = float(np.nanmax(np.abs(impacts.jump), initial=0.0))
     axis.set_ylim(0.0, 1.12 * largest if largest > 0.0 else None)
     axis.set_ylabel("velocity jump\n(m/s)")
 
