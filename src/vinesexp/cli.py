@@ -50,17 +50,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; a user's mistake is one line on standard error and exit code 1."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     command = next((word for word in words if word in COMMANDS), None)
-    parsed = build_parser(command).parse_args(words)
     try:
+        parsed = build_parser(command).parse_args(words)
         code: int = parsed.run(parsed)
     except VinesexpError as error:
-        print(f"vinesexp {parsed.command}: {error}", file=sys.stderr)
+        print(f"vinesexp {command}: {error}", file=sys.stderr)
         return 1
     except BrokenPipeError:
         return 1
     except OSError as error:  # a full disk, a folder that nobody may write
         file = "" if error.filename is None else f"{shown(str(error.filename))}: "
-        print(f"vinesexp {parsed.command}: {file}{error.strerror or error}", file=sys.stderr)
+        print(f"vinesexp {command}: {file}{error.strerror or error}", file=sys.stderr)
         return 1
     return code
 

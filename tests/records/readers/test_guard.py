@@ -4,6 +4,8 @@ import ctypes
 import gc
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -150,3 +152,17 @@ def test_a_dataset_larger_than_its_file_can_hold_is_refused(tmp_path):
         stored.create_dataset("x", shape=(10**12,), chunks=(1024,), dtype="f8")
     with pytest.raises(RecordError, match="more than the file can hold"):
         open_source(tmp_path / "a.h5")
+
+
+def test_windows_itself_is_told_to_use_wsl():
+    code = (
+        "import select, signal, subprocess, sys, threading\n"
+        "from vinesexp.cli import main\n"
+        "import ctypes, csv, io, json, pickle, tempfile, h5py, numpy, pandas, scipy.io\n"
+        "sys.platform = 'win32'\n"
+        "sys.exit(main(['look', 'a.csv']))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1
+    assert "install and run vinesexp inside WSL" in done.stderr

@@ -143,7 +143,11 @@ def _bracket(axis: Axes, interval: Interval, height: float, name: str, colour: s
         label(axis, text, (0.5 * sum(ends), height), colour=colour, shift=(0, 7), ha="center")
         return
     axis.plot(value, height, "o", color=colour, markersize=3.5)
-    label(axis, f"{name} {value:.1f}", (low, height), colour=colour, shift=(-5, 0), ha="right")
+    text = f"{name} {value:.1f}"
+    if low - left > 0.3 * (right - left):
+        label(axis, text, (low, height), colour=colour, shift=(-5, 0), ha="right")
+    else:  # beside the bracket it would lie over the axis
+        label(axis, text, (0.5 * sum(ends), height), colour=colour, shift=(0, 7), ha="center")
 
 
 def _key(figure: Figure, axis: Axes, regimes: Sequence[str]) -> None:

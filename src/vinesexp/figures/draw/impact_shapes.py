@@ -39,8 +39,8 @@ def impacts_on_acceleration(
     Parameters
     ----------
     whole, zoom : Trace
-        Acceleration, m/s^2, or sound without a scale, as the name of `zoom` says: the whole record
-        and the enlarged stretch.
+        Acceleration, m/s^2, or sound without a scale: the whole record and the enlarged stretch,
+        which is named by its role.
     impacts : Marks
     motion : Trace, optional
         Displacement in the enlarged stretch, mm.
@@ -75,7 +75,7 @@ def _jumps(axis: Axes, impacts: Marks) -> None:
             markersize=size,
             markeredgewidth=0,
         )
-    largest = float(np.abs(impacts.jump).max(initial=0.0))
+    largest = float(np.nanmax(np.abs(impacts.jump), initial=0.0))
     axis.set_ylim(0.0, 1.12 * largest if largest > 0.0 else None)
     axis.set_ylabel("velocity jump\n(m/s)")
 

@@ -23,10 +23,17 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
 
-from vinesexp.errors import RecordError
+from vinesexp.errors import RecordError, VinesexpError
 from vinesexp.records.readers.guarded_child import receive, send, serve, widen
 from vinesexp.records.readers.parts import file_of
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
+
+if sys.platform == "win32":
+    raise VinesexpError(
+        "records are read in a process whose memory and time are limited, in a way that Windows "
+        "does not have: install and run vinesexp inside WSL "
+        "(https://learn.microsoft.com/windows/wsl/install)"
+    )
 
 _DEATHS = {
     signal.SIGSEGV: "breaks the library that reads it (segmentation fault)",
