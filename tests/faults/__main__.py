@@ -1,10 +1,9 @@
 """Many faults, one after the other, each followed by a run that has to mend it.
 
-    python -m tests.faults --kills 50 --damage 20 [--disks 6] [--seed 1] [--folder DIR]
+    python -m tests.faults --kills 50 --damage 20 [--seed 1] [--folder DIR]
 
 A campaign is killed a few times on its way to the end, and then run to it; results are damaged and
-run again; runs meet a full disk and one that is read only. Bytes of all results are then those of
-a run that nothing happened to.
+run again. Bytes of all results are then those of a run that nothing happened to.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from pathlib import Path
 from tests.workflow.conftest import Workflow
 
 from . import injections
-from .project import RESULTS, contents, copy_of, differences, finish, new_project, reported, start
+from .project import contents, copy_of, differences, finish, new_project
 
 EACH = 10  # kills on the way to one end
 
@@ -29,7 +28,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--damage", type=int, default=20)
-    parser.add_argument("--disks", type=int, default=6)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folder", type=Path, help="where to work; default: temporary")
     given = parser.parse_args()
@@ -40,7 +38,6 @@ def main() -> int:
         print(f"a run that nothing happens to: {seconds:.0f} s, {len(contents(fresh))} results")
         wrong = kills(fresh, folder, given.kills, given.seed, seconds)
         wrong += damages(fresh, folder, given.damage, given.seed)
-        wrong += disks(fresh, folder, given.disks, given.seed)
     print(f"{wrong} ended otherwise")
     return 1 if wrong else 0
 
@@ -80,38 +77,6 @@ def damages(fresh: Workflow, folder: Path, wanted: int, seed: int) -> int:
         wrong += bool(other)
         print(f"{name} {kind}: {other or 'the same bytes'}", flush=True)
     print(f"{wanted} damaged results, {wrong} with other bytes")
-    return wrong
-
-
-def disks(fresh: Workflow, folder: Path, wanted: int, seed: int) -> int:
-    """Runs on a disk that is full at some point, and read only at another."""
-    wrong = 0
-    whole = (
-        sum(p.stat().st_size for p in (fresh.folder / RESULTS).rglob("*") if p.is_file()) // 1024
-    )
-    for number in range(wanted):
-        project = new_project(folder / f"disk{number}")
-        size = random.Random(f"disk {seed} {number}").randrange(8, whole)
-        try:
-            with injections.small_disk(project.folder / "results", size) as mount:
-                full = start(project).wait(), reported(project)
-                mount("ro")
-                locked = start(project).wait(), reported(project)
-                mount(f"rw,size={10 * whole}k")
-                finish(project)
-                other = differences(contents(project), contents(fresh))
-        except PermissionError:
-            print("no disk can be made here: full and read-only disks were not tried")
-            return wrong
-        for what, (code, words) in (("full", full), ("read only", locked)):
-            if code == 0 or "Traceback" in words or len(words.splitlines()) > 60:
-                other.append(f"{what}: exit {code}, {len(words.splitlines())} lines")
-                print(words[-3000:])
-        wrong += bool(other)
-        print(
-            f"disk of {size} of {whole} kB, then read only: {other or 'the same bytes'}", flush=True
-        )
-    print(f"{wanted} disks, {wrong} ended otherwise")
     return wrong
 
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import os
 import random
-import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import psutil
@@ -112,32 +110,3 @@ def damage(project: Workflow, rng: random.Random, kind: str) -> str:
     name = rng.choice([name for name in names if (results / name).stat().st_size])
     DAMAGES[kind](results / name, rng, [results / other for other in names])
     return name
-
-
-@contextmanager
-def small_disk(folder: Path, kilobytes: int) -> Iterator[Callable[[str], None]]:
-    """A disk of a given size at `folder`; gives a function that mounts it anew with options.
-
-    Raises
-    ------
-    PermissionError
-        Disks cannot be made here: only the system's administrator can, on Linux.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    mount = shutil.which("mount")
-    if os.geteuid() != 0 or mount is None:
-        raise PermissionError
-    options = f"size={kilobytes}k"
-    made = subprocess.run(
-        [mount, "-t", "tmpfs", "-o", options, "vinesexp", folder], capture_output=True, check=False
-    )
-    if made.returncode:
-        raise PermissionError
-    try:
-        yield (
-            lambda words: (
-                subprocess.run([mount, "-o", f"remount,{words}", folder], check=True) and None
-            )
-        )
-    finally:
-        subprocess.run(["umount", "-l", folder], check=True)
