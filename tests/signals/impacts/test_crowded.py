@@ -18,12 +18,17 @@ def test_a_displacement_with_more_impacts_than_can_be_told_apart_says_nothing_of
     assert np.isfinite(alone.jump).all()
 
 
-def test_a_chain_of_contacts_is_moved_in_parts(monkeypatch):
-    times = 0.05 + 3e-4 * np.arange(300)
+def chain(count: int) -> np.ndarray:
+    """Contacts 0.3 ms apart that last 0.4 ms, with noise."""
+    times = 0.05 + 3e-4 * np.arange(count)
     a = contact_acceleration(
-        times, 0.01 * (-1.0) ** np.arange(300), duration=4e-4, ring=None, ring_damping=0.02,
+        times, 0.01 * (-1.0) ** np.arange(count), duration=4e-4, ring=None, ring_damping=0.02,
         start=0.0, dt=1e-4, n=2000,
     )  # fmt: skip
+    return a + 0.1 * np.random.default_rng(1).standard_normal(a.size)
+
+
+def sizes_moved_at_once(monkeypatch, a: np.ndarray):
     sizes = []
     columns = overlapping._columns
 
@@ -32,9 +37,26 @@ def test_a_chain_of_contacts_is_moved_in_parts(monkeypatch):
         return columns(index, value, slope)
 
     monkeypatch.setattr(overlapping, "_columns", counted)
-    found = detect_contacts(
-        a + 0.1 * np.random.default_rng(1).standard_normal(a.size), 1e4, highpass=None
-    )
+    return detect_contacts(a, 1e4, highpass=None), sizes
+
+
+def test_a_chain_of_contacts_is_moved_in_parts(monkeypatch):
+    found, sizes = sizes_moved_at_once(monkeypatch, chain(300))
     assert found.time.size > 50
     assert found.crowded.mean() > 0.5
-    assert max(sizes) <= 16
+    assert 4 < max(sizes) <= 16
+
+
+def test_a_chain_too_long_to_be_single_impacts_stays_where_it_was_found(monkeypatch):
+    monkeypatch.setattr(overlapping, "_MOST", 4)
+    found, sizes = sizes_moved_at_once(monkeypatch, chain(300))
+    assert found.crowded.mean() > 0.5
+    assert max(sizes, default=0) <= 4
+
+
+def test_columns_are_templates_at_their_places():
+    index = np.array([[3, 4, 5], [4, 5, 5]])
+    value, slope = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]), -np.ones((2, 3))
+    columns, low = overlapping._columns(index, value, slope)
+    assert low == 3
+    assert columns.tolist() == [[1, 2, 3], [0, 4, 11], [-1, -1, -1], [0, -1, -2]]

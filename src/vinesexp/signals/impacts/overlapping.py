@@ -17,6 +17,7 @@ from vinesexp.signals.impacts.template import Template
 _STEPS = 5  # Gauss-Newton steps a round, at most
 _STILL = 1e-3  # samples: a smaller step changes nothing
 _TOGETHER = 16  # contacts of a chain that are moved at once
+_MOST = 64  # contacts of a chain: a longer one is no succession of single impacts
 _SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
 
 
@@ -124,7 +125,8 @@ def align(state: State, seen: IntArray, *, reach: int) -> None:
 def _refine(state: State, seen: IntArray) -> float:
     """One Gauss-Newton step of all times and heights; each keeps within half a sample.
 
-    Contacts that overlap are moved together, all others each for itself. Returns the largest move.
+    Contacts that overlap are moved together, all others each for itself; a chain without end stays
+    where it was found. Returns the largest move.
     """
     if not state.place.size:
         return 0.0
@@ -139,6 +141,9 @@ def _refine(state: State, seen: IntArray) -> float:
     height_step = np.where(good, (ss * right_v - vs * right_s) / safe, 0.0)
     place_step = np.where(good, (vv * right_s - vs * right_v) / safe, 0.0)
     for chain in _overlapping(state):
+        if chain.size > _MOST:  # nothing tells one of them from its neighbours
+            height_step[chain] = place_step[chain] = 0.0
+            continue
         # The work grows as the cube of their number. Parts of a long chain come one after the
         # other, each with what the ones before it have left.
         for group in np.array_split(chain, -(-chain.size // _TOGETHER)):
@@ -166,12 +171,11 @@ def _overlapping(state: State) -> list[IntArray]:
 def _columns(index: IntArray, value: FloatArray, slope: FloatArray) -> tuple[FloatArray, int]:
     """Templates and derivatives of contacts that share samples, and the first sample."""
     low, high = int(index.min()), int(index.max()) + 1
-    count = index.shape[0]
-    columns = np.zeros((2 * count, high - low))
-    for i in range(count):
-        np.add.at(columns[i], index[i] - low, value[i])
-        np.add.at(columns[count + i], index[i] - low, slope[i])
-    return columns, low
+    both = np.concatenate([value, slope])
+    rows = np.arange(len(both))[:, np.newaxis] * (high - low)
+    flat = rows + np.concatenate([index, index]) - low
+    size = len(both) * (high - low)
+    return np.bincount(flat.ravel(), both.ravel(), size).reshape(len(both), high - low), low
 
 
 def keep_only(state: State, which: IntArray | BoolArray) -> None:
