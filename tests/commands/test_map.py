@@ -60,7 +60,7 @@ def test_basins_as_table_json_and_picture(
         rows = list(csv.DictReader(stream))
     assert [float(row["mean_m"]) for row in rows] == [m["mean"] for m in answer["motions"]]
     assert picture.stat().st_size > 1000
-    assert main(["basins", *given]) == 0
+    assert main(["basins", *given, "--force"]) == 0
     assert "two symmetric" in capsys.readouterr().out
 
 

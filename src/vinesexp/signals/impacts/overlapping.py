@@ -175,7 +175,8 @@ def _columns(index: IntArray, value: FloatArray, slope: FloatArray) -> tuple[Flo
     rows = np.arange(len(both))[:, np.newaxis] * (high - low)
     flat = rows + np.concatenate([index, index]) - low
     size = len(both) * (high - low)
-    return np.bincount(flat.ravel(), both.ravel(), size).reshape(len(both), high - low), low
+    columns: FloatArray = np.bincount(flat.ravel(), both.ravel(), size).astype(np.float64)
+    return columns.reshape(len(both), high - low), low
 
 
 def keep_only(state: State, which: IntArray | BoolArray) -> None:
