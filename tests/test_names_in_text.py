@@ -1,10 +1,9 @@
 """Names of code in docstrings, comments and documents: what they point to exists."""
 
 import ast
+import functools
 import importlib
-import io
 import re
-import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -43,23 +42,25 @@ def identifiers(tree: ast.AST) -> Iterator[str]:
                 yield text  # a column, a key, an option
 
 
+@functools.cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def prose(path: Path) -> str:
     """Docstrings and comments of a module, or all of a document."""
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".md":
         return text
-    found = [
-        token.string
-        for token in tokenize.generate_tokens(io.StringIO(text).readline)
-        if token.type == tokenize.COMMENT
-    ]
+    found = re.findall(r"(?:^|\s)#.*", text)
     documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(tree_of(path)):
         if isinstance(node, documented):
             found.append(ast.get_docstring(node) or "")
     return "\n".join(found)
 
 
+@functools.cache
 def quoted(path: Path) -> set[str]:
     return set(re.findall(r"(?<!`)`([^`\n]+)`(?!`)", prose(path)))
 
@@ -72,11 +73,12 @@ def has(holder: object, name: str) -> bool:
     )
 
 
+@functools.cache
 def exists(name: str) -> bool:
     """Whether ``module.function``, ``room.module``, ``Class.attribute`` names something."""
     parts = name.removesuffix("()").split(".")
     if name.endswith(".py"):
-        return any(path.match(name) for path in [*FILES, *REPOSITORY.glob("[bwt]*/**/*.py")])
+        return any(path.match(name) for path in scripts())
     for cut in range(len(parts), 0, -1):
         ending = ".".join(parts[:cut])
         for module in (m for m in MODULES if f".{m}".endswith(f".{ending}")):
@@ -89,10 +91,16 @@ def exists(name: str) -> bool:
     return len(parts) == 2 and any(has(kind, parts[1]) for kind in classes().get(parts[0], ()))
 
 
+@functools.cache
+def scripts() -> list[Path]:
+    return [*FILES, *REPOSITORY.glob("[bwt]*/**/*.py")]
+
+
+@functools.cache
 def classes() -> dict[str, list[type]]:
     found: dict[str, list[type]] = {}
     for path in FILES:
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        for node in tree_of(path).body:
             if isinstance(node, ast.ClassDef):
                 module = ".".join(("vinesexp", *path.relative_to(ROOT).with_suffix("").parts))
                 module = module.removesuffix(".__init__")
@@ -115,8 +123,7 @@ def test_dotted_names_in_text_exist():
 
 def test_plain_names_in_docstrings_stand_in_code():
     """`states` where no code has a name of that kind is a name that was changed."""
-    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in FILES]
-    names = {name for tree in trees for name in identifiers(tree)}
+    names = {name for path in FILES for name in identifiers(tree_of(path))}
     known = {word for name in names for word in re.findall(r"\w+", name)}
     known |= {part for module in MODULES for part in module.split(".")}
     known |= IN_INSTRUMENT_FILES
