@@ -30,3 +30,11 @@ def test_a_phase_at_the_oscillation_alone_is_one_line_and_no_lag():
     (check,) = remarks(found)
     assert check.check == "cross-axis"
     assert "1.7 degrees behind the displacement (median of 3 records)" in check.detail
+
+
+@pytest.mark.parametrize(("with_corner", "said"), [(4, True), (1, False)])
+def test_a_corner_that_few_records_show_is_none(with_corner, said):
+    """Hum or a low rate turns the phase of one record; a sensor has its corner in all of them."""
+    found = [estimate("accelerometer_corner", 0.5, 1e-3, f"r{i}") for i in range(with_corner)]
+    found += [Estimate("r", 0.6, 1e-3, "1", "impacts", (f"r{i}",)) for i in range(8)]
+    assert any(check.check == "corner" for check in remarks(found)) == said

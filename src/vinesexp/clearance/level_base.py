@@ -190,7 +190,8 @@ def _amplitude(name: str, nominal: float, base: LevelBase) -> list[Check]:
         return [Check("", "base amplitude", "warning", detail)]
     detail = (
         f"{name}: the base channel shows {1e3 * base.channel:.4g} mm, "
-        f"{100 * abs(off):.2g} % {'below' if off < 0.0 else 'above'} the sheet; "
+        f"{100 * abs(off):.{2 if abs(off) < 0.995 else 3}g} % "
+        f"{'below' if off < 0.0 else 'above'} the sheet; "
     )
     if base.believed == "sheet":
         detail += (

@@ -53,7 +53,7 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
                 "said to be"
             )
             checks.append(Check(e.records[0], "gain", "warning", detail))
-    corners = [e for e in found if e.parameter == "accelerometer_corner"]
+    corners = _of_most([e for e in found if e.parameter == "accelerometer_corner"], found)
     lags = [e for e in found if e.parameter == "channel_lag"]
     if corners:  # elsewhere the phase at one frequency may be the corner's
         shown = {e.records[0] for e in corners}
@@ -63,6 +63,15 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
         shown = {e.records[0] for e in across}
         lags = [e for e in lags if e.records[0] in shown]
     return [*checks, *_corner(corners), *_across(across), *_lags(lags)]
+
+
+def _of_most(corners: list[Estimate], found: Sequence[Estimate]) -> list[Estimate]:
+    """Corners, if most records with impacts show one: a sensor has the same in all of them."""
+    shown = {e.records[0] for e in corners}
+    judged = {
+        e.records[0] for e in found if e.method == "impacts" and e.parameter == "r" and e.records
+    }
+    return corners if 2 * len(shown) >= len(judged | shown) else []
 
 
 def _across(across: Sequence[Estimate]) -> list[Check]:
