@@ -17,7 +17,7 @@ from vinesexp.signals.impacts.template import Template
 _STEPS = 5  # Gauss-Newton steps a round, at most
 _STILL = 1e-3  # samples: a smaller step changes nothing
 _TOGETHER = 16  # contacts of a chain that are moved at once
-_MOST = 64  # contacts of a chain: a longer one is no succession of single impacts
+_MOST = 512  # contacts of a chain: a longer one is no succession of single impacts
 _SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
 
 
