@@ -30,7 +30,7 @@ FLOORS = (
     {"laboratory"},
     {"figures"},
     {"report", "record_pages"},
-    {"commands", "cli", "step", "codedigest", "resultslock", "workflow"},
+    {"commands", "cli", "step", "codedigest", "resultslock", "workflow", "outdated_jobs"},
 )
 
 

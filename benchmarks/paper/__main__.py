@@ -1,6 +1,6 @@
 """Every claim of the paper with a verdict, and the figures that show it.
 
-    python -m benchmarks.paper          # about a minute
+    python -m benchmarks.paper          # about two minutes
 
 writes docs/paper.md and docs/figures/paper/*.svg. Claims are in data/paper/claims.csv; one without
 a verdict is an error.
@@ -11,6 +11,9 @@ from __future__ import annotations
 import csv
 import sys
 
+from benchmarks.paper.off_resonance import one_clearance
+from benchmarks.paper.regimes import section_2_2
+from benchmarks.paper.release_course import section_3_2
 from benchmarks.paper.release_regimes import figure_5_and_6
 from benchmarks.paper.releases import figures_13_and_14
 from benchmarks.paper.resonance import figure_9
@@ -23,12 +26,15 @@ from benchmarks.paper.table_1 import table_1
 PAGE = ROOT / "docs" / "paper.md"
 SECTIONS = (
     ("Figure 2: the SIM", figure_2),
+    ("Section 2.2: the five regimes", section_2_2),
     ("Figure 3: strongly modulated and steady response", figure_3),
     ("Figure 4: amplitude over clearance, G = 0.25 mm", figure_4),
     ("Figures 5 and 6: release from 30 mm", figure_5_and_6),
     ("Table 1", table_1),
+    ("Section 3.2: the course of a release", section_3_2),
     ("Section 4: several NESs", section_4),
     ("Figure 9: resonance", figure_9),
+    ("Section 5.1: beside resonance", one_clearance),
     ("Figures 10 and 11: sweeps", figures_10_and_11),
     ("Figures 13 and 14: release from 20 mm", figures_13_and_14),
 )

@@ -237,7 +237,7 @@ def _one_ball(seen: Seen) -> Verdicts:
 
 
 def _two_balls(seen: Seen) -> Verdicts:
-    said, away, permanent = seen.said, seen.away, seen.permanent
+    said, away, permanent, modulated = seen.said, seen.away, seen.permanent, seen.modulated
     pairs = ", ".join(f"{n}: {said(n)}" for n in ("23+23", "34+34"))
     names = ("23+23", "23+34", "34+34")
     lowest = min(names, key=lambda n: float(np.mean(seen.running[n])))
@@ -265,6 +265,12 @@ def _two_balls(seen: Seen) -> Verdicts:
             "some ball has permanent two impacts per cycle over (Hz) 23+34: "
             f"{permanent['23+34']:.2f}, 23+23: {permanent['23+23']:.2f}, 34+34: "
             f"{permanent['34+34']:.2f}, 34: {permanent['34']:.2f}, 25: {permanent['25']:.2f}",
+        ),
+        "smr_23_34": Verdict(
+            "agrees" if modulated["23+34"] < 0.5 * permanent["23+34"] else "differs",
+            "some ball is modulated over (Hz) "
+            + ", ".join(f"{n}: {modulated[n]:.2f}" for n in names)
+            + f"; with 23+34 some ball is permanent over {permanent['23+34']:.2f}",
         ),
     }
 

@@ -12,9 +12,9 @@ import contextlib
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn, TextIO
 
 from vinesexp.errors import VinesexpError
 
@@ -73,27 +73,64 @@ def run_step(function: Callable[..., Any], *, log: str | Path, **arguments: Any)
         With code 1, after one line on standard error.
     """
     path = Path(log)
-    path.parent.mkdir(parents=True, exist_ok=True)
     started = time.perf_counter()
-    with path.open("w", encoding="utf-8") as stream:
-        try:
-            with contextlib.redirect_stdout(stream), contextlib.redirect_stderr(stream):
-                summary = function(**arguments)
-        except VinesexpError as error:
-            stream.write(f"{error}\n")
-            print(f"vinesexp: {error} (log: {path})", file=sys.stderr, flush=True)
-            raise SystemExit(1) from None
-        except Exception as error:
-            stream.write(traceback.format_exc())
-            print(
-                f"vinesexp: unexpected {type(error).__name__}: {error} (traceback in {path})",
-                file=sys.stderr,
-                flush=True,
-            )
-            raise SystemExit(1) from None
-        seconds = time.perf_counter() - started
-        stream.write(f"{summary if summary is not None else 'done'} in {seconds:.2f} s\n")
-        stream.write(f"process: {time.process_time():.2f} s of processor time, {_memory_words()}\n")
+    try:
+        with _written(path) as stream:
+            summary = _run(function, arguments, stream)
+            seconds = time.perf_counter() - started
+            stream.write(f"{summary if summary is not None else 'done'} in {seconds:.2f} s\n")
+            spent = f"{time.process_time():.2f} s of processor time"
+            stream.write(f"process: {spent}, {_memory_words()}\n")
+    except VinesexpError as error:
+        _fail(f"{error} (log: {path})")
+    except OSError as error:  # from the log itself, which a full disk may not take
+        _fail(f"{error.filename or path}: {error.strerror or error}")
+
+
+def _run(function: Callable[..., Any], arguments: dict[str, Any], stream: TextIO) -> Any:
+    """What the function returns; what it raises is in the log, and becomes a VinesexpError."""
+    try:
+        with contextlib.redirect_stdout(stream), contextlib.redirect_stderr(stream):
+            return function(**arguments)
+    except VinesexpError as error:
+        stream.write(f"{error}\n")
+        raise
+    except Exception as error:
+        from vinesexp.records.refusal import is_of_the_machine, reason_of_machine
+
+        stream.write(traceback.format_exc())
+        if is_of_the_machine(error):
+            if "errno = " in str(error):  # HDF5 fails again for all that it has open, in tracebacks
+                sys.excepthook = sys.unraisablehook = _say_nothing
+            file = getattr(error, "filename", None)
+            raise VinesexpError(
+                f"{reason_of_machine(error)}; when this is mended, the next run goes on from here",
+                file=None if file is None else Path(file),
+            ) from None
+        raise VinesexpError(f"unexpected {type(error).__name__}: {error}") from None
+
+
+@contextlib.contextmanager
+def _written(path: Path) -> Iterator[TextIO]:
+    """The log, written anew. A failure of the step counts for more than one of its log."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    stream = path.open("w", encoding="utf-8")
+    try:
+        yield stream
+    except BaseException:
+        with contextlib.suppress(OSError):
+            stream.close()
+        raise
+    stream.close()
+
+
+def _say_nothing(*_: object) -> None:
+    pass
+
+
+def _fail(words: str) -> NoReturn:
+    print(f"vinesexp: {words}", file=sys.stderr, flush=True)
+    raise SystemExit(1)
 
 
 def _memory_words() -> str:

@@ -123,3 +123,15 @@ def test_shares_of_the_rows_are_all_rows_once() -> None:
     rows = sorted(row for k in range(1, 5) for row in rows_of(f"{k}/4", 10))
     assert rows == list(range(10))
     assert cells_of("7", 2) == (7, 7)
+
+
+@pytest.mark.parametrize("command", ["map", "basins"])
+def test_several_balls_are_refused_with_what_takes_them(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = words({**RIG, "--nes-mass": "32 g; 32 g"}, "--out", str(tmp_path / "out"))
+    assert main([command, *given]) == 1
+    said = capsys.readouterr().err
+    assert "--nes-mass: found a list, '32 g; 32 g': maps and basins are of one ball" in said
+    assert "vinesexp design" in said
+    assert said.count("\n") == 1

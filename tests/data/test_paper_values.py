@@ -5,6 +5,7 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from vinesexp.laboratory.scene import load_scene
@@ -123,11 +124,22 @@ def test_notes_state_the_exact_values_that_theory_gives():
 def test_every_claim_has_a_verdict_on_the_page():
     page = (PAPER.parents[1] / "docs" / "paper.md").read_text(encoding="utf-8")
     rows = rows_of("claims.csv")
-    assert len({row["claim"] for row in rows}) == len(rows) > 30
+    assert len({row["claim"] for row in rows}) == len(rows) > 50
     for row in rows:
         start = f"| {row['source']} | {row['text']} | **"
         verdict = page.partition(start)[2].partition("** | ")[0]
         assert verdict in ("agrees", "in part", "differs", "cannot be judged"), row["claim"]
+
+
+def test_a_straight_part_of_a_decay_is_told_from_an_exponential():
+    from benchmarks.paper.straight_parts import parts_of
+
+    t = np.arange(0.0, 8.0, 0.05)
+    fall = np.where(t < 2.0, 20.0 - 8.0 * t, 4.0 * np.exp(-0.33 * (t - 2.0)))
+    straight, curved = parts_of(t, fall, [19.0, 4.05, 0.6])
+    assert straight.straight
+    assert not curved.straight
+    assert curved.rate == pytest.approx(0.33, rel=0.02)
 
 
 def test_the_twin_is_compared_with_values_that_its_records_can_judge():

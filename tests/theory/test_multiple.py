@@ -101,3 +101,17 @@ def test_projection_of_the_exact_orbit_lies_on_the_manifold_as_eps_vanishes() ->
     )
     assert pytest.approx(1.3) == C
     assert pytest.approx(float(manifold.amplitude(1.3, r=0.6)), rel=1e-5) == A
+
+
+def test_each_ball_of_a_design_has_its_own_restitution() -> None:
+    """Each sits on its fold at its level, whatever the r of the others."""
+    o, masses, r = Oscillator(M=4.7, c1=3.02, k1=1.147e4), (0.032, 0.016), (0.6, 0.8)
+    plan = multiple.design_clearances(G_low=1e-4, G_high=3e-4, oscillator=o, masses=masses, r=r)
+    balls = [NES(m=m, b=b, r=one) for m, b, one in zip(masses, plan.clearances, r, strict=True)]
+    fold = float(manifold.A_1(0.8)) * balls[1].b
+    assert float(multiple.base_amplitude_for(fold, Rig(o, balls))) == pytest.approx(3e-4, rel=1e-9)
+    alike = multiple.design_clearances(G_low=1e-4, G_high=3e-4, oscillator=o, masses=masses, r=0.6)
+    assert plan.clearances[0] == alike.clearances[0]
+    assert plan.clearances[1] > 1.2 * alike.clearances[1]
+    with pytest.raises(ParameterError, match="2 restitutions for 1 balls"):
+        multiple.design_clearances(G_low=1e-4, G_high=3e-4, oscillator=o, masses=(0.03,), r=r)

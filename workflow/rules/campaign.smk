@@ -5,7 +5,8 @@ import sys
 from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign import load_campaign
-from vinesexp.workflow import Planner, accept_own_environment, keeps_channels, read_config, shown
+from vinesexp.outdated_jobs import Planner
+from vinesexp.workflow import accept_own_environment, keeps_channels, read_config, shown
 
 # Steps are short processes: without compiled modules each would compile the package again.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -26,7 +27,9 @@ except VinesexpError as error:
 
 accept_own_environment(workflow)
 RECORDS = {record.id: record for record in CAMPAIGN.records}
-PLANNER = Planner(workflow, CAMPAIGN, PATHS, keeps_channels=KEEPS_CHANNELS)
+PLANNER = Planner(
+    workflow, CAMPAIGN, PATHS, keeps_channels=KEEPS_CHANNELS, simulated=SCENE is not None
+)
 
 
 wildcard_constraints:
@@ -35,8 +38,8 @@ wildcard_constraints:
 
 
 def each_record(path):
-    """A result of every record; `path` is a method of PATHS."""
-    return [path(record) for record in RECORDS]
+    """A result of every record, as an input; `path` is a method of PATHS."""
+    return PLANNER.each_record(path)
 
 
 def channels(path):
@@ -68,13 +71,9 @@ def shown_in(wildcards):
     if wildcards.family == "results":
         tables = PATHS.identified, PATHS.regimes, PATHS.base, PATHS.decay_times, PATHS.clearances
         replayed = PATHS.replay, PATHS.replay_cycles, PATHS.level_values
-        return [
-            *tables,
-            *replayed,
-            *each_record(PATHS.estimates),
-            *each_record(PATHS.decay),
-            *each_record(PATHS.conditioned),
-            *each_record(PATHS.impacts),
-        ]
-    kinds = PATHS.record, PATHS.conditioned, PATHS.impacts
-    return [path for kind in kinds for path in each_record(kind)]
+        kinds = PATHS.estimates, PATHS.decay, PATHS.conditioned, PATHS.impacts
+    else:
+        tables = replayed = ()
+        kinds = PATHS.record, PATHS.conditioned, PATHS.impacts
+    of_records = [path for kind in kinds for path in each_record(kind)(wildcards)]
+    return [*tables, *replayed, *of_records]

@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
     seed = once(args.seed, "--seed")
     given = gather({o.symbol: getattr(args, o.symbol) for o in OPTIONS}, identified)
     check_picture(picture)
-    refuse_existing(sheet, force=args.force)
+    refuse_existing(picture, sheet, force=args.force)
     if sheet is not None and sheet.suffix.lower() not in (".html", ".htm"):
         raise VinesexpError(
             f"'{sheet.suffix}' is no page; name a file that ends in .html", file=sheet
@@ -98,7 +98,8 @@ def design(given: Given, *, simulate: bool = True, seed: int = 1) -> Answer:
         Neither has an answer.
     """
     from vinesexp.design.answer import Answer
-    from vinesexp.design.predictions import predict, release_of, task_of
+    from vinesexp.design.given_task import asked_of, release_of, task_of
+    from vinesexp.design.predictions import predict
 
     theory = predict(given)
     falls = release_of(given, theory, seed=seed) if simulate else None
@@ -109,7 +110,7 @@ def design(given: Given, *, simulate: bool = True, seed: int = 1) -> Answer:
     from vinesexp.design.advice import advise
 
     try:
-        return Answer(theory, advise(task_of(given), seed=seed), falls)
+        return Answer(theory, advise(task_of(given), asked=asked_of(given), seed=seed), falls)
     except AnalysisError as error:
         if theory.no_orbit:
             raise AnalysisError(f"{theory.no_orbit}; {error}") from None
@@ -119,6 +120,8 @@ def design(given: Given, *, simulate: bool = True, seed: int = 1) -> Answer:
 def answer_of(given: Given, answer: Answer) -> dict[str, object]:
     """One object for programs: the contract's keys first, then everything else."""
     from vinesexp.design.answer_json import as_json, falls_as_json
+    from vinesexp.design.answer_warnings import remarks_of
+    from vinesexp.design.given_task import bands_given
 
     theory, advice = answer.theory, answer.advice
     found = theory.as_json() | dict.fromkeys(SIMULATED)
@@ -155,6 +158,8 @@ def answer_of(given: Given, answer: Answer) -> dict[str, object]:
         ]
     if answer.falls is not None:
         found["release_simulated"] = falls_as_json(answer.falls)
+    found["bands_given_mm"] = [[1e3 * x.low, 1e3 * x.high] for _, x in bands_given(given)]
+    found["warnings"] = remarks_of(given, answer)
     return found
 
 
@@ -193,7 +198,12 @@ def curve_of(advice: Advice) -> DesignCurve:
 
     found = advice.found
     low, middle, high = 1e3 * np.percentile(found.random.scan.mean, [10, 50, 90], axis=1)
-    build = (("least mean", advice.least_mean), ("least largest", advice.least_max))
+    build = (
+        ("least mean", advice.least_mean),
+        ("least largest", advice.least_max),
+        ("robust", advice.robust),
+        ("given", advice.asked),
+    )
     return DesignCurve(
         b=1e3 * found.grid,
         rest=1e3 * advice.task.average(found.rest.scan.mean),
@@ -203,7 +213,7 @@ def curve_of(advice: Advice) -> DesignCurve:
         captured=found.random.scan.captured.mean(axis=1),
         bare=1e3 * advice.bare,
         absorber=1e3 * advice.den_hartog.amplitude,
-        build={name: 1e3 * one.b for name, one in (*build, ("robust", advice.robust))},
+        build={name: 1e3 * one.b for name, one in build if one is not None},
         published=1e3 * advice.published,
         exact=None if advice.exact is None else 1e3 * advice.exact,
     )

@@ -21,6 +21,8 @@ from vinesexp.rig import Oscillator
 #: Error of the absorber's frequency that the comparison includes.
 DETUNING = 0.05
 _FREQUENCIES = 41
+#: Least damping ratio of the numerically optimal one.
+LEAST_DAMPING = 1e-4
 
 
 @dataclass(frozen=True)
@@ -112,10 +114,18 @@ def equal_mass_optimal(task: Task) -> Absorber:
     from scipy.optimize import minimize
 
     tuning, zeta = den_hartog(task.eps)
+    start = np.log([tuning, zeta])
+    ratios = [f / task.oscillator.f0 for f in task.frequencies]
+    # far from resonance no damper matters: none that nobody could build
+    least, most = (
+        np.log([0.5 * min(tuning, *ratios), LEAST_DAMPING]),
+        np.log([2.0 * max(tuning, *ratios), 1.0]),
+    )
     found = minimize(
         lambda p: _rated(task, float(np.exp(p[0])), float(np.exp(p[1]))).detuned,
-        np.log([tuning, zeta]),
+        np.clip(start, least, most),
         method="Nelder-Mead",
+        bounds=list(zip(least, most, strict=True)),
         options={"xatol": 1e-4, "fatol": 1e-6 * task.levels[1]},
     )
     return _rated(task, *(float(v) for v in np.exp(found.x)))

@@ -9,6 +9,8 @@ import numpy as np
 from vinesexp.design.absorber import Absorber, equal_mass_den_hartog, equal_mass_optimal
 from vinesexp.design.best_clearance import PERCENTILE, Effort, Found, scan_ends, search
 from vinesexp.design.ensemble import cut_short, responses
+from vinesexp.design.one_value_off import Changed, changes
+from vinesexp.design.operating_range import Range, operating_range
 from vinesexp.design.slow_sweep import Swept, slow_sweeps
 from vinesexp.design.task import Task, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError
@@ -17,10 +19,6 @@ from vinesexp.theory.orbits import Reduced, amplitudes_at, family
 
 #: Shares of the exact b_c that the scan looks at besides its grid.
 NEAR_B_C = (0.85, 0.9, 0.95, 0.98, 1.0)
-#: Changes of b, G, f and r that the robust clearance is tried under.
-CHANGES = (-0.10, -0.05, 0.05, 0.10)
-#: A clearance works where it leaves at most this share of the bare amplitude.
-WORKS = 0.8
 #: At least so many random starts tell the captured share of the robust clearance: its standard
 #: error is then 0.05 at most.
 SHARE_STARTS = 100
@@ -57,28 +55,6 @@ class Judged:
 
 
 @dataclass(frozen=True)
-class Changed:
-    """The robust clearance with one value off: from rest and from random starts, m."""
-
-    name: str
-    change: float
-    rest_mean: float
-    random_p90: float
-    captured: float
-
-
-@dataclass(frozen=True)
-class Range:
-    """Levels (m) around the given one at which a clearance works from rest, and the least level
-    at which half of the starts from rest are captured; None where there is none.
-    """
-
-    activation: float | None
-    low: float | None
-    high: float | None
-
-
-@dataclass(frozen=True)
 class Advice:
     """The answer of a design; lengths in m.
 
@@ -89,6 +65,9 @@ class Advice:
     published, exact : b_c at the greatest level and the middle frequency; None: no stable orbit.
     orbit : amplitude of the exact orbit at 0.98 b_c, and what a start from rest gives there.
     sweeps : slow ones with the robust clearance, up and down.
+    asked, asked_sweeps : the same of a clearance that was asked for; None where none was.
+    unchanged, changed : the robust clearance as it is, and with one value off.
+    working : levels at which the robust clearance works.
     watched : share of the time to settle that was run; below 1 where that would be too long.
     """
 
@@ -102,21 +81,26 @@ class Advice:
     least_mean: Judged
     least_max: Judged
     robust: Judged
+    asked: Judged | None
+    unchanged: Changed
     changed: list[Changed]
-    working: Range | None
+    working: Range
     den_hartog: Absorber
     optimal: Absorber
     sweeps: tuple[Swept, Swept]
+    asked_sweeps: tuple[Swept, Swept] | None
     watched: float
     seed: int
 
 
-def advise(task: Task, *, seed: int = 1) -> Advice:
+def advise(task: Task, *, asked: float | None = None, seed: int = 1) -> Advice:
     """Search the clearances of a task and judge them.
 
     Parameters
     ----------
     task : Task
+    asked : float, optional
+        A clearance (the largest, of several balls) that is judged besides, m.
     seed : int
         Of the random starts.
 
@@ -133,12 +117,12 @@ def advise(task: Task, *, seed: int = 1) -> Advice:
     ends = low, high / min(task.ratios)  # of several balls the least one has to get as far
     marks = [] if exact is None else [share * exact for share in NEAR_B_C]
     found = search(task, ends=ends, marks=marks, seed=seed)
-    judged = {
-        b: judge(task, b, found.effort, seed=seed + 2, starts=found.effort.fresh)
-        for b in (found.least_mean, found.least_max)
-    }
-    many = max(2 * found.effort.fresh, SHARE_STARTS)
-    judged[found.robust] = judge(task, found.robust, found.effort, seed=seed + 2, starts=many)
+    few, many = found.effort.fresh, max(2 * found.effort.fresh, SHARE_STARTS)
+    starts = {found.least_mean: few, found.least_max: few, found.robust: many}
+    if asked is not None:
+        starts[asked] = many
+    judged = {b: judge(task, b, found.effort, seed=seed + 2, starts=n) for b, n in starts.items()}
+    unchanged, changed = changes(task, found.robust, found.effort, seed=seed + 3)
     return Advice(
         task=task,
         bare=bare,
@@ -152,11 +136,14 @@ def advise(task: Task, *, seed: int = 1) -> Advice:
         least_mean=judged[found.least_mean],
         least_max=judged[found.least_max],
         robust=judged[found.robust],
-        changed=changes(task, found.robust, found.effort, seed=seed + 3),
-        working=working_range(task, found) if len(task.grid()) == 1 else None,
+        asked=None if asked is None else judged[asked],
+        unchanged=unchanged,
+        changed=changed,
+        working=operating_range(task, found),
         den_hartog=equal_mass_den_hartog(task),
         optimal=equal_mass_optimal(task),
         sweeps=slow_sweeps(task, found.robust),
+        asked_sweeps=None if asked is None else slow_sweeps(task, asked),
         watched=min(cut_short(task.rig(found.robust), f) for f in task.frequencies),
         seed=seed,
     )
@@ -204,64 +191,3 @@ def orbit_and_rest(task: Task, b: float, frequency: float, *, phases: int) -> tu
     one = replace(task, levels=(G, G), frequencies=(frequency, frequency))
     rest = responses(wall_starts(one, b, phases=phases))
     return orbit, float(rest.mean.mean())
-
-
-def changes(task: Task, b: float, effort: Effort, *, seed: int) -> list[Changed]:
-    """The clearance b with b, G, f or r off by 5 and 10 %."""
-    found = []
-    for name in ("b", "G", "f", "r"):
-        for change in CHANGES:
-            case, clearance = _moved(task, b, name, 1.0 + change)
-            if any(r > 1.0 for r in case.r):
-                continue
-            rest = responses(wall_starts(case, clearance, phases=effort.phases))
-            anywhere = responses(random_starts(case, clearance, starts=effort.starts, seed=seed))
-            found.append(
-                Changed(
-                    name,
-                    change,
-                    float(case.average(rest.mean)),
-                    float(np.percentile(anywhere.mean, PERCENTILE)),
-                    float(anywhere.captured.mean()),
-                )
-            )
-    return found
-
-
-def _moved(task: Task, b: float, name: str, factor: float) -> tuple[Task, float]:
-    def scaled(pair: tuple[float, float]) -> tuple[float, float]:
-        return pair[0] * factor, pair[1] * factor
-
-    if name == "b":
-        return task, b * factor
-    if name == "G":
-        return replace(task, levels=scaled(task.levels)), b
-    if name == "f":
-        return replace(task, frequencies=scaled(task.frequencies)), b
-    return replace(task, r=tuple(r * factor for r in task.r)), b
-
-
-def working_range(task: Task, found: Found) -> Range:
-    """Levels at which the robust clearance works, from the scan at one level.
-
-    Lengths scale together: clearance b under level G s does what b/s does under G, s times as
-    large. So the scan over clearances is one over levels too.
-    """
-    G, b = task.levels[0], found.robust
-    levels = G * b / found.grid[::-1]  # rising
-    gain = found.rest.scan.mean.mean(axis=1)[::-1] / task.bare(G, task.frequencies[0])
-    captured = found.rest.scan.captured.mean(axis=1)[::-1]
-    active = np.flatnonzero(captured >= 0.5)
-    works = gain <= WORKS
-    low = high = int(np.abs(levels - G).argmin())
-    while low > 0 and works[low - 1]:
-        low -= 1
-    while high < works.size - 1 and works[high + 1]:
-        high += 1
-    here = bool(works[np.abs(levels - G).argmin()])
-    return Range(
-        activation=float(levels[active[0]]) if active.size else None,
-        # the given level lies between two of the scan
-        low=min(float(levels[low]), G) if here else None,
-        high=max(float(levels[high]), G) if here else None,
-    )

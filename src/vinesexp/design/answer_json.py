@@ -8,8 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from vinesexp.design.absorber import Absorber
-from vinesexp.design.advice import Advice, Changed, Judged
+from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.answer_warnings import gaps_of, warnings_of
+from vinesexp.design.one_value_off import Changed
 from vinesexp.design.released import Falls
 from vinesexp.design.slow_sweep import Swept
 
@@ -31,9 +32,20 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         "least_mean": _judged(advice.least_mean, advice),
         "least_max": _judged(advice.least_max, advice),
         "robust": _judged(robust, advice),
-        "changed": [_changed(one) for one in advice.changed],
-        "levels": None,
+        "asked": None if advice.asked is None else _judged(advice.asked, advice),
+        "unchanged": _changed(advice.unchanged),
+        "changed": [_changed(one) | {"value": one.name} for one in advice.changed],
+        "levels": {
+            "activation_mm": _mm(working.activation),
+            "works_from_mm": _mm(working.low),
+            "works_to_mm": _mm(working.high),
+            "works_below": working.low_open,
+            "works_above": working.high_open,
+        },
         "slow_sweep": [_swept(one) for one in advice.sweeps],
+        "slow_sweep_asked": None
+        if advice.asked_sweeps is None
+        else [_swept(one) for one in advice.asked_sweeps],
         "tmd": {
             "den_hartog": _absorber(advice.den_hartog),
             "optimal": _absorber(advice.optimal),
@@ -45,12 +57,6 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         "seed": advice.seed,
         "warnings": warnings_of(advice),
     }
-    if working is not None:
-        found["levels"] = {
-            "activation_mm": _mm(working.activation),
-            "works_from_mm": _mm(working.low),
-            "works_to_mm": _mm(working.high),
-        }
     return found
 
 
@@ -74,11 +80,11 @@ def _judged(one: Judged, advice: Advice) -> dict[str, object]:
 
 def _changed(one: Changed) -> dict[str, object]:
     return {
-        "value": one.name,
         "change": one.change,
         "rest_mean_mm": _mm(one.rest_mean),
         "random_p90_mm": _mm(one.random_p90),
         "captured": one.captured,
+        "bare_mm": _mm(one.bare),
     }
 
 
@@ -124,6 +130,7 @@ def falls_as_json(falls: Falls) -> dict[str, object]:
         )
     return {
         "levels_mm": [1e3 * level for level in falls.levels],
+        "asked_mm": None if falls.asked is None else 1e3 * falls.found[falls.asked].b,
         "fastest_mm": [1e3 * falls.found[i].b for i in falls.fastest],
         "clearances": rows,
     }

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 from vinesexp.design.advice import Advice
+from vinesexp.design.answer import Answer
+from vinesexp.design.bare import mean_of_cycle
+from vinesexp.design.inputs import BEYOND, Given
+from vinesexp.design.numbers_text import mm
 from vinesexp.design.task import Task
 from vinesexp.theory.multiple import gaps
 
@@ -32,8 +38,13 @@ def warnings_of(advice: Advice) -> list[str]:
             "a ball at rest in the middle of the robust cavity is never touched (the bare "
             f"amplitude of {1e3 * advice.bare:.3g} mm does not reach its walls): start it at a wall"
         )
-    for name, one in (("least-mean", advice.least_mean), ("least-largest", advice.least_max)):
-        if not one.centre_touched and one.b != best.b:
+    others = (
+        ("least-mean", advice.least_mean),
+        ("least-largest", advice.least_max),
+        ("given", advice.asked),
+    )
+    for name, one in others:
+        if one is not None and not one.centre_touched and one.b != best.b:
             said.append(
                 f"with the {name} clearance a ball at rest mid-cavity is never touched either"
                 if not best.centre_touched
@@ -50,11 +61,53 @@ def warnings_of(advice: Advice) -> list[str]:
         )
     if not advice.task.plain:
         said.append("friction and damping law enter the simulation; b_c and b_t know neither")
-    gaps = gaps_of(advice.task, best.b)
-    if gaps:
-        words = ", ".join(f"{low:.3g} to {high:.3g} mm" for low, high in gaps)
-        said.append(f"no ball is captured at amplitudes of {words}: bring the clearances closer")
+    for which, one in (("", best), ("with the clearances given ", advice.asked)):
+        gaps = [] if one is None else gaps_of(advice.task, one.b)
+        if gaps:
+            words = ", ".join(f"{low:.3g} to {high:.3g} mm" for low, high in gaps)
+            said.append(
+                f"{which}no ball is captured at amplitudes of {words}: bring the clearances closer"
+            )
+    return said + beside_resonance(advice.task)
+
+
+def remarks_of(given: Given, answer: Answer) -> list[str]:
+    """All that a reader of the answer should know, whatever was asked."""
+    said = [] if answer.advice is None else warnings_of(answer.advice)
+    law = any(given.size(option.symbol) > 0.0 for option in BEYOND)
+    if law and answer.falls is not None:
+        said.append(
+            "friction and damping law enter the simulated release; b*(level), bare times and b_t "
+            "of theory know neither"
+        )
+    if law and answer.advice is None and answer.falls is None:
+        said.append("b_c and b_t know neither friction nor damping law: nothing was simulated")
+    if "m" in given and len(given["m"]) > 1:
+        r = {q.value for q in given["r"]}
+        word = f", with r = {given.one('r').value:g}, that of the first" if len(r) > 1 else ""
+        said.append(
+            "b_c, b_t, b*(level) and the sensitivities take all balls as one of "
+            f"{1e3 * given.one('m').value:.4g} g in one cavity{word}"
+        )
     return said
+
+
+#: Amplitudes are means of hypot(x, x'/w0); from this share beside f0 on the difference is named.
+BESIDE = 0.1
+
+
+def beside_resonance(task: Task) -> list[str]:
+    """What the amplitude means far from resonance, where x'/w0 is not as large as x."""
+    f0, G = task.oscillator.f0, task.levels[1]
+    off = max(task.frequencies, key=lambda f: abs(math.log(f / f0)))
+    if abs(off / f0 - 1.0) < BESIDE:
+        return []
+    ratio = mean_of_cycle(off / f0)
+    return [
+        f"amplitudes are means of hypot(x, x'/w0): of a motion at {off:.4g} Hz {ratio:.3g} times "
+        f"its amplitude in x (bare oscillator: {mm(task.bare(G, off) / ratio)} mm in x). Compare "
+        "them with each other, not with a displacement sensor"
+    ]
 
 
 def ends_of_search(advice: Advice) -> list[str]:

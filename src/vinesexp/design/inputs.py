@@ -49,8 +49,15 @@ BEYOND = (
     ),
     Option("coulomb", "--coulomb-damping", "force", "0.05 N", "N", ": dry friction of the mass"),
 )  # fmt: skip
-OPTIONS = (*RIG, *EXCITATION, *BEYOND)
-_LISTS, _RANGES = ("m", "r"), ("G", "frequency")
+#: Clearances that a person has in mind: judged besides those that are found.
+ASKED = (
+    Option(
+        "b", "--clearance", "displacement", "30 mm", "m",
+        ", to be judged too; of several balls '23 mm; 34 mm', searched in that ratio",
+    ),
+)  # fmt: skip
+OPTIONS = (*RIG, *EXCITATION, *BEYOND, *ASKED)
+_LISTS, _RANGES = ("m", "r", "b"), ("G", "frequency")
 #: What is read of identified.csv: a file typed in by hand needs no intervals and no records.
 _READ = ("parameter", "value", "std_error", "unit", "method")
 _IDENTIFIED = Table(
@@ -117,17 +124,36 @@ def gather(texts: Mapping[str, Sequence[str]], identified: Path | None = None) -
                     refuse_impossible(text, one.value, option.quantity)
             except ParameterError as error:
                 raise ParameterError(error.problem, where=option.flag) from None
+    if "v0" in given and "x0" not in given:
+        given["x0"] = (Quantity(0.0, 0.0),)  # a blow: from rest with a velocity
     _ask_for_missing(given)
+    _refuse_unlike(given)
     for option in BEYOND:
         if option.symbol in given and given[option.symbol][0].value < 0.0:
             raise ParameterError("expected zero or above", where=option.flag)
-    for symbol in ("G", "x0"):
-        if symbol in given and any(q.value == 0.0 for q in given[symbol]):
+    for symbol, other in (("G", None), ("x0", "v0")):
+        moves = other in given and given[other][0].value != 0.0
+        if symbol in given and any(q.value == 0.0 for q in given[symbol]) and not moves:
             flag = next(o.flag for o in EXCITATION if o.symbol == symbol)
             raise ParameterError(
                 "found 0: without excitation there is no best clearance", where=flag
             )
     return Given(given)
+
+
+def _refuse_unlike(given: Mapping[str, tuple[Quantity, ...]]) -> None:
+    """Clearances that are none, or not as many as there are balls."""
+    if "b" not in given:
+        return
+    if any(not q.value > 0.0 for q in given["b"]):
+        raise ParameterError("expected clearances above zero", where="--clearance")
+    balls = len(given["m"]) if "m" in given else 1
+    if len(given["b"]) not in (1, balls):
+        raise ParameterError(
+            f"{len(given['b'])} clearances for {balls} ball{'s' if balls > 1 else ''}: give one, "
+            "or one per ball in the order of --nes-mass",
+            where="--clearance",
+        )
 
 
 def text_of(option: Option, texts: Mapping[str, Sequence[str] | None]) -> str | None:

@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vinesexp.design.inputs import RIG, Given
-from vinesexp.design.released import Falls, released
-from vinesexp.design.task import Task
 from vinesexp.errors import AnalysisError, ParameterError
-from vinesexp.excitation import WeakDamping
 from vinesexp.rig import Oscillator
 from vinesexp.theory.intervals import ClearancePrediction, predict_periodic, predict_transient
 from vinesexp.theory.manifold import A_1, A_2
-from vinesexp.theory.multiple import design_clearances
 from vinesexp.theory.optimal_clearance import b_c_published, release_amplitude
 from vinesexp.theory.slowflow import threshold
 from vinesexp.theory.timing import predict_best
@@ -160,67 +156,3 @@ def releases(given: Given, values: dict[str, Quantity]) -> list[ReleaseLevel]:
         bare = bare_time(case, level=level)
         found.append(ReleaseLevel(level, best.b, low, high, best.time, bare, best.capture_rate))
     return found
-
-
-def task_of(given: Given) -> Task:
-    """The task of the simulation: every ball, the ranges, and the standard errors given."""
-    o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
-    masses, r = balls_of(given)
-    levels = given.ends("G")
-    frequencies = given.ends("frequency") if "frequency" in given else (o.f0, o.f0)
-    ratios = tuple(1.0 for _ in masses)
-    if len(masses) > 1 and levels[0] < levels[1]:
-        plan = design_clearances(
-            G_low=levels[0], G_high=levels[1], oscillator=o, masses=masses, r=r[0]
-        )
-        ratios = tuple(b / max(plan.clearances) for b in plan.clearances)
-    errors = {n: given[n][0].std_error for n in ("M", "c1", "k1", "m", "r", "G") if n in given}
-    if "frequency" in given:
-        errors["frequency"] = given["frequency"][0].std_error
-    return Task(
-        oscillator=o,
-        masses=masses,
-        r=r,
-        levels=levels,
-        frequencies=frequencies,
-        ratios=ratios,
-        friction=given.size("friction"),
-        damping=WeakDamping(given.size("quadratic"), given.size("coulomb")),
-        std_errors={name: e for name, e in errors.items() if e},
-    )
-
-
-def release_of(given: Given, theory: Theory, *, seed: int) -> Falls | None:
-    """Releases over clearance by simulation; None without a release or a whole rig."""
-    if "x0" not in given or any(option.symbol not in given for option in RIG):
-        return None
-    o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
-    if not o.zeta < 0.9:
-        return None
-    masses, r = balls_of(given)
-    x_m = start_amplitude(given)
-    marks = [one.b for one in theory.releases]
-    if theory.b_t is not None:
-        marks += [theory.b_t.published, theory.b_t.exact]
-    return released(
-        o,
-        [(m, one, 1.0) for m, one in zip(masses, r, strict=True)],
-        x0=given.one("x0").value,
-        v0=given.one("v0").value if "v0" in given else 0.0,
-        levels=[share * x_m for share in LEVELS],
-        marks=marks,
-        seed=seed,
-    )
-
-
-def balls_of(given: Given) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Masses and restitutions, one of each per ball."""
-    masses, r = (tuple(q.value for q in given[name]) for name in ("m", "r"))
-    if len(r) == 1:
-        r = r * len(masses)
-    if len(r) != len(masses):
-        raise ParameterError(
-            f"{len(r)} restitutions for {len(masses)} balls: give one, or one per ball",
-            where="--restitution",
-        )
-    return masses, r

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.excitation import Release
+from vinesexp.excitation import Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.simulation import simulate
@@ -30,6 +30,8 @@ CAPTURED = 0.9
 #: A release is followed for this many times 1/(zeta w0), and at most for so many cycles.
 FOLLOWED, LONGEST = 3.5, 600.0
 _PER_CYCLE = 8
+#: No damping beyond c1.
+VISCOUS = WeakDamping()
 
 
 @dataclass(frozen=True)
@@ -68,11 +70,13 @@ class Falls:
     levels : m.
     found : one entry per clearance tried.
     fastest : for each level the clearance of least median time over all starts, as its index.
+    asked : index of a clearance that was asked for, if any.
     """
 
     levels: tuple[float, ...]
     found: list[Fall]
     fastest: tuple[int, ...]
+    asked: int | None = None
 
 
 def released(
@@ -83,6 +87,9 @@ def released(
     v0: float,
     levels: Sequence[float],
     marks: Sequence[float] = (),
+    asked: float | None = None,
+    friction: float = 0.0,
+    damping: WeakDamping = VISCOUS,
     seed: int = 1,
 ) -> Falls:
     """Simulate releases with balls at rest anywhere in their cavities.
@@ -98,6 +105,12 @@ def released(
         Amplitudes to be reached, m.
     marks : sequence of float
         Clearances that theory suggests, m: tried besides.
+    asked : float, optional
+        One of them that the answer has to show, m.
+    friction : float
+        Deceleration mu g of the balls on their floors, m/s^2.
+    damping : WeakDamping
+        Of the oscillator beyond c1.
     seed : int
         Of the ball positions: the same at every clearance.
     """
@@ -107,21 +120,28 @@ def released(
     places[0] = 0.999  # at the wall that pushes a ball released with the mass
     decay = max(oscillator.zeta, 1e-9) * oscillator.w0
     duration = min(FOLLOWED / decay, LONGEST / oscillator.f0)
-    found = [_fall(oscillator, balls, float(b), x0, v0, levels, places, duration) for b in tried]
+    found = []
+    for b in tried:
+        nes = [NES(m=m, b=float(b) * part, r=r, friction=friction) for m, r, part in balls]
+        motions = [
+            simulate(
+                Rig(oscillator, nes),
+                None,
+                Release(x0, v0, [x0 + float(u) * n.b for u, n in zip(place, nes, strict=True)]),
+                duration=duration,
+                damping=damping,
+            )
+            for place in places
+        ]
+        found.append(_fall(float(b), motions, levels))
     medians = np.array([np.median(one.times, axis=0) for one in found])
-    return Falls(tuple(levels), found, tuple(int(i) for i in np.argmin(medians, axis=0)))
+    fastest = tuple(int(i) for i in np.argmin(medians, axis=0))
+    mine = None if asked is None else int(np.argmin(np.abs(tried - asked)))
+    return Falls(tuple(levels), found, fastest, mine)
 
 
-def _fall(
-    o: Oscillator, balls: Sequence[tuple[float, float, float]], b: float, x0: float, v0: float,
-    levels: Sequence[float], places: FloatArray, duration: float,
-) -> Fall:  # fmt: skip
-    rig = Rig(o, [NES(m=m, b=b * ratio, r=r) for m, r, ratio in balls])
-    rows = []
-    for place in places:
-        y0 = [x0 + float(u) * nes.b for u, nes in zip(place, rig.nes, strict=True)]
-        motion = simulate(rig, None, Release(x0, v0, y0), duration=duration)
-        rows.append(_measures(motion, levels))
+def _fall(b: float, motions: Sequence[Motion], levels: Sequence[float]) -> Fall:
+    rows = [_measures(motion, levels) for motion in motions]
     times, captured, dissipated, pumping, left = zip(*rows, strict=True)
     return Fall(
         b=b, times=np.array(times), captured=np.array(captured, dtype=np.float64),

@@ -72,6 +72,11 @@ def gather_values(
 
 def _read(text: str, option: Option, values: dict[str, float], ranges: dict[str, Ends]) -> None:
     """One text, as a value or as the two ends of a range."""
+    if ";" in text:
+        raise ParameterError(
+            f"found a list, '{text}': maps and basins are of one ball. `vinesexp design` takes "
+            "several, with --clearance for clearances that are given"
+        )
     if ":" not in text:
         value = parse_quantity(text, option.quantity).value
         refuse_impossible(text, value, option.quantity)

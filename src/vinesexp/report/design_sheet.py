@@ -11,8 +11,9 @@ import numpy as np
 
 from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.answer import Answer
-from vinesexp.design.answer_warnings import warnings_of
+from vinesexp.design.answer_warnings import remarks_of
 from vinesexp.design.inputs import OPTIONS, Given
+from vinesexp.design.one_value_off import CHANGES, Changed
 from vinesexp.design.predictions import Theory, start_amplitude
 from vinesexp.figures.draw.design_curve import DesignCurve, design_curve
 from vinesexp.figures.draw.style import described
@@ -26,9 +27,15 @@ CARDS = {
     "least_mean": "least mean from rest, ball at a wall",
     "least_max": "least largest from rest, ball at a wall",
 }
+#: The card of a clearance that was given.
+ASKED = "as given; mean and largest from rest, ball at a wall"
+
+NAMES = {
+    "robust": "robust", "least_mean": "least mean", "least_max": "least largest", "asked": "given",
+}  # fmt: skip
 
 #: Units that a person writes these values in, per SI unit.
-SHOWN = {"m": ("g", 1e3), "G": ("mm", 1e3), "x0": ("mm", 1e3)}
+SHOWN = {"m": ("g", 1e3), "G": ("mm", 1e3), "x0": ("mm", 1e3), "b": ("mm", 1e3)}
 
 
 def write_sheet(path: Path, given: Given, answer: Answer, curve: DesignCurve | None) -> None:
@@ -52,7 +59,7 @@ def sheet_content(given: Given, answer: Answer) -> dict[str, Any]:
     from vinesexp import __version__
 
     theory, advice = answer.theory, answer.advice
-    remarks = [] if advice is None else warnings_of(advice)
+    remarks = remarks_of(given, answer)
     return {
         "version": __version__,
         "inputs": _inputs(given),
@@ -60,6 +67,7 @@ def sheet_content(given: Given, answer: Answer) -> dict[str, Any]:
         "cards": [] if advice is None else _cards(advice),
         "changed": [] if advice is None else _changed(advice),
         "few": 0 if advice is None else advice.found.effort.starts,
+        "unchanged": "" if advice is None else _cell(advice.unchanged),
         "beside": [] if advice is None else _beside(advice),
         "releases": _releases(answer),
         "remarks": [theory.no_orbit, *remarks] if theory.no_orbit else remarks,
@@ -97,7 +105,10 @@ def _theory(given: Given, theory: Theory) -> list[tuple[str, str, str, str]]:
 
 
 def _cards(advice: Advice) -> list[dict[str, str]]:
-    return [_card(name, meaning, getattr(advice, name), advice) for name, meaning in CARDS.items()]
+    cards = [_card(name, meaning, getattr(advice, name), advice) for name, meaning in CARDS.items()]
+    if advice.asked is not None:
+        cards.append(_card("asked", ASKED, advice.asked, advice))
+    return cards
 
 
 def _card(name: str, meaning: str, one: Judged, advice: Advice) -> dict[str, str]:
@@ -106,9 +117,7 @@ def _card(name: str, meaning: str, one: Judged, advice: Advice) -> dict[str, str
     if robust:
         mean, bare = one.random_mean, one.random_bare
     return {
-        "name": {"robust": "robust", "least_mean": "least mean", "least_max": "least largest"}[
-            name
-        ],
+        "name": NAMES[name],
         "meaning": meaning,
         "b": "; ".join(f"{1e3 * one.b * ratio:.4g}" for ratio in advice.task.ratios),
         "mean": f"{1e3 * mean:.3g}",
@@ -124,12 +133,16 @@ def _changed(advice: Advice) -> list[tuple[str, list[str]]]:
     rows = []
     for name in ("b", "G", "f", "r"):
         mine = {one.change: one for one in advice.changed if one.name == name}
-        cells = [
-            f"{1e3 * mine[c].rest_mean:.3g}; {1e3 * mine[c].random_p90:.3g}" if c in mine else "–"
-            for c in (-0.10, -0.05, 0.05, 0.10)
-        ]
+        cells = [_cell(mine[c]) if c in mine else "–" for c in CHANGES]
         rows.append((name, cells))
+        if name == "f":
+            bare = [f"{1e3 * mine[c].bare:.3g}" if c in mine else "–" for c in CHANGES]
+            rows.append(("bare at f", bare))
     return rows
+
+
+def _cell(one: Changed) -> str:
+    return f"{1e3 * one.rest_mean:.3g}; {1e3 * one.random_p90:.3g}"
 
 
 def _beside(advice: Advice) -> list[tuple[str, str]]:
@@ -142,16 +155,19 @@ def _beside(advice: Advice) -> list[tuple[str, str]]:
          f"{1e3 * advice.optimal.amplitude:.3g} mm; 5 % detuned "
          f"{1e3 * advice.optimal.detuned:.3g} mm"),
     ]  # fmt: skip
-    for one, way in zip(advice.sweeps, ("up", "down"), strict=True):
-        rows.append(
-            (f"slow sweep {way}, robust clearance, {one.begin:.4g} to {one.end:.4g} Hz",
-             f"largest {1e3 * one.largest:.3g} mm at {one.at:.4g} Hz")
-        )  # fmt: skip
+    for which, sweeps in (("robust", advice.sweeps), ("given", advice.asked_sweeps or ())):
+        for one in sweeps:
+            rows.append(
+                (f"slow sweep, {which} clearance, {one.begin:.4g} to {one.end:.4g} Hz",
+                 f"largest {1e3 * one.largest:.3g} mm at {one.at:.4g} Hz")
+            )  # fmt: skip
     working = advice.working
-    if working is not None and working.low is not None and working.high is not None:
+    if working.low is not None and working.high is not None:
+        low, high = f"{1e3 * working.low:.3g}", f"{1e3 * working.high:.3g} mm"
         rows.append(
             ("levels at which the robust clearance takes off a fifth or more",
-             f"{1e3 * working.low:.3g} to {1e3 * working.high:.3g} mm")
+             f"{low}{' or less' if working.low_open else ''} to {high}"
+             f"{' or more' if working.high_open else ''}")
         )  # fmt: skip
     return rows
 

@@ -145,7 +145,7 @@ def design_clearances(
     G_high: float,
     oscillator: Oscillator,
     masses: Sequence[float],
-    r: float,
+    r: float | Sequence[float],
     margin: float = 0.0,
 ) -> MultipleDesign:
     """Choose one clearance a ball for base amplitudes from G_low to G_high at resonance.
@@ -161,8 +161,8 @@ def design_clearances(
     oscillator : Oscillator
     masses : sequence of float
         Ball masses, kg, in the order of growing clearance.
-    r : float
-        Restitution.
+    r : float or sequence of float
+        Restitution, of all balls or of each.
     margin : float
         Share taken off every clearance, to stay inside permanent response (0.02 covers the error of
         order eps for eps up to 0.02).
@@ -181,13 +181,16 @@ def design_clearances(
     if not 0.0 < G_low <= G_high:
         raise ParameterError(f"range of levels {G_low} to {G_high} m: expected 0 < G_low <= G_high")
     n = len(masses)
+    each = [r] * n if isinstance(r, (int, float)) else list(r)
+    if len(each) != n:
+        raise ParameterError(f"{len(each)} restitutions for {n} balls: expected one of each")
+    if any(float(A_1(one)) == 0.0 for one in each):
+        raise ParameterError("restitution r = 1: the fold lies at zero, nothing to design for")
     levels = np.geomspace(G_low, G_high, n) if n > 1 else np.array([G_high])
     balls: list[NES] = []
-    for level, mass in zip(levels, masses, strict=True):
-        b = _clearance_at(float(level), mass, balls, oscillator, r)
-        balls.append(NES(m=mass, b=b * (1.0 - margin), r=r))
-    if float(A_1(r)) == 0.0:
-        raise ParameterError("restitution r = 1: the fold lies at zero, nothing to design for")
+    for level, mass, own in zip(levels, masses, each, strict=True):
+        b = _clearance_at(float(level), mass, balls, oscillator, own)
+        balls.append(NES(m=mass, b=b * (1.0 - margin), r=own))
     return MultipleDesign(
         clearances=tuple(ball.b for ball in balls),
         levels=tuple(map(float, levels)),
@@ -207,7 +210,8 @@ def _clearance_at(
         rig = Rig(oscillator, [*helping, NES(m=mass, b=b, r=r)])
         return float(base_amplitude_for(x, rig))
 
-    low = smaller[-1].b if smaller else 0.0
+    # its fold lies above the last one's; of equal balls: its clearance above the last one's
+    low = float(A_1(smaller[-1].r)) * smaller[-1].b / float(A_1(r)) if smaller else 0.0
     high = max(low, G)
     while carried(high) < G:
         high *= 2.0
