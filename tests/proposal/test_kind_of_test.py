@@ -8,7 +8,9 @@ import pytest
 import scipy.io.wavfile
 
 from vinesexp.cli import main
+from vinesexp.pipeline import analyse_campaign
 from vinesexp.records.campaign import load_campaign
+from vinesexp.records.result_paths import ResultPaths
 
 RNG = np.random.default_rng(5)
 
@@ -224,3 +226,41 @@ def test_a_few_values_beside_a_record_are_no_channel(tmp_path, capsys):
     assert "displacement:" not in yaml
     assert 'time: {column: "*Out/Time"' in yaml
     assert (tmp_path / "records.csv").read_text().count("ringdown") == 2
+
+
+def taken_up(t, a, *, from_s, strength, random):
+    """A hand moves the sensor from some time on, and knocks it."""
+    late = t >= from_s
+    a[late] += strength * 0.02 * np.cumsum(random.standard_normal(late.sum()))
+    for s in from_s + np.array([0.1, 0.4, 0.9, 1.5]):
+        a += strength * np.exp(-300.0 * np.abs(t - s)) * np.sign(t - s + 0.003)
+
+
+@pytest.mark.parametrize("strength", [1.5, 6.0, 30.0])  # of the first swing
+@pytest.mark.parametrize("before", [0.0, 1.5])
+def test_a_pendulum_that_is_taken_up_at_its_end_is_a_ringdown(tmp_path, capsys, strength, before):
+    t = np.arange(6000) / 100.0
+    random = np.random.default_rng(7)
+    swings = np.where(t < before, 0.0, decay((t - before).clip(0.0), f0=0.62, zeta=0.004))
+    a = 2.0 * swings + 0.02 * random.standard_normal(t.size)
+    taken_up(t, a, from_s=57.0, strength=2.0 * strength, random=random)
+    table(tmp_path / "phone.csv", '"Time (s)","Acceleration x (m/s^2)"', t, a)
+    _, (row,), _ = proposed(tmp_path)
+    assert (row["test"], row["exclude"]) == ("ringdown", ""), row["note"]
+    assert main(["check", str(tmp_path)]) == 0, capsys.readouterr().out
+    found = analyse_campaign(load_campaign(tmp_path), paths=ResultPaths(tmp_path / "out"))
+    values = {(e.parameter, e.method): e.value for e in found.identified}
+    assert values["f0", "combined"] == pytest.approx(0.62, rel=1e-3)
+    assert values["zeta", "combined"] == pytest.approx(0.004, rel=0.05)
+
+
+def test_a_release_with_a_ball_stays_one_whatever_happens_at_its_end(tmp_path, capsys):
+    t = np.arange(12000) / 500.0
+    random = np.random.default_rng(8)
+    a = 20.0 * decay(t, f0=5.0, zeta=0.006) + 0.05 * random.standard_normal(t.size)
+    for s in np.arange(1.0, 14.0, 0.103):
+        a += 40.0 * np.exp(-2000.0 * np.abs(t - s))
+    taken_up(t, a, from_s=22.5, strength=60.0, random=random)
+    table(tmp_path / "release.csv", '"Time (s)","Acceleration x (m/s^2)"', t, a)
+    _, (row,), _ = proposed(tmp_path)
+    assert row["test"] == "transient", row["note"]
