@@ -1,8 +1,11 @@
 """A step of the workflow tells a user's mistake in one line and keeps tracebacks in its log."""
 
+import errno
+import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -37,6 +40,28 @@ def test_anything_unexpected_keeps_its_traceback_in_the_log(tmp_path, capsys):
     assert shown.count("\n") == 1
     assert "ZeroDivisionError" in shown
     assert "Traceback" in log.read_text()
+
+
+def fail_on_a_full_disk():
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "results/a/report.html")
+
+
+def test_a_full_disk_is_one_line_that_names_the_file(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        run_step(fail_on_a_full_disk, log=tmp_path / "a.log")
+    shown = capsys.readouterr().err
+    assert shown.startswith("vinesexp: results/a/report.html: No space left on device; when this")
+    assert shown.count("\n") == 1
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.parametrize("step", [lambda: None, fail_as_user, fail_unexpectedly])
+def test_a_log_that_cannot_be_written_is_one_line(step, capsys):
+    with pytest.raises(SystemExit):
+        run_step(step, log="/dev/full")
+    shown = capsys.readouterr().err
+    assert shown.startswith("vinesexp: ")
+    assert shown.count("\n") == 1
 
 
 def test_what_a_step_prints_is_in_its_log(tmp_path, capsys):

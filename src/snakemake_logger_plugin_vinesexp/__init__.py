@@ -19,7 +19,7 @@ from typing import Any
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from vinesexp.workflow import REASONS
+from vinesexp.outdated_jobs import REASONS
 
 #: Said by Snakemake after a failed step has already reported its own line.
 _AFTERMATH = (

@@ -118,13 +118,23 @@ def _imports(path: Path) -> tuple[Path, ...]:
 def _named(tree: ast.AST) -> list[str]:
     """Modules that a piece of code names in its imports."""
     names: list[str] = []
-    for node in ast.walk(tree):
+    for node in _statements(tree):
         if isinstance(node, ast.Import):
             names.extend(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             names.append(node.module)
             names.extend(f"{node.module}.{alias.name}" for alias in node.names)
     return names
+
+
+def _statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """A piece of code and the statements in it; expressions, most of a tree, hold no import."""
+    pending = [tree]
+    while pending:
+        node = pending.pop()
+        yield node
+        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+            pending.extend(getattr(node, part, ()))
 
 
 @cache

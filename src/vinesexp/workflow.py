@@ -1,32 +1,17 @@
-"""What the Snakefile asks: where things lie, what each job depends on, which jobs to run again.
-
-Snakemake decides by the times of files and by what it noted in `.snakemake`; both go wrong when
-files are copied, swapped or damaged. Here the content decides (`vinesexp.records.freshness`): an
-input function, which Snakemake asks for each job before it plans, marks the job where its content
-has changed. The same happens in a dry run, a summary or a drawing of the jobs, and nothing is
-written.
-"""
+"""What the Snakefile asks of a run: campaign, results, what is kept, how messages are written."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from vinesexp.errors import VinesexpError, nearest
-from vinesexp.records.freshness import why_outdated
-from vinesexp.records.readers.parts import file_of
 from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import Campaign
-from vinesexp.records.step_inputs import step_text
-from vinesexp.resultslock import hold_results, remove_leftovers
 
 #: Keys of `--config`.
 CONFIG = ("campaign", "results", "keep")
-
-#: Why jobs are run again, by each file they make; for whoever shows the plan.
-REASONS: dict[str, list[str]] = {}
 
 
 def read_config(config: Mapping[str, Any]) -> tuple[Path, ResultPaths]:
@@ -121,138 +106,3 @@ def accept_own_environment(workflow: Any) -> None:
     RuleLinter.lint_missing_software_definition = lambda linter, rule: (
         () if str(rule.snakefile).startswith(own) else ask(linter, rule)
     )
-
-
-class Planner:
-    """States to Snakemake what each job depends on, and which ones to run again.
-
-    Parameters
-    ----------
-    workflow : snakemake.workflow.Workflow
-    campaign : Campaign
-    paths : ResultPaths
-    keeps_channels : bool
-        Whether a missing file of channels is one to be made again.
-    """
-
-    def __init__(
-        self, workflow: Any, campaign: Campaign, paths: ResultPaths, *, keeps_channels: bool = True
-    ) -> None:
-        self.workflow = workflow
-        self.campaign = campaign
-        self.paths = paths
-        self.roots = {"results": paths.folder, "campaign": campaign.folder}
-        self.records = {record.id: record for record in campaign.records}
-        channels = paths.record("any").parent, paths.conditioned("any").parent
-        self.derivable = () if keeps_channels else channels
-        self.lock: IO[str] | None = None
-        self.known: dict[Path, list[str]] = {}
-        self.texts: dict[tuple[str, str | None], dict[str, str]] = {}
-
-    def about(
-        self, step: str, used: Mapping[str, str], reads: Sequence[Path] = ()
-    ) -> Callable[[Any], dict[str, Any]]:
-        """Function of the wildcards for the param `about` of a rule (`vinesexp.step.run_job`).
-
-        Parameters
-        ----------
-        step : str
-            A step of `vinesexp.records.step_inputs`.
-        used : mapping
-            What the step depends on besides campaign, record and files: its code.
-        reads : sequence of Path
-            Files that the step reads besides its inputs.
-        """
-
-        def about(wildcards: Any) -> dict[str, Any]:
-            return {
-                "campaign": str(self.campaign.folder),
-                "results": str(self.paths.folder),
-                "made": str(self._made(step, wildcards)),
-                "used": {**self._used(step, wildcards), **used},
-                "reads": [str(file) for file in (*reads, *self._raw(step, wildcards))],
-            }
-
-        return about
-
-    def again(
-        self, step: str, used: Mapping[str, str], output: Path | Callable[[str], Path]
-    ) -> Callable[[Any], list[str]]:
-        """Input function of a rule that adds no input, but has outdated jobs run again.
-
-        Parameters
-        ----------
-        step, used
-            As for `about`.
-        output : Path or function of the record's id (or the figures' family)
-            One of the files that the job makes.
-        """
-
-        def again(wildcards: Any) -> list[str]:
-            made = self._made(step, wildcards)
-            if self.workflow.is_main_process and made not in self.known:
-                file = output if isinstance(output, Path) else output(_about(wildcards) or "")
-                self._mark(file, made, {**self._used(step, wildcards), **used})
-            return []
-
-        return again
-
-    def again_file(
-        self, output: Path, made: Path, used: Mapping[str, str]
-    ) -> Callable[[Any], list[str]]:
-        """`again` for a job that is no step on the campaign: its file, its record, its text."""
-
-        def again(wildcards: Any) -> list[str]:
-            if self.workflow.is_main_process and made not in self.known:
-                self._mark(output, made, used)
-            return []
-
-        return again
-
-    def _mark(self, output: Path, made: Path, used: Mapping[str, str]) -> None:
-        """Have the job that makes `output` run again if its content is outdated."""
-        self._hold()
-        self.known[made] = reasons = why_outdated(
-            made,
-            used,
-            roots=self.roots,
-            renew=self.lock is not None,
-            derivable=self.derivable,
-        )
-        if reasons:
-            REASONS[str(output)] = reasons
-            self.workflow.dag.forcefiles.add(str(output))
-
-    def _hold(self) -> None:
-        """Lock the results folder, in a real run only: a look at the plan must not wait."""
-        workflow = self.workflow
-        if self.lock is None and workflow.executor_plugin is not None and not workflow.dryrun:
-            try:
-                self.lock = hold_results(self.paths.folder, campaign=self.campaign.folder)
-            except VinesexpError as error:
-                raise SystemExit(f"vinesexp: {error}") from None
-            remove_leftovers(self.paths.folder)
-
-    def _used(self, step: str, wildcards: Any) -> dict[str, str]:
-        id = getattr(wildcards, "record", None)
-        if (step, id) not in self.texts:
-            record = None if id is None else self.records[id]
-            self.texts[step, id] = step_text(step, self.campaign, record)
-        return self.texts[step, id]
-
-    def _raw(self, step: str, wildcards: Any) -> list[Path]:
-        """The instrument files that a step reads; where one is missing, ingest says so."""
-        if step != "ingest":
-            return []
-        record = self.records[wildcards.record]
-        return [file_of(file) for file in record.files]
-
-    def _made(self, step: str, wildcards: Any) -> Path:
-        family = getattr(wildcards, "family", None)
-        name = step if family is None else f"{step}_{family}"
-        return self.paths.made(name, getattr(wildcards, "record", None))
-
-
-def _about(wildcards: Any) -> str | None:
-    """What one job of a rule is about: a record, or a family of figures."""
-    return getattr(wildcards, "record", None) or getattr(wildcards, "family", None)

@@ -248,7 +248,9 @@ def test_plot(ending: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert call(BOTH, "--plot", str(file)) == 0
     assert file.stat().st_size > 5000
     first = file.read_bytes()
-    assert call(BOTH, "--plot", str(file)) == 0
+    assert call(BOTH, "--plot", str(file)) == 1
+    assert "is there already" in capsys.readouterr().err
+    assert call(BOTH, "--plot", str(file), "--force") == 0
     assert file.read_bytes() == first, "the same picture gives the same bytes"
     assert call(BOTH, "--plot", str(tmp_path / "sim.bmp")) == 1
     assert "cannot draw '.bmp'" in capsys.readouterr().err

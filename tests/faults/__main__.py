@@ -1,9 +1,10 @@
 """Many faults, one after the other, each followed by a run that has to mend it.
 
-    python -m tests.faults --kills 50 --damage 20 [--seed 1] [--folder DIR]
+    python -m tests.faults --kills 50 --damage 20 --disks 10 [--seed 1] [--folder DIR]
 
 A campaign is killed a few times on its way to the end, and then run to it; results are damaged and
-run again. Bytes of all results are then those of a run that nothing happened to.
+run again; the disk is too small, or is protected against writing, and then not
+any more. Bytes of all results are then those of a run that nothing happened to.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from pathlib import Path
 
 from tests.workflow.conftest import Workflow
 
-from . import injections
-from .project import contents, copy_of, differences, finish, new_project
+from . import disks, injections
+from .project import RESULTS, contents, copy_of, differences, finish, new_project
 
 EACH = 10  # kills on the way to one end
 
@@ -28,6 +29,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--damage", type=int, default=20)
+    parser.add_argument("--disks", type=int, default=10, help="needs the rights of root")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folder", type=Path, help="where to work; default: temporary")
     given = parser.parse_args()
@@ -38,6 +40,7 @@ def main() -> int:
         print(f"a run that nothing happens to: {seconds:.0f} s, {len(contents(fresh))} results")
         wrong = kills(fresh, folder, given.kills, given.seed, seconds)
         wrong += damages(fresh, folder, given.damage, given.seed)
+        wrong += bad_disks(fresh, folder, given.disks, given.seed, seconds)
     print(f"{wrong} ended otherwise")
     return 1 if wrong else 0
 
@@ -77,6 +80,29 @@ def damages(fresh: Workflow, folder: Path, wanted: int, seed: int) -> int:
         wrong += bool(other)
         print(f"{name} {kind}: {other or 'the same bytes'}", flush=True)
     print(f"{wanted} damaged results, {wrong} with other bytes")
+    return wrong
+
+
+def bad_disks(fresh: Workflow, folder: Path, wanted: int, seed: int, seconds: float) -> int:
+    """Runs on full and on write-protected disks; how many ended with other bytes."""
+    wrong = 0
+    needed = sum(path.stat().st_size for path in (fresh.folder / RESULTS).rglob("*"))
+    for number in range(wanted):
+        rng = random.Random(f"disks {seed} {number}")
+        project = new_project(folder / "disk")
+        full = number % 2 == 0
+        size = round(0.9 * needed * 0.01 ** rng.random()) if full else 2 * needed
+        with disks.disk(project, size=size) as place:
+            if full:
+                said = disks.filled(project, place, size=2 * needed)
+            else:
+                said = disks.write_protected(project, place, rng, longest=0.5 * seconds)
+            finish(project)
+            other = differences(contents(project), contents(fresh))
+        wrong += bool(other)
+        print(f"disk {number}: {said}; {other or 'the same bytes'}", flush=True)
+        shutil.rmtree(project.folder)
+    print(f"{wanted} bad disks, {wrong} with other bytes")
     return wrong
 
 

@@ -116,3 +116,61 @@ def test_a_real_shock_taken_for_a_drop_gives_no_r(name: str, column: str, tmp_pa
     found = found_in(np.asarray(values["acceleration"]), tmp_path, rate=rate)
     with pytest.raises(AnalysisError):
         restitution_of_bounces(found.time_s, found.time_error_s)
+
+
+def speech(x: np.ndarray, begin: float, end: float, random: np.random.Generator) -> None:
+    """Add syllables between two times: voiced or hissing, each with a beginning of its own."""
+    time = begin
+    while time < end:
+        t = np.arange(round(random.uniform(0.06, 0.3) * RATE)) / RATE
+        first = round(time * RATE)
+        pitch = random.uniform(100.0, 220.0) * t + random.uniform(0.0, 1.0)
+        voice = sum(np.sin(2 * np.pi * k * pitch) / k**0.7 for k in range(1, 25))
+        sound = voice if random.random() < 0.7 else 1.5 * random.standard_normal(t.size)
+        rise = np.minimum(1.0, t / random.uniform(0.005, 0.04))
+        fall = np.minimum(1.0, (t[-1] - t) / 0.03)
+        x[first : first + t.size] += random.uniform(0.1, 0.3) * rise * fall * sound
+        time += t[-1] + random.uniform(0.0, 0.25)
+
+
+@pytest.mark.parametrize("between", ["speech", "bumps"])
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_heard_beside_a_drop_gives_no_wrong_r(
+    between: str, seed: int, tmp_path: Path
+) -> None:
+    random = np.random.default_rng(seed)
+    drop = hits(r=0.72, first=0.6, count=7, start=4.0)
+    for there in (True, False):  # the drop, and without it
+        times = drop if there else np.empty(0)
+        x = heard(times, seconds=12.0, fade=30.0 if there else 1.0, seed=seed)
+        if between == "speech":
+            speech(x, 0.3, 3.7, random)
+            speech(x, 6.3, 11.4, random)
+        else:
+            put = np.sort(np.append(random.uniform(0.3, 3.7, 6), random.uniform(6.3, 11.5, 9)))
+            x += heard(put, seconds=12.0, fade=1.0, seed=seed + 50, noise=0.0, hum=0.0)
+        found = found_in(x, tmp_path)
+        if there:
+            bounces = restitution_of_bounces(found.time_s, found.time_error_s)
+            assert abs(bounces.r - 0.72) < max(4.0 * bounces.error, 5e-4)
+            continue
+        with pytest.raises(AnalysisError):
+            restitution_of_bounces(found.time_s, found.time_error_s)
+
+
+def test_drops_on_several_surfaces_have_no_r_in_common(tmp_path: Path) -> None:
+    times = np.concatenate([
+        hits(r=0.81, first=0.7, count=7, start=0.4), hits(r=0.6, first=0.5, count=6, start=5.0),
+    ])  # fmt: skip
+    found = found_in(heard(times, seconds=8.0, fade=20.0), tmp_path)
+    with pytest.raises(AnalysisError, match=r"2 drops that do not have one r \(0\.81.* 0\.6"):
+        restitution_of_bounces(found.time_s, found.time_error_s)
+
+
+def test_drops_on_one_surface_give_their_mean(tmp_path: Path) -> None:
+    starts = ((0.4, 0.7), (4.0, 0.5), (7.0, 0.6))
+    times = np.concatenate([hits(r=0.7, first=T, count=7, start=t) for t, T in starts])
+    found = found_in(heard(times, seconds=10.0, fade=10.0), tmp_path)
+    bounces = restitution_of_bounces(found.time_s, found.time_error_s)
+    assert bounces.count == times.size
+    assert abs(bounces.r - 0.7) < max(4.0 * bounces.error, 2e-4)

@@ -118,6 +118,17 @@ def statistics(time, x, *, begin, end, batches=10):
     return rows.mean(axis=0), rows.std(axis=0, ddof=1) / math.sqrt(batches)
 
 
+def end_of_bursts(time, end):
+    """When the ball begins to bounce at one wall for good, after 18,000 s in the mean (or `end`).
+
+    That happens in the closed form and in the series alike (154 of 1000 starts within 3000 s, 46
+    of 300), in a given run by chance.
+    """
+    counts, edges = np.histogram(time, bins=np.arange(20.0, end + 1.0, 20.0))
+    busy = np.flatnonzero(counts > 1200)
+    return edges[busy[0]] if busy.size else end
+
+
 def test_early_path_is_that_of_extended_precision():
     rig = Rig(TABLE2, nes=[NES(m=0.032, b=0.040, r=0.6)])
     base = Harmonic(0.25e-3, 7.862)
@@ -134,11 +145,19 @@ def test_statistics_are_those_of_extended_precision(b, sharpness):
     """Strong modulation, at 60 mm in rare bursts: rates and moments within four errors."""
     rig = Rig(TABLE2, nes=[NES(m=0.032, b=b, r=0.6)])
     base, begin, end = Harmonic(0.25e-3, 7.862), 20.0, 320.0
-    theirs = ExtendedPrecision(rig, base).run(0.99 * b, end)
-    expected = statistics(theirs[:, 0], theirs[:, 2], begin=begin, end=end)
+    # Batches of one run of 300 s are too few bursts to tell how far off its mean may be.
+    means, errors = [], []
+    for place in (0.99, 0.9899, 0.9898, 0.9897):
+        theirs = ExtendedPrecision(rig, base).run(place * b, end)
+        mean, error = statistics(theirs[:, 0], theirs[:, 2], begin=begin, end=end)
+        means.append(mean)
+        errors.append(error)
+    expected = np.mean(means, axis=0), np.sqrt(np.mean(np.square(errors), axis=0) / len(errors))
     for general in (False, True):
         hits = simulate(rig, base, Release(y0=[0.99 * b]), 3020.0, general=general).impacts
-        mean, error = statistics(hits["time"], hits["x"], begin=begin, end=3020.0)
+        last = end_of_bursts(hits["time"], 3020.0)
+        assert last > 1000.0
+        mean, error = statistics(hits["time"], hits["x"], begin=begin, end=last)
         assert (np.abs(mean - expected[0]) < 4.0 * np.hypot(error, expected[1])).all()
         assert (error < sharpness * mean).all()  # sharp enough to see a difference
 

@@ -74,6 +74,7 @@ class Workflow:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self.considered: set[str] = set()
         if not (folder / "workflow").exists():
             shutil.copy(REPOSITORY / "Snakefile", folder)
             for name in ("workflow", "profiles"):
@@ -97,7 +98,10 @@ class Workflow:
         )
 
     def planned(self, **config: str) -> set[str]:
-        """Jobs that would run, as `rule record`: a dry run in this process, which is quicker."""
+        """Jobs that would run, as `rule record`: a dry run in this process, which is quicker.
+
+        Rules that Snakemake looked at on the way are in `considered` after it.
+        """
         from snakemake.api import SnakemakeApi
         from snakemake.settings.enums import Quietness, RerunTrigger
         from snakemake.settings.types import (
@@ -119,6 +123,7 @@ class Workflow:
             dag = made.dag(DAGSettings(rerun_triggers={RerunTrigger.SOFTWARE_ENV}))
             files: list[str] = []
             dag.execute_workflow(executor="dryrun", updated_files=files)
+            self.considered = {job.rule.name for job in made._workflow.dag.jobs}
         return {JOBS[path.parts[2]](path) for path in map(Path, files) if path.parts[2] in JOBS}
 
     def tiny_campaign(self, name: str = "tiny") -> Path:

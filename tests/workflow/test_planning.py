@@ -1,6 +1,7 @@
 """What is planned is what has changed: by content, whatever the times of files say."""
 
 import os
+import re
 import shutil
 
 import pytest
@@ -165,3 +166,28 @@ def test_the_steps_as_jobs_and_in_one_process_give_the_same_bytes(one_run, recom
         if path.is_file():
             name = path.relative_to(recomputed)
             assert path.read_bytes() == (one_run.folder / "results/tiny" / name).read_bytes(), name
+
+
+def test_records_whose_results_hold_are_no_jobs(finished):
+    assert finished.planned() == set()
+    assert not finished.considered & {"ingest", "condition", "impacts", "estimate"}
+    (finished.folder / "results/tiny/impacts/bare.csv").write_text("")
+    assert "impacts bare" in finished.planned()
+    assert "impacts" in finished.considered
+
+
+def test_all_records_are_jobs_where_all_is_asked_for(finished):
+    config = ("--config", "campaign=data/tiny")
+    for wanted, step in ((("--forceall",), "ingest"), (("--forcerun", "estimate"), "estimate")):
+        plan = finished.run("-n", *wanted, *config).stderr
+        assert re.search(rf"{step} +2", plan), plan
+    assert "results/tiny/records/added.nc" in finished.run("--summary", *config).stdout
+    assert "ingest" in finished.run("--dag", *config).stdout
+
+
+def test_a_single_result_of_a_record_that_holds_may_be_asked_for(finished):
+    asked = ("results/tiny/records/bare.nc", "--config", "campaign=data/tiny")
+    run = finished.run(*asked)
+    assert run.returncode == 0, run.stderr
+    plan = finished.run("-n", "--force", *asked).stderr
+    assert re.search(r"ingest +1 \(bare\): asked for", plan), plan

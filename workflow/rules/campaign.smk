@@ -5,7 +5,9 @@ import sys
 from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign import load_campaign
-from vinesexp.workflow import Planner, accept_own_environment, keeps_channels, read_config, shown
+from vinesexp.outdated_jobs import Planner
+from vinesexp.record_job import command_line
+from vinesexp.workflow import accept_own_environment, keeps_channels, read_config, shown
 
 # Steps are short processes: without compiled modules each would compile the package again.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -26,7 +28,10 @@ except VinesexpError as error:
 
 accept_own_environment(workflow)
 RECORDS = {record.id: record for record in CAMPAIGN.records}
-PLANNER = Planner(workflow, CAMPAIGN, PATHS, keeps_channels=KEEPS_CHANNELS)
+ON_RECORD = command_line()  # the shell command of a step on one record
+PLANNER = Planner(
+    workflow, CAMPAIGN, PATHS, keeps_channels=KEEPS_CHANNELS, simulated=SCENE is not None
+)
 
 
 wildcard_constraints:
@@ -35,8 +40,8 @@ wildcard_constraints:
 
 
 def each_record(path):
-    """A result of every record; `path` is a method of PATHS."""
-    return [path(record) for record in RECORDS]
+    """A result of every record, as an input; `path` is a method of PATHS."""
+    return PLANNER.each_record(path)
 
 
 def channels(path):
@@ -44,9 +49,10 @@ def channels(path):
     return path if KEEPS_CHANNELS else temp(path)
 
 
-def code_of(*names, script):
-    """Digest of the code behind a step: functions or modules, and the script."""
-    return {"code": code_digest(*names, files=[workflow.source_path(f"../scripts/{script}.py")])}
+def code_of(*names, script=None):
+    """Digest of the code behind a step: functions or modules, and the script that calls them."""
+    scripts = [workflow.source_path(f"../scripts/{script}.py")] if script else []
+    return {"code": code_digest(*names, files=scripts)}
 
 
 def raw_files(wildcards):
@@ -68,13 +74,9 @@ def shown_in(wildcards):
     if wildcards.family == "results":
         tables = PATHS.identified, PATHS.regimes, PATHS.base, PATHS.decay_times, PATHS.clearances
         replayed = PATHS.replay, PATHS.replay_cycles, PATHS.level_values
-        return [
-            *tables,
-            *replayed,
-            *each_record(PATHS.estimates),
-            *each_record(PATHS.decay),
-            *each_record(PATHS.conditioned),
-            *each_record(PATHS.impacts),
-        ]
-    kinds = PATHS.record, PATHS.conditioned, PATHS.impacts
-    return [path for kind in kinds for path in each_record(kind)]
+        kinds = PATHS.estimates, PATHS.decay, PATHS.conditioned, PATHS.impacts
+    else:
+        tables = replayed = ()
+        kinds = PATHS.record, PATHS.conditioned, PATHS.impacts
+    of_records = [path for kind in kinds for path in each_record(kind)(wildcards)]
+    return [*tables, *replayed, *of_records]

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,9 @@ from vinesexp.records.campaign import Known
 from vinesexp.records.uncertainties import EXACT, Uncertainties
 from vinesexp.rig import RIG_VALUES
 from vinesexp.units import COVERAGE_95, Quantity
+
+if TYPE_CHECKING:
+    from vinesexp.theory.intervals import ClearancePrediction
 
 Floats = NDArray[np.float64]
 
@@ -210,24 +214,25 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
         moves[BASE] = abs(exact(base.G.value + base.G.std_error, at) - found.exact)
     if f is not None and f.std_error:
         moves[FREQUENCY] = abs(exact(base.G.value, f.value + f.std_error) - found.exact)
-    more = COVERAGE_95 * math.hypot(*moves.values()) if moves else 0.0
-    return _rolled(
-        Predicted(
-            found.published,
-            found.exact,
-            found.exact - math.hypot(found.exact - found.low, more),
-            found.exact + math.hypot(found.high - found.exact, more),
-            {**_parts(rig, found.gradient), **moves},
-        ),
-        rig,
+    parts = {**_parts(rig, found.gradient), **moves}
+    return _of_cavity(found, rig, error=math.hypot(*moves.values()), parts=parts)
+
+
+def _of_cavity(
+    found: ClearancePrediction, rig: IdentifiedRig, *, error: float, parts: Mapping[str, float]
+) -> Predicted:
+    """Clearance of the cavity that is there, with an error of the excitation in its interval.
+
+    `found` is of a ball that slides; one that rolls moves as that one does in a longer cavity.
+    """
+    s, more = 1.0 - rig.rolling, COVERAGE_95 * error
+    return Predicted(
+        s * found.published,
+        s * found.exact,
+        s * (found.exact - math.hypot(found.exact - found.low, more)),
+        s * (found.exact + math.hypot(found.high - found.exact, more)),
+        {name: s * part for name, part in parts.items()},
     )
-
-
-def _rolled(found: Predicted, rig: IdentifiedRig) -> Predicted:
-    """Clearances of the cavity that is there, from those of the ball that slides instead."""
-    s = 1.0 - rig.rolling
-    parts = {name: s * part for name, part in found.parts.items()}
-    return Predicted(s * found.published, s * found.exact, s * found.low, s * found.high, parts)
 
 
 def _parts(rig: IdentifiedRig, gradient: Mapping[str, float]) -> dict[str, float]:
@@ -256,18 +261,8 @@ def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
     found = predict_transient(x0=x0, values=rig.values, covariance=rig.covariance)
     # b_t is in proportion to the release.
     release = found.exact * rig.inputs.release.of(x0) / x0 if x0 else 0.0
-    more = COVERAGE_95 * release
     r = abs(found.gradient["r"]) * rig.values["r"].std_error
-    return _rolled(
-        Predicted(
-            found.published,
-            found.exact,
-            found.exact - math.hypot(found.exact - found.low, more),
-            found.exact + math.hypot(found.high - found.exact, more),
-            {"r": r, RELEASE: release},
-        ),
-        rig,
-    )
+    return _of_cavity(found, rig, error=release, parts={"r": r, RELEASE: release})
 
 
 def _require(rig: IdentifiedRig, names: Sequence[str]) -> None:

@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
     seed = once(args.seed, "--seed")
     given = gather({o.symbol: getattr(args, o.symbol) for o in OPTIONS}, identified)
     check_picture(picture)
-    refuse_existing(sheet, force=args.force)
+    refuse_existing(picture, sheet, force=args.force)
     if sheet is not None and sheet.suffix.lower() not in (".html", ".htm"):
         raise VinesexpError(
             f"'{sheet.suffix}' is no page; name a file that ends in .html", file=sheet

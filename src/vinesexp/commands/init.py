@@ -155,8 +155,11 @@ def _views(folder: Path) -> tuple[list[FileView], list[str]]:
             continue
         if view.parts:
             print(f"{path.relative_to(folder)}: {len(view.parts)} records")
-            parts = [path.with_name(f"{path.name}#{part}") for part in view.parts]
-            views += [view_file(part) for part in parts]
+            for part in view.parts:
+                try:
+                    views.append(view_file(path.with_name(f"{path.name}#{part}")))
+                except RecordError as error:
+                    others.append(f"left out: {error}")
             continue
         views.append(view)
         rate = "rate unknown" if view.rate is None else f"{view.rate:g} Hz"

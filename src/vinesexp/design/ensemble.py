@@ -192,7 +192,7 @@ def _one(
         _check(one)
         tables[key] = prepare(*key, 0.0)
     response = tables[key].copy()
-    response[0, H_PHASE] += base.phase
+    response[H_PHASE] += base.phase
     kind, table = drive_table(base)
     par = parameters(one.rig, WeakDamping())
     balls, _ = ball_table(one.rig, one.release)

@@ -9,10 +9,14 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
+from vinesexp.identification.average import DISAGREES, weighted_mean
+from vinesexp.identification.bounce_series import chance_of_series, series_of_flights
 from vinesexp.identification.least_squares import least_squares
 
 _FEWEST = 3  # flights: two give any r, the third tests it
-_ALIKE = 0.25  # by which the ratios of successive flights may differ, relative
+_CHANCE = 0.02  # probability above which a series of flights may be chance
+_CERTAIN = 5  # flights of a series that is taken as bounces when the others are judged
+_APART = 0.05  # by which series of one ball on one surface differ at most, relative
 _SHORTEST = 0.02  # s, of the first flight: a bounce of half a millimetre; shorter is ringing
 _LONGEST = 5.0  # s, of any flight: a drop from 30 m; longer are times in ms that are read as s
 _SURE = 0.1  # standard error of r from which on the flights do not agree
@@ -23,19 +27,20 @@ _STUDENT = (1.837, 1.321, 1.197, 1.142, 1.111, 1.091, 1.077, 1.067)
 
 @dataclass(frozen=True)
 class Bounces:
-    """r with its standard error, the bounces used and the first flight, s."""
+    """r with its standard error, the bounces used, the first flight and when it began, s."""
 
     r: float
     error: float
     count: int
     first_flight: float
+    start: float = 0.0
 
 
 def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
-    """Fit impact times t_k = t_1 + T (1 - r^(k-1))/(1 - r) to the longest run of bounces.
+    """Fit impact times t_k = t_1 + T (1 - r^(k-1))/(1 - r) to every series of bounces.
 
     A flight lasts 2 v/g and every bounce multiplies v by r; drag of the air is below the timing
-    error at bench heights.
+    error at bench heights. Several drops of one record give their mean.
 
     Parameters
     ----------
@@ -46,13 +51,13 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
     -------
     Bounces
         The error follows the scatter of the flights about the fit where that is larger than the
-        errors of the times.
+        errors of the times, and that of the drops.
 
     Raises
     ------
     AnalysisError
-        Fewer than three flights that shrink alike, flights as short as ringing, or an r that they
-        do not agree on.
+        Fewer than three flights that shrink alike, or no more alike than among so many hits chance
+        makes them; flights as short as ringing; an r that flights or drops do not agree on.
 
     Examples
     --------
@@ -60,11 +65,74 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
     >>> round(restitution_of_bounces(t, np.full(7, 1e-6)).r, 6)
     0.6
     """
-    t, error = _longest_run(times, errors)
+    drops = drops_of(times, errors)
+    if len(drops) == 1:
+        return drops[0]
+    mean = weighted_mean([one.r for one in drops], [one.error for one in drops])
+    for one in drops:
+        apart = abs(one.r - mean.value)
+        if apart > max(_APART * mean.value, DISAGREES * one.error):
+            shown = ", ".join(
+                f"{each.r:.3g} +- {each.error:.1g} from {each.start:.4g} s on"
+                for each in sorted(drops, key=lambda each: each.start)
+            )
+            raise AnalysisError(
+                f"{len(drops)} drops that do not have one r ({shown}): of several balls or on "
+                "several surfaces; make each a record of its own"
+            )
+    return Bounces(
+        mean.value, mean.error, sum(one.count for one in drops),
+        max(one.first_flight for one in drops), min(one.start for one in drops),
+    )  # fmt: skip
+
+
+def drops_of(times: FloatArray, errors: FloatArray) -> list[Bounces]:
+    """Every series of bounces among the hits of a record, the longest first.
+
+    Raises
+    ------
+    AnalysisError
+        There is none, and why.
+    """
+    runs = series_of_flights(times)
+    certain = [run for run in runs if run.stop - run.start > _CERTAIN]
+    refused: list[AnalysisError] = []
+    found: list[Bounces] = []
+    for run in runs or [slice(0, 0)]:
+        own = [run, *(one for one in certain if one != run)]
+        others = times.size - sum(one.stop - one.start for one in own)
+        try:
+            found.append(_bounces(times[run], errors[run], others=others))
+        except AnalysisError as error:
+            refused.append(error)
+    if not found:
+        raise refused[0]
+    return found
+
+
+def _bounces(t: FloatArray, error: FloatArray, *, others: int) -> Bounces:
+    """r of one series; `others`: hits of the record that are no bounces."""
     flights = np.diff(t)
-    if flights.size < _FEWEST:
+    _require_flights(flights, others)
+    p, covariance, chi2 = _fitted(t, error)
+    freedom = t.size - 3
+    spread = chi2 / freedom
+    scale = 1.0 if spread <= 1.0 else math.sqrt(spread) * student(freedom)
+    found = float(scale * np.sqrt(covariance[2, 2]))
+    if not (0.0 < p[2] < 1.0 and found < _SURE * p[2]):
         raise AnalysisError(
-            f"{flights.size} flights of a bouncing ball that shrink alike (in {times.size} hits), "
+            f"the flights between hits do not agree on r: {p[2]:.3g} +- {found:.2g} from "
+            f"{flights.size} of them"
+        )
+    return Bounces(float(p[2]), found, t.size, float(p[1]), float(t[0]))
+
+
+def _require_flights(flights: FloatArray, others: int) -> None:
+    """Refuse what is no bouncing ball."""
+    if flights.size < _FEWEST:
+        hits = flights.size + others + (1 if flights.size else 0)
+        raise AnalysisError(
+            f"{flights.size} flights of a bouncing ball that shrink alike (in {hits} hits), "
             f"expected {_FEWEST} or more to give r"
         )
     if flights[0] < _SHORTEST:
@@ -78,17 +146,11 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
             f"{9.81 * flights[0] ** 2 / 8.0:.3g} m, expected {_LONGEST:g} s or less: are the times "
             "in seconds?"
         )
-    p, covariance, chi2 = _fitted(t, error)
-    freedom = t.size - 3
-    spread = chi2 / freedom
-    scale = 1.0 if spread <= 1.0 else math.sqrt(spread) * student(freedom)
-    found = float(scale * np.sqrt(covariance[2, 2]))
-    if not (0.0 < p[2] < 1.0 and found < _SURE * p[2]):
+    if chance_of_series(flights, others) > _CHANCE:
         raise AnalysisError(
-            f"the flights between hits do not agree on r: {p[2]:.3g} +- {found:.2g} from "
-            f"{flights.size} of them"
+            f"{flights.size} flights shrink alike, but beside {others} other hits that may be "
+            "chance; cut the record to the drop"
         )
-    return Bounces(float(p[2]), found, t.size, float(p[1]))
 
 
 def student(freedom: int) -> float:
@@ -119,26 +181,3 @@ def _fitted(t: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArray, f
 
     found = least_squares(problem, np.array([0.0, flights[0], min(r, 0.999)]))
     return found.values, found.covariance, found.chi2
-
-
-def _longest_run(times: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The impacts from the first of the longest stretch in which every flight is shorter.
-
-    Ratios must also be alike: a missed bounce makes one flight far too long.
-    """
-    if times.size < 3:
-        return times[:0], errors[:0]
-    flights = np.diff(times)
-    ratio = flights[1:] / flights[:-1]
-    typical = float(np.median(ratio[ratio < 1.0])) if (ratio < 1.0).any() else 0.0
-    good = (ratio < 1.0) & (np.abs(ratio - typical) < _ALIKE * max(typical, 0.2))
-    best, start = (0, 0), 0
-    for i, fine in enumerate([*good.tolist(), False]):
-        if not fine:
-            if i - start > best[1] - best[0]:
-                best = (start, i)
-            start = i + 1
-    if best[1] == best[0]:
-        return times[:0], errors[:0]
-    chosen = slice(best[0], best[1] + 2)
-    return times[chosen], errors[chosen]

@@ -6,7 +6,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.bounces import Bounces, restitution_of_bounces
+from vinesexp.identification.bounces import Bounces, drops_of
 from vinesexp.settings.stages import Settings
 from vinesexp.signals.bands import default_bands
 from vinesexp.signals.filters import butterworth, zero_phase
@@ -18,7 +18,7 @@ _FEWEST = 5  # hits: any four distances shrink in one order of 24
 
 
 def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
-    """The bounces in a signal of any unit, or None where it is something else.
+    """The longest series of bounces in a signal of any unit, or None where it is something else.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
     stream = Stream(lambda begin, end: filtered[begin:end], filtered.size, sample_rate, low)
     hits = detect_onsets(stream, settings.impacts, settings.drop)
     try:
-        found = restitution_of_bounces(hits.time, hits.time_error)
+        found = drops_of(hits.time, hits.time_error)[0]
     except AnalysisError:
         return None
     sure = found.count >= _FEWEST and found.error < _SHRINKS and found.r < 1.0 - found.error

@@ -37,11 +37,13 @@ def parts_of_known_inputs(
         parts = {}
         for e, weight in zip(alike, mean.weights, strict=True):
             number = _ball_of(e)
-            clearances = campaign.record(e.records[0]).clearance
+            record = campaign.record(e.records[0])
+            clearances = record.clearance
             clearance = clearances[min(number, len(clearances) - 1)]
             here = parts_of_impacts(
-                e, clearance=clearance, ball=_ball_error(campaign, number), inputs=inputs
-            )
+                e, clearance=clearance, ball=_ball_error(campaign, number), inputs=inputs,
+                laser="displacement" in campaign.setup_of(record).channels,
+            )  # fmt: skip
             for name, part in here.items():
                 parts[name] = parts.get(name, 0.0) + float(weight) * part
     elif value.method == "drop":  # a wall that gives, a drop that is not plumb
@@ -63,7 +65,7 @@ def _ball_error(campaign: Campaign, number: int) -> float:
 
 
 def parts_of_impacts(
-    estimate: Estimate, *, clearance: float, ball: float, inputs: Uncertainties
+    estimate: Estimate, *, clearance: float, ball: float, inputs: Uncertainties, laser: bool = True
 ) -> dict[str, float]:
     """What known inputs contribute to M and r from flights between walls at one clearance.
 
@@ -81,10 +83,13 @@ def parts_of_impacts(
     ball : float
         Relative standard uncertainty of its mass.
     inputs : Uncertainties
+    laser : bool
+        Whether a displacement was recorded; else it is the integral of the acceleration.
     """
     value = estimate.value
     setting = inputs.clearance.of(clearance) / clearance
-    gain = inputs.displacement.of(1.0)
+    sensor = "displacement" if laser else "acceleration"
+    gain = getattr(inputs, sensor).of(1.0)
     if estimate.parameter == "M":
         return {
             "ball mass": value * ball,
@@ -96,7 +101,7 @@ def parts_of_impacts(
     lever = 0.5 * (1.0 - value * value)
     return {
         "clearance": lever * setting,
-        "displacement gain": -lever * gain,
+        f"{sensor} gain": -lever * gain,
         "model: impacts": value * inputs.model.of(1.0),
     }
 

@@ -21,10 +21,13 @@ from vinesexp.records.refusal import is_of_the_machine, reason_of
 from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.base_motion import base_of
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
+from vinesexp.signals.impacts.from_integral import integrated_impacts, may_be_integrated
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 
 __all__ = ["NOTHING", "estimate_record", "nothing"]
 
+#: Parameter name: the phase error of a displacement integrated from the acceleration; its note.
+INTEGRATED = "integrated_phase"
 _SEEN = 1 << 16  # samples of a channel by which copies are known
 
 
@@ -50,7 +53,8 @@ def estimate_record(
         `damping_linear`, `damping_quadratic`, `damping_coulomb`, `stiffening`, `frequency_slope`
         and `beat` of a decay; `working_amplitude` and `base_harmonic` of a periodic test;
         `accelerometer_gain` and `channel_lag` of the channels, `accelerometer_corner` of one that
-        is AC-coupled, `accelerometer_across` of one that shows motion across its axis; `content`,
+        is AC-coupled, `accelerometer_across` of one that shows motion across its axis;
+        `integrated_phase` where the displacement is the integral of the acceleration; `content`,
         a digest of the samples as its note. A record that gives nothing has
         an entry `nothing` with the reason as its note.
     """
@@ -100,8 +104,41 @@ def _by_test(
     if record.clearance:
         found += _swing(record, view, frequency)
         found += _harmonic(record, view, frequency)
-        return found + impact_estimates(record, known, read_impacts(impacts), frequency, agreement)
+        table = read_impacts(impacts)
+        if "displacement" in view.roles or not table.n:
+            return found + impact_estimates(record, known, table, frequency, agreement)
+        return found + _without_laser(record, known, view, table, frequency)
     return found
+
+
+def _without_laser(
+    record: Record, known: Known, view: RecordView, impacts: Impacts, frequency: float
+) -> list[Estimate]:
+    """r and M where the acceleration alone shows how the mass moves, or why not."""
+    if not may_be_integrated(view, record.test, record.clearance):
+        return [
+            nothing(
+                record.id,
+                f"{impacts.n} impacts found; M and r by their flights need the displacement of the "
+                "mass at each: it was not recorded, and is integrated from the acceleration only "
+                "in a periodic test with one ball",
+            )
+        ]
+    try:
+        integrated = integrated_impacts(view, impacts, frequency=frequency)
+    except AnalysisError as error:
+        return [nothing(record.id, f"{impacts.n} impacts found; no M and r by flights: {error}")]
+    law, phase = integrated.motion.law, integrated.motion.phase_error
+    note = (
+        "the displacement of the mass is the integral of its acceleration: M and r by flights rest "
+        f"on this one sensor, whose phase at the oscillation is known to {math.degrees(phase):.2g} "
+        "degrees"
+    )
+    rows = [Estimate(INTEGRATED, phase, 0.0, "rad", "channels", (record.id,), note)]
+    if law.has_corner:
+        corner = ("accelerometer_corner", law.corner, law.corner_error, "Hz")
+        rows += estimates_of(record, "channels", [corner])
+    return rows + impact_estimates(record, known, impacts, frequency, None, integrated)
 
 
 def _swing(record: Record, view: RecordView, frequency: float) -> list[Estimate]:

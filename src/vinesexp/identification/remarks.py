@@ -16,7 +16,19 @@ _LAG_MATTERS = 2e-5  # s
 
 def remarks(found: Sequence[Estimate]) -> list[Check]:
     """Rows of checks.csv on the estimates of single records."""
-    return [*_channels(found), *_of_sweeps(found), *_misfits(found), *_beats(found)]
+    return [
+        *_channels(found), *_integrated(found), *_of_sweeps(found), *_misfits(found),
+        *_beats(found),
+    ]  # fmt: skip
+
+
+def _integrated(found: Sequence[Estimate]) -> list[Check]:
+    """Records whose displacement is the integral of the acceleration."""
+    return [
+        Check(e.records[0], "integrated", "ok", e.note)
+        for e in found
+        if e.parameter == "integrated_phase"
+    ]
 
 
 def _of_sweeps(found: Sequence[Estimate]) -> list[Check]:

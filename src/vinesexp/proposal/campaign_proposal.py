@@ -16,7 +16,7 @@ from pathlib import Path
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import Guess, guess_roles, label_of
 from vinesexp.proposal.survey import FileView
-from vinesexp.records.readers.parts import part_of
+from vinesexp.records.readers.parts import file_of, part_of
 from vinesexp.units import UNITS
 
 _HINTS = {
@@ -174,8 +174,10 @@ def _shared(names: Sequence[str]) -> str:
 def _record(
     folder: Path, file: FileView, guesses: Mapping[str, Guess], used: set[str]
 ) -> ProposedRecord:
-    shown = _CHANNEL_NUMBER.sub("", file.path.stem) if file.more_paths else file.path.stem
-    shown = f"{shown}_{part}" if (part := part_of(file.path)) else shown
+    named = file_of(file.path).stem
+    if part := Path(part_of(file.path)).stem:
+        named = f"{named}_{part}"
+    shown = _CHANNEL_NUMBER.sub("", named) if file.more_paths else named
     stem = re.sub(r"[^A-Za-z0-9_.+-]+", "_", shown).strip("._-+") or "record"
     name = stem if stem[0].isalnum() else f"r{stem}"
     while name.lower() in used:
@@ -183,7 +185,7 @@ def _record(
     used.add(name.lower())
     test, cells, why = describe_test(file, guesses)
     for column, form in _HINTS.items():
-        found = form.findall(file.path.stem)
+        found = form.findall(named)
         applies = column != "added_mass_g" or test == "ringdown"
         if found and applies and test not in ("drop", OPEN):
             cells[column] = ";".join(found) if column == "clearance_mm" else found[0]

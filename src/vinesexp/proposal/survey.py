@@ -163,8 +163,8 @@ def view_file(path: Path) -> FileView:
     if parts:
         name = path.name
         remarks.append(
-            f"it holds {len(parts)} records, {name}#{parts[0]} to {name}#{parts[-1]}; this is the "
-            "first"
+            f"it holds {len(parts)} records, {name}#{parts[0]} to {name}#{parts[-1]}; this is one "
+            "of them"
         )
     return FileView(
         path, source.format, tuple(columns), rate, time, tuple(problems), tuple(remarks),

@@ -7,6 +7,7 @@ it stops the step, which runs again when there is room.
 from __future__ import annotations
 
 import errno
+import os
 import re
 import traceback
 from collections.abc import Callable, Iterator
@@ -34,13 +35,27 @@ def is_of_the_machine(error: Exception) -> bool:
     >>> is_of_the_machine(ValueError("array must not contain infs"))
     False
     """
-    if isinstance(error, MemoryError):
-        return True
+    return isinstance(error, MemoryError) or _number(error) in _MACHINE
+
+
+def reason_of_machine(error: Exception) -> str:
+    """What is wrong with the machine, in its own words.
+
+    Examples
+    --------
+    >>> reason_of_machine(OSError("Can't write data (errno = 28, error message = 'No space')"))
+    'No space left on device'
+    """
+    number = _number(error)
+    return "too little memory" if number is None else os.strerror(number)
+
+
+def _number(error: Exception) -> int | None:
+    """The system's number of an error; HDF5 has it in its text."""
     if not isinstance(error, (OSError, RuntimeError)):
-        return False
+        return None
     of_hdf5 = re.search(r"errno = (\d+)", str(error))
-    number = getattr(error, "errno", None) or (int(of_hdf5[1]) if of_hdf5 else None)
-    return number in _MACHINE
+    return getattr(error, "errno", None) or (int(of_hdf5[1]) if of_hdf5 else None)
 
 
 def reason_of(error: Exception, *, log: str = "") -> str:

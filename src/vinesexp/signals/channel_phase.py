@@ -14,8 +14,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vinesexp.arrays import BoolArray, FloatArray
+
+ComplexArray = NDArray[np.complex128]
 
 _CYCLES = 12.0  # periods in a segment: a line then is a twelfth of f0 wide
 _RANGE = (1.6, 12.0)  # of the oscillation: lines that are compared with it
@@ -107,28 +110,54 @@ def phase_law(
     f = np.fft.rfftfreq(size, step)
     near = (f > _RANGE[0] * frequency) & (f < min(_RANGE[1] * frequency, 0.4 / step))
     w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
-    cross = np.zeros(w.size, dtype=np.complex128)
-    power_a, power_x = np.zeros(w.size), np.zeros(w.size)
-    for begin in begins:
-        piece = slice(begin, begin + size)
-        A, X = second_derivative_beside(acceleration[piece], displacement[piece], step, w, near)
-        cross += A * X.conj()
-        power_a += np.abs(A) ** 2
-        power_x += np.abs(X) ** 2
+    lines = [
+        second_derivative_beside(
+            acceleration[i : i + size], displacement[i : i + size], step, w, near
+        )
+        for i in begins
+    ]
+    A, X = (np.stack(each) for each in zip(*lines, strict=True))
+    return law_of_lines(A, X, w, frequency=frequency, own=(lag, lag_error))
+
+
+def law_of_lines(
+    A: ComplexArray, X: ComplexArray, w: FloatArray, *, frequency: float,
+    own: tuple[float, float] | None = None,
+) -> PhaseLaw | None:  # fmt: skip
+    """Lag and corner from the lines of many segments.
+
+    Parameters
+    ----------
+    A, X : complex arrays (segments, lines)
+        Of the acceleration, and of what it is held beside.
+    w : array (lines,)
+        rad/s, evenly spaced.
+    frequency : float
+        Of the oscillation, Hz.
+    own : tuple (value, error), optional
+        The phase at the oscillation, taken for a lag of X, s.
+
+    Returns
+    -------
+    PhaseLaw or None
+        None where too few lines stand out.
+    """
+    cross = (A * X.conj()).sum(axis=0)
+    power_a, power_x = (np.abs(A) ** 2).sum(axis=0), (np.abs(X) ** 2).sum(axis=0)
     coherence = np.abs(cross) ** 2 / np.maximum(power_a * power_x, 1e-300)
     padded = np.pad(power_a, _TOPS)
     tops = np.lib.stride_tricks.sliding_window_view(padded, 2 * _TOPS + 1).max(axis=1)
     use = (coherence > _COHERENT) & (power_a == tops)
     # Halves overlap: independent segments are about 0.9 of them.
-    error = np.sqrt((1.0 - coherence[use]) / (2.0 * coherence[use] * 0.9 * len(begins)) + 1e-14)
+    error = np.sqrt((1.0 - coherence[use]) / (2.0 * coherence[use] * 0.9 * A.shape[0]) + 1e-14)
     sign = -1.0 if float((cross.real / np.maximum(power_x, 1e-300))[use].sum()) < 0.0 else 1.0
     phase = np.angle(sign * cross[use])
     if use.sum() < _LINES:
         return None
-    own = 2.0 * math.pi * frequency
-    law = _fitted(
-        np.append(w[use], own), np.append(phase, own * lag), np.append(error, own * lag_error)
-    )
+    lag, lag_error = (math.nan, math.nan) if own is None else own
+    turn = 2.0 * math.pi * frequency
+    known = ([], [], []) if own is None else ([turn], [turn * lag], [turn * lag_error])
+    law = _fitted(*(np.append(a, b) for a, b in zip((w[use], phase, error), known, strict=True)))
     if law is None:
         return None
     above, above_error = _straight(w[use], phase, error)

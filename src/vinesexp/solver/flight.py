@@ -2,59 +2,61 @@
 
 In a regular response one flight lasts about as long as the last one, so its contact is found with
 one evaluation of the closed form, in a chaotic one with two. That would be a gamble on its own. The
-proof comes afterwards, from both ends: with x and its derivatives known at the start and at the
-landing, and S >= |x''''| in between (`walls.py`), the gaps to both walls are bounded below by
-quartics that leave from the start and, backwards in time, from the landing. If these are positive
-up to the middle of the flight, there was no earlier contact. If the proof fails, nothing has been
-done, and the caller takes the cautious way (`kernel.fly`); so it is where Newton's rule stops at a
-point that is no root.
+proof comes afterwards (`nothing_before.py`). If it fails, nothing has been done, and the caller
+takes the cautious way (`kernel.fly`); so it is where Newton's rule stops at no root.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.solver.bookkeeping import advance_clock, write_event
 from vinesexp.solver.compiled import compiled
+from vinesexp.solver.fused import fused
+from vinesexp.solver.nothing_before import bound, nothing_before
 from vinesexp.solver.response import (
-    H_MISFIT,
-    H_P,
     H_RATE,
     H_TWOALPHA,
     H_W,
     H_W0SQ,
     after,
+    turned,
 )
 from vinesexp.solver.search import EPS
 from vinesexp.solver.state import (
     CLEARANCE,
     EXPECTED,
     FREE,
+    HEADING,
     IMPACT,
-    LAST,
     MASS,
-    MET,
+    PERIOD,
+    REMEMBERED,
     RESTITUTION,
     RHO,
     SIDE,
+    SIDES,
     STATE,
     T_HIGH,
     T_LOW,
+    TIMES,
     V_NOW,
     X_NOW,
     D,
     U,
 )
-from vinesexp.solver.walls import open_until
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
-CLOSE = 1e-3  # rad: from here the Taylor polynomial of degree 4 is exact (1e-3^5/120 = 1e-17)
+CLOSE = 0.01  # rad: from here the Taylor polynomial of degree 6 is exact (0.01^7/5040 = 2e-18)
 TRIES = 4
+STEPS = 5  # of Newton's rule at most
+ROUNDED = 0.01 * EPS  # share of the lengths that a gap counts as zero by: well below its rounding
+ALIKE = 0.1  # of a period, by which a contact may be off the time of one a period ago
+STEADY = 0.005  # of a period: flights that differ by less count as alike
+BRIEF = 0.05  # of a period: 0.3 rad, the reach of `hop.py`
 
 
 @compiled
@@ -70,6 +72,22 @@ def first_expected(balls: FloatArray, now: float) -> int:
 
 
 @compiled
+def forced_derivatives(
+    response: FloatArray, cr: float, ci: float, xh: float, vh: float
+) -> tuple[float, float, float, float, float]:
+    """Second to sixth derivative of x, of the phasor and the free motion together."""
+    w, w0sq, two_alpha = response[H_W], response[H_W0SQ], response[H_TWOALPHA]
+    w2 = w * w
+    ah = fused(-two_alpha, vh, -w0sq * xh)
+    jh = fused(-two_alpha, ah, -w0sq * vh)
+    fh = fused(-two_alpha, jh, -w0sq * ah)
+    gh = fused(-two_alpha, fh, -w0sq * jh)
+    hh = fused(-two_alpha, gh, -w0sq * fh)
+    up, down = w2 * cr, w2 * w * ci
+    return ah - up, jh + down, fused(w2, up, fh), fused(-w2, down, gh), fused(-w2 * w2, up, hh)
+
+
+@compiled
 def cross(
     response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, k: int,
     longest: float,
@@ -79,12 +97,10 @@ def cross(
     Returns its duration (0: not proved, and nothing is changed) and the evaluations used. On
     success clock, oscillator, phasor `c` and balls are at the contact.
     """
-    w, w0sq, two_alpha = response[0, H_W], response[0, H_W0SQ], response[0, H_TWOALPHA]
-    rate, w2, n = response[0, H_RATE], w * w, balls.shape[0]
-    side, rho, wide = balls[k, SIDE], balls[k, RHO], 2.0 * balls[k, CLEARANCE]
-    # Where the ball is heading: `far` is the gap to that wall, in the direction `to`.
-    to = 1.0 if rho > 0.0 else -1.0
-    far = balls[k, D] if to == side else wide - balls[k, D]
+    w, rate, wide = response[H_W], response[H_RATE], 2.0 * balls[k, CLEARANCE]
+    rho, to = balls[k, RHO], balls[k, HEADING]
+    # The gap to the wall for which the ball is heading, in the direction `to`.
+    far = balls[k, D] if to == balls[k, SIDE] else wide - balls[k, D]
     x0, v0, c0, c1 = state[X_NOW], state[V_NOW], c[0], c[1]
     xh0, vh0 = x0 - c0, v0 + w * c1
     s, tries = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW], 0
@@ -94,25 +110,18 @@ def cross(
         tries += 1
         cr, ci, xh, vh = after(response, c0, c1, xh0, vh0, s)
         x, v = cr + xh, vh - w * ci
-        ah = -two_alpha * vh - w0sq * xh
-        jh = -two_alpha * ah - w0sq * vh
-        fh = -two_alpha * jh - w0sq * ah
-        a, j, f = ah - w2 * cr, jh + w2 * w * ci, fh + w2 * w2 * cr
-        g = far - to * (rho * s + (x - x0 - v0 * s))
-        g1 = -to * (rho + (v - v0))
+        a, j, f, p, q = forced_derivatives(response, cr, ci, xh, vh)
+        g, g1 = far - to * (rho * s + (x - x0 - v0 * s)), -to * (rho + (v - v0))
         if g1 >= 0.0:
             return 0.0, tries
-        d = -g / g1
-        for _ in range(2):
-            slope = g1 - to * d * (a + d * (0.5 * j + d * f * (1.0 / 6.0)))
-            value = g + d * (g1 - to * d * (0.5 * a + d * (j + 0.25 * d * f) * (1.0 / 6.0)))
-            d -= value / slope
+        size = far + abs(rho) * s + abs(x) + abs(x0)
+        d, left, slope = nearest_root(
+            g, g1, -to * a, -to * j, -to * f, -to * p, -to * q, ROUNDED * size
+        )
         if abs(d) * rate < CLOSE:
-            # Where the gap has no root near by, Newton's rule can stop at nothing: look.
-            slope = g1 - to * d * (a + d * (0.5 * j + d * f * (1.0 / 6.0)))
-            value = g + d * (g1 - to * d * (0.5 * a + d * (j + 0.25 * d * f) * (1.0 / 6.0)))
-            rounding = 8.0 * EPS * (far + abs(rho) * s + abs(x) + abs(x0))
-            if not (slope < 0.0 and abs(value) <= rounding):
+            # Where the gap has no root near by, Newton's rule can stop at nothing: what its last
+            # step leaves of the gap has to be rounding.
+            if not (slope < 0.0 and left <= 8.0 * EPS * size):
                 return 0.0, tries
             break
         s += d
@@ -120,49 +129,44 @@ def cross(
     T = s + d
     if T <= 0.0:
         return 0.0, tries
-    x += d * (v + d * (0.5 * a + d * (j + 0.25 * d * f) * (1.0 / 6.0)))
-    v += d * (a + d * (0.5 * j + d * f * (1.0 / 6.0)))
-    turn = w * d
-    q = turn * turn
-    cosine, sine = 1.0 - q * (0.5 - q * (1.0 / 24.0)), turn * (1.0 - q * (1.0 / 6.0 - q / 120.0))
-    cr, ci = cr * cosine - ci * sine, cr * sine + ci * cosine
-    # Derivatives at both ends, and the bound between them.
-    xh, vh = x - cr, v + w * ci
-    ah = -two_alpha * vh - w0sq * xh
-    a1, j1 = ah - w2 * cr, -two_alpha * ah - w0sq * vh + w2 * w * ci
-    ah = -two_alpha * vh0 - w0sq * xh0
-    jh = -two_alpha * ah - w0sq * vh0
-    fh = -two_alpha * jh - w0sq * ah
-    gh = -two_alpha * fh - w0sq * jh
-    a0, j0 = ah - w2 * c0, jh + w2 * w * c1
-    f0, df0 = fh + w2 * w2 * c0, gh / w - w2 * w2 * c1
-    free = math.sqrt(fh * fh + gh * gh / w0sq)
-    S = min(
-        math.sqrt(f0 * f0 + df0 * df0) + T * free * response[0, H_MISFIT],
-        w2 * w2 * response[0, H_P] + free,
-    )
-    half, bend, gain = 0.5 * T, x - x0 - v0 * T, v - v0
-    for i in range(n):
-        z, g0, full = balls[i, SIDE], balls[i, D], 2.0 * balls[i, CLEARANCE]
-        r0, r1 = balls[i, RHO], balls[i, RHO] + gain
-        # Gaps at the landing; ball k is exactly at the wall it was heading for.
-        near = g0 - z * (r0 * T + bend)
-        other = full - near
-        if i == k:
-            near, other = (0.0, full) if to == z else (full, 0.0)
-        proved = (
-            (open_until(g0, -z * r0, -z * a0, -z * j0, S, half))
-            & (open_until(full - g0, z * r0, z * a0, z * j0, S, half))
-            & (open_until(near, z * r1, -z * a1, z * j1, S, half))
-            & (open_until(other, -z * r1, z * a1, -z * j1, S, half))
-        )
-        # Contacts within the resolution of time are one event, for the general rule.
-        tie = 4.0 * EPS * (state[T_HIGH] + T) * abs(r1)
-        if not proved or (i != k and (near <= tie or other <= tie)):
-            return 0.0, tries
+    rise = fused(d, fused(d, q * (1.0 / 720.0), p * (1.0 / 120.0)), f * (1.0 / 24.0))
+    x += d * fused(d, fused(d, fused(d, rise, j * (1.0 / 6.0)), 0.5 * a), v)
+    rise = fused(d, fused(d, q * (1.0 / 120.0), p * (1.0 / 24.0)), f * (1.0 / 6.0))
+    v += d * fused(d, fused(d, rise, 0.5 * j), a)
+    cr, ci = turned(cr, ci, w * d)
+    S = bound(response, c0, c1, xh0, vh0, T)
+    if not nothing_before(response, state, balls, c, x, v, cr, ci, T, S, k, to):
+        return 0.0, tries
     arrive(state, balls, x, v, T, k, to)
     c[0], c[1] = cr, ci
     return T, tries
+
+
+@compiled
+def nearest_root(
+    g: float, g1: float, g2: float, g3: float, g4: float, g5: float, g6: float, enough: float
+) -> tuple[float, float, float]:
+    """Root of the gap near by from its derivatives, gap left there, rate there: no proof yet.
+
+    A slow contact needs more steps of Newton's rule than a fast one: until less than `enough` of
+    the gap is left.
+    """
+    c2, c3, c4 = 0.5 * g2, g3 * (1.0 / 6.0), g4 * (1.0 / 24.0)
+    c5, c6 = g5 * (1.0 / 120.0), g6 * (1.0 / 720.0)
+    inverse = 1.0 / g1
+    d = -g * inverse
+    d = d * fused(-d, c2 * inverse, 1.0)  # the quadratic to second order
+    left, slope = 0.0, g1
+    for _ in range(STEPS):
+        value = fused(d, fused(d, fused(d, fused(d, fused(d, c6, c5), c4), c3), c2), g1)
+        slope = fused(d, fused(d, fused(d, 6.0 * c6, 5.0 * c5), 4.0 * c4), 3.0 * c3)
+        slope = fused(d, fused(d, slope, 2.0 * c2), g1)
+        step = fused(d, value, g) / slope
+        d -= step
+        left = step * step * (abs(c2) + abs(3.0 * c3 * d))
+        if left <= enough:
+            break
+    return d, left, slope
 
 
 @compiled
@@ -190,12 +194,27 @@ def arrive(
 def expect(balls: FloatArray, k: int, now: float) -> None:
     """Guess the next contact of ball k, which meets a wall now.
 
-    Across the cavity the next flight is expected to last as long as the last one. A ball that came
-    back to the same wall is in a chatter; no guess there, `hop.py` needs none.
+    What followed a period ago, when the ball met the same wall, follows again; without such a
+    contact, or where flights are alike, the next goes across and lasts as long as the last. A
+    return to the same wall within BRIEF is left to `hop.py`, which needs no guess.
     """
-    flight = now - balls[k, LAST] if balls[k, SIDE] != balls[k, MET] else 0.0
-    balls[k, EXPECTED] = now + flight
-    balls[k, LAST], balls[k, MET] = now, balls[k, SIDE]
+    period, side = balls[k, PERIOD], balls[k, SIDE]
+    flight, heading = 0.0, -side
+    if balls[k, SIDES] == -side:
+        flight = now - balls[k, TIMES]
+    for j in range(1, REMEMBERED):
+        past = balls[k, TIMES + j]
+        if balls[k, SIDES + j] == side and abs(now - past - period) < ALIKE * period:
+            then, heading = balls[k, TIMES + j - 1] - past, balls[k, SIDES + j - 1]
+            if heading == side or abs(then - flight) > STEADY * period:
+                flight = then
+            break
+    if heading == side and flight < BRIEF * period:
+        flight = 0.0
+    balls[k, EXPECTED], balls[k, HEADING] = now + flight, heading
+    for j in range(REMEMBERED - 1, 0, -1):
+        balls[k, TIMES + j], balls[k, SIDES + j] = balls[k, TIMES + j - 1], balls[k, SIDES + j - 1]
+    balls[k, TIMES], balls[k, SIDES] = now, side
 
 
 @compiled

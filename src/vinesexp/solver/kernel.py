@@ -22,6 +22,7 @@ from vinesexp.solver.flight import bounce, cross, first_expected
 from vinesexp.solver.hop import SHORT, hop
 from vinesexp.solver.response import (
     ENTRIES,
+    H_FREQUENCY,
     H_MISFIT,
     H_P,
     H_RATE,
@@ -40,6 +41,7 @@ from vinesexp.solver.state import (
     GAP,
     HIT,
     MASS,
+    PERIOD,
     RATE,
     RHO,
     ROOT,
@@ -183,7 +185,7 @@ def fly(
 
     `c` is the phasor of the particular response at the present time.
     """
-    head = response[0]
+    head = response
     w, w0sq, two_alpha, rate = head[H_W], head[H_W0SQ], head[H_TWOALPHA], head[H_RATE]
     w2, misfit = w * w, head[H_MISFIT]
     w4P = w2 * w2 * head[H_P]
@@ -233,10 +235,11 @@ def run(
     row = int(np.int64(0))  # a literal 0 would be a type of its own, with machine code of its own
     evaluations, age, piece = 0, 0, piece_at(table, state[T_HIGH])
     room = numbers.shape[0] - 2 * balls.shape[0] - 2
-    head, c, before = response[0], work[3], np.empty(balls.shape[0])
+    head, c, before = response, work[3], np.empty(balls.shape[0])
     light, span = closed and balls.shape[0] > 0, (ENTRIES - 2) * head[H_SPACING]
     for i in range(balls.shape[0]):
         light = light and balls[i, MASS] <= par[0]
+        balls[i, PERIOD] = 1.0 / head[H_FREQUENCY] if closed else 0.0
     c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
     while row < room and state[T_HIGH] < duration:
         # The fast way, as long as its proofs hold.

@@ -2,8 +2,13 @@
 
 x = x_p + x_h: a phasor (cr, ci) = P e^{i(wt + phase)} with x_p = cr, x_p' = -w ci that no impact
 changes, and the free motion (xh, vh) that carries the impacts. Over s seconds the phasor turns by
-e^{iws} and the free motion is multiplied by its 2x2 transition matrix. Both are tabulated every
-`spacing` seconds (1/256 of a cycle); the rest, at most 0.0123 rad, is a polynomial cut below 1e-17.
+e^{iws}, and the free motion obeys, with C and S its two solutions from (1, 0) and from (0, 1),
+
+    x_h -> C x_h + S v_h,    v_h -> -w0^2 S x_h + (C - 2 alpha S) v_h.
+
+The four functions are tabulated every `spacing` seconds (1/256 of a cycle); the rest, at most
+0.0123 rad, is a polynomial cut below 1e-17. The spacing has few enough digits that a multiple of it
+is exact.
 """
 
 from __future__ import annotations
@@ -14,21 +19,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.solver.compiled import compiled, entry
+from vinesexp.solver.fused import fused
 
 FloatArray = NDArray[np.float64]
 
 ENTRIES = 640  # two and a half cycles
 PER_CYCLE = 256
+COSINE, SINE, FREE_C, FREE_S = range(4)  # the columns of the table
+WIDTH = 4
 
 # Header of a response: what the loops need as plain numbers.
-H_SPACING, H_W, H_W0SQ, H_TWOALPHA, H_P, H_PHASE, H_RATE, H_MISFIT, H_FREQUENCY = range(9)
+H_SPACING, H_W, H_W0SQ, H_TWOALPHA, H_P, H_PHASE, H_RATE, H_MISFIT, H_FREQUENCY, H_PER = range(10)
+H_C, H_S = 10, 15  # coefficients 2 to 6 of the series of C and S
+HEADER = 20
 
 
 @entry
 def prepare(
     M: float, c: float, k: float, amplitude: float, frequency: float, phase: float
 ) -> FloatArray:
-    """Header (row 0) and, from row 3, the table: one 2D array.
+    """Header and, from HEADER on, the table, row by row.
 
     Only for an underdamped oscillator.
     """
@@ -36,28 +46,33 @@ def prepare(
     alpha = 0.5 * c / M
     wd = math.sqrt((w0 - alpha) * (w0 + alpha))
     w = 2.0 * math.pi * frequency if amplitude != 0.0 else w0
-    out = np.zeros((ENTRIES + 3, 9))
+    out = np.zeros(HEADER + WIDTH * ENTRIES)
     rate = max(w, w0)
     spacing = 2.0 * math.pi / (PER_CYCLE * rate)
+    long = 134217729.0 * spacing
+    spacing = long - (long - spacing)  # its upper half (Dekker)
     # x_p = Im(H amplitude e^{i(wt+phase)}) = Re(-i ...)
     below = (w0 - w) * (w0 + w)
     top, bottom = complex(w0 * w0, 2.0 * alpha * w), complex(below, 2.0 * alpha * w)
     H = top / bottom if amplitude != 0.0 else complex(0.0, 0.0)
-    head = out[0]
-    head[H_SPACING], head[H_W], head[H_W0SQ], head[H_TWOALPHA] = spacing, w, w0 * w0, 2.0 * alpha
-    head[H_P] = amplitude * abs(H)
-    head[H_PHASE] = phase + math.atan2(H.imag, H.real) - 0.5 * math.pi
-    head[H_RATE] = rate
-    head[H_FREQUENCY] = frequency
-    head[H_MISFIT] = (abs(below) + 2.0 * alpha * w0) / w
+    out[H_SPACING], out[H_W], out[H_W0SQ], out[H_TWOALPHA] = spacing, w, w0 * w0, 2.0 * alpha
+    out[H_P] = amplitude * abs(H)
+    out[H_PHASE] = phase + math.atan2(H.imag, H.real) - 0.5 * math.pi
+    out[H_RATE] = rate
+    out[H_FREQUENCY] = frequency
+    out[H_MISFIT] = (abs(below) + 2.0 * alpha * w0) / w
+    out[H_PER] = 1.0 / spacing
+    # S'' = -2 alpha S' - w0^2 S and C' = -w0^2 S, power by power.
+    before, last = 0.0, 1.0
+    for n in range(2, 7):
+        before, last = last, (-2.0 * alpha * last - w0 * w0 * before / (n - 1)) / n
+        out[H_S + n - 2], out[H_C + n - 2] = last, -w0 * w0 * before / n
     for i in range(ENTRIES):
-        s = i * spacing
+        s, row = i * spacing, HEADER + WIDTH * i
         decay = math.exp(-alpha * s)
-        cosine, sine = decay * math.cos(wd * s), decay * math.sin(wd * s) / wd
-        row = out[3 + i]
-        row[0], row[1] = math.cos(w * s), math.sin(w * s)
-        row[2], row[3] = cosine + alpha * sine, sine
-        row[4], row[5] = -w0 * w0 * sine, cosine - alpha * sine
+        out[row + COSINE], out[row + SINE] = math.cos(w * s), math.sin(w * s)
+        out[row + FREE_S] = decay * math.sin(wd * s) / wd
+        out[row + FREE_C] = decay * math.cos(wd * s) + alpha * out[row + FREE_S]
     return out
 
 
@@ -86,55 +101,40 @@ def phasor(head: FloatArray, t: float, t_low: float) -> tuple[float, float]:
 
 
 @compiled
+def turned(cr: float, ci: float, angle: float) -> tuple[float, float]:
+    """The phasor (cr, ci) turned by a small angle (0.02 rad: exact to rounding)."""
+    q = angle * angle
+    less = -q * fused(q, fused(q, 1.0 / 720.0, -1.0 / 24.0), 0.5)  # cos - 1
+    sine = angle * fused(q, fused(q, fused(q, -1.0 / 5040.0, 1.0 / 120.0), -1.0 / 6.0), 1.0)
+    return cr + fused(less, cr, -sine * ci), ci + fused(less, ci, sine * cr)
+
+
+@compiled
 def after(
     response: FloatArray, cr: float, ci: float, xh: float, vh: float, s: float
 ) -> tuple[float, float, float, float]:
     """(cr, ci, xh, vh) `s` seconds later, 0 <= s < ENTRIES - 1 spacings.
 
-    The table is indexed element by element: a row view would cost more than the arithmetic.
+    The table is indexed element by element: a row view would cost more than the arithmetic, and
+    so would an index that could count from the end.
     """
-    spacing, w = response[0, H_SPACING], response[0, H_W]
-    i = np.uint64(s / spacing + 0.5)
-    rest = s - i * spacing
-    i += np.uint64(3)
-    a = w * rest
-    q = a * a
-    cosine = 1.0 - q * (0.5 - q * (1.0 / 24.0 - q * (1.0 / 720.0)))
-    sine = a * (1.0 - q * (1.0 / 6.0 - q * (1.0 / 120.0 - q * (1.0 / 5040.0))))
-    re, im = cr * response[i, 0] - ci * response[i, 1], cr * response[i, 1] + ci * response[i, 0]
-    x = response[i, 2] * xh + response[i, 3] * vh
-    v = response[i, 4] * xh + response[i, 5] * vh
-    # Taylor series of the free motion over the rest: derivatives follow one from the other.
-    p1, p0 = response[0, H_TWOALPHA], response[0, H_W0SQ]
-    d2 = -p1 * v - p0 * x
-    d3 = -p1 * d2 - p0 * v
-    d4 = -p1 * d3 - p0 * d2
-    d5 = -p1 * d4 - p0 * d3
-    d6 = -p1 * d5 - p0 * d4
-    d7 = -p1 * d6 - p0 * d5
-    r = rest
-    xs = x + r * (
-        v
-        + r
-        * (
-            0.5 * d2
-            + r
-            * (
-                d3 * (1.0 / 6.0)
-                + r * (d4 * (1.0 / 24.0) + r * (d5 * (1.0 / 120.0) + r * d6 * (1.0 / 720.0)))
-            )
-        )
+    steps = np.int64(fused(s, response[H_PER], 0.5))
+    r = fused(-float(steps), response[H_SPACING], s)
+    i = np.uint64(HEADER) + np.uint64(WIDTH) * np.uint64(steps)
+    cosine, sine = response[i + np.uint64(COSINE)], response[i + np.uint64(SINE)]
+    C, S = response[i + np.uint64(FREE_C)], response[i + np.uint64(FREE_S)]
+    w0sq, two_alpha = response[H_W0SQ], response[H_TWOALPHA]
+    re, im = fused(cr, cosine, -ci * sine), fused(cr, sine, ci * cosine)
+    x, v = fused(C, xh, S * vh), fused(fused(-two_alpha, S, C), vh, -w0sq * S * xh)
+    # The same over the rest r; C - 1 and S - r are what the series hold, so no digit is lost.
+    c, s = response[H_C + 4], response[H_S + 4]
+    for n in range(3, -1, -1):
+        c, s = fused(c, r, response[H_C + n]), fused(s, r, response[H_S + n])
+    c *= r * r
+    s = fused(s, r * r, r)
+    re, im = turned(re, im, response[H_W] * r)
+    x, v = (
+        x + fused(c, x, s * v),
+        v + fused(fused(-two_alpha, s, c), v, -w0sq * s * x),
     )
-    vs = v + r * (
-        d2
-        + r
-        * (
-            0.5 * d3
-            + r
-            * (
-                d4 * (1.0 / 6.0)
-                + r * (d5 * (1.0 / 24.0) + r * (d6 * (1.0 / 120.0) + r * d7 * (1.0 / 720.0)))
-            )
-        )
-    )
-    return re * cosine - im * sine, re * sine + im * cosine, xs, vs
+    return re, im, x, v

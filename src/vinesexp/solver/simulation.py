@@ -138,6 +138,7 @@ def _plain_loop(
     """The loop of `kernel.py`: fills a log from a state, -1 where time has stopped."""
     from vinesexp.solver.chatter import REMAINDER
     from vinesexp.solver.kernel import run
+    from vinesexp.solver.response import HEADER
     from vinesexp.solver.series import ORDER
 
     kind, table = drive_table(base)
@@ -145,7 +146,7 @@ def _plain_loop(
     response = None if general else closed_form(rig, base, damping)
     closed, work = response is not None, np.zeros((4, ORDER + 1))
     if response is None:
-        response = np.ones((4, 9))
+        response = np.ones(HEADER)
 
     def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: Labels) -> int:
         count, used = run(

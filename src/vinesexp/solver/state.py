@@ -25,15 +25,18 @@ ROOT = 8  # time of the next contact after the start of the step, s
 WALL = 9  # the side of that contact
 U = 10  # y' of a ball in flight, m/s
 GAP, RATE = 11, 12  # gap to `SIDE` and its rate at the point a search has reached
-LAST, EXPECTED = 13, 14  # times of the last and of the next contact, the latter a guess
-MET = 15  # side of the last contact, 0 before the first
+PERIOD, EXPECTED = 13, 14  # of the base (0: none); time of the next contact, a guess
+HEADING = 15  # side of the next contact, a guess
 R_PLUS, R_MINUS, R_SLOPE = 16, 17, 18  # r at either wall for a slow impact, its slope in s/m
 B_PLUS = 19  # clearance to the wall of side +1, m
 RUB, TILT = 20, 21  # friction mu g and tilt, m/s^2
 A = 22  # y'' of a ball in flight, m/s^2
 WAY = 23  # sign of x' - y' that friction acts by; 0 while held, UNSET before the first decision
 TURN = 24  # time at which x' - y' comes to zero, after the start of the step, s
-COLUMNS = 25
+# The last contacts, the latest first: their times and sides (0: none yet).
+REMEMBERED = 6
+TIMES, SIDES = 25, 25 + REMEMBERED
+COLUMNS = 25 + 2 * REMEMBERED
 
 FREE, RESTING, RELEASED = 0.0, 1.0, 2.0
 STUCK = 3.0  # held by friction somewhere on the floor

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.solver.compiled import compiled, entry
+from vinesexp.solver.fused import fused
 from vinesexp.solver.response import H_W, H_W0SQ, after, phasor
 from vinesexp.solver.state import IMPACT, REST_END, REST_START
 
@@ -30,13 +31,12 @@ def add_amplitudes(
     oscillator (of the base above twice its frequency), and at the ends of the spells in which a
     ball rests (the closed form is that of the bare oscillator).
     """
-    head = response[0]
-    w0, w = math.sqrt(head[H_W0SQ]), head[H_W]
+    w0, w = math.sqrt(response[H_W0SQ]), response[H_W]
     # Far above resonance the base sets the pace: a step of the oscillator's own cycle would lie
     # beyond the end of the table of the closed form.
     per_second = PER_CYCLE * (w if w > 2.0 * w0 else w0) / (2.0 * math.pi)
     # Turned from event to event: what rounding gathers over one log is far below any use of it.
-    cr, ci = phasor(head, node[0], 0.0)
+    cr, ci = phasor(response, node[0], 0.0)
     old = amplitude(node[1], node[2], 1.0 / w0)
     for row in range(rows + 1):
         last = row == rows
@@ -61,7 +61,7 @@ def add_amplitudes(
                     sums[2] = max(sums[2], new)
                 old = new
             if node[3] > 0.0:  # a spell of rest is one piece, of any length
-                cr, ci = phasor(head, t1, 0.0)
+                cr, ci = phasor(response, t1, 0.0)
         if last:
             node[0], node[1], node[2] = t1, x1, v1
             break
@@ -78,4 +78,4 @@ def add_amplitudes(
 @compiled
 def amplitude(x: float, v: float, per_w0: float) -> float:
     """hypot(x, x'/w0), m."""
-    return math.sqrt(x * x + (v * per_w0) * (v * per_w0))
+    return math.sqrt(fused(x, x, (v * per_w0) * (v * per_w0)))

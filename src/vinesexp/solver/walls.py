@@ -33,16 +33,18 @@ from __future__ import annotations
 import math
 
 from vinesexp.solver.compiled import compiled
+from vinesexp.solver.fused import fused
 
 
 @compiled
 def open_until(g: float, g1: float, g2: float, g3: float, S: float, d: float) -> bool:
     """Whether Q > 0 on (0, d], g >= 0: all Bernstein coefficients positive (the first may be 0)."""
-    a1, a2, a3 = g1 * d, g2 * d * d * 0.5, g3 * d * d * d * (1.0 / 6.0)
-    b1 = g + 0.25 * a1
-    b2 = g + 0.5 * a1 + a2 * (1.0 / 6.0)
-    b3 = g + 0.75 * a1 + 0.5 * a2 + 0.25 * a3
-    b4 = g + a1 + a2 + a3 - S * d * d * d * d * (1.0 / 24.0)
+    # The Bernstein coefficients from those of the powers 1, 2, 3 over 4, 12 and 24.
+    a1, a2, a3 = 0.25 * d * g1, d * d * (1.0 / 12.0) * g2, d * d * d * (1.0 / 24.0) * g3
+    b1 = g + a1
+    b2 = fused(2.0, a1, g) + a2
+    b3 = fused(3.0, a1, g) + fused(3.0, a2, a3)
+    b4 = fused(4.0, a1, g) + fused(6.0, a2, 4.0 * a3) - S * (d * d) * (d * d) * (1.0 / 24.0)
     return b1 > 0.0 and b2 > 0.0 and b3 > 0.0 and b4 > 0.0
 
 
@@ -53,10 +55,11 @@ def guess(g: float, g1: float, g2: float, g3: float, S: float, reach: float) -> 
     if -g1 * reach > g:
         d = -g / g1
     for _ in range(3):
-        rate = g1 + d * (g2 + d * (0.5 * g3 - d * S * (1.0 / 6.0)))
+        rate = fused(d, fused(d, fused(d, S * (-1.0 / 6.0), 0.5 * g3), g2), g1)
         if rate >= 0.0:
             return d
-        value = g + d * (g1 + d * (0.5 * g2 + d * (g3 * (1.0 / 6.0) - d * S * (1.0 / 24.0))))
+        value = fused(d, fused(d, S * (-1.0 / 24.0), g3 * (1.0 / 6.0)), 0.5 * g2)
+        value = fused(d, fused(d, value, g1), g)
         d -= value / rate
         if d >= reach:
             return reach
@@ -74,8 +77,9 @@ def landing(
     if far > reach or g1 + far * (abs(g2) + far * (0.5 * abs(g3) + far * S / 6.0)) >= 0.0:
         return 0.0
     for _ in range(2):
-        rate = g1 + d * (g2 + d * (0.5 * g3 + d * g4 * (1.0 / 6.0)))
-        value = g + d * (g1 + d * (0.5 * g2 + d * (g3 * (1.0 / 6.0) + d * g4 * (1.0 / 24.0))))
+        rate = fused(d, fused(d, fused(d, g4 * (1.0 / 6.0), 0.5 * g3), g2), g1)
+        value = fused(d, fused(d, g4 * (1.0 / 24.0), g3 * (1.0 / 6.0)), 0.5 * g2)
+        value = fused(d, fused(d, value, g1), g)
         d -= value / rate
     return d if 0.0 < d < far else 0.0
 

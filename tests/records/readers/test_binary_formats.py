@@ -12,6 +12,7 @@ import scipy.io
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import open_source
+from vinesexp.records.readers.parts import require_one
 from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Channel
 
@@ -101,8 +102,8 @@ def test_a_zip_of_csvs_as_phyphox_writes_it(tmp_path):
     assert rate_of(source, "x (m/s^2)") == RATE
     with zipfile.ZipFile(tmp_path / "a.zip", "a") as archive:
         archive.writestr("Gyroscope.csv", text)
-    with pytest.raises(RecordError, match=r"Accelerometer\.csv, Gyroscope\.csv; unpack it"):
-        open_source(tmp_path / "a.zip")
+    with pytest.raises(RecordError, match=r"a\.zip#Accelerometer\.csv, a\.zip#Gyroscope\.csv"):
+        require_one(open_source(tmp_path / "a.zip"))
 
 
 def test_tdms(tmp_path):

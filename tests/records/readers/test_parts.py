@@ -1,6 +1,7 @@
 """Files of several records: each is named behind the file, and none is taken unasked."""
 
 import struct
+import zipfile
 
 import numpy as np
 import pytest
@@ -169,18 +170,62 @@ def test_what_stands_behind_a_mark_is_a_part_only_of_a_file_that_has_some(tmp_pa
         open_source(tmp_path / "none.csv#1")
 
 
+def zipped(path, members):
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in members.items():
+            archive.writestr(name, text)
+
+
+def test_files_of_a_zip_are_records(tmp_path):
+    zipped(
+        tmp_path / "a.zip",
+        {"day/run 1.csv": NAMES + rows(1), "day/run 2.csv": NAMES + rows(2), "meta/x.csv": "a,b\n"},
+    )
+    assert open_source(tmp_path / "a.zip").parts == ("run 1.csv", "run 2.csv")
+    for k in (1, 2):
+        source, block = values(tmp_path / f"a.zip#run {k}.csv")
+        np.testing.assert_allclose(block[:, 1], k + np.arange(N) / 100)
+        assert [c.name for c in source.columns] == ["Time (s)", "CH1 (V)"]
+    with pytest.raises(RecordError, match=r"no file 'run 3.csv' .* run 1.csv, run 2.csv"):
+        open_source(tmp_path / "a.zip#run 3.csv")
+
+
+def test_files_of_one_name_in_a_zip_are_told_apart_by_number(tmp_path):
+    zipped(tmp_path / "a.zip", {f"{k}/scope.csv": NAMES + rows(k) for k in (1, 2)})
+    _, block = values(tmp_path / "a.zip#2")
+    assert block[0, 1] == 2.0
+    with pytest.raises(RecordError, match=r"1 \(1/scope.csv\), 2 \(2/scope.csv\)"):
+        open_source(tmp_path / "a.zip#scope.csv")
+
+
+def decay(f, n=8000):
+    t = np.arange(n) / 1e3
+    noise = np.random.default_rng(3).standard_normal(n)
+    x = 10 * np.exp(-0.3 * t) * np.cos(2 * np.pi * f * t) + 0.01 * noise
+    return "Time (s),Laser (mm)\n" + "".join(
+        f"{a:.4f},{b:.5f}\n" for a, b in zip(t, x, strict=True)
+    )
+
+
+def test_init_and_check_take_every_file_of_a_zip(tmp_path, capsys):
+    members = {"readme.txt": "Two decays, rig of the basement.\n"}
+    members |= {"x0_20.csv": decay(7.0), "x0_10.csv": decay(8.0)}
+    zipped(tmp_path / "day.zip", members)
+    assert main(["look", str(tmp_path / "day.zip#x0_20.csv")]) == 0
+    assert main(["look", str(tmp_path / "day.zip")]) == 0
+    assert "Laser" in capsys.readouterr().out  # the largest, not the remark
+    assert main(["init", str(tmp_path)]) == 0
+    assert "readme.txt" in capsys.readouterr().out
+    sheet = (tmp_path / "records.csv").read_text()
+    assert "day_x0_20,day.zip#x0_20.csv,ringdown,,,,,20" in sheet
+    assert "day_x0_10,day.zip#x0_10.csv,ringdown,,,,,10" in sheet
+    assert main(["check", str(tmp_path)]) == 0
+    assert "2 records: 2 good" in capsys.readouterr().out
+
+
 def test_init_and_check_take_every_record_of_a_file(tmp_path, capsys):
-    t = np.arange(8000) / 1e3
     folder = tmp_path / "tests"
     folder.mkdir()
-    noise = np.random.default_rng(3)
-
-    def decay(f):
-        x = 10 * np.exp(-0.3 * t) * np.cos(2 * np.pi * f * t) + 0.01 * noise.standard_normal(t.size)
-        return "Time (s),Laser (mm)\n" + "".join(
-            f"{a:.4f},{b:.5f}\n" for a, b in zip(t, x, strict=True)
-        )
-
     (folder / "runs.csv").write_text(decay(7.0) + decay(8.0))
     assert main(["look", str(folder / "runs.csv")]) == 0
     assert "runs.csv#1 to runs.csv#2" in capsys.readouterr().out

@@ -47,13 +47,6 @@ def test_a_chain_of_contacts_is_moved_in_parts(monkeypatch):
     assert 4 < max(sizes) <= 16
 
 
-def test_a_chain_too_long_to_be_single_impacts_stays_where_it_was_found(monkeypatch):
-    monkeypatch.setattr(overlapping, "_MOST", 4)
-    found, sizes = sizes_moved_at_once(monkeypatch, chain(300))
-    assert found.crowded.mean() > 0.5
-    assert max(sizes, default=0) <= 4
-
-
 def test_columns_are_templates_at_their_places():
     index = np.array([[3, 4, 5], [4, 5, 5]])
     value, slope = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]), -np.ones((2, 3))

@@ -57,7 +57,7 @@ READERS = (
 PLAIN = (wav, tektronix, lecroy, text)
 
 #: A file of these may hold several records.
-PARTED = (lecroy, scope_binary, excel, text)
+PARTED = (lecroy, scope_binary, excel, archive, text)
 
 _POINTER = b"version https://git-lfs"  # what Git leaves in place of a large file
 _HEAD = 4096  # bytes that are shown to `recognises`

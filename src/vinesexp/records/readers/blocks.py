@@ -14,11 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.records.readers.layout import Layout
-from vinesexp.records.readers.rowcount import whole_lines
+from vinesexp.records.readers.rowcount import codes_and_ends, whole_lines
 
 _FEWEST = 3  # rows of a block; what follows fewer is a remark
 _MOST = 0.2  # stretches of words for each row: more are rows with text in them
-_NEWLINE = 10
 _WORDS = np.zeros(256, dtype=bool)
 _WORDS[[*range(65, 91), *range(97, 123), *b'#*%"[']] = True
 
@@ -92,10 +91,7 @@ def _lines_without_numbers(path: Path) -> tuple[list[int], list[int], int]:
     blank: list[int] = []
     total = 0
     for chunk in whole_lines(path):
-        codes = np.frombuffer(chunk, np.uint8)
-        ends = np.flatnonzero(codes == _NEWLINE)
-        if not len(ends) or ends[-1] != len(codes) - 1:
-            ends = np.append(ends, len(codes))
+        codes, ends = codes_and_ends(chunk)
         begins = np.concatenate(([0], ends[:-1] + 1))
         first = codes[np.minimum(begins, len(codes) - 1)]
         worded += (total + np.flatnonzero(_WORDS[first] & (ends > begins))).tolist()

@@ -34,10 +34,7 @@ def require_whole_rows(path: Path, layout: Layout) -> int:
     count = 0
     line = 0
     for chunk in whole_lines(path):
-        codes = np.frombuffer(chunk, np.uint8)
-        ends = np.flatnonzero(codes == _NEWLINE)
-        if not len(ends) or ends[-1] != len(codes) - 1:
-            ends = np.append(ends, len(codes))
+        codes, ends = codes_and_ends(chunk)
         cells, filled, odd = _count(codes, ends, layout)
         lines = np.arange(line, line + len(ends))
         line += len(ends)
@@ -70,6 +67,15 @@ def whole_lines(path: Path) -> Iterator[bytes]:
                 yield chunk[:cut]
     if rest:
         yield rest
+
+
+def codes_and_ends(chunk: bytes) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
+    """Bytes of a piece of a file as numbers, and where each of its lines ends."""
+    codes = np.frombuffer(chunk, np.uint8)
+    ends = np.flatnonzero(codes == _NEWLINE)
+    if not len(ends) or ends[-1] != len(codes) - 1:
+        ends = np.append(ends, len(codes))
+    return codes, ends
 
 
 def _count(

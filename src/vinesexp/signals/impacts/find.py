@@ -20,6 +20,7 @@ from vinesexp.signals.clipping import range_in, read_unstuck
 from vinesexp.signals.impacts.attribution import attribute
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.detectors import detect
+from vinesexp.signals.impacts.from_integral import may_be_integrated, slopes_of_integral
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.signals.impacts.onsets import detect_onsets, ring_time
 from vinesexp.signals.impacts.slopes import (
@@ -70,7 +71,7 @@ def impacts_of_record(
         elif wanted and record.refused is None and "acceleration" in record.roles:
             impacts = find_impacts(
                 record, conditioned, clearance=clearance, nes_mass=nes_mass,
-                frequency=frequency, settings=settings,
+                frequency=frequency, test=test, settings=settings,
             )  # fmt: skip
     write_impacts(out_csv, impacts)
     return impacts
@@ -79,7 +80,7 @@ def impacts_of_record(
 def find_impacts(
     record: RecordView, conditioned: RecordView, *,
     clearance: Sequence[float] = (), nes_mass: Sequence[float] = (),
-    frequency: float | None = None, settings: Settings | None = None,
+    frequency: float | None = None, test: str = "periodic", settings: Settings | None = None,
 ) -> Impacts:  # fmt: skip
     """Impacts of an open record; see `impacts_of_record`."""
     settings = Settings() if settings is None else settings
@@ -92,6 +93,8 @@ def find_impacts(
     if settings.slopes.use and motion and "displacement" in record.roles and found.time.size:
         agreement = agreement_in(conditioned.attributes)
         slopes, sign = _from_displacement(record, found, motion, agreement, settings)
+    elif settings.slopes.use and motion and may_be_integrated(record, test, clearance):
+        slopes = slopes_of_integral(record, found, frequency=motion, settings=settings.slopes)
     impacts = _table(found, slopes, sign=sign, start=record.start)
     return attribute(
         impacts, clearance=clearance, nes_mass=nes_mass, frequency=motion,

@@ -17,7 +17,6 @@ from vinesexp.signals.impacts.template import Template
 _STEPS = 5  # Gauss-Newton steps a round, at most
 _STILL = 1e-3  # samples: a smaller step changes nothing
 _TOGETHER = 16  # contacts of a chain that are moved at once
-_MOST = 512  # contacts of a chain: a longer one is no succession of single impacts
 _SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
 
 
@@ -125,8 +124,7 @@ def align(state: State, seen: IntArray, *, reach: int) -> None:
 def _refine(state: State, seen: IntArray) -> float:
     """One Gauss-Newton step of all times and heights; each keeps within half a sample.
 
-    Contacts that overlap are moved together, all others each for itself; a chain without end stays
-    where it was found. Returns the largest move.
+    Contacts that overlap are moved together, all others each for itself. Returns the largest move.
     """
     if not state.place.size:
         return 0.0
@@ -141,9 +139,6 @@ def _refine(state: State, seen: IntArray) -> float:
     height_step = np.where(good, (ss * right_v - vs * right_s) / safe, 0.0)
     place_step = np.where(good, (vv * right_s - vs * right_v) / safe, 0.0)
     for chain in _overlapping(state):
-        if chain.size > _MOST:  # nothing tells one of them from its neighbours
-            height_step[chain] = place_step[chain] = 0.0
-            continue
         # The work grows as the cube of their number. Parts of a long chain come one after the
         # other, each with what the ones before it have left.
         for group in np.array_split(chain, -(-chain.size // _TOGETHER)):
@@ -175,7 +170,9 @@ def _columns(index: IntArray, value: FloatArray, slope: FloatArray) -> tuple[Flo
     rows = np.arange(len(both))[:, np.newaxis] * (high - low)
     flat = rows + np.concatenate([index, index]) - low
     size = len(both) * (high - low)
-    columns: FloatArray = np.bincount(flat.ravel(), both.ravel(), size).astype(np.float64)
+    columns: FloatArray = np.bincount(flat.ravel(), both.ravel(), size).astype(
+        np.float64, copy=False
+    )
     return columns.reshape(len(both), high - low), low
 
 

@@ -1,0 +1,90 @@
+"""Tests with an accelerometer and a base and no laser: r and M by flights from one sensor."""
+
+import pytest
+
+from vinesexp.laboratory.rehearsal import rehearse
+
+SCENE = """\
+title: No laser
+seed: {seed}
+rig: {{mass: 4.7 kg, damping: 3.02 N s/m, stiffness: 1.147e4 N/m, nes_mass: 32 g, restitution: {r}}}
+sensors:
+  base: {{sensitivity: 400 mV/mm, noise: 2 um, range: 2.5 mm}}
+  acceleration: {{sensitivity: 20 mV/g, noise: 0.3 m/s^2, pulse: 0.4 ms, {sensor}}}
+oscilloscope: {{sample_rate: 10 kHz, bits: 14, full_scale: 1 V, format: hdf5}}
+groups:
+  a:
+    test: periodic
+    duration: {seconds} s
+    settle: 20 s
+    base_amplitude: {G} mm
+    frequency: 7.862 Hz
+    ball_start: wall -1
+    records: {{one: {{clearance: {b} mm}}}}
+"""
+
+
+def found_in(folder, *, without_base=False, **keys):
+    """What the scene's one record gives."""
+    given = {"seed": 1, "r": 0.6, "G": 0.25, "b": 34, "seconds": 20, "sensor": "range: 50 g"}
+    text = SCENE.format(**given | keys)
+    lines = [one for one in text.splitlines() if not (without_base and "  base:" in one)]
+    (folder / "scene.yaml").write_text("\n".join(lines))
+    return rehearse(folder / "scene.yaml")
+
+
+@pytest.mark.parametrize(
+    ("r", "G", "b", "corner", "across"),
+    [
+        (0.6, 0.25, 34, 0.5, 2.0),
+        (0.4, 0.25, 30, 0.3, -3.0),
+        (0.75, 0.15, 20, 0.8, 3.0),
+        (0.6, 0.15, 24, 0.0, 0.0),
+        (0.6, 0.25, 46, 1.0, -2.0),  # strongly modulated
+    ],
+)
+def test_r_and_M_lie_within_their_intervals(tmp_path, r, G, b, corner, across):
+    coupling = f"ac_corner: {corner} Hz, " if corner else ""
+    sensor = f"range: 50 g, {coupling}cross_axis: {across} %"
+    found = found_in(tmp_path, r=r, G=G, b=b, sensor=sensor)
+    single = next(e for e in found.estimates if e.parameter == "r")
+    assert single.std_error < 0.01
+    assert abs(single.value - r) < 2.5 * single.std_error
+    M = found.combined("M")
+    assert abs(M.value - 4.7) < 2.5 * M.std_error < 0.4
+    assert {c.check for c in found.checks} >= {"integrated"}
+    corners = [e for e in found.estimates if e.parameter == "accelerometer_corner"]
+    assert all(abs(e.value - corner) < 3.5 * e.std_error for e in corners)
+    assert bool(corners) == (corner > 0.2)
+
+
+def test_the_sensitivity_of_the_accelerometer_is_part_of_the_error(tmp_path):
+    gain = "range: 50 g, ac_corner: 0.5 Hz, gain_error: 3 %, gain_uncertainty: 2 %"
+    r = found_in(tmp_path, sensor=gain).combined("r")
+    assert abs(r.value - 0.6) > 0.007  # it does move r, by (1 - r^2)/2 of it
+    assert abs(r.value - 0.6) < 2.0 * r.std_error < 0.015
+
+
+@pytest.mark.parametrize(
+    ("keys", "reason"),
+    [
+        ({"sensor": "range: 50 g, ac_corner: 4 Hz"}, "too near the oscillation"),
+        ({"sensor": "range: 3 g"}, "beyond its range"),
+        ({"sensor": "mode: {frequency: 110 Hz, share: 30 %}"}, "times the area"),
+        ({"seconds": 6}, "periods are too few"),
+        ({"without_base": True}, "without a channel on the base"),
+    ],
+)
+def test_what_cannot_be_integrated_gives_no_r(tmp_path, keys, reason):
+    found = found_in(tmp_path, **keys)
+    assert not {"r", "M"} & {e.parameter for e in found.rows}
+    (note,) = [e.note for e in found.estimates if e.parameter == "nothing"]
+    assert "impacts found" in note
+    assert reason in note
+    assert ("warning", note) in {(c.outcome, c.detail) for c in found.checks}
+
+
+def test_a_local_mode_that_answers_a_little_is_part_of_the_error(tmp_path):
+    mode = "range: 50 g, mode: {frequency: 110 Hz, share: 5 %, damping: 2 %}"
+    single = next(e for e in found_in(tmp_path, sensor=mode).estimates if e.parameter == "r")
+    assert abs(single.value - 0.6) < 2.5 * single.std_error < 0.02
