@@ -8,6 +8,7 @@ sensitivity that no file states is left open.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -67,6 +68,8 @@ class Proposal:
     channels: list[ProposedChannel]
     records: list[ProposedRecord]
     time: str | None
+    time_unit: str
+    time_unit_sure: bool
     has_wav: bool
     has_no_times: list[str]
 
@@ -95,7 +98,12 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     time = _pattern(times) if times else str(unnamed.pop()) if len(unnamed) == 1 else None
     wav = any(file.format == "WAV" for file in files)
     blind = [file.path.name for file in files if file.rate is None]
-    return Proposal(channels, records, time, wav, blind)
+    units = Counter(
+        (file.time_unit, file.time_unit_stated) for file in files if file.time is not None
+    )
+    (unit, _), _ = units.most_common(1)[0] if units else (("s", False), 0)
+    sure = bool(units) and set(units) == {(unit, True)}
+    return Proposal(channels, records, time, unit, sure, wav, blind)
 
 
 def _channel(labels: Sequence[str], guess: Guess, files: Sequence[FileView]) -> ProposedChannel:
