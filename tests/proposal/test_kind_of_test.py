@@ -134,8 +134,11 @@ def test_a_gyroscope_is_no_channel(tmp_path, capsys):
     t = np.arange(2000) / 100.0
     head = '"Time (s)","Gyroscope x (rad/s)","Acceleration z (m/s^2)"'
     table(tmp_path / "a.csv", head, t, 3.0 * decay(t, 1.0), 9.8 + decay(t, 1.0))
-    channels, _, _ = proposed(tmp_path)
+    channels, _, text = proposed(tmp_path)
     assert list(channels) == ["acceleration"]
+    column = 1 if "With (m/s^2)" in channels["acceleration"] else 3
+    assert f"time: {{column: {column - 1}, unit: s}}" in text
+    assert main(["check", str(tmp_path)]) == 0, capsys.readouterr().out
     assert "Acceleration z" in channels["acceleration"]
 
 
@@ -291,8 +294,11 @@ def test_a_second_column_of_times_is_no_base(tmp_path, capsys):
     one, other = decay(t, f0=3.0, zeta=0.02), decay(t, f0=2.5, zeta=0.04)
     head = "Timed,With (m/s^2),Timed,Without (m/s^2)"
     table(tmp_path / "a.csv", head, t, one, t + 0.004, other)
-    channels, _, _ = proposed(tmp_path)
+    channels, _, text = proposed(tmp_path)
     assert list(channels) == ["acceleration"]
+    column = 1 if "With (m/s^2)" in channels["acceleration"] else 3
+    assert f"time: {{column: {column - 1}, unit: s}}" in text
+    assert main(["check", str(tmp_path)]) == 0, capsys.readouterr().out
 
 
 def test_files_whose_columns_have_other_names_are_said_to_need_a_setup(tmp_path, capsys):
