@@ -1,4 +1,4 @@
-"""Where the time of a whole run goes: work, imports, Snakemake; and the largest memory of a job.
+"""Where the time of a whole run goes: work, start, Snakemake; and the largest memory of a job.
 
     python benchmarks/workflow.py [--campaign data/twin] [--cores 2]
 
@@ -10,7 +10,6 @@ the wall time is beside them.
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import resource
 import shutil
@@ -21,12 +20,14 @@ import time
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-IMPORT = re.compile(r"^import time:\s+\d+ \|\s+(\d+) \| (\S.*)$", re.MULTILINE)
-PROCESS = re.compile(r"^process: ([\d.]+) s of processor time, peak memory (\d+) MiB", re.MULTILINE)
+PROCESS = re.compile(
+    r"^process: ([\d.]+) s of processor time, ([\d.]+) before the step, peak memory (\d+) MiB",
+    re.MULTILINE,
+)
 
 
-def run(folder: Path, campaign: Path, cores: int) -> tuple[float, float, str]:
-    """Wall seconds, processor seconds of everything, and standard error of one run."""
+def run(folder: Path, campaign: Path, cores: int) -> tuple[float, float]:
+    """Wall seconds and processor seconds of everything, of one run."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     started = time.perf_counter()
     result = subprocess.run(
@@ -37,7 +38,6 @@ def run(folder: Path, campaign: Path, cores: int) -> tuple[float, float, str]:
         cwd=REPOSITORY,
         capture_output=True,
         text=True,
-        env={**os.environ, "PYTHONPROFILEIMPORTTIME": "1"},
         check=False,
     )
     wall = time.perf_counter() - started
@@ -45,17 +45,17 @@ def run(folder: Path, campaign: Path, cores: int) -> tuple[float, float, str]:
     if result.returncode:
         sys.exit(result.stderr[-3000:])
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return wall, used, result.stderr
+    return wall, used
 
 
-def job_figures(results: Path) -> list[tuple[str, float, int]]:
-    """Step, processor seconds and peak MiB of every job, from its log."""
+def job_figures(results: Path) -> list[tuple[str, float, float, int]]:
+    """Step, processor seconds, those before the step, and peak MiB of every job, from its log."""
     figures = []
     for log in sorted(results.glob("logs/**/*.log")):
         match = PROCESS.search(log.read_text(encoding="utf-8"))
         if match:
             stage = log.relative_to(results / "logs").parts[0].removesuffix(".log")
-            figures.append((stage, float(match[1]), int(match[2])))
+            figures.append((stage, float(match[1]), float(match[2]), int(match[3])))
     return figures
 
 
@@ -74,25 +74,25 @@ def main() -> None:
         generated = shutil.ignore_patterns("raw", "truth")
         simulated = (arguments.campaign / "scene.yaml").is_file()
         shutil.copytree(arguments.campaign, campaign, ignore=generated if simulated else None)
-        wall, used, errors = run(folder, campaign, arguments.cores)
+        wall, used = run(folder, campaign, arguments.cores)
         jobs = job_figures(folder / "results")
-        nothing, _, _ = run(folder, campaign, arguments.cores)
+        nothing, _ = run(folder, campaign, arguments.cores)
         raw, results = size_mb(campaign / "raw"), size_mb(folder / "results")
-    imports = sum(int(micro) for micro, _ in IMPORT.findall(errors)) / 1e6
-    in_jobs = sum(seconds for _, seconds, _ in jobs)
+    started = sum(before for _, _, before, _ in jobs)
+    in_jobs = sum(seconds for _, seconds, _, _ in jobs)
     print(f"cold run: {wall:.1f} s on {arguments.cores} cores, {len(jobs)} jobs")
     print(f"nothing to do: {nothing:.1f} s")
     print(f"raw {raw:.0f} MB, results {results:.0f} MB\n")
     print("| where | processor s | share |\n|---|---|---|")
     for name, seconds in (
-        ("work in jobs", in_jobs - imports),
-        ("imports (all processes)", imports),
-        ("Snakemake and process start", used - in_jobs),
+        ("work in jobs", in_jobs - started),
+        ("start of jobs, imports", started),
+        ("Snakemake, and what starts jobs", used - in_jobs),
     ):
         print(f"| {name} | {seconds:.1f} | {seconds / used:.0%} |")
     print("\n| step | jobs | processor s | largest MiB |\n|---|---|---|---|")
-    for stage in dict.fromkeys(stage for stage, _, _ in jobs):
-        rows = [(seconds, peak) for name, seconds, peak in jobs if name == stage]
+    for stage in dict.fromkeys(stage for stage, *_ in jobs):
+        rows = [(seconds, peak) for name, seconds, _, peak in jobs if name == stage]
         total, peak = sum(s for s, _ in rows), max(p for _, p in rows)
         print(f"| {stage} | {len(rows)} | {total:.1f} | {peak} |")
 

@@ -30,7 +30,8 @@ FLOORS = (
     {"laboratory"},
     {"figures"},
     {"report", "record_pages"},
-    {"commands", "cli", "step", "codedigest", "resultslock", "workflow", "outdated_jobs"},
+    {"commands", "cli", "step", "step_client", "codedigest", "resultslock", "workflow"},
+    {"record_job", "step_server", "outdated_jobs"},
 )
 
 

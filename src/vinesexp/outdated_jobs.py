@@ -18,15 +18,14 @@ from pathlib import Path
 from typing import IO, Any
 
 from vinesexp.errors import VinesexpError
-from vinesexp.records.freshness import why_outdated
+from vinesexp.record_job import STEPS, job_text
+from vinesexp.records.freshness import shortened, why_outdated
 from vinesexp.records.readers.parts import file_of
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign
 from vinesexp.records.step_inputs import step_text
 from vinesexp.resultslock import hold_results, remove_leftovers
-
-#: Steps of a single record, in their order.
-RECORD_STEPS = ("ingest", "condition", "impacts", "estimate")
+from vinesexp.step_server import start_server
 
 #: Why jobs are run again, by each file they make; for whoever shows the plan.
 REASONS: dict[str, list[str]] = {}
@@ -97,6 +96,23 @@ class Planner:
 
         return about
 
+    def job(self, step: str, used: Mapping[str, str]) -> Callable[[Any, Any, Any], str]:
+        """Function for the param of a rule on a record: its job (`vinesexp.record_job.job_text`).
+
+        Parameters
+        ----------
+        step, used
+            As for `about`.
+        """
+        about = self.about(step, used)
+
+        def job(wildcards: Any, input: Any, output: Any) -> str:
+            log = self.paths.log(step, wildcards.record)
+            facts = about(wildcards)
+            return job_text(step, wildcards.record, facts, read=input, written=output, log=log)
+
+        return job
+
     def again(
         self, step: str, used: Mapping[str, str], output: Path | Callable[[str], Path]
     ) -> Callable[[Any], list[str]]:
@@ -115,7 +131,8 @@ class Planner:
             if self.workflow.is_main_process:
                 file = output if isinstance(output, Path) else output(_about(wildcards) or "")
                 text = self._text(step, _record(wildcards))
-                self._mark(file, self._made(step, wildcards), text)
+                if self._mark(file, self._made(step, wildcards), text) and step in STEPS:
+                    self._serve()
             return []
 
         return again
@@ -166,15 +183,21 @@ class Planner:
 
     def _holds(self, id: str) -> bool:
         return not any(
-            self._reasons(self.paths.made(step, id), self._text(step, id)) for step in RECORD_STEPS
+            self._reasons(self.paths.made(step, id), self._text(step, id)) for step in STEPS
         )
 
-    def _mark(self, output: Path, made: Path, used: Mapping[str, str]) -> None:
-        """Have the job that makes `output` run again if its content is outdated."""
+    def _mark(self, output: Path, made: Path, used: Mapping[str, str]) -> bool:
+        """Have the job that makes `output` run again if its content is outdated; whether it is."""
         reasons = self._reasons(made, used)
         if reasons:
             REASONS[str(output)] = reasons
             self.workflow.dag.forcefiles.add(str(output))
+        return bool(reasons)
+
+    def _serve(self) -> None:
+        """Steps on records will run here: have a process ready that needs not start for each."""
+        if self.lock is not None and self.workflow.local_exec:
+            start_server()
 
     def _reasons(self, made: Path, used: Mapping[str, str]) -> list[str]:
         if made not in self.known:
@@ -202,7 +225,8 @@ class Planner:
         """All that a step depends on besides files; `id` of a record where it is about one."""
         if (step, id) not in self.texts:
             record = None if id is None else self.records[id]
-            self.texts[step, id] = {**step_text(step, self.campaign, record), **self.code[step]}
+            whole = {**step_text(step, self.campaign, record), **self.code[step]}
+            self.texts[step, id] = {name: shortened(text) for name, text in whole.items()}
         return self.texts[step, id]
 
     def _raw(self, step: str, wildcards: Any) -> list[Path]:

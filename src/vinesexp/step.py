@@ -1,9 +1,9 @@
 """One step of the workflow: a function, its log, and one line at the console when it fails.
 
-A script of the workflow calls `run_job(main, snakemake)`, anything else
-`run_step(main, log=..., **arguments)`. What the step prints and the traceback of anything
-unexpected go to the log; a user's mistake is one line at the console, with the log's path, and no
-traceback.
+A script of the workflow calls `run_job(main, snakemake)`, a step on a single record comes from
+`vinesexp.record_job`, anything else calls `run_step(main, log=..., **arguments)`. What the step
+prints and the traceback of anything unexpected go to the log; a user's mistake is one line at the
+console, with the log's path, and no traceback.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import contextlib
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
@@ -33,26 +33,51 @@ def run_job(function: Callable[..., Any], job: Any, **arguments: Any) -> None:
         (`vinesexp.records.freshness`); the wildcard ``record``, where there is one, says which
         record it is about.
     """
-    run_step(lambda: _of_campaign(function, job, arguments), log=job.log[0])
+    read, record = [*job.input], getattr(job.wildcards, "record", None)
+
+    def run() -> Any:
+        files = {"read": read, "written": [*job.output]}
+        return on_campaign(function, about=job.params.about, record=record, **files, **arguments)
+
+    run_step(run, log=job.log[0])
 
 
-def _of_campaign(function: Callable[..., Any], job: Any, arguments: dict[str, Any]) -> Any:
+def on_campaign(
+    function: Callable[..., Any],
+    *,
+    about: Mapping[str, Any],
+    read: Sequence[str],
+    written: Sequence[str],
+    record: str | None = None,
+    **arguments: Any,
+) -> Any:
+    """Run a step, and note beside its results what they were made from.
+
+    Parameters
+    ----------
+    function : callable
+        As for `run_job`.
+    about : mapping
+        Folders of ``campaign`` and ``results``, ``made``, the file of the note, ``used``, what the
+        result depends on besides files, and ``reads``, files besides `read`.
+    read, written : sequences of str
+        Inputs and outputs of the job.
+    record : str, optional
+        Name of the record that the step is about.
+    """
     from vinesexp.records.campaign import load_campaign
     from vinesexp.records.freshness import file_states, write_made
     from vinesexp.records.result_paths import ResultPaths
 
-    about = job.params.about
     campaign, paths = load_campaign(Path(about["campaign"])), ResultPaths(Path(about["results"]))
     roots = {"results": paths.folder, "campaign": campaign.folder}
     made = Path(about["made"])
     made.unlink(missing_ok=True)  # a job that is killed leaves nothing that vouches for its files
-    read = dict.fromkeys(map(Path, [*job.input, *about["reads"]]))
-    inputs = file_states(read, roots=roots)
-    id = getattr(job.wildcards, "record", None)
-    records = [] if id is None else [campaign.record(id)]
+    inputs = file_states(dict.fromkeys(map(Path, [*read, *about["reads"]])), roots=roots)
+    records = [] if record is None else [campaign.record(record)]
     summary = function(campaign, *records, paths=paths, **arguments)
     files, summary = summary if isinstance(summary, tuple) else ([], summary)
-    outputs = file_states([*map(Path, job.output), *files], roots=roots)
+    outputs = file_states([*map(Path, written), *files], roots=roots)
     write_made(made, about["used"], inputs=inputs, outputs=outputs)
     return summary
 
@@ -73,13 +98,13 @@ def run_step(function: Callable[..., Any], *, log: str | Path, **arguments: Any)
         With code 1, after one line on standard error.
     """
     path = Path(log)
-    started = time.perf_counter()
+    started, before = time.perf_counter(), time.process_time()
     try:
         with _written(path) as stream:
             summary = _run(function, arguments, stream)
             seconds = time.perf_counter() - started
             stream.write(f"{summary if summary is not None else 'done'} in {seconds:.2f} s\n")
-            spent = f"{time.process_time():.2f} s of processor time"
+            spent = f"{time.process_time():.2f} s of processor time, {before:.2f} before the step"
             stream.write(f"process: {spent}, {_memory_words()}\n")
     except VinesexpError as error:
         _fail(f"{error} (log: {path})")

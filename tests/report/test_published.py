@@ -19,7 +19,9 @@ RECORDS = (
 )
 TABLES = {
     "identified": [
-        {"parameter": name, "method": "combined", "value": v, "ci95_low": low, "ci95_high": high}
+        {"parameter": name, "method": "combined", "value": v,
+         "unit": "kg" if name == "M" else "1",
+         "ci95_low": low, "ci95_high": high}
         for name, v, low, high in (
             ("M", "4.72", "4.66", "4.78"), ("zeta", "0.0065", "", ""), ("r", "0.62", "0.61", "0.63")
         )
@@ -46,14 +48,14 @@ TABLES = {
 }  # fmt: skip
 
 
-def verdict(*fields: object, **more: object) -> dict[str, str]:
+def verdict(*fields: object, tables: object = TABLES, **more: object) -> dict[str, str]:
     value = PublishedValue(*fields, source="Table 2", **more)  # type: ignore[arg-type]
     campaign = Campaign(
         folder=Path(), name="a", title="a", known=Known(nes_mass=(Quantity(0.032, 0.0),)),
         channels={}, time=None, sample_rate=None, bandpass=None, records=RECORDS,
         published=(value,),
     )  # fmt: skip
-    (row,) = published_rows(campaign, TABLES)
+    (row,) = published_rows(campaign, tables)  # type: ignore[arg-type]
     return row
 
 
@@ -75,10 +77,15 @@ def verdict(*fields: object, **more: object) -> dict[str, str]:
         (
             ("largest amplitude", "4.9", "mm"),
             {"clearance_mm": "34;23", "base_amplitude_mm": 0.25},
-            "differs by +69.4 %",
+            "differs by +37 to +69 %",
         ),
         (
             ("largest amplitude", "7.9", "mm"),
+            {"clearance_mm": "23;34", "base_amplitude_mm": 0.25},
+            "in part: between the two",
+        ),
+        (
+            ("largest amplitude", "8.3", "mm"),
             {"clearance_mm": "23;34", "base_amplitude_mm": 0.25},
             "agrees",
         ),
@@ -110,3 +117,18 @@ def test_a_row_says_what_it_is_of_and_what_was_found() -> None:
     assert row["what"] == "largest amplitude, b = 23 + 34 mm, G = 0.25 mm"
     assert row["own"] == "8.30 mm; 6.70 as a mean over 0.1 Hz"
     assert row["kind"] == "differs"
+    tried = verdict("best of tried", "34", "mm", base_amplitude_mm=0.25, tried_mm="25|34")
+    assert tried["own"] == "34 mm (25: 8 mm, 34: 5 mm)"
+    assert verdict("M", "4.7", "kg")["own"] == "4.72 (4.66 to 4.78) kg"
+    assert verdict("r", "0.6")["own"] == "0.62 (0.61 to 0.63)"
+    assert tried["what"] == "best of 25, 34 mm, G = 0.25 mm"
+
+
+def test_a_clearance_that_is_fastest_to_some_levels_agrees_in_part() -> None:
+    """42 (36 and up) to 5 mm, 33 (30 to 36) to 3 mm: 33 is right for one of the two."""
+    more = {**TABLES["clearances"][1], "level": "20 mm to 3 mm", "measured_mm": "33"}
+    more |= {"measured_low_mm": "30", "measured_high_mm": "36"}
+    tables = {**TABLES, "clearances": [*TABLES["clearances"], more]}
+    row = verdict("fastest clearance", "33", release_mm=20.0, tables=tables)
+    assert row["verdict"] == "in part: to 3 mm"
+    assert row["kind"] == "in part"

@@ -6,6 +6,7 @@ from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign import load_campaign
 from vinesexp.outdated_jobs import Planner
+from vinesexp.record_job import command_line
 from vinesexp.workflow import accept_own_environment, keeps_channels, read_config, shown
 
 # Steps are short processes: without compiled modules each would compile the package again.
@@ -27,6 +28,7 @@ except VinesexpError as error:
 
 accept_own_environment(workflow)
 RECORDS = {record.id: record for record in CAMPAIGN.records}
+ON_RECORD = command_line()  # the shell command of a step on one record
 PLANNER = Planner(
     workflow, CAMPAIGN, PATHS, keeps_channels=KEEPS_CHANNELS, simulated=SCENE is not None
 )
@@ -47,9 +49,10 @@ def channels(path):
     return path if KEEPS_CHANNELS else temp(path)
 
 
-def code_of(*names, script):
-    """Digest of the code behind a step: functions or modules, and the script."""
-    return {"code": code_digest(*names, files=[workflow.source_path(f"../scripts/{script}.py")])}
+def code_of(*names, script=None):
+    """Digest of the code behind a step: functions or modules, and the script that calls them."""
+    scripts = [workflow.source_path(f"../scripts/{script}.py")] if script else []
+    return {"code": code_digest(*names, files=scripts)}
 
 
 def raw_files(wildcards):

@@ -1,6 +1,6 @@
 # Zero-phase bandpass: the oscillator's motion, and the band in which impacts live.
 
-CONDITION = code_of("vinesexp.pipeline:condition_record", script="condition")
+CONDITION = code_of("vinesexp.pipeline:condition_record")
 
 
 rule condition:
@@ -12,8 +12,8 @@ rule condition:
     log:
         PATHS.log("condition", "{record}"),
     params:
-        about=PLANNER.about("condition", CONDITION),
+        job=PLANNER.job("condition", CONDITION),
     message:
         "condition  {wildcards.record}"
-    script:
-        "../scripts/condition.py"
+    shell:
+        f"{ON_RECORD} {{params.job:q}}"

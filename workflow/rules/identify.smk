@@ -1,6 +1,6 @@
 # What one record says about M, c1, k1 and r; then all records together.
 
-ESTIMATE = code_of("vinesexp.pipeline:estimate_from_record", script="estimate")
+ESTIMATE = code_of("vinesexp.pipeline:estimate_from_record")
 IDENTIFY = code_of("vinesexp.pipeline:identify", script="identify")
 
 
@@ -16,11 +16,11 @@ rule estimate:
     log:
         PATHS.log("estimate", "{record}"),
     params:
-        about=PLANNER.about("estimate", ESTIMATE),
+        job=PLANNER.job("estimate", ESTIMATE),
     message:
         "estimate   {wildcards.record}"
-    script:
-        "../scripts/estimate.py"
+    shell:
+        f"{ON_RECORD} {{params.job:q}}"
 
 
 rule identify:

@@ -1,6 +1,6 @@
 # Acceleration spikes to impacts, and the regime that they and the amplitude show.
 
-IMPACTS = code_of("vinesexp.pipeline:find_impacts", script="impacts")
+IMPACTS = code_of("vinesexp.pipeline:find_impacts")
 COLLECT_REGIMES = code_of("vinesexp.pipeline:collect_regimes", script="regimes")
 
 
@@ -15,11 +15,11 @@ rule impacts:
     log:
         PATHS.log("impacts", "{record}"),
     params:
-        about=PLANNER.about("impacts", IMPACTS),
+        job=PLANNER.job("impacts", IMPACTS),
     message:
         "impacts    {wildcards.record}"
-    script:
-        "../scripts/impacts.py"
+    shell:
+        f"{ON_RECORD} {{params.job:q}}"
 
 
 rule regimes:

@@ -1,7 +1,7 @@
 # Instrument file to calibrated channels on a uniform time axis, SI, nothing filtered.
 # A record that cannot be used ends here as a row of checks.csv; the others go on.
 
-INGEST = code_of("vinesexp.pipeline:ingest_record", script="ingest")
+INGEST = code_of("vinesexp.pipeline:ingest_record")
 
 
 rule ingest:
@@ -14,8 +14,8 @@ rule ingest:
     log:
         PATHS.log("ingest", "{record}"),
     params:
-        about=PLANNER.about("ingest", INGEST),
+        job=PLANNER.job("ingest", INGEST),
     message:
         "ingest     {wildcards.record}"
-    script:
-        "../scripts/ingest.py"
+    shell:
+        f"{ON_RECORD} {{params.job:q}}"

@@ -22,11 +22,8 @@ def warnings_of(advice: Advice) -> list[str]:
             "no orbit with two symmetric impacts per cycle is stable at any clearance: the "
             "published b_c does not apply"
         )
-    elif abs(advice.published / advice.exact - 1.0) > 0.1:
-        said.append(
-            f"the published b_c knows no frequency and stands at {1e3 * advice.published:.4g} mm "
-            f"beside {1e3 * advice.exact:.4g} mm exact: do not build it off resonance"
-        )
+    else:
+        said += apart(advice.published, advice.exact)
     alike = len(set(advice.task.ratios)) == 1  # the orbit is that of all balls as one
     if alike and advice.orbit is not None and advice.orbit[1] > 1.3 * advice.orbit[0]:
         said.append(
@@ -71,9 +68,24 @@ def warnings_of(advice: Advice) -> list[str]:
     return said + beside_resonance(advice.task)
 
 
+def apart(published: float, exact: float) -> list[str]:
+    """Where the two b_c (m) differ by more than a tenth."""
+    if abs(published / exact - 1.0) <= 0.1:
+        return []
+    return [
+        f"the published b_c knows no frequency and stands at {1e3 * published:.4g} mm "
+        f"beside {1e3 * exact:.4g} mm exact: do not build it off resonance"
+    ]
+
+
 def remarks_of(given: Given, answer: Answer) -> list[str]:
     """All that a reader of the answer should know, whatever was asked."""
-    said = [] if answer.advice is None else warnings_of(answer.advice)
+    if answer.advice is not None:
+        said = warnings_of(answer.advice)
+    elif answer.theory.b_c is not None:
+        said = apart(answer.theory.b_c.published, answer.theory.b_c.exact)
+    else:
+        said = []
     law = any(given.size(option.symbol) > 0.0 for option in BEYOND)
     if law and answer.falls is not None:
         said.append(

@@ -39,6 +39,17 @@ def file_states(files: Iterable[Path], *, roots: Roots) -> States:
     }
 
 
+def shortened(text: str) -> str:
+    """Long texts as their digest, which is as good for telling whether they changed.
+
+    Examples
+    --------
+    >>> shortened("5 Hz"), len(shortened("5 Hz, " * 1000))
+    ('5 Hz', 64)
+    """
+    return text if len(text) <= 200 else hashlib.sha256(text.encode()).hexdigest()
+
+
 def write_made(
     path: Path,
     used: Mapping[str, str],
@@ -59,7 +70,7 @@ def write_made(
     """
     content = {
         "format": _FORMAT,
-        "used": {name: _short(text) for name, text in used.items()},
+        "used": {name: shortened(text) for name, text in used.items()},
         "inputs": inputs,
         "outputs": outputs,
     }
@@ -94,7 +105,7 @@ def why_outdated(
         reasons = [
             f"{name} changed"
             for name in dict.fromkeys([*used, *made["used"]])
-            if (_short(used[name]) if name in used else None) != made["used"].get(name)
+            if (shortened(used[name]) if name in used else None) != made["used"].get(name)
         ]
         new_times = False
         for kind, change in (("inputs", "changed"), ("outputs", "is not as the step left it")):
@@ -129,11 +140,6 @@ def _compared(file: Path, state: Sequence[Any] | None) -> str:
 
 def _write(path: Path, content: Mapping[str, Any]) -> None:
     write_whole(path, json.dumps(content, indent=1) + "\n")
-
-
-def _short(text: str) -> str:
-    """Long texts as their digest."""
-    return text if len(text) <= 200 else hashlib.sha256(text.encode()).hexdigest()
 
 
 def _relative(file: Path, roots: Roots) -> str:

@@ -12,16 +12,28 @@ from vinesexp.records.tables import number
 Row = Mapping[str, str]
 
 AGREES, DIFFERS, NOT_MEASURED = "agrees", "differs", "not measured"
+IN_PART = "in part"
 
 
 @dataclass(frozen=True)
 class Own:
-    """What the campaign has for a published value: the number, its interval, how it is said."""
+    """What the campaign has for a published value.
+
+    Attributes
+    ----------
+    value, low, high : the number and its interval.
+    words : how it is said.
+    measures : the interval is no error but reaches from one measure of the same thing to another,
+        as an amplitude from its running mean to its largest cycle.
+    brackets : of a clearance that is the fastest to several levels: where each lies, and the level.
+    """
 
     value: float
     low: float
     high: float
     words: str
+    measures: bool = False
+    brackets: tuple[tuple[float, float, str], ...] = ()
 
 
 def published_rows(
@@ -30,7 +42,8 @@ def published_rows(
 ) -> list[dict[str, str]]:
     """One row a published value: what it is, as printed, as found here, verdict, source, note.
 
-    A value agrees where the interval of what was found meets the digits printed.
+    A value agrees where the interval of what was found meets the digits printed; in part, where
+    it lies between two measures of the same thing, or is the best at some levels and not at others.
 
     Parameters
     ----------
@@ -49,7 +62,7 @@ def published_rows(
                 "published": f"{value.value.replace(';', ' + ')} {value.unit}".strip(),
                 "own": "–" if own is None else own.words,
                 "verdict": words,
-                "kind": words.split(" by ")[0],
+                "kind": words.partition(":")[0].partition(" by ")[0],
                 "source": value.source,
                 "note": value.note,
             }
@@ -61,13 +74,31 @@ def _verdict(value: PublishedValue, own: Own) -> str:
     if "tried" in value.quantity:
         return AGREES if value.value == own.words.partition(" ")[0].replace("+", ";") else DIFFERS
     printed, half = float(value.value), value.half_digit
-    if own.low <= printed + half and printed - half <= own.high:
+    if own.brackets:
+        met = [name for low, high, name in own.brackets if _meets(low, high, printed, half)]
+        if met and len(met) < len(own.brackets):
+            return f"{IN_PART}: {', '.join(met)}"
+    if own.measures:
+        if _meets(own.low, own.low, printed, half) or _meets(own.high, own.high, printed, half):
+            return AGREES
+        if own.low < printed < own.high:
+            return f"{IN_PART}: between the two"
+        ends = [f"{100.0 * (end / printed - 1.0):+.0f}" for end in sorted({own.low, own.high})]
+        return f"{DIFFERS} by {' to '.join(ends)} %"
+    if _meets(own.low, own.high, printed, half):
         return AGREES
     return f"{DIFFERS} by {100.0 * (own.value / printed - 1.0):+.1f} %"
 
 
+def _meets(low: float, high: float, printed: float, half: float) -> bool:
+    return low <= printed + half and printed - half <= high
+
+
 def _what(value: PublishedValue) -> str:
     parts = [value.quantity]
+    if value.tried_mm:
+        tried = value.tried_mm.replace(";", " + ").split("|")
+        parts = [value.quantity.replace("tried", f"{', '.join(tried)} mm")]
     if value.clearance_mm:
         parts.append(f"b = {value.clearance_mm.replace(';', ' + ')} mm")
     if value.base_amplitude_mm is not None:
@@ -76,8 +107,6 @@ def _what(value: PublishedValue) -> str:
         parts.append(f"release {value.release_mm:g} mm")
     if value.level_mm is not None:
         parts.append(f"to {value.level_mm:g} mm")
-    if value.tried_mm:
-        parts.append("of " + ", ".join(value.tried_mm.replace(";", " + ").split("|")))
     return ", ".join(parts)
 
 
@@ -105,7 +134,8 @@ def _rig(name: str, campaign: Campaign, identified: Sequence[Row]) -> Own | None
         low, high = number(row["ci95_low"]), number(row["ci95_high"])
         v = float(row["value"])
         low, high = v if low is None else low, v if high is None else high
-        return Own(v, low, high, f"{v:.6g} ({low:.6g} to {high:.6g})")
+        unit = "" if row["unit"] in ("", "1") else f" {row['unit']}"
+        return Own(v, low, high, f"{v:.6g} ({low:.6g} to {high:.6g}){unit}")
     masses = [mass.value for mass in campaign.known.nes_mass]
     if name not in ("eps", "lambda") or not masses or "M" not in rows:
         return None
@@ -139,7 +169,16 @@ def _clearance(value: PublishedValue, clearances: Sequence[Row]) -> Own | None:
         + (f" {row['level'].partition(' mm ')[2]}" if test == "transient" else "")
         for row, (low, high) in zip(rows, brackets, strict=True)
     )
-    return Own(best, min(b[0] for b in brackets), max(b[1] for b in brackets), words)
+    return Own(
+        best,
+        min(b[0] for b in brackets),
+        max(b[1] for b in brackets),
+        words,
+        brackets=tuple(
+            (low, high, row["level"].partition(" mm ")[2])
+            for row, (low, high) in zip(rows, brackets, strict=True)
+        ),
+    )
 
 
 def _bracket(row: Row) -> tuple[float, float]:
@@ -182,7 +221,7 @@ def _of_record(
         running = number(row.get("amplitude_running_max_m"))
         low = peak if running is None else 1e3 * running
         mean = "" if running is None else f"; {low:.2f} as a mean over 0.1 Hz"
-        return Own(peak, min(low, peak), peak, f"{peak:.2f} mm{mean}")
+        return Own(peak, min(low, peak), peak, f"{peak:.2f} mm{mean}", measures=True)
     if value.quantity == "time to level":
         time = _time(record, value, tables["decay_times"])
         return None if time is None else Own(time, time, time, f"{time:.3g} s")
@@ -225,4 +264,4 @@ def _best_of(
     unit = "s" if value.quantity == "fastest of tried" else "mm"
     best = min(found)
     others = ", ".join(f"{b}: {v:.3g} {unit}" for v, b in found)
-    return Own(best[0], best[0], best[0], f"{best[1]} ({others})")
+    return Own(best[0], best[0], best[0], f"{best[1]} mm ({others})")
