@@ -134,8 +134,11 @@ def test_a_gyroscope_is_no_channel(tmp_path, capsys):
     t = np.arange(2000) / 100.0
     head = '"Time (s)","Gyroscope x (rad/s)","Acceleration z (m/s^2)"'
     table(tmp_path / "a.csv", head, t, 3.0 * decay(t, 1.0), 9.8 + decay(t, 1.0))
-    channels, _, _ = proposed(tmp_path)
+    channels, _, text = proposed(tmp_path)
     assert list(channels) == ["acceleration"]
+    column = 1 if "With (m/s^2)" in channels["acceleration"] else 3
+    assert f"time: {{column: {column - 1}, unit: s}}" in text
+    assert main(["check", str(tmp_path)]) == 0, capsys.readouterr().out
     assert "Acceleration z" in channels["acceleration"]
 
 
@@ -264,3 +267,43 @@ def test_a_release_with_a_ball_stays_one_whatever_happens_at_its_end(tmp_path, c
     table(tmp_path / "release.csv", '"Time (s)","Acceleration x (m/s^2)"', t, a)
     _, (row,), _ = proposed(tmp_path)
     assert row["test"] == "transient", row["note"]
+
+
+@pytest.mark.parametrize("head", ['"Time (ms)","x (mm)"', '"t","x (mm)"'])
+def test_times_in_milliseconds_are_proposed_so_and_read(tmp_path, capsys, head):
+    t = np.arange(3000) * 10.0
+    x = 10.0 * decay(t / 1e3, f0=2.0, zeta=0.01) + 0.01 * RNG.standard_normal(t.size)
+    rows = "".join(f"{int(a)},{b:.4f}\n" for a, b in zip(t, x, strict=True))
+    (tmp_path / "a.csv").write_text(head + "\n" + rows)
+    assert main(["look", str(tmp_path / "a.csv")]) == 0
+    shown = capsys.readouterr().out
+    assert "100 Hz, 30 s" in shown
+    stated = "(ms)" in head
+    assert ("times without a unit, in steps of 10: ms is taken" in shown) == (not stated)
+    _, (row,), text = proposed(tmp_path)
+    assert row["test"] == "ringdown"
+    assert "unit: ms}" in text
+    assert ("look: is the unit right?" in text) == (not stated)
+    assert main(["check", str(tmp_path)]) == 0
+    assert "3000 samples at 100 Hz" in capsys.readouterr().out
+
+
+def test_a_second_column_of_times_is_no_base(tmp_path, capsys):
+    """Two tests pasted beside each other, each with times of its own."""
+    t = np.arange(400) / 20.0
+    one, other = decay(t, f0=3.0, zeta=0.02), decay(t, f0=2.5, zeta=0.04)
+    head = "Timed,With (m/s^2),Timed,Without (m/s^2)"
+    table(tmp_path / "a.csv", head, t, one, t + 0.004, other)
+    channels, _, text = proposed(tmp_path)
+    assert list(channels) == ["acceleration"]
+    column = 1 if "With (m/s^2)" in channels["acceleration"] else 3
+    assert f"time: {{column: {column - 1}, unit: s}}" in text
+    assert main(["check", str(tmp_path)]) == 0, capsys.readouterr().out
+
+
+def test_files_whose_columns_have_other_names_are_said_to_need_a_setup(tmp_path, capsys):
+    t = np.arange(400) / 20.0
+    table(tmp_path / "a.csv", "Time,With (m/s^2)", t, decay(t))
+    table(tmp_path / "b.csv", "Time,Accel", t, decay(t))
+    _, rows, _ = proposed(tmp_path)
+    assert any("columns ('Accel') are none of the channels" in row["note"] for row in rows)

@@ -36,7 +36,7 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
     a = columns.get("acceleration") or x
     base = columns.get("base")
     if x is None or a is None:
-        return OPEN, {}, "no channel of the oscillator in it"
+        return OPEN, {}, _without_channels(file)
     if (heard := _bounces(columns)) is not None:
         return "drop", {}, heard
     if columns.get("sound") is x:
@@ -67,6 +67,17 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
             why += "; what was done to it before or after is left out"
         return "ringdown", values, why
     return OPEN, {}, "it neither decays nor follows a base"
+
+
+def _without_channels(file: FileView) -> str:
+    """Why a file has no record, though it may have columns."""
+    names = ", ".join(f"'{column.name or column.index}'" for column in file.signals[:4])
+    if not names:
+        return "no channel of the oscillator in it"
+    return (
+        f"its columns ({names}) are none of the channels that campaign.yaml names; a setup of its "
+        "own may name them"
+    )
 
 
 def _bounces(columns: Mapping[str, ColumnView | None]) -> str | None:
