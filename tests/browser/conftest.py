@@ -75,7 +75,7 @@ def _design_sheet(page: Path) -> None:
         "version": "1", "inputs": [("mass", "4.7 kg")], "theory": [("b_c", "34", "33.9", "–")],
         "cards": [card] * 3, "changed": [("b", ["5"] * 4)], "beside": [("bare", "19 mm")],
         "releases": [("3", "30", "27", "2.1", "80 %", "1.9", "90 %")], "remarks": ["A remark."],
-        "svg": curve_markup(curve), "few": 24,
+        "svg": curve_markup(curve), "few": 24, "unchanged": "5.1, 6.2 mm",
     }  # fmt: skip
     page.write_text(rendered("vinesexp.report", "design_sheet.html.j2", content), encoding="utf-8")
 
