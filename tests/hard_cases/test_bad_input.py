@@ -484,6 +484,10 @@ def test_a_clock_that_wanders_is_resampled_and_reported(folder, tmp_path, capsys
     assert code == 0
     assert "bad: warning: times stray by up to 0.36 samples" in lines[0]
     assert "resampled to" in lines[0]
+    # The polynomials at the ends of the record are asked for nothing that lies beyond it.
+    shares = re.findall(r"([\d.e-]+) % of (\w+)", lines[0])
+    assert {role for _, role in shares} == {"base", "displacement"}
+    assert all(float(share) < 0.3 for share, _ in shares)
     campaign = load_campaign(folder)
     ingest_or_refuse(campaign, campaign.record("bad"), tmp_path / "bad.nc")
     with open_record(tmp_path / "bad.nc") as record:

@@ -134,3 +134,26 @@ def test_window_ends_where_the_steps_of_the_converter_begin() -> None:
     assert begin == 0
     assert np.abs(p.z[end - 1]) >= 0.01
     assert p.t[end - 1] < 10.0
+
+
+@pytest.mark.parametrize("seed", [1, 3, 7])
+def test_a_motion_that_something_drives_is_no_decay(seed: int) -> None:
+    """An oscillator in the wind, a little weaker towards its end."""
+    random, t = np.random.default_rng(seed), np.arange(8000) / 100.0
+    walk = np.cumsum(random.standard_normal((2, t.size)), axis=1)
+    slow = [np.convolve(a - a.mean(), np.ones(200) / 200, "same") for a in walk]
+    x = ((slow[0] + 1j * slow[1]) * np.exp((2j * np.pi * 1.5 - 0.01) * t)).real / 40.0
+    with pytest.raises(AnalysisError, match="something drives it, no free decay"):
+        fit_ringdown(x, sample_rate=100.0, frequency=1.5)
+
+
+@pytest.mark.parametrize("where", ["start", "end"])
+def test_a_hand_louder_than_the_decay_is_left_out(where: str) -> None:
+    random, t = np.random.default_rng(2), np.arange(6000) / 100.0
+    x = np.exp(-0.004 * 2 * np.pi * 1.2 * t) * np.cos(2 * np.pi * 1.2 * t)
+    x += 0.01 * random.standard_normal(t.size)
+    hand = t < 4.0 if where == "start" else t > 55.0
+    x[hand] += np.cumsum(random.standard_normal(hand.sum()))
+    found = fit_ringdown(x, sample_rate=100.0, frequency=1.2)
+    assert found.f0 == pytest.approx(1.2, rel=1e-3)
+    assert found.zeta == pytest.approx(0.004, rel=0.05)

@@ -8,7 +8,9 @@ import pytest
 import scipy.io.wavfile
 
 from vinesexp.cli import main
+from vinesexp.pipeline import analyse_campaign
 from vinesexp.records.campaign import load_campaign
+from vinesexp.records.result_paths import ResultPaths
 
 RNG = np.random.default_rng(5)
 
@@ -132,8 +134,11 @@ def test_a_gyroscope_is_no_channel(tmp_path, capsys):
     t = np.arange(2000) / 100.0
     head = '"Time (s)","Gyroscope x (rad/s)","Acceleration z (m/s^2)"'
     table(tmp_path / "a.csv", head, t, 3.0 * decay(t, 1.0), 9.8 + decay(t, 1.0))
-    channels, _, _ = proposed(tmp_path)
+    channels, _, text = proposed(tmp_path)
     assert list(channels) == ["acceleration"]
+    column = 1 if "With (m/s^2)" in channels["acceleration"] else 3
+    assert f"time: {{column: {column - 1}, unit: s}}" in text
+    assert main(["check", str(tmp_path)]) == 0, capsys.readouterr().out
     assert "Acceleration z" in channels["acceleration"]
 
 
@@ -224,3 +229,81 @@ def test_a_few_values_beside_a_record_are_no_channel(tmp_path, capsys):
     assert "displacement:" not in yaml
     assert 'time: {column: "*Out/Time"' in yaml
     assert (tmp_path / "records.csv").read_text().count("ringdown") == 2
+
+
+def taken_up(t, a, *, from_s, strength, random):
+    """A hand moves the sensor from some time on, and knocks it."""
+    late = t >= from_s
+    a[late] += strength * 0.02 * np.cumsum(random.standard_normal(late.sum()))
+    for s in from_s + np.array([0.1, 0.4, 0.9, 1.5]):
+        a += strength * np.exp(-300.0 * np.abs(t - s)) * np.sign(t - s + 0.003)
+
+
+@pytest.mark.parametrize("strength", [1.5, 6.0, 30.0])  # of the first swing
+@pytest.mark.parametrize("before", [0.0, 1.5])
+def test_a_pendulum_that_is_taken_up_at_its_end_is_a_ringdown(tmp_path, capsys, strength, before):
+    t = np.arange(6000) / 100.0
+    random = np.random.default_rng(7)
+    swings = np.where(t < before, 0.0, decay((t - before).clip(0.0), f0=0.62, zeta=0.004))
+    a = 2.0 * swings + 0.02 * random.standard_normal(t.size)
+    taken_up(t, a, from_s=57.0, strength=2.0 * strength, random=random)
+    table(tmp_path / "phone.csv", '"Time (s)","Acceleration x (m/s^2)"', t, a)
+    _, (row,), _ = proposed(tmp_path)
+    assert (row["test"], row["exclude"]) == ("ringdown", ""), row["note"]
+    assert main(["check", str(tmp_path)]) == 0, capsys.readouterr().out
+    found = analyse_campaign(load_campaign(tmp_path), paths=ResultPaths(tmp_path / "out"))
+    values = {(e.parameter, e.method): e.value for e in found.identified}
+    assert values["f0", "combined"] == pytest.approx(0.62, rel=1e-3)
+    assert values["zeta", "combined"] == pytest.approx(0.004, rel=0.05)
+
+
+def test_a_release_with_a_ball_stays_one_whatever_happens_at_its_end(tmp_path, capsys):
+    t = np.arange(12000) / 500.0
+    random = np.random.default_rng(8)
+    a = 20.0 * decay(t, f0=5.0, zeta=0.006) + 0.05 * random.standard_normal(t.size)
+    for s in np.arange(1.0, 14.0, 0.103):
+        a += 40.0 * np.exp(-2000.0 * np.abs(t - s))
+    taken_up(t, a, from_s=22.5, strength=60.0, random=random)
+    table(tmp_path / "release.csv", '"Time (s)","Acceleration x (m/s^2)"', t, a)
+    _, (row,), _ = proposed(tmp_path)
+    assert row["test"] == "transient", row["note"]
+
+
+@pytest.mark.parametrize("head", ['"Time (ms)","x (mm)"', '"t","x (mm)"'])
+def test_times_in_milliseconds_are_proposed_so_and_read(tmp_path, capsys, head):
+    t = np.arange(3000) * 10.0
+    x = 10.0 * decay(t / 1e3, f0=2.0, zeta=0.01) + 0.01 * RNG.standard_normal(t.size)
+    rows = "".join(f"{int(a)},{b:.4f}\n" for a, b in zip(t, x, strict=True))
+    (tmp_path / "a.csv").write_text(head + "\n" + rows)
+    assert main(["look", str(tmp_path / "a.csv")]) == 0
+    shown = capsys.readouterr().out
+    assert "100 Hz, 30 s" in shown
+    stated = "(ms)" in head
+    assert ("times without a unit, in steps of 10: ms is taken" in shown) == (not stated)
+    _, (row,), text = proposed(tmp_path)
+    assert row["test"] == "ringdown"
+    assert "unit: ms}" in text
+    assert ("look: is the unit right?" in text) == (not stated)
+    assert main(["check", str(tmp_path)]) == 0
+    assert "3000 samples at 100 Hz" in capsys.readouterr().out
+
+
+def test_a_second_column_of_times_is_no_base(tmp_path, capsys):
+    """Two tests pasted beside each other, each with times of its own."""
+    t = np.arange(400) / 20.0
+    one, other = decay(t, f0=3.0, zeta=0.02), decay(t, f0=2.5, zeta=0.04)
+    head = "Timed,With (m/s^2),Timed,Without (m/s^2)"
+    table(tmp_path / "a.csv", head, t, one, t + 0.004, other)
+    channels, _, text = proposed(tmp_path)
+    assert list(channels) == ["acceleration"]
+    column = 1 if "With (m/s^2)" in channels["acceleration"] else 3
+    assert f"time: {{column: {column - 1}, unit: s}}" in text
+    assert main(["check", str(tmp_path)]) == 0, capsys.readouterr().out
+
+
+def test_files_whose_columns_have_other_names_are_said_to_need_a_setup(tmp_path, capsys):
+    t = np.arange(400) / 20.0
+    table(tmp_path / "a.csv", "Time,With (m/s^2)", t, decay(t))
+    table(tmp_path / "b.csv", "Time,Accel", t, decay(t))
+    _, rows, _ = proposed(tmp_path)
+    assert any("columns ('Accel') are none of the channels" in row["note"] for row in rows)

@@ -90,7 +90,8 @@ def campaign_text(folder: Path, proposal: Proposal) -> str:
         lines.append("# In WAV files 1 is full scale: say what it means, as file_unit: 10 V.")
     if proposal.time is not None:
         column = proposal.time if proposal.time.isdigit() else _quoted(proposal.time)
-        lines.append(f"time: {{column: {column}, unit: s}}   # look: is the unit right?")
+        mark = "as the files state it" if proposal.time_unit_sure else "look: is the unit right?"
+        lines.append(f"time: {{column: {column}, unit: {proposal.time_unit}}}   # {mark}")
     elif proposal.has_no_times:
         reported = ", ".join(proposal.has_no_times[:3])
         lines.append(f"sample_rate: {OPEN} Hz   # FILL IN: {reported} have no times")

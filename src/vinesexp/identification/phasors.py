@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import AnalysisError
+from vinesexp.identification.free_stretch import free_part
 
 FloatArray = NDArray[np.float64]
 
@@ -170,7 +171,8 @@ def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:
     """First and last-plus-one window of the free decay.
 
     It begins with the largest amplitude (what came before was the release, or waiting for it) and
-    ends where the amplitude has died into noise or into the converter's steps.
+    ends where the amplitude has died into noise or into the converter's steps; without what a hand
+    did before or after.
 
     Parameters
     ----------
@@ -190,6 +192,7 @@ def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:
     floor = max(_ABOVE_NOISE * p.error, _ABOVE_STEP * resolution)
     below = np.flatnonzero(size[start:] < floor)
     end = start + int(below[0]) if below.size else size.size
+    start, end = free_part(p.z, start, end)
     if end - start < _FEWEST or not size[start] > 0.0:
         raise AnalysisError(
             f"the oscillation stands above {1e3 * floor:.3g} mm for {end - start} periods, "

@@ -31,6 +31,7 @@ FloatArray = NDArray[np.float64]
 _UNSURE = 0.25  # standard error of the amplitude, relative, from which on there is no decay
 _UNSURE_STAND_IN = 0.05  # the same where only amplitudes and phases of the periods say so
 _MISFIT = 0.02  # of the motion: a likelihood that leaves more has to agree with the envelope
+_DRIVEN = 0.5  # of the motion, and of its amplitude period by period: it is not a decay that moves
 _APART = 4.0  # standard errors
 _SAME_F0, _SAME_ZETA = 1e-3, 0.05  # relative
 _PARTS = 5  # of a record that are left out in turn
@@ -136,6 +137,11 @@ def _settled(
         )
     if not failed and best.residual < _MISFIT:
         return best
+    if min(best.residual, law.residual) > _DRIVEN:
+        raise AnalysisError(
+            f"the best decay leaves {100 * law.residual:.2g} % of the amplitudes of the periods: "
+            "something drives it, no free decay"
+        )
     f0_error, zeta_error = _by_parts(phasors, decrement, law)
     if not failed and _agree(best, law):
         note = (

@@ -24,6 +24,7 @@ _SHIFT_UNSURE = 0.3  # of the shift of a sweep: its resonance has all amplitudes
 _FEW = 1e-9  # relative: a curve that varies by less is flat
 _SIGNIFICANT = 4.0  # standard errors that f0 has to change by
 _STRONG = 0.03  # of zeta: beyond, a warning
+_SAME, _LOWER = 0.05, 0.5  # of an amplitude
 _LEAST_CHANGE = 1e-4  # of f0 that is reported
 
 
@@ -187,6 +188,8 @@ def _said(
         top = max((a for a in own if a), default=0.0)
         if curve.flat or not top:
             continue
+        if name == "zeta" and abs(top / amplitude - 1.0) < _SAME:
+            top = _LOWER * amplitude  # what it is used at is the largest that there is
         there, here = curve.at(top), curve.at(amplitude)
         change = there[0] - here[0]
         outcome: Outcome = "warning" if abs(change) > _STRONG * here[0] else "ok"

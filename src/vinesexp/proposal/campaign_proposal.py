@@ -8,6 +8,7 @@ sensitivity that no file states is left open.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -67,6 +68,8 @@ class Proposal:
     channels: list[ProposedChannel]
     records: list[ProposedRecord]
     time: str | None
+    time_unit: str
+    time_unit_sure: bool
     has_wav: bool
     has_no_times: list[str]
 
@@ -93,9 +96,27 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     times = sorted({c.name for f in files for c in f.columns if c.kind == "time" and c.name})
     unnamed = {c.index for f in files for c in f.columns if c.kind == "time" and not c.name}
     time = _pattern(times) if times else str(unnamed.pop()) if len(unnamed) == 1 else None
+    labels = [label for label, guess in guesses.items() if guess.role in _ROLES]
+    own = {_own_times(f, labels) for f in files if any(label_of(c) in labels for c in f.signals)}
+    if time is not None and len(own) == 1 and None not in own:
+        time = str(own.pop())
     wav = any(file.format == "WAV" for file in files)
     blind = [file.path.name for file in files if file.rate is None]
-    return Proposal(channels, records, time, wav, blind)
+    units = Counter(
+        (file.time_unit, file.time_unit_stated) for file in files if file.time is not None
+    )
+    (unit, _), _ = units.most_common(1)[0] if units else (("s", False), 0)
+    sure = bool(units) and set(units) == {(unit, True)}
+    return Proposal(channels, records, time, unit, sure, wav, blind)
+
+
+def _own_times(file: FileView, labels: Sequence[str]) -> int | None:
+    """Number of the column of times beside the channels, where two have one name; else None."""
+    times = [c for c in file.columns if c.kind == "time"]
+    if len({c.name for c in times}) == len(times):
+        return None
+    first = min((c.index for c in file.signals if label_of(c) in labels), default=0)
+    return max((c.index for c in times if c.index < first), default=None)
 
 
 def _channel(labels: Sequence[str], guess: Guess, files: Sequence[FileView]) -> ProposedChannel:

@@ -21,6 +21,9 @@ _SWEEPS = 0.015  # of the frequency: a base that changes by more from end to end
 _TONE = 0.05  # by which zero crossings and spectrum of one tone differ at most, relative
 _OFF_BEAT = 0.25  # cycles that the zero crossings of a sine scatter by
 _SCATTER = 0.1  # of the logarithm of a sweep's frequency from cycle to cycle
+_PIECES, _ENDS = 48, 12  # of a record; those at either end that a hand may be in
+_LAST = 0.8  # of a decay: a ball hits before that, too
+_LOUDER = 2.5  # times the usual level of a record
 _AROUND = 64  # samples at least that a shock is compared with
 
 
@@ -33,7 +36,7 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
     a = columns.get("acceleration") or x
     base = columns.get("base")
     if x is None or a is None:
-        return OPEN, {}, "no channel of the oscillator in it"
+        return OPEN, {}, _without_channels(file)
     if (heard := _bounces(columns)) is not None:
         return "drop", {}, heard
     if columns.get("sound") is x:
@@ -45,16 +48,36 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
         return OPEN, {}, "nothing moves in it"
     if base is not None and _stands_out(base) and base.rate and common_frequency(file) > 0.0:
         return _driven(file, base)
-    if decays(x.finite):
+    handled = calm_part(x.finite)
+    calm = x.finite[handled]
+    if decays(calm):
         values = {}
         if x.unit in UNITS["displacement"]:
-            far = float(np.abs(x.finite - np.median(x.finite)).max())
+            far = float(np.abs(calm - np.median(calm)).max())
             values["release_mm"] = f"{1e3 * far * UNITS['displacement'][x.unit]:.3g}"
         # How it was let go is no impact of the ball.
-        if has_shocks(after_release(a.finite), _period(file)):
+        loud = a.finite[handled] if len(a.finite) == len(x.finite) else a.finite
+        rest = after_release(loud)
+        if has_shocks(rest[: round(_LAST * len(rest))], _period(file)):
             return "transient", values, "it decays, with shocks"
-        return "ringdown", values, "it decays, without shocks"
+        why = "it decays, without shocks"
+        if has_shocks(rest, _period(file)):
+            why = "it decays, with shocks at its end alone"
+        if len(calm) < len(x.finite):
+            why += "; what was done to it before or after is left out"
+        return "ringdown", values, why
     return OPEN, {}, "it neither decays nor follows a base"
+
+
+def _without_channels(file: FileView) -> str:
+    """Why a file has no record, though it may have columns."""
+    names = ", ".join(f"'{column.name or column.index}'" for column in file.signals[:4])
+    if not names:
+        return "no channel of the oscillator in it"
+    return (
+        f"its columns ({names}) are none of the channels that campaign.yaml names; a setup of its "
+        "own may name them"
+    )
 
 
 def _bounces(columns: Mapping[str, ColumnView | None]) -> str | None:
@@ -109,6 +132,35 @@ def decays(values: Floats) -> bool:
     levels = envelope(values)
     top = int(np.argmax(levels))
     return top < 0.75 * len(levels) and bool(levels[-4:].mean() < 0.6 * levels[top])
+
+
+def calm_part(values: Floats) -> slice:
+    """The record without a hand at its ends, which is louder than the decay: taken up, let go.
+
+    Examples
+    --------
+    >>> t = np.arange(6000) / 100.0
+    >>> swing = np.exp(-0.03 * t) * np.cos(4 * t)
+    >>> swing[5700:] += 20.0 * np.random.default_rng(0).standard_normal(300)
+    >>> calm_part(swing)
+    slice(0, 5500, None)
+    """
+    levels = envelope(values, _PIECES)
+    usual = float(np.median(levels))
+    loud = levels > _LOUDER * usual
+    late = np.flatnonzero(loud[-_ENDS:])
+    begin, end = 0, _PIECES - _ENDS + int(late[0]) if late.size else _PIECES
+    # The first pieces of a decay are loud, too: only where it is no decay so is it a hand.
+    if end < _PIECES or not decays(values):
+        while begin < _ENDS and loud[begin] and levels[begin] > _LOUDER * levels[begin + 2]:
+            begin += 1
+    if (begin, end) == (0, _PIECES):
+        return slice(0, len(values))
+    size = len(values) / _PIECES
+    margin = _PIECES // 48  # a piece may hold a little of what follows
+    begin = begin + margin if begin else 0
+    end = end - margin if end < _PIECES else end
+    return slice(round(begin * size), round(end * size))
 
 
 def after_release(values: Floats) -> Floats:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers import Floats, Source, open_source
+from vinesexp.records.readers import Column, Floats, Source, open_source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
 from vinesexp.records.readers.parts import part_of
 from vinesexp.units import UNITS
@@ -25,6 +25,7 @@ _TIME_NAME = re.compile(
     re.IGNORECASE,
 )
 _FEWEST = 50  # rows: no record of a motion is shorter
+_SLOWEST = 5.0  # Hz: no record of a vibration is sampled more slowly
 _UNEVEN = 0.6  # standard deviation of the steps over their mean
 _APART = 0.01  # by which the header's rate and that of the times may differ, relative
 
@@ -105,7 +106,11 @@ class FileView:
     more_paths : tuple of Path
         Further files of the same record, whose columns are among these.
     parts : tuple of str
-        Names of the records of a file that holds several, of which this is the first.
+        Names of the records of a file that holds several, of which this is one.
+    time_unit : str
+        Of the column of times, as the file states it or as its steps suggest.
+    time_unit_stated : bool
+        Whether the file states it.
     """
 
     path: Path
@@ -117,6 +122,8 @@ class FileView:
     remarks: tuple[str, ...] = field(default=())
     more_paths: tuple[Path, ...] = field(default=())
     parts: tuple[str, ...] = ()
+    time_unit: str = "s"
+    time_unit_stated: bool = False
 
     @property
     def signals(self) -> tuple[ColumnView, ...]:
@@ -142,13 +149,14 @@ def view_file(path: Path) -> FileView:
             if source.columns[index].name:  # a preamble beside the first rows has no name
                 problems.append(str(error))
     time, rate, remarks = _time_and_rate(source, read)
+    stated_unit = None if time is None else source.columns[time].unit
     columns = []
     most = max((len(values) for values in read.values()), default=0)
     for index, values in read.items():
         column = source.columns[index]
         own = 1.0 / column.interval if column.interval and column.interval > 0.0 else rate
         kind = "time" if index == time else _kind(values, column.unit)
-        if kind == "signal" and is_called_time(column.name) and _grows(values):
+        if kind == "signal" and _grows(values) and _is_of_times(column, source, time, values):
             kind = "time"  # of other channels than the first
         if kind == "signal" and len(values) < _FEWEST and _FEWEST * len(values) < most:
             kind = "list"
@@ -169,7 +177,32 @@ def view_file(path: Path) -> FileView:
     return FileView(
         path, source.format, tuple(columns), rate, time, tuple(problems), tuple(remarks),
         parts=parts,
+        time_unit="s" if time is None else _unit_of_times(stated_unit, read[time]),
+        time_unit_stated=stated_unit in UNITS["time"],
     )  # fmt: skip
+
+
+def _is_of_times(column: Column, source: Source, time: int | None, values: Floats) -> bool:
+    """Whether a column that only grows is one of times: by its name, or since nothing moves so."""
+    same = time is not None and column.name == source.columns[time].name
+    return same or is_called_time(column.name) or len(values) >= _FEWEST
+
+
+def _unit_of_times(stated: str | None, times: Floats) -> str:
+    """The unit of a column of times: whole numbers that would be seconds are finer ticks.
+
+    Examples
+    --------
+    >>> _unit_of_times(None, np.arange(0.0, 5000.0, 10.0)), _unit_of_times("s", np.arange(50.0))
+    ('ms', 's')
+    """
+    if stated in UNITS["time"]:
+        return str(stated)
+    finite = times[np.isfinite(times)]
+    step = float(finite[-1] - finite[0]) / max(len(finite) - 1, 1)
+    if step < 1.0 / _SLOWEST or bool((finite != np.round(finite)).any()):
+        return "s"
+    return "ms" if step * UNITS["time"]["ms"] < 1.0 / _SLOWEST else "us"
 
 
 def is_called_time(name: str) -> bool:
@@ -242,9 +275,14 @@ def _time_and_rate(
         uneven = float(np.std(steps)) > _UNEVEN * float(steps.mean())
         if not named and (uneven or steps.min() == steps.max() == 1.0):
             continue  # anything that grows; row numbers
-        unit = source.columns[j].unit or "s"
+        unit = _unit_of_times(source.columns[j].unit, read[j])
         rate = (len(finite) - 1) / (float(finite[-1] - finite[0]) * UNITS["time"].get(unit, 1.0))
         remarks = []
+        if unit != "s" and source.columns[j].unit not in UNITS["time"]:
+            remarks.append(
+                f"times without a unit, in steps of {float(np.median(steps)):.4g}: {unit} is taken "
+                f"here, since seconds would be {rate * UNITS['time'][unit]:.3g} Hz"
+            )
         if uneven:
             remarks.append(
                 f"times are uneven: their steps run from {steps.min():.3g} to "

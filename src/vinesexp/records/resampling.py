@@ -81,11 +81,13 @@ class Resampler:
     ) -> Floats:
         wanted: Floats = self.start + np.arange(begin, end, dtype=np.float64) * self.interval
         points = min(_POINTS, len(times))
-        left = np.searchsorted(times, wanted) - points // 2
-        left = np.clip(left, 0, len(times) - points)
+        place = np.searchsorted(times, wanted)
+        left = np.clip(place - points // 2, 0, len(times) - points)
         out = _through(times, values, left, points, wanted)
+        # At the ends of the record the six are its last ones: none is asked for what lies beyond.
         inner = max(points - 2, 1)
-        fewer = _through(times, values, np.clip(left + 1, 0, len(times) - inner), inner, wanted)
+        left = np.clip(place - inner // 2, 0, len(times) - inner)
+        fewer = _through(times, values, left, inner, wanted)
         count = np.full(out.shape[1], float(len(out)))
         sums.append(
             np.array(

@@ -140,7 +140,7 @@ class Samples:
         for block in resampler.blocks(pairs):
             yield self._si(block, 0)
         errors = ", ".join(
-            f"{error:.1g} of {c.channel.role}"
+            f"{100 * error:.1g} % of {c.channel.role}"
             for c, error in zip(self._conversions, resampler.errors, strict=True)
         )
         self.warnings.append(
