@@ -190,3 +190,52 @@ def test_editing_code_runs_what_uses_it_and_no_more(finished):
     edited = planned()
     assert {"estimate", "identify", "report"} <= edited
     assert not {"ingest", "condition", "impacts"} & edited
+
+
+@pytest.mark.long
+def test_two_runs_at_once_simulate_once_and_come_to_the_same_results(workflow):
+    campaign = workflow.folder / "data/made"
+    campaign.mkdir(parents=True)
+    for name, text in SIMULATED.items():
+        (campaign / name).write_text(text, encoding="utf-8")
+    runs = [
+        subprocess.Popen(
+            workflow.command("--config", "campaign=data/made", f"results={results}"),
+            cwd=workflow.folder,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for results in ("one", "other")
+    ]
+    said = [run.communicate(timeout=1200)[1] for run in runs]
+    assert [run.returncode for run in runs] == [0, 0], said
+    one, other = (workflow.folder / name for name in ("one", "other"))
+    assert (one / "identified.csv").read_bytes() == (other / "identified.csv").read_bytes()
+    assert "f0" in (one / "identified.csv").read_text()
+
+
+SIMULATED = {
+    "campaign.yaml": """\
+title: Made
+channels:
+  displacement: {column: "CH*", quantity: displacement, sensitivity: 40 mV/mm}
+time: {column: Time, unit: s}
+bandpass: {low: 2 Hz, high: 40 Hz}
+""",
+    "records.csv": "record,file,test,release_mm\nbare,raw/bare.csv,ringdown,20\n",
+    "scene.yaml": """\
+title: Made
+seed: 1
+rig: {mass: 4.7 kg, damping: 3.02 N s/m, stiffness: 1.147e4 N/m, nes_mass: 32 g, restitution: 0.6}
+sensors:
+  displacement: {sensitivity: 40 mV/mm, noise: 6 um, range: 25 mm}
+oscilloscope: {sample_rate: 1 kHz, bits: 14, full_scale: 1 V}
+groups:
+  decays:
+    test: ringdown
+    duration: 8 s
+    oscilloscope: {format: oscilloscope-csv}
+    records:
+      bare: {release: 20 mm}
+""",
+}
