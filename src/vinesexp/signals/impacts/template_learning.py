@@ -22,6 +22,7 @@ from vinesexp.signals.impacts.template_windows import Windows
 
 FEW = 5  # whole impacts are enough; with fewer, clipped ones help
 _AGAIN = 3  # rounds of learning among neighbours
+_CROWD = 8  # times as many contacts, at most, are fitted to learn from the strongest of them
 _ENOUGH = 0.4  # of a contact's samples
 
 
@@ -104,14 +105,20 @@ def learnt_among_neighbours(
 ) -> Template:
     """The template where hardly an impact stands alone: each less what its neighbours seem to be.
 
-    From the chunk with the strongest impact; again as long as the template explains more, as better
+    From those around the strongest impact, a chunk at most; again as long as the template explains more, as better
     neighbours make a better template.
     """
     size, k = grouped.chunk, grouped.k
-    begin = int(guesses.index[np.argmax(guesses.strength)]) // size * size
-    piece = grouped.piece(begin, min(grouped.stream.n, begin + size))
+    strongest = int(guesses.index[np.argmax(guesses.strength)])
+    begin, end = strongest // size * size, min(grouped.stream.n, strongest // size * size + size)
+    here = guesses.index[(guesses.index >= begin) & (guesses.index < end)]
+    most = _CROWD * settings.learn_from
+    if here.size > most:  # more would not make it better, and each costs as much as to find it
+        at = int(np.clip(np.searchsorted(here, strongest) - most // 2, 0, here.size - most))
+        here = here[at : at + most]
+        begin, end = int(here[0]) // k * k, int(here[-1]) + k
+    piece = grouped.piece(begin, end)
     noise = stretch_noise(np.where(piece.good, piece.a, np.nan), grouped.noise_floor)
-    here = guesses.index[(guesses.index >= begin) & (guesses.index < begin + size)]
     start = np.unique(np.clip((here - begin) // k, 0, piece.a.size - 1))
     best, least = template, math.inf
     for _ in range(_AGAIN):
