@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from vinesexp.identification.average import Mean
 from vinesexp.identification.estimate import Estimate
-from vinesexp.records.campaign import Campaign
+from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.uncertainties import Uncertainties
 
 
@@ -42,7 +42,7 @@ def parts_of_known_inputs(
             clearance = clearances[min(number, len(clearances) - 1)]
             here = parts_of_impacts(
                 e, clearance=clearance, ball=_ball_error(campaign, number), inputs=inputs,
-                laser="displacement" in campaign.setup_of(record).channels,
+                laser=not _is_integrated(campaign, record),
             )  # fmt: skip
             for name, part in here.items():
                 parts[name] = parts.get(name, 0.0) + float(weight) * part
@@ -51,6 +51,12 @@ def parts_of_known_inputs(
     else:
         parts = {}
     return {name: part for name, part in parts.items() if part}
+
+
+def _is_integrated(campaign: Campaign, record: Record) -> bool:
+    """Whether the accelerometer alone shows how the mass of a record moved."""
+    channels = campaign.setup_of(record).channels
+    return "acceleration" in channels and "displacement" not in channels
 
 
 def _ball_of(e: Estimate) -> int:
