@@ -6,7 +6,6 @@ from vinesexp.design.inputs import RIG, Given
 from vinesexp.design.predictions import LEVELS, Theory, start_amplitude
 from vinesexp.design.released import Falls, released
 from vinesexp.design.task import Task
-from vinesexp.errors import ParameterError
 from vinesexp.excitation import WeakDamping
 from vinesexp.rig import NES, Oscillator
 from vinesexp.theory.multiple import Band, bands, design_clearances
@@ -58,7 +57,7 @@ def bands_given(given: Given) -> list[tuple[float, Band]]:
     """Each clearance given (m) with the amplitudes at which its ball keeps two impacts."""
     if "b" not in given:
         return []
-    n = max(len(given["b"]), len(given["m"]) if "m" in given else 1)
+    n = max(len(given[name]) for name in ("b", "m", "r") if name in given)
     b, r = (
         [q.value for q in given[name]] * (n if len(given[name]) == 1 else 1) for name in ("b", "r")
     )
@@ -102,11 +101,4 @@ def release_of(given: Given, theory: Theory, *, seed: int) -> Falls | None:
 def balls_of(given: Given) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Masses and restitutions, one of each per ball."""
     masses, r = (tuple(q.value for q in given[name]) for name in ("m", "r"))
-    if len(r) == 1:
-        r = r * len(masses)
-    if len(r) != len(masses):
-        raise ParameterError(
-            f"{len(r)} restitutions for {len(masses)} balls: give one, or one per ball",
-            where="--restitution",
-        )
-    return masses, r
+    return masses, r * len(masses) if len(r) == 1 else r

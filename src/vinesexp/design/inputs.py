@@ -142,17 +142,18 @@ def gather(texts: Mapping[str, Sequence[str]], identified: Path | None = None) -
 
 
 def _refuse_unlike(given: Mapping[str, tuple[Quantity, ...]]) -> None:
-    """Clearances that are none, or not as many as there are balls."""
+    """Restitutions or clearances that are not as many as there are balls; clearances of zero."""
+    balls = len(given["m"]) if "m" in given else len(given.get("r", "1"))
+    of = f"for {balls} ball{'s' if balls > 1 else ''}: give one, or one per ball"
+    if len(given.get("r", "1")) not in (1, balls):
+        raise ParameterError(f"{len(given['r'])} restitutions {of}", where="--restitution")
     if "b" not in given:
         return
     if any(not q.value > 0.0 for q in given["b"]):
         raise ParameterError("expected clearances above zero", where="--clearance")
-    balls = len(given["m"]) if "m" in given else 1
     if len(given["b"]) not in (1, balls):
         raise ParameterError(
-            f"{len(given['b'])} clearances for {balls} ball{'s' if balls > 1 else ''}: give one, "
-            "or one per ball in the order of --nes-mass",
-            where="--clearance",
+            f"{len(given['b'])} clearances {of} in the order of --nes-mass", where="--clearance"
         )
 
 
