@@ -70,6 +70,7 @@ def test_a_record_that_cannot_be_used_leaves_a_placeholder_or_raises(campaign, t
         analyse_record(campaign, broken, paths=paths, strict=True)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "f0"), [("spring_soft", 0.789), ("spring_hard", 1.226), ("spring_very_hard", 1.344)]
 )

@@ -11,6 +11,8 @@ import pytest
 import vinesexp
 from vinesexp.cli import COMMANDS
 
+pytestmark = pytest.mark.long
+
 REPOSITORY = Path(__file__).resolve().parents[1]
 
 

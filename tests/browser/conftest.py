@@ -73,9 +73,9 @@ def _design_sheet(page: Path) -> None:
                           "over"), "30")  # fmt: skip
     content = {
         "version": "1", "inputs": [("mass", "4.7 kg")], "theory": [("b_c", "34", "33.9", "–")],
-        "cards": [card] * 3, "changed": [("b", ["5"] * 4)], "beside": [("bare", "19 mm")],
+        "cards": [card] * 4, "changed": [("b", ["5"] * 4)], "beside": [("bare", "19 mm")],
         "releases": [("3", "30", "27", "2.1", "80 %", "1.9", "90 %")], "remarks": ["A remark."],
-        "svg": curve_markup(curve), "few": 24,
+        "svg": curve_markup(curve), "few": 24, "unchanged": "5; 7",
     }  # fmt: skip
     page.write_text(rendered("vinesexp.report", "design_sheet.html.j2", content), encoding="utf-8")
 

@@ -11,6 +11,8 @@ from urllib.parse import quote
 
 import pytest
 
+pytestmark = pytest.mark.long
+
 READY = """
 for (let i = 0; i < 400 && !document.body.dataset.drawn; i++) await wait(50);
 if (!document.body.dataset.drawn) throw new Error("nothing was drawn: " + document.body.innerText);

@@ -152,6 +152,7 @@ def test_far_from_resonance_lengths_have_digits_and_amplitudes_a_meaning(
     assert 0.005 <= answer["tmd"]["optimal"]["tuning"] <= 300.0
 
 
+@pytest.mark.long
 def test_friction_and_laws_enter_a_release() -> None:
     """Dry friction of 0.3 N stops 0.5 mm: the fall from 5 mm ends far sooner than without."""
     options = {**ONE, "--release": "5 mm"}

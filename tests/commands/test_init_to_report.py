@@ -136,6 +136,7 @@ def compare(named: Path, folder: Path, out: Path, capsys, *, seed: int) -> None:
             assert other[key] == same, (one, key)
 
 
+@pytest.mark.long
 def test_a_small_campaign_comes_to_the_same_results(tmp_path, capsys):
     named = tmp_path / "named"
     tmp_path.joinpath("scene.yaml").write_text(SMALL)

@@ -49,6 +49,7 @@ def holds(estimate, truth, *, errors=4.0):
     return abs(estimate.value - truth) < errors * estimate.std_error
 
 
+@pytest.mark.long
 def test_the_plain_rig_stays_plain():
     found = consistent()
     assert effects(found) == {}

@@ -18,7 +18,7 @@ from vinesexp.identification.budget import (
 from vinesexp.identification.combine import weigh
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.known_inputs import parts_of_impacts
-from vinesexp.records.schema import Campaign, Known, Record
+from vinesexp.records.schema import Campaign, Channel, Known, Record
 from vinesexp.records.uncertainties import EXACT, Tolerance, Uncertainties
 from vinesexp.units import Quantity
 
@@ -49,7 +49,8 @@ def campaign(uncertainties, *, ball=3.2e-4, mass=None):
     ]
     records.append(Record("b30", Path("b"), "periodic", clearance=(0.03,)))
     known = Known(mass, (Quantity(0.032, ball),), uncertainties)
-    return Campaign(Path("c"), "c", "c", known, {}, None, None, None, tuple(records))
+    laser = {"displacement": Channel("displacement", "x", "displacement", 1e-3)}
+    return Campaign(Path("c"), "c", "c", known, laser, None, None, None, tuple(records))
 
 
 def shares(whole, parameter):

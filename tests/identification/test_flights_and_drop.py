@@ -58,7 +58,8 @@ def test_bounces_give_r(r: float, first: float, n: int) -> None:
     assert found.count == n
 
 
-def test_bounces_with_timing_noise_have_honest_errors() -> None:
+def test_bounces_with_timing_noise_have_honest_errors(monkeypatch) -> None:
+    monkeypatch.setattr("vinesexp.identification.bounces._AIR", 0.0)
     t = 0.1 + 0.15 * np.concatenate([[0.0], np.cumsum(0.6 ** np.arange(7))])
     random = np.random.default_rng(0)
     pulls = [
@@ -98,7 +99,7 @@ def test_flights_that_disagree_widen_the_error_or_give_no_r() -> None:
     flights = np.diff(even) * np.array([1.0, 1.03, 0.98, 1.02, 0.97])
     uneven = 0.1 + np.concatenate([[0.0], np.cumsum(flights)])
     quiet, scattered = (restitution_of_bounces(t, np.full(t.size, 1e-6)) for t in (even, uneven))
-    assert quiet.error < 1e-5
+    assert quiet.error < 1e-3
     assert scattered.error > 3e-3
     assert abs(scattered.r - 0.6) < 3.0 * scattered.error
 
@@ -113,3 +114,11 @@ def test_flights_of_minutes_are_times_in_milliseconds() -> None:
     t = 1e3 * (0.1 + 0.4 * np.concatenate([[0.0], np.cumsum(0.9 ** np.arange(8))]))
     with pytest.raises(AnalysisError, match=r"400 s, a drop from 1.96e.05 m.* in seconds"):
         restitution_of_bounces(t, np.full(t.size, 1e-3))
+
+
+def test_perfect_times_leave_what_the_air_does():
+    """A flight of 0.5 s is a drop from 0.3 m: the air takes 0.3 % of a small steel ball's speed."""
+    t = 0.5 * np.concatenate([[0.0], np.cumsum(0.6 ** np.arange(6))])
+    found = restitution_of_bounces(t, np.full(7, 1e-7))
+    assert found.r == pytest.approx(0.6, abs=1e-6)
+    assert 1e-3 < found.error / found.r < 5e-3

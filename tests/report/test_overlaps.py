@@ -47,6 +47,7 @@ def overlapping(figure):
     return [(a[0], b[0]) for a, b in combinations(texts(figure), 2) if over(a, b)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("family", sorted(FAMILIES))
 @pytest.mark.parametrize("campaign", ["full", "bare", "drops", "two_levels"])
 def test_texts_of_figures_do_not_overlap(family, campaign, request):
@@ -59,6 +60,7 @@ def test_texts_of_figures_do_not_overlap(family, campaign, request):
     assert found == {}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("width", [90.0, 190.0])
 @pytest.mark.parametrize("family", sorted(FAMILIES))
 def test_figures_fit_a_column_of_a_journal(family, width, full):

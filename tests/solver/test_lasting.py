@@ -114,6 +114,7 @@ def test_the_error_falls_with_the_square_of_the_contact_time():
     assert errors[2] < 0.4 * errors[1]
 
 
+@pytest.mark.long
 def test_short_contacts_are_instants():
     start = Release(0.02, 0.0, [0.02 + B - 1e-5])
     instant = simulate(rig(0.0), None, start, duration=0.5)

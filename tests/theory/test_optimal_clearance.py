@@ -39,6 +39,7 @@ def test_transient_numbers() -> None:
     assert x_m == pytest.approx(0.005)
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=12)
 @example(eps=0.00390625, zeta=0.0, r=0.375, tuning=1.003)
 @given(

@@ -15,7 +15,7 @@ from vinesexp.records.campaign import load_campaign
 REPOSITORY = Path(__file__).resolve().parents[2]
 PAGE = REPOSITORY / "docs/tutorials/own-records.md"
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 
 def expanded(word):

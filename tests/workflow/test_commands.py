@@ -9,7 +9,7 @@ import pytest
 
 from vinesexp.resultslock import hold_results
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 TINY = ("--config", "campaign=data/tiny")
 LOOKS = {

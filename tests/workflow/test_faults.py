@@ -6,7 +6,7 @@ import pytest
 from tests.faults.injections import DAMAGES
 from tests.faults.project import RESULTS, contents, differences, finish
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 
 def test_damaged_results_are_mended_to_the_byte(one_run, finished):

@@ -176,6 +176,7 @@ def test_records_whose_results_hold_are_no_jobs(finished):
     assert "impacts" in finished.considered
 
 
+@pytest.mark.long
 def test_all_records_are_jobs_where_all_is_asked_for(finished):
     config = ("--config", "campaign=data/tiny")
     for wanted, step in ((("--forceall",), "ingest"), (("--forcerun", "estimate"), "estimate")):
@@ -185,6 +186,7 @@ def test_all_records_are_jobs_where_all_is_asked_for(finished):
     assert "ingest" in finished.run("--dag", *config).stdout
 
 
+@pytest.mark.long
 def test_a_single_result_of_a_record_that_holds_may_be_asked_for(finished):
     asked = ("results/tiny/records/bare.nc", "--config", "campaign=data/tiny")
     run = finished.run(*asked)

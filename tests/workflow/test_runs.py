@@ -51,6 +51,7 @@ def test_a_finished_run_holds_every_result(one_run):
     assert combined["M"] == pytest.approx(4.7, rel=1e-2)
 
 
+@pytest.mark.long
 def test_the_results_in_one_zip_on_request(finished):
     done = finished.run("bundle", "--config", "campaign=data/tiny")
     assert done.returncode == 0, done.stderr
@@ -61,6 +62,7 @@ def test_the_results_in_one_zip_on_request(finished):
     assert not any("/steps/" in name or "/." in name for name in names)
 
 
+@pytest.mark.long
 def test_a_grown_campaign_runs_what_is_new_and_a_broken_record_stops_nothing(finished):
     workflow, campaign = finished, finished.folder / "data/tiny"
     results = workflow.folder / "results/tiny"
@@ -104,6 +106,7 @@ def test_a_mistake_in_the_description_is_one_line_and_writes_nothing(workflow, c
     assert not (workflow.folder / "results").exists()
 
 
+@pytest.mark.long
 def test_a_killed_run_resumes_beside_another_and_ends_with_the_same_bytes(one_run, finished):
     """Two jobs of one record are enough to be killed in; the other run writes elsewhere."""
     records = finished.folder / "results/tiny/records"
@@ -145,6 +148,7 @@ def test_a_killed_run_resumes_beside_another_and_ends_with_the_same_bytes(one_ru
     assert (finished.folder / elsewhere).read_bytes() == (records / "bare.nc").read_bytes()
 
 
+@pytest.mark.long
 def test_channels_go_when_nothing_needs_them_any_more_and_the_rest_is_the_same(one_run, finished):
     results = finished.folder / "results/tiny"
     for name in ("records/bare.nc", "conditioned/bare.nc", "impacts/bare.csv"):
@@ -161,6 +165,7 @@ def test_channels_go_when_nothing_needs_them_any_more_and_the_rest_is_the_same(o
         open_results(results).record("bare")
 
 
+@pytest.mark.long
 def test_editing_code_runs_what_uses_it_and_no_more(finished):
     """A module, a table beside a module, a script of the workflow: each by its content."""
     package = finished.folder / "src"
@@ -185,3 +190,52 @@ def test_editing_code_runs_what_uses_it_and_no_more(finished):
     edited = planned()
     assert {"estimate", "identify", "report"} <= edited
     assert not {"ingest", "condition", "impacts"} & edited
+
+
+@pytest.mark.long
+def test_two_runs_at_once_simulate_once_and_come_to_the_same_results(workflow):
+    campaign = workflow.folder / "data/made"
+    campaign.mkdir(parents=True)
+    for name, text in SIMULATED.items():
+        (campaign / name).write_text(text, encoding="utf-8")
+    runs = [
+        subprocess.Popen(
+            workflow.command("--config", "campaign=data/made", f"results={results}"),
+            cwd=workflow.folder,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for results in ("one", "other")
+    ]
+    said = [run.communicate(timeout=1200)[1] for run in runs]
+    assert [run.returncode for run in runs] == [0, 0], said
+    one, other = (workflow.folder / name for name in ("one", "other"))
+    assert (one / "identified.csv").read_bytes() == (other / "identified.csv").read_bytes()
+    assert "f0" in (one / "identified.csv").read_text()
+
+
+SIMULATED = {
+    "campaign.yaml": """\
+title: Made
+channels:
+  displacement: {column: "CH*", quantity: displacement, sensitivity: 40 mV/mm}
+time: {column: Time, unit: s}
+bandpass: {low: 2 Hz, high: 40 Hz}
+""",
+    "records.csv": "record,file,test,release_mm\nbare,raw/bare.csv,ringdown,20\n",
+    "scene.yaml": """\
+title: Made
+seed: 1
+rig: {mass: 4.7 kg, damping: 3.02 N s/m, stiffness: 1.147e4 N/m, nes_mass: 32 g, restitution: 0.6}
+sensors:
+  displacement: {sensitivity: 40 mV/mm, noise: 6 um, range: 25 mm}
+oscilloscope: {sample_rate: 1 kHz, bits: 14, full_scale: 1 V}
+groups:
+  decays:
+    test: ringdown
+    duration: 8 s
+    oscilloscope: {format: oscilloscope-csv}
+    records:
+      bare: {release: 20 mm}
+""",
+}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.identification.average import DISAGREES, weighted_mean
 from vinesexp.identification.bounce_series import chance_of_series, series_of_flights
 from vinesexp.identification.least_squares import least_squares
+from vinesexp.units import STANDARD_GRAVITY
 
 _FEWEST = 3  # flights: two give any r, the third tests it
 _CHANCE = 0.02  # probability above which a series of flights may be chance
@@ -20,6 +21,7 @@ _APART = 0.05  # by which series of one ball on one surface differ at most, rela
 _SHORTEST = 0.02  # s, of the first flight: a bounce of half a millimetre; shorter is ringing
 _LONGEST = 5.0  # s, of any flight: a drop from 30 m; longer are times in ms that are read as s
 _SURE = 0.1  # standard error of r from which on the flights do not agree
+_AIR = 0.02  # 1/m: rho C_d A / m of a steel ball of 6 mm, the smallest that such tests use
 #: Half-width of 68 % of Student's t over that of a normal variable, for 1, 2, 3 ... degrees of
 #: freedom: a scatter taken from few flights is uncertain itself.
 _STUDENT = (1.837, 1.321, 1.197, 1.142, 1.111, 1.091, 1.077, 1.067)
@@ -39,8 +41,8 @@ class Bounces:
 def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
     """Fit impact times t_k = t_1 + T (1 - r^(k-1))/(1 - r) to every series of bounces.
 
-    A flight lasts 2 v/g and every bounce multiplies v by r; drag of the air is below the timing
-    error at bench heights. Several drops of one record give their mean.
+    A flight lasts 2 v/g and every bounce multiplies v by r. What the air takes of a small steel
+    ball is in the error. Several drops of one record give their mean.
 
     Parameters
     ----------
@@ -51,7 +53,7 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
     -------
     Bounces
         The error follows the scatter of the flights about the fit where that is larger than the
-        errors of the times, and that of the drops.
+        errors of the times, and that of the drops; it is no smaller than what the air may do.
 
     Raises
     ------
@@ -67,7 +69,7 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
     """
     drops = drops_of(times, errors)
     if len(drops) == 1:
-        return drops[0]
+        return _in_air(drops[0])
     mean = weighted_mean([one.r for one in drops], [one.error for one in drops])
     for one in drops:
         apart = abs(one.r - mean.value)
@@ -80,10 +82,21 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
                 f"{len(drops)} drops that do not have one r ({shown}): of several balls or on "
                 "several surfaces; make each a record of its own"
             )
-    return Bounces(
+    return _in_air(Bounces(
         mean.value, mean.error, sum(one.count for one in drops),
         max(one.first_flight for one in drops), min(one.start for one in drops),
-    )  # fmt: skip
+    ))  # fmt: skip
+
+
+def _in_air(found: Bounces) -> Bounces:
+    """Drag takes a share rho C_d A / m of the energy for each metre of height, up and down."""
+    lost = 0.5 * _AIR * _height(found.first_flight)
+    return replace(found, error=math.hypot(found.error, lost * found.r))
+
+
+def _height(flight: float) -> float:
+    """Height of a flight that lasts so long, m."""
+    return STANDARD_GRAVITY * flight**2 / 8.0
 
 
 def drops_of(times: FloatArray, errors: FloatArray) -> list[Bounces]:
@@ -143,7 +156,7 @@ def _require_flights(flights: FloatArray, others: int) -> None:
     if flights[0] > _LONGEST:
         raise AnalysisError(
             f"the longest flight between hits lasts {flights[0]:.3g} s, a drop from "
-            f"{9.81 * flights[0] ** 2 / 8.0:.3g} m, expected {_LONGEST:g} s or less: are the times "
+            f"{_height(float(flights[0])):.3g} m, expected {_LONGEST:g} s or less: are the times "
             "in seconds?"
         )
     if chance_of_series(flights, others) > _CHANCE:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 _STEADY = 0.15  # by which the factor of one period may differ from that of the next
 _LONG = 6  # periods of a free stretch
 _MISTAKEN = 0.5  # of the free stretch: a window that holds less of it begins with something else
+_BEATS = 3  # steady stretches between which a second mode turns the phase
 _RISES = 2.0  # times that no free decay becomes larger again
 
 
@@ -38,7 +39,7 @@ def free_part(z: NDArray[np.complex128], start: int, end: int) -> tuple[int, int
     (0, 55)
     """
     runs = _steady_runs(z)
-    if not runs:
+    if not runs or _beats(runs, start, end):
         return start, end
     first, last = max(runs, key=lambda run: run[1] - run[0])
     if min(end, last) - max(start, first) < _MISTAKEN * (last - first):
@@ -50,6 +51,13 @@ def free_part(z: NDArray[np.complex128], start: int, end: int) -> tuple[int, int
     if stops < end and np.abs(z[stops:end]).max() > _RISES * np.abs(z[stops - 1]):
         end = stops
     return start, end
+
+
+def _beats(runs: list[tuple[int, int]], start: int, end: int) -> bool:
+    """Whether steady stretches follow one another through the window, as between two modes."""
+    inside = [run for run in runs if run[0] < end and run[1] > start]
+    covered = sum(min(end, b) - max(start, a) for a, b in inside)
+    return len(inside) >= _BEATS and covered > _MISTAKEN * (end - start)
 
 
 def _steady_runs(z: NDArray[np.complex128]) -> list[tuple[int, int]]:
