@@ -22,6 +22,7 @@ from vinesexp.signals.impacts.template_windows import Windows
 
 FEW = 5  # whole impacts are enough; with fewer, clipped ones help
 _AGAIN = 3  # rounds of learning among neighbours
+_PROBE = 16  # template lengths in which contacts are counted
 _CROWD = 8  # times as many contacts, at most, are fitted to learn from the strongest of them
 _ENOUGH = 0.4  # of a contact's samples
 
@@ -105,27 +106,24 @@ def learnt_among_neighbours(
 ) -> Template:
     """The template where hardly an impact stands alone: each less what its neighbours seem to be.
 
-    From those around the strongest impact, a chunk at most; again as long as the template explains more, as better
-    neighbours make a better template.
+    From the chunk with the strongest impact, or less where contacts are many: each is as dear to
+    fit as any, and more of them teach no more. Again as long as the template explains more, as
+    better neighbours make a better template.
     """
-    size, k = grouped.chunk, grouped.k
     strongest = int(guesses.index[np.argmax(guesses.strength)])
-    begin, end = strongest // size * size, min(grouped.stream.n, strongest // size * size + size)
-    here = guesses.index[(guesses.index >= begin) & (guesses.index < end)]
-    most = _CROWD * settings.learn_from
-    if here.size > most:  # more would not make it better, and each costs as much as to find it
-        at = int(np.clip(np.searchsorted(here, strongest) - most // 2, 0, here.size - most))
-        here = here[at : at + most]
-        begin, end = int(here[0]) // k * k, int(here[-1]) + k
-    piece = grouped.piece(begin, end)
-    noise = stretch_noise(np.where(piece.good, piece.a, np.nan), grouped.noise_floor)
-    start = np.unique(np.clip((here - begin) // k, 0, piece.a.size - 1))
+    begin = strongest // grouped.chunk * grouped.chunk
+    end = min(grouped.stream.n, begin + grouped.chunk)
+    few = _PROBE * (template.last - template.first) * grouped.k
+    if end - begin > 2 * few:
+        probe = _part(grouped, guesses, *_around(strongest, few, (begin, end)))
+        count = max(1, _fitted(probe, template, settings).place.size)
+        enough = few * _CROWD * settings.learn_from // count
+        begin, end = _around(strongest, enough // grouped.k * grouped.k, (begin, end))
+    part = _part(grouped, guesses, begin, end)
+    piece, noise, _ = part
     best, least = template, math.inf
     for _ in range(_AGAIN):
-        found = fit_contacts(
-            piece.a, start, template, noise=noise, settings=settings,
-            valid=piece.good, clipped=piece.clipped,
-        )  # fmt: skip
+        found = _fitted(part, template, settings)
         rest = explained_rest(piece.a, found, template)
         left = float((rest[piece.good] ** 2).sum())
         if left >= least:
@@ -138,6 +136,35 @@ def learnt_among_neighbours(
             windows, template.shape, highpass=grouped.stream.highpass, dt=grouped.dt
         )
     return best
+
+
+def _around(centre: int, length: int, within: tuple[int, int]) -> tuple[int, int]:
+    """Samples about one of them, no more than there are."""
+    begin, end = within
+    first = min(max(begin, centre - length // 2), max(begin, end - length))
+    return first, min(end, first + length)
+
+
+def _part(
+    grouped: Grouped, guesses: Guesses, begin: int, end: int
+) -> tuple[Piece, FloatArray, IntArray]:
+    """A piece of the record, its noise, and where contacts are taken to be in it."""
+    begin -= begin % grouped.k
+    piece = grouped.piece(begin, end)
+    noise = stretch_noise(np.where(piece.good, piece.a, np.nan), grouped.noise_floor)
+    here = guesses.index[(guesses.index >= begin) & (guesses.index < end)]
+    start = np.unique(np.clip((here - begin) // grouped.k, 0, piece.a.size - 1))
+    return piece, noise, start
+
+
+def _fitted(
+    part: tuple[Piece, FloatArray, IntArray], template: Template, settings: ImpactSettings
+) -> Contacts:
+    piece, noise, start = part
+    return fit_contacts(
+        piece.a, start, template, noise=noise, settings=settings,
+        valid=piece.good, clipped=piece.clipped,
+    )  # fmt: skip
 
 
 def _less_neighbours(
