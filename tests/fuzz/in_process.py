@@ -18,7 +18,7 @@ import vinesexp.records.readers as readers
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.guard import limits_for
 from vinesexp.records.readers.guarded_child import refusal
-from vinesexp.records.readers.source import BLOCK_ROWS
+from vinesexp.records.readers.source import BLOCK_ROWS, Source
 
 SECONDS = 5.0  # of the processor, for a case without a child
 
@@ -29,7 +29,7 @@ class SourceHere:
     def __init__(self, path: Path, reader: Any) -> None:
         self.path, self._name = path, reader.NAME
         self._source = self._try(reader.open_file, path)
-        for name in ("format", "columns", "sample_interval", "start", "time_column", "stated_rows"):
+        for name in Source.__annotations__:
             setattr(self, name, getattr(self._source, name))
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Any]:

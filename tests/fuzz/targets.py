@@ -31,6 +31,9 @@ from vinesexp.records.store import create_record, open_record
 from . import seeds, signals
 from .mutations import damaged, reworded
 
+#: Slips of the code, which no record can be refused for.
+_SLIPS = ("AttributeError", "NameError", "UnboundLocalError")
+
 
 class FoundError(AssertionError):
     """Input that was answered wrongly: infinity called good, a message of several lines."""
@@ -180,6 +183,8 @@ def signal(rng: random.Random, folder: Path) -> str:
     for path in (paths.record("a"), paths.conditioned("a")):
         with open_record(path) as view:
             if view.refused is not None:
+                if any(word in view.refused for word in _SLIPS):
+                    raise FoundError(view.refused)
                 return "refused"
         _require_finite(path)
     return "ok"
