@@ -21,7 +21,7 @@ _APART = 0.05  # by which series of one ball on one surface differ at most, rela
 _SHORTEST = 0.02  # s, of the first flight: a bounce of half a millimetre; shorter is ringing
 _LONGEST = 5.0  # s, of any flight: a drop from 30 m; longer are times in ms that are read as s
 _SURE = 0.1  # standard error of r from which on the flights do not agree
-_AIR = 0.02  # 1/m: rho C_d A / m of a steel ball of 6 mm, the smallest that such tests use
+_AIR = 0.0115  # 1/m: rho C_d A / m of a steel ball of 10 mm
 #: Half-width of 68 % of Student's t over that of a normal variable, for 1, 2, 3 ... degrees of
 #: freedom: a scatter taken from few flights is uncertain itself.
 _STUDENT = (1.837, 1.321, 1.197, 1.142, 1.111, 1.091, 1.077, 1.067)
@@ -89,8 +89,14 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
 
 
 def _in_air(found: Bounces) -> Bounces:
-    """Drag takes a share rho C_d A / m of the energy for each metre of height, up and down."""
-    lost = 0.5 * _AIR * _height(found.first_flight)
+    """Drag takes a share rho C_d A / m of the energy for each metre of height, up and down.
+
+    Of one flight after the other less, as they shrink; anything from nothing, of a heavy ball, to
+    the whole is as likely.
+    """
+    flights, q = found.count - 1, found.r**2
+    mean = (1.0 - q**flights) / (flights * (1.0 - q))
+    lost = 0.5 * _AIR * _height(found.first_flight) * mean / math.sqrt(3.0)
     return replace(found, error=math.hypot(found.error, lost * found.r))
 
 
