@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
+import json
 import os
 import re
 import resource
@@ -85,6 +86,8 @@ def pretend_results(project: Path) -> None:
         roots = {"results": Path("results/many"), "campaign": Path("data/many")}
         for job in dag.jobs:
             about: Any = getattr(job.params, "about", None)
+            if hasattr(job.params, "job"):
+                about = json.loads(job.params.job)["about"]
             if about is not None:
                 read = dict.fromkeys(map(Path, [*job.input, *about["reads"]]))
                 write_made(

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vinesexp.laboratory.pulses import contact_acceleration
-from vinesexp.signals.impacts import overlapping
+from vinesexp.signals.impacts import overlapping, template_learning
 from vinesexp.signals.impacts.detection import detect_contacts
 from vinesexp.signals.impacts.slopes import coarsen, slope_changes
 
@@ -45,6 +45,24 @@ def test_a_chain_of_contacts_is_moved_in_parts(monkeypatch):
     assert found.time.size > 50
     assert found.crowded.mean() > 0.5
     assert 4 < max(sizes) <= 16
+
+
+def test_a_record_full_of_spikes_is_learnt_from_a_part_of_it(monkeypatch):
+    """One at every third sample: what all of them would teach, some teach as well."""
+    sizes = []
+    fit = template_learning.fit_contacts
+
+    def counted(a, *arguments, **more):
+        sizes.append(a.size)
+        return fit(a, *arguments, **more)
+
+    monkeypatch.setattr(template_learning, "fit_contacts", counted)
+    a = 0.3 * np.random.default_rng(1).standard_normal(8000)
+    a[::3] += 60.0
+    found = detect_contacts(a - a.mean(), 1e4, highpass=50.0)
+    assert found.time.size > 2500
+    assert sizes
+    assert max(sizes) < 4000
 
 
 def test_columns_are_templates_at_their_places():
