@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import stat
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -33,10 +34,11 @@ def file_states(files: Iterable[Path], *, roots: Roots) -> States:
     roots : mapping
         Name of a folder to its place; files in it are named relative to it.
     """
-    return {
-        _relative(file, roots): [*_stat(file), _digest(file)] if file.is_file() else None
-        for file in files
-    }
+    states: dict[str, list[Any] | None] = {}
+    for file in files:
+        now = _stat(file)
+        states[_relative(file, roots)] = None if now is None else [*now, _digest(file)]
+    return states
 
 
 def shortened(text: str) -> str:
@@ -111,14 +113,16 @@ def why_outdated(
         for kind, change in (("inputs", "changed"), ("outputs", "is not as the step left it")):
             for name, state in made[kind].items():
                 file = _absolute(name, roots)
-                if file.parent in derivable and not file.exists():
+                now = _stat(file)
+                if now is None and derivable and Path(file).parent in derivable:
                     continue
-                verdict = _compared(file, state)
+                verdict = _compared(file, now, state)
                 if verdict == "same content":
-                    made[kind][name] = [*_stat(file), state[-1]]
+                    made[kind][name] = [*(now or ()), state[-1]]
                     new_times = True
                 elif verdict:
-                    reasons.append(f"{file.name} {change if verdict == 'differs' else verdict}")
+                    words = change if verdict == "differs" else verdict
+                    reasons.append(f"{os.path.basename(file)} {words}")
         if new_times and renew and not reasons:
             _write(path, made)
     except FileNotFoundError:
@@ -128,14 +132,13 @@ def why_outdated(
     return reasons
 
 
-def _compared(file: Path, state: Sequence[Any] | None) -> str:
+def _compared(file: str, now: list[int] | None, state: Sequence[Any] | None) -> str:
     """How a file differs from its recorded state; empty where even its times are the same."""
-    if file.is_file() != (state is not None):
-        return "is missing" if state is not None else "is new"
-    if state is None or _stat(file) == state[:-1]:
+    if now is None or state is None:
+        return "" if now == state else "is missing" if now is None else "is new"
+    if now == state[:-1]:
         return ""
-    same = file.stat().st_size == state[0] and _digest(file) == state[-1]
-    return "same content" if same else "differs"
+    return "same content" if now[0] == state[0] and _digest(file) == state[-1] else "differs"
 
 
 def _write(path: Path, content: Mapping[str, Any]) -> None:
@@ -151,16 +154,22 @@ def _relative(file: Path, roots: Roots) -> str:
     return f":{absolute.as_posix()}"
 
 
-def _absolute(name: str, roots: Roots) -> Path:
+def _absolute(name: str, roots: Roots) -> str:
     root, _, rest = name.partition(":")
-    return roots[root] / rest if root else Path(rest)
+    return os.path.join(roots[root], rest) if root else rest
 
 
-def _stat(file: Path) -> list[int]:
-    status = file.stat()
+def _stat(file: str | Path) -> list[int] | None:
+    """Size and times of a file; None where there is none."""
+    try:
+        status = os.stat(file)
+    except OSError:
+        return None
+    if not stat.S_ISREG(status.st_mode):
+        return None
     return [status.st_size, status.st_mtime_ns, status.st_ctime_ns]
 
 
-def _digest(file: Path) -> str:
-    with file.open("rb") as stream:
+def _digest(file: str | Path) -> str:
+    with open(file, "rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
