@@ -61,8 +61,8 @@ def missed(rows: Rows) -> list[str]:
     lines += [
         "",
         f"The clearances for the largest amplitude lie within {100 * off:.0f} % of the best ones.",
-        f"{light} of {len(bad)} are damped below 0.001, where a run lasts thousands of cycles and the",
-        "search has fewer phases and starts to keep its time.",
+        f"{light} of {len(bad)} are damped below 0.001, where a run lasts thousands of cycles and",
+        "the search has fewer phases and starts to keep its time.",
     ]
     return lines
 
