@@ -20,7 +20,6 @@ from typing import IO, Any
 from vinesexp.errors import VinesexpError
 from vinesexp.record_job import STEPS, job_text
 from vinesexp.records.freshness import shortened, why_outdated
-from vinesexp.records.readers.parts import file_of
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign
 from vinesexp.records.step_inputs import step_text
@@ -233,6 +232,8 @@ class Planner:
         """The instrument files that a step reads; where one is missing, ingest says so."""
         if step != "ingest":
             return []
+        from vinesexp.records.readers.parts import file_of  # all readers: not for every plan
+
         record = self.records[wildcards.record]
         return [file_of(file) for file in record.files]
 

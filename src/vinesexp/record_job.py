@@ -2,7 +2,7 @@
 
 Campaigns have many records, and their steps are short: what a step reads, writes and depends on is
 one argument, so that a process that has everything loaded can do the step as well as a new one
-(`vinesexp.step_server`).
+(`vinesexp.step_server`). What a step needs is imported inside it: who plans the jobs needs none.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vinesexp import pipeline, step_client
+from vinesexp import step_client
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign, Record
 from vinesexp.step import on_campaign, run_step
@@ -22,24 +22,32 @@ from vinesexp.step import on_campaign, run_step
 
 def ingest(campaign: Campaign, record: Record, *, paths: ResultPaths) -> str:
     """One instrument file to records/<record>.nc, with what was found wrong with it."""
-    return f"{len(pipeline.ingest_record(campaign, record, paths=paths))} check rows"
+    from vinesexp.pipeline import ingest_record
+
+    return f"{len(ingest_record(campaign, record, paths=paths))} check rows"
 
 
 def condition(campaign: Campaign, record: Record, *, paths: ResultPaths) -> str:
     """One record, bandpassed."""
-    bands = pipeline.condition_record(campaign, record, paths=paths)
+    from vinesexp.pipeline import condition_record
+
+    bands = condition_record(campaign, record, paths=paths)
     return f"{bands}" if bands else "passed on a record that cannot be used"
 
 
 def impacts(campaign: Campaign, record: Record, *, paths: ResultPaths) -> str:
     """Impacts of one record, and its regime."""
-    found, _ = pipeline.find_impacts(campaign, record, paths=paths)
+    from vinesexp.pipeline import find_impacts
+
+    found, _ = find_impacts(campaign, record, paths=paths)
     return f"{found.n} impacts"
 
 
 def estimate(campaign: Campaign, record: Record, *, paths: ResultPaths) -> str:
     """What one record says about the rig."""
-    return f"{len(pipeline.estimate_from_record(campaign, record, paths=paths))} estimates"
+    from vinesexp.pipeline import estimate_from_record
+
+    return f"{len(estimate_from_record(campaign, record, paths=paths))} estimates"
 
 
 #: Steps of a single record, in their order; what each returns is the summary line of its log.
