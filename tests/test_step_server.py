@@ -84,6 +84,17 @@ def test_a_step_ends_with_its_client(server, tmp_path):
     assert not [process for process in alive if process.status() != psutil.STATUS_ZOMBIE]
 
 
+def test_a_place_too_deep_for_a_socket_leaves_steps_to_themselves(tmp_path, monkeypatch):
+    deep = tmp_path / ("d" * 100)
+    deep.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(deep))
+    monkeypatch.delenv(step_client.SOCKET, raising=False)
+    step_server.start_server()
+    assert step_client.SOCKET not in os.environ
+    assert not list(deep.iterdir())
+    assert "nowhere" in done(job(tmp_path, campaign="nowhere"), tmp_path).stderr
+
+
 def forks() -> list[psutil.Process]:
     """Steps under way."""
     return [step for server in servers() for step in server.children()]

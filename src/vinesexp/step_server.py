@@ -47,15 +47,15 @@ _LIBRARIES = ("h5py", "pandas", "yaml")
 def start_server() -> None:
     """Start a server that lives as long as this process, and tell the processes started from here.
 
-    Nothing happens where it runs already, or where the system is not Linux: elsewhere libraries
-    may not survive a fork.
+    Nothing happens where it runs already, where it finds no place for its socket, or where the
+    system is not Linux: elsewhere libraries may not survive a fork.
     """
     if not sys.platform.startswith("linux") or SOCKET in os.environ:
         return
-    folder = Path(tempfile.mkdtemp(prefix="vinesexp-"))  # nobody else may enter it
-    place = folder / "steps"
     with socket.socket(socket.AF_UNIX) as listening:
-        listening.bind(str(place))
+        place = _bound(listening)
+        if place is None:
+            return
         listening.listen(64)
         server = subprocess.Popen(
             [sys.executable, "-m", "vinesexp.step_server", str(listening.fileno())],
@@ -64,7 +64,21 @@ def start_server() -> None:
             pass_fds=[listening.fileno()],
         )
     os.environ[SOCKET] = str(place)
-    atexit.register(_end, server, folder)
+    atexit.register(_end, server, place.parent)
+
+
+def _bound(listening: socket.socket) -> Path | None:
+    """Place of the socket, in a folder that nobody else may enter; None where there is none."""
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="vinesexp-"))
+    except OSError:  # no room for files that pass
+        return None
+    try:
+        listening.bind(str(folder / "steps"))
+    except OSError:  # a name longer than a socket's may be
+        folder.rmdir()
+        return None
+    return folder / "steps"
 
 
 def _end(server: subprocess.Popen[bytes], folder: Path) -> None:
