@@ -161,7 +161,7 @@ def test_exchanged_added_masses_give_no_negative_mass():
      ("r_1", 1.2, False), ("M", 0.0, False), ("M", 1e-9, True), ("zeta", -1e-9, False)],
 )  # fmt: skip
 def test_what_no_rig_can_have_is_a_finding_and_no_value(parameter, value, kept):
-    found = [Estimate(parameter, value, 1e-3, "", "impacts", ("b30",))]
+    found = [Estimate(parameter, value, min(1e-3, abs(value) or 1e-3) / 4, "", "impacts", ("b30",))]
     rows, checks = combine(found, campaign())
     assert bool([e for e in rows if e.parameter == parameter]) == kept
     assert bool([c for c in checks if c.check == "impossible"]) != kept

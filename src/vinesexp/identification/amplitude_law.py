@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.estimate import Estimate, is_known
+from vinesexp.identification.least_squares import covariance_of
 from vinesexp.identification.working_amplitude import (
     AROUND,
     Curve,
@@ -185,31 +186,38 @@ def _damping(
 
     A, ratio, ratio_error = _joined(curves)
     rate, error = w * ratio, w * ratio_error
-    columns = np.stack([1.0 / A, np.ones_like(A), A], axis=1)
-    weighted = columns / error[:, None]
+    weighted = np.stack([1.0 / A, np.ones_like(A), A], axis=1) / error[:, None]
     scale = np.linalg.norm(weighted, axis=0)
-    values = nnls(weighted / scale, rate / error)[0] / scale
     # Points of one record lie on one law: as many of them are independent as it has terms.
     repeats = max(1.0, A.size / (len(curves) * 3))
-    inverse = np.linalg.pinv((weighted / scale).T @ (weighted / scale))
-    errors = np.sqrt(repeats * np.diag(inverse)) / scale
+    used = [0, 1, 2]
+    while True:
+        columns = weighted[:, used] / scale[used]
+        values, errors = np.zeros(3), np.full(3, np.inf)
+        values[used] = nnls(columns, rate / error)[0] / scale[used]
+        errors[used] = np.sqrt(repeats * np.diag(covariance_of(columns))) / scale[used]
+        unsure = [i for i in used if i != 1 and not is_known(values[i], errors[i])]
+        if not unsure:
+            break
+        used.remove(max(unsure, key=lambda i: errors[i] / max(values[i], _TINY)))
     there = 2.0 * math.pi * f0.value * zeta.value
     values[1] = max(there - values[0] / amplitude - values[2] * amplitude, 0.0)
     return [
-        Estimate(name, float(value), float(error), unit, METHOD)
-        for name, value, error, unit in zip(_TERMS, values, errors, _UNITS, strict=True)
-        if value > _TINY or name == "damping_linear"
+        Estimate(_TERMS[i], float(values[i]), float(errors[i]), _UNITS[i], METHOD) for i in used
     ]
 
 
 def _stiffness(curves: Sequence[Curve], f0: Estimate, amplitude: float) -> list[Estimate]:
     """kappa of f0 = f (1 + kappa A^2), and f such that f0 is the combined one at `amplitude`."""
     A, value, error = _joined(curves)
-    columns = np.stack([np.ones_like(A), A * A], axis=1) / error[:, None]
+    most = float(A.max())
+    columns = np.stack([np.ones_like(A), (A / most) ** 2], axis=1) / error[:, None]
     solved = np.linalg.lstsq(columns, value / error, rcond=None)[0]
-    kappa = float(solved[1] / solved[0])
+    kappa = float(solved[1] / solved[0]) / most**2
     repeats = max(1.0, A.size / (len(curves) * 2))
-    spread = math.sqrt(repeats * float(np.linalg.pinv(columns.T @ columns)[1, 1]))
+    spread = math.sqrt(repeats * float(covariance_of(columns)[1, 1])) / most**2
+    if not is_known(kappa, spread / abs(float(solved[0]))):
+        return []
     small = f0.value / (1.0 + kappa * amplitude**2)
     return [
         Estimate("stiffening", kappa, spread / abs(float(solved[0])), "1/m^2", METHOD),

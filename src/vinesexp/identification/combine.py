@@ -86,9 +86,10 @@ def weigh(found: Sequence[Estimate], campaign: Campaign) -> Identified:
     sources: list[Source] = []
 
     def add(part: _Part) -> None:
-        rows.extend(part.rows)
-        checks.extend(part.checks)
-        if part.combined is not None:
+        known, unknown = possible(part.rows)
+        rows.extend(known)
+        checks.extend([*part.checks, *unknown])
+        if part.combined is not None and part.combined.total in known:
             sources.append(part.combined)
 
     for parameter in ("f0", "zeta"):

@@ -15,12 +15,13 @@ import numpy as np
 
 from vinesexp.identification.average import DISAGREES, MATTERS, Mean, weighted_mean
 from vinesexp.identification.budget import Source
-from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.estimate import Estimate, is_known
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
 
 _EXPLAINED = 0.2  # of chi^2 that may remain where a trend is named as the cause
 _FOR_A_TREND = 4  # estimates
+_NO_BOUNCE = 0.1  # of r: errors of smaller ones are held against this
 
 #: What each way to a parameter stands on; what to check where it disagrees with another.
 _BLAME: Mapping[tuple[str, str], str] = {
@@ -162,9 +163,10 @@ def without_copies(
 
 
 def possible(estimates: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]]:
-    """Estimates without those that no rig can have; a warning for each of them.
+    """Estimates without those that no rig can have or that nobody knows; a warning for each of them.
 
-    Masses, stiffnesses, dampings and frequencies are above zero, restitutions from 0 to 1.
+    Masses, stiffnesses, dampings and frequencies are above zero, restitutions from 0 to 1, and a
+    value with an error of more than half of it is none.
     """
     kept, checks = [], []
     for e in estimates:
@@ -178,9 +180,17 @@ def possible(estimates: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]
                 f"{e.parameter} = {e.value:.4g} {e.unit} ({e.method}) is impossible, expected "
                 f"{expected}; left out: check what records.csv and campaign.yaml say of these tests"
             )
-            checks.append(
-                Check(e.records[0] if len(e.records) == 1 else "", "impossible", "warning", detail)
+        elif (positive and not is_known(e.value, e.std_error)) or (
+            # A contact without a bounce has r near zero, which a small error of its own says.
+            restitution and not is_known(max(e.value, _NO_BOUNCE), e.std_error)
+        ):
+            detail = (
+                f"{e.parameter} ({e.method}) is not known: {e.value:.4g} +- {e.std_error:.2g} "
+                f"{e.unit}, expected an error of half the value at most; left out"
             )
         else:
             kept.append(e)
+            continue
+        record = e.records[0] if len(e.records) == 1 else ""
+        checks.append(Check(record, "impossible", "warning", detail))
     return kept, checks

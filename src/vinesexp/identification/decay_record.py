@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.estimate import Estimate, is_known
 from vinesexp.identification.oscillation import displacement_of, motion_role
 from vinesexp.identification.ringdown import ring_down
 from vinesexp.identification.ringdown_result import RingDown
@@ -93,7 +93,7 @@ def _over_amplitude(record: Record, best: RingDown, suffix: str) -> list[Estimat
 
 
 def _law(best: RingDown) -> list[tuple[str, float, float, str]]:
-    """The terms of dA/dt = -(gamma + alpha A + beta A^2) that the decay shows."""
+    """The terms of dA/dt = -(gamma + alpha A + beta A^2) that the decay fixes."""
     error = np.sqrt(np.diag(best.covariance))
     names = {
         "alpha": ("damping_linear", "1/s"),
@@ -105,5 +105,5 @@ def _law(best: RingDown) -> list[tuple[str, float, float, str]]:
     return [
         (names[name][0], getattr(best.decay, name), float(error[i]), names[name][1])
         for i, name in enumerate(best.free)
-        if name in names
+        if name in names and is_known(getattr(best.decay, name), float(error[i]))
     ]

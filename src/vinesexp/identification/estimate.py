@@ -61,6 +61,17 @@ class Estimate:
         return self.value - half, self.value + half
 
 
+def is_known(value: float, std_error: float) -> bool:
+    """Whether a value that is not zero by nature is known at all: to half of itself or better.
+
+    Examples
+    --------
+    >>> is_known(7.862, 0.01), is_known(1062.9, 45756.0), is_known(-3.4e5, math.inf)
+    (True, False, False)
+    """
+    return abs(value) < math.inf and std_error <= 0.5 * abs(value)
+
+
 def nothing(record: str, reason: str) -> Estimate:
     """The entry of a record that gives nothing."""
     return Estimate(NOTHING, math.nan, math.nan, "", "", (record,), reason)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.decrement import log_decrement, straight_line
 from vinesexp.identification.envelope import envelope
+from vinesexp.identification.estimate import is_known
 from vinesexp.identification.likelihood import likelihood
 from vinesexp.identification.oscillation import POINTS
 from vinesexp.identification.phasors import Phasors, decay_window, demodulate
@@ -112,6 +113,11 @@ def ring_down(
             f"the amplitude {'falls' if best.fallen >= 0.0 else 'rises'} by "
             f"{100 * abs(best.fallen):.2g} % in {best.end - best.start:.3g} s only: "
             "a steady drive, no free decay"
+        )
+    if not is_known(best.f0, best.f0_error):
+        raise AnalysisError(
+            f"the frequency of the decay is not known: {best.f0:.4g} +- {best.f0_error:.2g} Hz, "
+            "expected an error of half of it at most; record more periods"
         )
     return [decrement, best]
 

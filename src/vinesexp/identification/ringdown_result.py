@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.identification.damping_law import Decay, logs_and_phases
+from vinesexp.identification.least_squares import variance_along
 
 FloatArray = NDArray[np.float64]
 
@@ -131,9 +132,9 @@ def oscillation_at(
     g_zeta = g_rate / w0 - rate / w0**2 * g_w0
     return Oscillation(
         w0 / (2.0 * math.pi),
-        math.sqrt(max(float(g_w0 @ covariance @ g_w0), 0.0)) / (2.0 * math.pi),
+        math.sqrt(variance_along(g_w0, covariance)) / (2.0 * math.pi),
         rate / w0,
-        math.sqrt(max(float(g_zeta @ covariance @ g_zeta), 0.0)),
+        math.sqrt(variance_along(g_zeta, covariance)),
     )
 
 

@@ -1,0 +1,126 @@
+"""What the data do not fix has an infinite error and is not published."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp.errors import AnalysisError
+from vinesexp.identification.amplitude_law import law_rows
+from vinesexp.identification.combine import weigh
+from vinesexp.identification.damping_law import Decay
+from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.least_squares import covariance_of, least_squares
+from vinesexp.identification.ringdown import ring_down
+from vinesexp.identification.ringdown_result import oscillation_at
+from vinesexp.records.campaign import Campaign, Known, Record
+from vinesexp.records.uncertainties import EXACT
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+
+def test_a_parameter_that_nothing_depends_on_has_an_infinite_error():
+    t = np.linspace(0.0, 1.0, 20)
+
+    def problem(p):
+        return p[0] * t - 3.0 * t, np.stack([t, np.zeros_like(t)], axis=1)
+
+    found = least_squares(problem, np.array([1.0, 5.0]))
+    assert found.covariance[0, 0] == pytest.approx(1.0 / float(t @ t))
+    assert found.covariance[1, 1] == math.inf
+
+
+def test_two_parameters_of_which_only_the_sum_counts_are_both_unknown():
+    t = np.linspace(0.0, 1.0, 20)
+    covariance = covariance_of(np.stack([t, t, np.ones_like(t)], axis=1))
+    assert np.isinf(np.diag(covariance)[:2]).all()
+    assert 0.0 < covariance[2, 2] < 1.0
+
+
+def test_f0_is_known_beside_a_damping_term_that_is_not():
+    decay = Decay(log_A=-5.0, phase=0.0, w=50.0, alpha=0.3, start=0.0, form="viscous")
+    found = oscillation_at(5e-3, decay, ("w", "beta"), np.diag([1e-6, np.inf]))
+    assert found.zeta_error == math.inf
+    assert found.f0_error == math.inf  # f0^2 = f^2 + rate^2 depends on it, though little
+    found = oscillation_at(5e-3, decay, ("w", "mu"), np.diag([1e-6, np.inf]))
+    assert found.f0_error == math.inf
+
+
+def decays(amplitudes, f0, zeta, *, error):
+    rows = []
+    for A in amplitudes:
+        for name, value in (("f0", f0(A)), ("zeta", zeta(A))):
+            own = (value, error * value, "1", "likelihood", ("ring",))
+            rows.append(Estimate(f"{name}_at", *own, amplitude=float(A)))
+    return rows
+
+
+F0 = Estimate("f0", 100.0, 1e-3, "Hz", "combined")
+ZETA = Estimate("zeta", 0.01, 1e-5, "1", "combined")
+
+
+@pytest.mark.parametrize("scale", [1e-8, 1e-5, 1e-2])
+def test_the_error_of_a_stiffening_does_not_depend_on_the_unit_of_amplitude(scale):
+    """At a tenth of a micrometre a square of the amplitude is below the rounding of one."""
+    amplitudes = scale * np.geomspace(0.1, 1.0, 9)
+    found = decays(amplitudes, lambda A: 100.0 * (1.0 + 0.05 * (A / scale) ** 2),
+                   lambda A: 0.01, error=1e-3)  # fmt: skip
+    rows = {e.parameter: e for e in law_rows(found, F0, ZETA, scale)}
+    assert rows["stiffening"].value * scale**2 == pytest.approx(0.05, rel=1e-6)
+    assert 2e-4 < rows["stiffening"].std_error * scale**2 < 5e-3
+
+
+@pytest.mark.parametrize("scale", [1e-8, 1e-2])
+def test_a_stiffening_that_is_noise_is_not_published(scale):
+    amplitudes = scale * np.geomspace(0.3, 1.0, 9)
+    found = decays(amplitudes, lambda A: 100.0 * (1.0 + 0.002 * (A / scale) ** 2),
+                   lambda A: 0.01, error=0.02)  # fmt: skip
+    names = {e.parameter for e in law_rows(found, F0, ZETA, scale)}
+    assert not {"stiffening", "f0_small"} & names
+
+
+def test_damping_terms_that_one_amplitude_cannot_part_are_not_published():
+    amplitudes = 5e-3 * np.array([1.0, 1.001])
+    found = decays(amplitudes, lambda A: 100.0, lambda A: 0.01 * (A / 5e-3) ** 5, error=1e-3)
+    rows = law_rows(found, F0, ZETA, 5e-3)
+    for row in rows:
+        assert row.parameter == "damping_linear" or row.std_error <= 0.5 * row.value
+
+
+def test_a_value_with_an_error_of_more_than_half_of_it_is_left_out_and_said():
+    campaign = Campaign(
+        Path(), "c", "C", Known(uncertainties=EXACT), {}, None, None, None,
+        (Record("ring", Path("x"), "ringdown"),),
+    )  # fmt: skip
+    found = [
+        Estimate("f0", 1062.9, 45756.0, "Hz", "likelihood", ("ring",)),
+        Estimate("zeta", 0.01, 1e-4, "1", "likelihood", ("ring",)),
+    ]
+    whole = weigh(found, campaign)
+    assert {e.parameter for e in whole.rows} == {"zeta"}
+    assert any("1063 +- 4.6e+04 Hz" in check.detail for check in whole.checks)
+
+
+def test_a_short_noisy_decay_gives_a_frequency_that_holds_or_none():
+    """Fifteen periods above 1 kHz, two sensors' worth of noise, over many draws: never a guess."""
+    rate, f0 = 50_000.0, 1063.0
+    t = np.arange(700) / rate
+    published = 0
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        x = 1e-7 * np.exp(-20.0 * t) * np.cos(2.0 * math.pi * f0 * t)
+        x += rng.uniform(0.1, 1.0) * 1e-7 * rng.standard_normal(t.size)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            try:
+                best = ring_down(x, 1.0 / rate, frequency=f0)[-1]
+            except AnalysisError:
+                continue
+        published += 1
+        assert best.f0_error <= 0.5 * best.f0
+        assert abs(best.f0 - f0) < 6.0 * best.f0_error
+    assert published > 1
