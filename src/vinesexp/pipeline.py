@@ -267,6 +267,7 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
 def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     """The checks of every step in one table, checks.csv, in the order of the records."""
     from vinesexp.records.checks import read_checks, refusals, write_checks
+    from vinesexp.records.missing_cells import missing_cells, read_evidence
 
     campaign = campaign_seen_by("checks", campaign)
     tables: Sequence[Path] = [
@@ -278,6 +279,7 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     found = [check for table in tables for check in read_checks(table)]
     rows = {record.id: paths.regime(record.id) for record in campaign.records}
     found += [check for id, path in rows.items() for check in refusals(id, path)]
+    found += missing_cells(campaign, {id: read_evidence(path) for id, path in rows.items()})
     write_checks(paths.checks, found)
     return found
 

@@ -20,7 +20,7 @@ def test_a_real_campaign_passes_and_its_excluded_record_is_shown(capsys):
         "lost_target: excluded: the sensor loses its target near 485 s",
         "2 records: 1 good, 0 refused, 1 excluded; 0 warnings",
     ]
-    assert lines[-1].startswith("next: snakemake --config campaign=")
+    assert lines[-1].startswith("next: vinesexp run ")
 
 
 def test_records_still_to_be_simulated_are_no_mistake(tmp_path, capsys):

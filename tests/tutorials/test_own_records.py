@@ -27,9 +27,6 @@ def expanded(word):
 def test_the_tutorial_works_as_written(dry, tmp_path, monkeypatch, capsys):
     """Line by line; the run itself, which takes most of a minute, is only planned where `dry`."""
     monkeypatch.chdir(tmp_path)
-    shutil.copy(REPOSITORY / "Snakefile", tmp_path)  # the reader is in the folder that was cloned
-    for name in ("workflow", "profiles"):
-        shutil.copytree(REPOSITORY / name, tmp_path / name)
     steps = re.findall(r"```(\w+)( [^\n]*)?\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
     done = []
     for kind, name, text in steps:
@@ -41,8 +38,14 @@ def test_the_tutorial_works_as_written(dry, tmp_path, monkeypatch, capsys):
             done.append(words[:2])
             if words[0] == "cp":
                 shutil.copytree(words[2], words[3])
-            elif words[0] == "snakemake":
-                command = [sys.executable, "-m", *words, *(["-n"] if dry else [])]
+            elif words[:2] == ["vinesexp", "run"]:
+                command = [
+                    sys.executable,
+                    "-m",
+                    "vinesexp.cli",
+                    *words[1:],
+                    *(["-n"] if dry else []),
+                ]
                 ran = subprocess.run(command, capture_output=True, text=True, check=False)
                 assert ran.returncode == 0, ran.stderr
                 planned = ran.stdout + ran.stderr
@@ -51,12 +54,12 @@ def test_the_tutorial_works_as_written(dry, tmp_path, monkeypatch, capsys):
                 words = [one for word in words for one in expanded(word)]
                 assert main(words[1:]) == 0, capsys.readouterr().out
     assert [words[1] for words in done] == [
-        *("simulate", "-r", "look", "look", "init", "check", "--config")
+        *("simulate", "-r", "look", "look", "init", "check", "run")
     ]
     assert Path("look.png").is_file()
     tests = [record.test for record in load_campaign(Path("mytests")).records]
     assert tests == ["ringdown", "transient", "periodic"]
-    assert "next: snakemake --config campaign=mytests" in capsys.readouterr().out
+    assert "next: vinesexp run mytests" in capsys.readouterr().out
     if dry:
         assert "report" in planned
         return

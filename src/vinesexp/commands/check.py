@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 import os
+import shlex
 import sys
 import tempfile
 from collections import Counter
@@ -23,6 +24,7 @@ from pathlib import Path
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.records.campaign import Campaign, Record, campaign_problems, load_campaign
 from vinesexp.records.checks import Check, refusals
+from vinesexp.records.missing_cells import Evidence, missing_cells, read_evidence
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
 
@@ -37,6 +39,7 @@ _LOOKED_AT = 1 << 22  # samples of a channel
 _MANY = 8  # records from which on several processes look at them
 
 Found = tuple[Check, str]
+Looked = tuple[list[Found], Evidence | None]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,19 +59,26 @@ def run(args: argparse.Namespace) -> int:
         return 1
     campaign = load_campaign(args.path)
     outcomes: Counter[str] = Counter()
-    for number, checks in enumerate(_checks(campaign), start=1):
+    evidence: dict[str, Evidence] = {}
+    for number, (checks, shown) in enumerate(_checks(campaign), start=1):
         _clear()
         for check, more in checks:
             outcomes[check.outcome] += 1
             print(f"{check.record}: {check.outcome}: {check.detail}{more}", flush=True)
+        if shown is not None:
+            evidence[campaign.records[number - 1].id] = shown
         _progress(number, len(campaign.records))
     _clear()
+    missing = missing_cells(campaign, evidence)
+    for check in missing:
+        outcomes[check.outcome] += 1
+        print(f"{check.record or 'records'}: {check.check}: {check.detail}")
     print(_summary(campaign, outcomes))
-    print(_advice(args.path, outcomes))
+    print(_advice(args.path, outcomes, missing=bool(missing)))
     return 1 if outcomes["refused"] else 0
 
 
-def _checks(campaign: Campaign) -> Iterator[list[Found]]:
+def _checks(campaign: Campaign) -> Iterator[Looked]:
     """What was found in each record, in their order; many records by several processes."""
     with tempfile.TemporaryDirectory(prefix="vinesexp-check-") as folder:
         look = partial(_look, campaign, Path(folder))
@@ -81,25 +91,26 @@ def _checks(campaign: Campaign) -> Iterator[list[Found]]:
             try:
                 yield from pool.map(look, campaign.records, chunksize=2)
             except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
+                pool.shutdown(cancel_futures=True)
                 raise
 
 
-def _look(campaign: Campaign, folder: Path, record: Record) -> list[Found]:
-    """What was found in one record, and what more there is to say of it."""
+def _look(campaign: Campaign, folder: Path, record: Record) -> Looked:
+    """What was found in one record, with what more there is to say of it; what its signals show."""
     simulated = (campaign.folder / "scene.yaml").is_file()
     if simulated and not record.exclude and not record.file.exists():
         detail = f"{record.file} is not there yet; the run makes it from scene.yaml"
-        return [(Check(record.id, "simulate", "warning", detail), "")]
+        return [(Check(record.id, "simulate", "warning", detail), "")], None
     with tempfile.TemporaryDirectory(dir=folder) as place:
         paths = ResultPaths(Path(place))
         found = ingest_record(campaign, record, paths=paths)
         if {check.outcome for check in found} & {"refused", "excluded"}:
-            return [(check, "") for check in found]
+            return [(check, "") for check in found], None
         refused = _refused_later(campaign, record, paths)
         found = [check for check in found if not (refused and check.outcome == "ok")]
         reach = _reach(paths.record(record.id))
-    return [(check, reach if check.outcome == "ok" else "") for check in [*found, *refused]]
+        shown = None if refused else read_evidence(paths.regime(record.id))
+    return [(check, reach if check.outcome == "ok" else "") for check in [*found, *refused]], shown
 
 
 def _refused_later(campaign: Campaign, record: Record, paths: ResultPaths) -> list[Check]:
@@ -136,13 +147,15 @@ def _clear() -> None:
         print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
-def _advice(path: Path, outcomes: Counter[str]) -> str:
-    run = f"snakemake --config campaign={path}"
+def _advice(path: Path, outcomes: Counter[str], *, missing: bool) -> str:
+    run = f"vinesexp run {shlex.quote(str(path))}"
     if outcomes["refused"]:
         return (
             "next: correct what is refused, or write exclude: yes and the reason as note in its "
             f"row; {run} runs the others"
         )
+    if missing:
+        return f"next: fill in what is missing, or run without these answers: {run}"
     return f"next: {run}"
 
 

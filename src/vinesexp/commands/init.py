@@ -10,6 +10,7 @@ import argparse
 import csv
 import io
 import json
+import shlex
 import sys
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from vinesexp.proposal.kind_of_test import OPEN
 from vinesexp.proposal.survey import FileView, view_file
 from vinesexp.records.campaign_schema import NAME as SCHEMA_NAME
 from vinesexp.records.campaign_schema import schema_text
+from vinesexp.records.missing_cells import FILL_IN
 from vinesexp.records.schema import SHEET_COLUMNS
 
 _OUTPUT = {
@@ -133,7 +135,7 @@ def records_text(proposal: Proposal) -> str:
     for record in proposal.records:
         note = record.why
         if record.open:
-            note += "; FILL IN, if it applies: " + " ".join(record.open)
+            note += f"; {FILL_IN}, if it applies: {' '.join(record.open)}"
         row = {"record": record.record, "file": record.file, "test": record.test, "note": note}
         row |= record.cells
         if record.test == OPEN:
@@ -188,4 +190,4 @@ def _report(folder: Path, proposal: Proposal, others: list[str]) -> None:
     tests = ", ".join(f"{count} {'unclear' if t == OPEN else t}" for t, count in counted.items())
     print(f"{len(proposal.records)} records: {tests}")
     print(f"written: {folder / 'campaign.yaml'}, {folder / 'records.csv'}; fill in what is marked,")
-    print(f"then: vinesexp check {folder}")
+    print(f"then: vinesexp check {shlex.quote(str(folder))}")

@@ -213,8 +213,8 @@ def _record(
     wanted = {
         "periodic": ["clearance_mm", "base_amplitude_mm"],
         "transient": ["clearance_mm", "release_mm"],
-        "sweep": ["clearance_mm", "base_amplitude_mm"],
-        "ringdown": ["release_mm", "added_mass_g"],
+        "sweep": ["clearance_mm"],
+        "ringdown": ["added_mass_g"],
     }
     missing = [column for column in wanted.get(test, []) if column not in cells]
     if test == OPEN:

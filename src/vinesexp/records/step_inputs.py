@@ -17,6 +17,8 @@ from vinesexp.records.schema import Campaign, Known, Record
 _ROW = tuple(field.name for field in fields(Record) if field.name not in ("id", "row"))
 _MEASURED = tuple(name for name in _ROW if name != "settings")
 _REPORTED = tuple(f.name for f in fields(Campaign) if f.name not in ("folder", "records"))
+#: Cells of a row that say what its test is.
+_CELLS = ("test", "clearance", "base_amplitude", "added_mass", "release")
 #: Published values are for the report: no step of the analysis may see them.
 _ALL = tuple(name for name in _REPORTED if name != "published")
 
@@ -31,7 +33,7 @@ CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "identify": _ALL,
     "compare": _ALL,
     "replay": _ALL,
-    "checks": (),
+    "checks": ("known.nes_mass",),
     "score": (),
     "figures": _ALL,
     "pages": ("title", "known"),
@@ -49,7 +51,7 @@ RECORD_FIELDS: Mapping[str, tuple[str, ...]] = {
     "identify": _ROW,
     "compare": _ROW,
     "replay": _ROW,
-    "checks": (),
+    "checks": (*_CELLS, "exclude", "note"),
     "score": (),
     "figures": _ROW,
     "pages": _ROW,

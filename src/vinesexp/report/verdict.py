@@ -14,6 +14,7 @@ from vinesexp.clearance.curves import predicted_lowest
 from vinesexp.clearance.levels import Periodic
 from vinesexp.clearance.predicted import IdentifiedRig, at_level
 from vinesexp.figures.numbers import millimetres, with_interval
+from vinesexp.records.missing_cells import MISSING
 from vinesexp.records.tables import number
 from vinesexp.report.agreement import agreement, within
 from vinesexp.report.caveats import branch_note, left_early, likely_causes
@@ -166,8 +167,11 @@ def headline(
         for key, name in (("f0", "f₀"), ("zeta", "ζ"), ("M", "M"), ("r", "r"))
         if key in parameters
     )
+    missing = [row["detail"] for row in checks if row["check"] == MISSING]
     reason = (
-        "too few clearances were tried to find the best one"
+        missing[0]
+        if missing
+        else "too few clearances were tried to find the best one"
         if periodic or releases
         else "there is no usable periodic test and no usable release with one NES"
     )

@@ -7,10 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from vinesexp.records.missing_cells import WITH_BALL
 from vinesexp.records.refusal import refused_where_it_fails, require_conditioned
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Record
+from vinesexp.records.store import open_record
 from vinesexp.signals.base_motion import base_rows
+from vinesexp.signals.impacts.find import count_impacts
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.signals.regimes import decay_times, shown_by_record, unknown_regime
 
@@ -61,7 +64,18 @@ def rows_of_record(
         "transitions": shown.transitions,
         "base": base_rows(record, measured=measured, conditioned=conditioned),
         "times": decay_times(record, conditioned=conditioned),
+        "evidence": _evidence(record, measured=measured, conditioned=conditioned),
     }
+
+
+def _evidence(record: Record, *, measured: Path, conditioned: Path) -> dict[str, Any]:
+    """What the record shows of cells that its row leaves empty (`records.missing_cells`)."""
+    with open_record(measured) as raw, open_record(conditioned) as view:
+        frequency = view.attributes.get("oscillation_hz")
+        shown: dict[str, Any] = {"frequency": float(frequency) if frequency else None}
+        if not record.clearance and record.test in WITH_BALL and raw.refused is None:
+            shown["impacts"] = count_impacts(raw, view, settings=record.settings)
+    return shown
 
 
 def rows_of_refused(record: Record, reason: str) -> dict[str, Any]:

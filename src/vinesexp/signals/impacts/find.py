@@ -102,6 +102,22 @@ def find_impacts(
     )  # fmt: skip
 
 
+def count_impacts(
+    record: RecordView, conditioned: RecordView, *, settings: Settings | None = None
+) -> int:
+    """Impacts in an acceleration, whatever the row says of a ball; none where nothing shows them.
+
+    For a record whose row has no clearance: impacts that are there say that a cell is missing.
+    """
+    if "acceleration" not in record.roles:
+        return 0
+    settings = Settings() if settings is None else settings
+    frequency = conditioned.attributes.get("oscillation_hz")
+    stream = stream_of_channel(record, conditioned, "acceleration", settings.channels)
+    found = detect(stream, settings.impacts, frequency=float(frequency) if frequency else None)
+    return int(found.time.size)
+
+
 def find_drop(
     record: RecordView, conditioned: RecordView, *, settings: Settings | None = None
 ) -> Impacts:
