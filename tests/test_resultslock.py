@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from vinesexp.errors import VinesexpError
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.resultslock import campaign_of, hold_results, remove_leftovers
 
 
@@ -51,13 +52,33 @@ def test_a_copied_project_finds_its_campaign(tmp_path):
     hold_results(copy / "results", campaign=copy / "data").close()
 
 
-def test_half_written_files_of_killed_runs_go(tmp_path):
+def test_half_written_files_of_killed_runs_go_and_no_others(tmp_path):
     (tmp_path / "records").mkdir()
-    for name in ("records/.a.nc.123.part", "records/.a.nc.123.new", ".report.html.part"):
+    half = ["records/.a.nc.123.part", "records/.a.nc.123.new", "records/..a.nc.1.new.1.part"]
+    for name in (*half, ".report.html.7.part"):
         (tmp_path / name).write_text("")
-    (tmp_path / "records/a.nc").write_text("")
-    remove_leftovers(tmp_path)
-    assert [path.name for path in sorted(tmp_path.rglob("*"))] == ["records", "a.nc"]
+    users = {".notes.new", ".mine.part", ".other.nc.5.part", "records/.notes.1.new", "records/a.nc"}
+    for name in users:
+        (tmp_path / name).write_text("mine")
+    remove_leftovers(tmp_path, written=ResultPaths(tmp_path).every_file(["a"]))
+    left = {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()}
+    assert left == users
+
+
+def test_a_folder_that_holds_other_things_is_refused_as_it_is(tmp_path):
+    site = tmp_path / "site"
+    (site / "pages").mkdir(parents=True)
+    (site / "pages/index.html").write_text("mine")
+    with pytest.raises(VinesexpError, match=r"holds files that are no results \(pages\)"):
+        hold_results(site, campaign=tmp_path)
+    assert [path.name for path in site.rglob("*")] == ["pages", "index.html"]
+
+
+@pytest.mark.parametrize("held", [(), (".snakemake",), ("lost+found", ".DS_Store")])
+def test_a_folder_that_holds_nothing_of_anybody_is_taken(held, tmp_path):
+    for name in held:
+        (tmp_path / "results" / name).mkdir(parents=True)
+    hold_results(tmp_path / "results", campaign=tmp_path).close()
 
 
 @pytest.mark.parametrize("place", ["occupied", "occupied/below"])

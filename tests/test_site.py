@@ -30,15 +30,34 @@ def site(tmp_path_factory) -> Path:
     pytest.importorskip("material", reason="the site's packages are an extra: docs")
     pytest.importorskip("mkdocstrings")
     folder = tmp_path_factory.mktemp("site")
-    built = subprocess.run(
-        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)],
-        cwd=REPOSITORY,
+    built = build(REPOSITORY / "mkdocs.yml", folder)
+    assert built.returncode == 0, built.stderr
+    return folder
+
+
+def build(config: Path, folder: Path) -> "subprocess.CompletedProcess[str]":
+    """The site, strictly. With --quiet mkdocs counts no warnings, and a broken link ends with 0."""
+    return subprocess.run(
+        [
+            *(sys.executable, "-m", "mkdocs", "build", "--strict"),
+            *("--config-file", str(config), "--site-dir", str(folder)),
+        ],
+        cwd=config.parent,
         capture_output=True,
         text=True,
         check=False,
     )
-    assert built.returncode == 0, built.stderr
-    return folder
+
+
+def test_a_broken_link_does_not_pass(tmp_path):
+    """The same command as for the site, so that the check of the documentation can fail."""
+    pytest.importorskip("mkdocs", reason="the site's packages are an extra: docs")
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "docs/index.md").write_text("[there](nowhere.md)\n", encoding="utf-8")
+    (tmp_path / "mkdocs.yml").write_text("site_name: One page\n", encoding="utf-8")
+    broken = build(tmp_path / "mkdocs.yml", tmp_path / "site")
+    assert broken.returncode != 0
+    assert "nowhere.md" in broken.stderr
 
 
 def page(site: Path, name: str) -> str:

@@ -19,7 +19,7 @@ from typing import IO, Any
 
 from vinesexp.errors import VinesexpError
 from vinesexp.record_job import STEPS, job_text
-from vinesexp.records.freshness import shortened, why_outdated
+from vinesexp.records.freshness import remove_departed, shortened, why_outdated
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign
 from vinesexp.records.step_inputs import step_text
@@ -218,7 +218,9 @@ class Planner:
                 self.lock = hold_results(self.paths.folder, campaign=self.campaign.folder)
             except VinesexpError as error:
                 raise SystemExit(f"vinesexp: {error}") from None
-            remove_leftovers(self.paths.folder)
+            remove_leftovers(self.paths.folder, written=self.paths.every_file(self.records))
+            for notes in self.paths.notes_of_others(self.records):
+                remove_departed(notes, roots=self.roots)
 
     def _text(self, step: str, id: str | None) -> dict[str, str]:
         """All that a step depends on besides files; `id` of a record where it is about one."""

@@ -8,10 +8,36 @@ the same name do not mix.
 from __future__ import annotations
 
 import os
+import re
+from collections.abc import Collection
 from pathlib import Path
 from typing import IO
 
 from vinesexp.errors import VinesexpError
+
+#: What systems and Snakemake leave in a folder that holds nothing of anybody.
+_NOBODYS = {".snakemake", "lost+found", ".DS_Store"}
+_GROWING = re.compile(r"\.{1,2}(?P<name>[^.].*?)(?:\.\d+\.(?:part|new)){1,2}")
+
+
+def require_own_folder(results: Path) -> None:
+    """Refuse a folder that holds files and is no results folder: nothing of it may be lost.
+
+    Raises
+    ------
+    VinesexpError
+        It is not empty, and no run of this package made it.
+    """
+    if not results.is_dir() or (results / ".campaign").is_file():
+        return
+    held = sorted({path.name for path in results.iterdir()} - _NOBODYS)
+    if held:
+        more = f" and {len(held) - 1} more" if len(held) > 1 else ""
+        raise VinesexpError(
+            f"holds files that are no results ({held[0]}{more}), which a run could overwrite; "
+            "choose a new or an empty folder with --config results=DIR",
+            file=results,
+        )
 
 
 def hold_results(results: Path, *, campaign: Path) -> IO[str]:
@@ -20,10 +46,11 @@ def hold_results(results: Path, *, campaign: Path) -> IO[str]:
     Raises
     ------
     VinesexpError
-        Another run is writing there, the folder holds the results of another campaign, or nothing
-        can be written there.
+        Another run is writing there, the folder holds the results of another campaign or files
+        that are no results, or nothing can be written there.
     """
     try:
+        require_own_folder(results)
         return _held(results, campaign)
     except OSError as error:
         raise VinesexpError(
@@ -83,9 +110,18 @@ def campaign_of(results: Path) -> Path:
     raise VinesexpError(f"{said}; its description is needed to draw figures", file=results)
 
 
-def remove_leftovers(results: Path) -> None:
-    """Remove the half-written files of killed runs; only for who holds the lock."""
-    for folder in ("", "records", "conditioned", "impacts"):
-        for ending in ("part", "new"):
-            for path in (results / folder).glob(f".*.{ending}"):
-                path.unlink(missing_ok=True)
+def remove_leftovers(results: Path, *, written: Collection[Path]) -> None:
+    """Remove the half-written files of killed runs; only for who holds the lock.
+
+    Parameters
+    ----------
+    results : Path
+    written : collection of Path
+        The files that a run writes. Hidden files beside them that are no half of one are not ours.
+    """
+    ours = {os.path.abspath(path) for path in written}
+    for folder in {os.path.dirname(path) for path in ours}:
+        for name in os.listdir(folder) if os.path.isdir(folder) else ():
+            half = _GROWING.fullmatch(name)
+            if half and os.path.join(folder, half["name"]) in ours:
+                Path(folder, name).unlink(missing_ok=True)

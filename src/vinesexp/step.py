@@ -66,18 +66,19 @@ def on_campaign(
         Name of the record that the step is about.
     """
     from vinesexp.records.campaign import load_campaign
-    from vinesexp.records.freshness import file_states, write_made
+    from vinesexp.records.freshness import begin, file_states, remove_left_out, write_made
     from vinesexp.records.result_paths import ResultPaths
 
     campaign, paths = load_campaign(Path(about["campaign"])), ResultPaths(Path(about["results"]))
     roots = {"results": paths.folder, "campaign": campaign.folder}
     made = Path(about["made"])
-    made.unlink(missing_ok=True)  # a job that is killed leaves nothing that vouches for its files
+    before = begin(made)  # a job that is killed leaves nothing that vouches for its files
     inputs = file_states(dict.fromkeys(map(Path, [*read, *about["reads"]])), roots=roots)
     records = [] if record is None else [campaign.record(record)]
     summary = function(campaign, *records, paths=paths, **arguments)
     files, summary = summary if isinstance(summary, tuple) else ([], summary)
     outputs = file_states([*map(Path, written), *files], roots=roots)
+    remove_left_out(before, outputs, roots=roots)
     write_made(made, about["used"], inputs=inputs, outputs=outputs)
     return summary
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from vinesexp.errors import VinesexpError, nearest
 from vinesexp.records.result_paths import ResultPaths
+from vinesexp.resultslock import require_own_folder
 
 #: Keys of `--config`.
 CONFIG = ("campaign", "results", "keep")
@@ -20,7 +21,8 @@ def read_config(config: Mapping[str, Any]) -> tuple[Path, ResultPaths]:
     Raises
     ------
     VinesexpError
-        An unknown key, with the nearest known one; a value that is no folder's name.
+        An unknown key, with the nearest known one; a value that is no folder's name; a folder that
+        holds other things than results.
 
     Examples
     --------
@@ -45,6 +47,7 @@ def read_config(config: Mapping[str, Any]) -> tuple[Path, ResultPaths]:
             "another with --config results=DIR",
             file=results,
         )
+    require_own_folder(results)
     return campaign, ResultPaths(results)
 
 

@@ -67,11 +67,11 @@ def test_other_code_draws_all_again(made):
     assert all(when != before[id] for id, when in times(paths).items())
 
 
-def test_pages_of_records_that_left_are_removed(made):
+def test_files_that_no_build_made_stay(made):
     campaign, paths = made
-    fewer = replace(campaign, records=campaign.records[:-1])
-    build_pages(fewer, paths=paths, code="a")
-    assert not (paths.pages / f"traces/{campaign.records[-1].id}.js").exists()
+    (paths.pages / "index.html").write_text("mine", encoding="utf-8")
+    build_pages(campaign, paths=paths, code="a")
+    assert (paths.pages / "index.html").read_text(encoding="utf-8") == "mine"
 
 
 def test_texts_of_a_campaign_cannot_end_the_script_they_stand_in(made):

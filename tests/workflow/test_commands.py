@@ -67,12 +67,16 @@ def test_a_dry_run_says_in_a_dozen_lines_what_would_run_and_why(finished):
         ("campaign=1e3", "campaign=./1000.0"),
         ("results=a{b}c", "cannot hold { or }"),
         ("keep=tables", "found 'tables'; final removes the channels"),
-        ("results=data/twin", "cannot go into the campaign's own folder"),
+        ("results=site", "holds files that are no results (pages and 1 more)"),
+        ("results=data/tiny", "cannot go into the campaign's own folder"),
     ],
 )
 def test_a_mistake_in_config_is_one_line(workflow, config, words):
     workflow.tiny_campaign()
-    result = workflow.run("-n", "--config", config, "--workflow-profile", "none")
+    (workflow.folder / "site/pages").mkdir(parents=True)
+    (workflow.folder / "site/report.html").write_text("mine")
+    entries = ["campaign=data/tiny", config] if config.startswith("results") else [config]
+    result = workflow.run("-n", "--config", *entries, "--workflow-profile", "none")
     assert result.returncode == 1
     reported = [line for line in result.stderr.splitlines() if line.startswith("vinesexp:")]
     assert len(reported) == 1

@@ -84,6 +84,27 @@ def test_a_grown_campaign_runs_what_is_new_and_a_broken_record_stops_nothing(fin
     assert "oops" in (results / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.long
+def test_results_of_a_record_that_left_go_and_what_a_user_put_beside_them_stays(finished):
+    results = finished.folder / "results/tiny"
+    finished.edit("records.csv", "added,raw", "renamed,raw")
+    mine = {
+        "pages/index.html", "pages/traces/mine.js", "records/mine.nc", "impacts/added.txt",
+        "figures/mine.svg", ".notes.new", "steps/records/added/mine.txt",
+    }  # fmt: skip
+    for name in mine:
+        (results / name).write_text("mine", encoding="utf-8")
+    done = finished.run("--config", "campaign=data/tiny")
+    assert done.returncode == 0, done.stderr
+    for name in mine:
+        assert (results / name).read_text(encoding="utf-8") == "mine", name
+    left = {path.relative_to(results).as_posix() for path in results.rglob("added*")}
+    aside = {name for name in left if name.startswith("logs/")}
+    assert left - aside == {"impacts/added.txt", "steps/records/added"}
+    for name in ("records/renamed.nc", "pages/traces/renamed.js", "pages/facts/renamed.js"):
+        assert (results / name).is_file()
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

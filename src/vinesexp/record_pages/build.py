@@ -49,7 +49,7 @@ def build_pages(campaign: Campaign, *, paths: ResultPaths, code: str) -> list[Pa
     Returns
     -------
     list of Path
-        Every file besides records.html. Those of records that left the campaign are removed.
+        Every file besides records.html.
     """
     for part in ("library", "traces", "facts"):
         (paths.pages / part).mkdir(parents=True, exist_ok=True)
@@ -57,8 +57,6 @@ def build_pages(campaign: Campaign, *, paths: ResultPaths, code: str) -> list[Pa
     for record in campaign.records:
         written.append(_traces(campaign, record, paths=paths, code=code))
     written += _facts(campaign, paths)
-    for stale in {path for path in paths.pages.rglob("*") if path.is_file()} - set(written):
-        stale.unlink()
     return written
 
 

@@ -13,6 +13,7 @@ import json
 import os
 import stat
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -79,6 +80,43 @@ def write_made(
     _write(path, content)
 
 
+def begin(path: Path) -> list[str]:
+    """Have a note vouch for nothing while its step runs; the files that the step left before.
+
+    A killed step leaves the list of its files for the next one, which removes what it no longer
+    makes (`remove_left_out`).
+    """
+    try:
+        before = list(json.loads(path.read_text(encoding="utf-8"))["outputs"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+    nothing = dict.fromkeys(before)
+    _write(path, {"format": _FORMAT, "used": None, "inputs": {}, "outputs": nothing})
+    return before
+
+
+def remove_left_out(before: Iterable[str], outputs: States, *, roots: Roots) -> None:
+    """Remove files in the results that a step noted as its own once and does not make any more."""
+    for name in set(before) - set(outputs):
+        if name.startswith("results:") and ".." not in Path(name).parts:
+            Path(_absolute(name, roots)).unlink(missing_ok=True)
+
+
+def remove_departed(notes: Iterable[Path], *, roots: Roots) -> None:
+    """Remove what steps noted as their own on a record that is no longer in the campaign.
+
+    Parameters
+    ----------
+    notes : iterable of Path
+        What `write_made` wrote of that record's steps; they go too, and their folder once empty.
+    """
+    for note in notes:
+        remove_left_out(begin(note), {}, roots=roots)
+        note.unlink(missing_ok=True)
+        with suppress(OSError):
+            note.parent.rmdir()
+
+
 def why_outdated(
     path: Path,
     used: Mapping[str, str],
@@ -104,6 +142,8 @@ def why_outdated(
         made = json.loads(path.read_text(encoding="utf-8"))
         if made["format"] != _FORMAT:
             return ["made by another version"]
+        if made["used"] is None:
+            return ["was not finished"]
         reasons = [
             f"{name} changed"
             for name in dict.fromkeys([*used, *made["used"]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -169,6 +170,23 @@ class ResultPaths:
     def bundle(self) -> Path:
         """Everything for others in one zip, made on request."""
         return self.folder / f"{self.folder.resolve().name}.zip"
+
+    def every_file(self, records: Iterable[str]) -> list[Path]:
+        """What a campaign of these records leaves, but for notes, figures and pages."""
+        tables = [
+            getattr(self, name)
+            for name, kind in vars(type(self)).items()
+            if isinstance(kind, property) and name != "pages"
+        ]
+        kinds = (self.record, self.conditioned, self.impacts, self.ingest_checks, self.regime,
+                 self.estimates, self.decay)  # fmt: skip
+        return tables + [path(id) for id in records for path in kinds]
+
+    def notes_of_others(self, records: Collection[str]) -> list[list[Path]]:
+        """Notes of steps on each record that is none of these: it was removed, or renamed."""
+        home = self.folder / "steps" / "records"
+        others = [place for place in home.glob("*") if place.name not in records]
+        return [sorted(place.glob("*.made.json")) for place in others]
 
     def figures(self, family: str) -> Path:
         """The list of one family of figures, which lie beside it."""
