@@ -61,6 +61,14 @@ def test_ring_downs_of_other_frequencies_are_of_other_masses():
     assert found(campaign_of(rows[0], rows[2]), **shown) == {}
 
 
+def test_a_ring_down_without_added_mass_is_plain_once_another_one_has_it():
+    note = "it decays; FILL IN, if it applies: added_mass_g"
+    rows = [row("a", "ringdown", note=note), row("b", "ringdown", added_mass=0.4)]
+    shown = {"a": Evidence(frequency=7.86), "b": Evidence(frequency=7.55)}
+    assert found(campaign_of(*rows), **shown) == {}
+    assert set(found(campaign_of(rows[0]), **shown)) == {"added_mass_g"}
+
+
 def test_a_ball_without_a_mass_is_reported_and_records_left_out_are_not():
     test = row("a", "periodic", clearance=(0.03,), base_amplitude=2.5e-4)
     assert set(found(campaign_of(test, nes_mass=False), a=Evidence())) == {"known.nes_mass"}

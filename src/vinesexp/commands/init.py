@@ -16,6 +16,7 @@ from pathlib import Path
 
 from vinesexp.errors import CampaignError, RecordError
 from vinesexp.proposal.campaign_proposal import Proposal, ProposedChannel, propose
+from vinesexp.proposal.file_names import Reading
 from vinesexp.proposal.kind_of_test import OPEN
 from vinesexp.proposal.survey import FileView, view_file
 from vinesexp.records.campaign_schema import NAME as SCHEMA_NAME
@@ -133,7 +134,7 @@ def records_text(proposal: Proposal) -> str:
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(SHEET_COLUMNS)
     for record in proposal.records:
-        note = record.why
+        note = "; ".join([record.why, *map(_said, record.readings)])
         if record.open:
             note += f"; {FILL_IN}, if it applies: {' '.join(record.open)}"
         row = {"record": record.record, "file": record.file, "test": record.test, "note": note}
@@ -142,6 +143,17 @@ def records_text(proposal: Proposal) -> str:
             row |= {"test": "ringdown", "exclude": "yes"}
         writer.writerow([row.get(column, "") for column in SHEET_COLUMNS])
     return stream.getvalue()
+
+
+def _said(reading: Reading) -> str:
+    """A reading beside the part of the name that it came from.
+
+    Examples
+    --------
+    >>> _said(Reading("clearance_mm", "37.1", "37p1mm"))
+    "clearance_mm 37.1 from '37p1mm'"
+    """
+    return f"{reading.column} {reading.cell} from '{reading.said}'"
 
 
 def _views(folder: Path) -> tuple[list[FileView], list[str]]:
@@ -184,6 +196,9 @@ def _report(folder: Path, proposal: Proposal, others: list[str]) -> None:
         print(line)
     for channel in proposal.channels:
         print(f"{channel.role}: column '{channel.pattern}', because {channel.why}")
+    for record in proposal.records:
+        if record.readings:
+            print(f"{record.file}: {', '.join(map(_said, record.readings))}")
     counted: dict[str, int] = {}
     for record in proposal.records:
         counted[record.test] = counted.get(record.test, 0) + 1

@@ -14,18 +14,13 @@ from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+from vinesexp.proposal.file_names import Reading, read_name, runs_are_numbered
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import Guess, guess_roles, label_of
 from vinesexp.proposal.survey import FileView
 from vinesexp.records.readers.parts import file_of, part_of
 from vinesexp.units import UNITS
 
-_HINTS = {
-    "clearance_mm": re.compile(r"(?<![A-Za-z])b[_=]?(\d+(?:\.\d+)?)(?:mm)?(?![A-Za-z0-9])"),
-    "base_amplitude_mm": re.compile(r"(?<![A-Za-z])G[_=]?(\d+(?:\.\d+)?)"),
-    "added_mass_g": re.compile(r"(?<![.\d])(\d+(?:\.\d+)?)\s?g(?![A-Za-z])"),
-    "release_mm": re.compile(r"(?:x0|rel(?:ease)?)[_=]?(\d+(?:\.\d+)?)", re.IGNORECASE),
-}
 _ROLES = ("base", "displacement", "acceleration", "sound")
 _CHANNEL_NUMBER = re.compile(r"[\s_-]*(?<![A-Za-z])CH?_?[1-8](?!\d)|(?<=\d)CH[1-8](?!\d)", re.I)
 
@@ -51,7 +46,10 @@ class ProposedChannel:
 
 @dataclass
 class ProposedRecord:
-    """One row of records.csv; `open` names the cells that nobody but a person knows."""
+    """One row of records.csv; `open` names the cells that nobody but a person knows.
+
+    `readings` are the cells that its file's name says.
+    """
 
     record: str
     file: str
@@ -59,6 +57,7 @@ class ProposedRecord:
     cells: dict[str, str] = field(default_factory=dict)
     open: list[str] = field(default_factory=list)
     why: str = ""
+    readings: list[Reading] = field(default_factory=list)
 
 
 @dataclass
@@ -92,7 +91,8 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
         if labels:
             channels.append(_channel(labels, guesses[labels[0]], files))
     used: set[str] = set()
-    records = [_record(folder, file, guesses, used) for file in files]
+    numbered = runs_are_numbered([_named(file) for file in files])
+    records = [_record(folder, file, guesses, used, numbered) for file in files]
     times = sorted({c.name for f in files for c in f.columns if c.kind == "time" and c.name})
     unnamed = {c.index for f in files for c in f.columns if c.kind == "time" and not c.name}
     time = _pattern(times) if times else str(unnamed.pop()) if len(unnamed) == 1 else None
@@ -193,11 +193,13 @@ def _shared(names: Sequence[str]) -> str:
 
 
 def _record(
-    folder: Path, file: FileView, guesses: Mapping[str, Guess], used: set[str]
+    folder: Path,
+    file: FileView,
+    guesses: Mapping[str, Guess],
+    used: set[str],
+    numbered: bool,
 ) -> ProposedRecord:
-    named = file_of(file.path).stem
-    if part := Path(part_of(file.path)).stem:
-        named = f"{named}_{part}"
+    named = _named(file)
     shown = _CHANNEL_NUMBER.sub("", named) if file.more_paths else named
     stem = re.sub(r"[^A-Za-z0-9_.+-]+", "_", shown).strip("._-+") or "record"
     name = stem if stem[0].isalnum() else f"r{stem}"
@@ -205,11 +207,9 @@ def _record(
         name += "_2"
     used.add(name.lower())
     test, cells, why = describe_test(file, guesses)
-    for column, form in _HINTS.items():
-        found = form.findall(named)
-        applies = column != "added_mass_g" or test == "ringdown"
-        if found and applies and test not in ("drop", OPEN):
-            cells[column] = ";".join(found) if column == "clearance_mm" else found[0]
+    release = float(cells["release_mm"]) if "release_mm" in cells else None
+    readings = read_name(named, test, release=release, numbered=numbered)
+    cells |= {one.column: one.cell for one in readings}
     wanted = {
         "periodic": ["clearance_mm", "base_amplitude_mm"],
         "transient": ["clearance_mm", "release_mm"],
@@ -221,4 +221,11 @@ def _record(
         missing = ["test"]
     paths = (file.path, *file.more_paths)
     path = ";".join(one.relative_to(folder).as_posix() for one in paths)
-    return ProposedRecord(name, path, test, cells, missing, why)
+    return ProposedRecord(name, path, test, cells, missing, why, readings)
+
+
+def _named(file: FileView) -> str:
+    """The name of a file, and of its part where it holds several records."""
+    part = Path(part_of(file.path)).stem
+    stem = file_of(file.path).stem
+    return f"{stem}_{part}" if part else stem

@@ -37,7 +37,7 @@ _NEEDED_FOR = {
     ),
     "base_amplitude_mm": ("the test belongs to no level: the best clearance and b_c stay unknown"),
     "release_mm": "the test belongs to no release: the fastest clearance and b_t stay unknown",
-    "added_mass_g": "M cannot be known by added mass, and f0 and zeta mix different masses",
+    "added_mass_g": "M cannot be known by added mass",
 }
 #: Tests that a ball can take part in.
 WITH_BALL = ("periodic", "transient", "sweep")
@@ -85,12 +85,13 @@ def missing_cells(campaign: Campaign, evidence: Mapping[str, Evidence]) -> list[
         By record id; records without it (refused, excluded) are left out.
     """
     records = [r for r in campaign.records if r.id in evidence and not r.exclude]
+    loaded = any(record.added_mass for record in records)
     found = []
     for column in _NEEDED_FOR:
         lacking = [r for r in records if _lacks(r, column, evidence[r.id])]
         if column == "added_mass_g" and (sentence := _other_masses(records, evidence)):
             found.append(Check("", MISSING, "warning", f"{column} {sentence}"))
-        elif lacking:
+        elif lacking and not (column == "added_mass_g" and loaded):  # then the others have none
             why = _reason(lacking, column, evidence)
             detail = f"{column} is empty in {_names(lacking)}{why}; {_NEEDED_FOR[column]}"
             if any(column in asked_in(record) for record in lacking):
@@ -164,7 +165,8 @@ def _other_masses(records: Iterable[Record], evidence: Mapping[str, Evidence]) -
         said = f"is {1e3 * mass:g}" if mass else "is empty"
         return (
             f"{said} in {_names(slow)} as in {_names(fast)}, but they oscillate at {low:.4g} and "
-            f"{high:.4g} Hz: as with different masses mounted; {_NEEDED_FOR['added_mass_g']}"
+            f"{high:.4g} Hz: as with different masses mounted; "
+            "f0 and zeta mix them, and M cannot be known by added mass"
         )
     return ""
 

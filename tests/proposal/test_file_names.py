@@ -1,0 +1,78 @@
+"""Lengths and masses in the names of files: what labs write, and what is no reading."""
+
+import pytest
+
+from vinesexp.proposal.file_names import read_name, runs_are_numbered
+
+PERIODIC = {
+    "37p1mm": {"clearance_mm": "37.1"},
+    "24p5mm_take2": {"clearance_mm": "24.5"},
+    "b37_G0.25": {"clearance_mm": "37", "base_amplitude_mm": "0.25"},
+    "G=0,25mm": {"base_amplitude_mm": "0.25"},
+    "steady_34mm_1": {"clearance_mm": "34"},
+    "b0.034m G250um": {"clearance_mm": "34", "base_amplitude_mm": "0.25"},
+    "run_G0.25mm_b34.5mm": {"clearance_mm": "34.5", "base_amplitude_mm": "0.25"},
+    "b23_b34": {"clearance_mm": "23;34"},
+    "b23+34mm_G0.3": {"clearance_mm": "23;34", "base_amplitude_mm": "0.3"},
+    "34mm_0.25mm": {"clearance_mm": "34", "base_amplitude_mm": "0.25"},
+    "0p25mm": {"base_amplitude_mm": "0.25"},
+    "gap 3.4 cm": {"clearance_mm": "34"},
+    "Clearance-32,5mm_exc0.3mm": {"clearance_mm": "32.5", "base_amplitude_mm": "0.3"},
+    "b34_20250312": {"clearance_mm": "34"},
+    # No reading: a counter, a date, a rate, a number that may be either, a zero.
+    "scope_0034": {},
+    "2025-03-12_11-20-05": {},
+    "10kHz_5V": {},
+    "3mm": {},
+    "30mm_20mm": {},
+    "G0": {},
+    "34-3": {},
+    "B2B_7p8Hz": {},
+    "tb34x": {},
+}
+
+
+@pytest.mark.parametrize("name", PERIODIC)
+def test_the_names_of_periodic_tests(name):
+    assert {r.column: r.cell for r in read_name(name, "periodic")} == PERIODIC[name]
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("ring_x0=20mm", {"release_mm": "20"}),
+        ("ring_20mm_+400g", {"release_mm": "20", "added_mass_g": "400"}),
+        ("decay added 0,4kg", {"added_mass_g": "400"}),
+        ("m0.4kg", {}),
+        ("ring_b34", {}),
+    ],
+)
+def test_the_names_of_ring_downs(name, expected):
+    assert {r.column: r.cell for r in read_name(name, "ringdown")} == expected
+
+
+def test_a_release_is_told_from_a_clearance_by_the_record():
+    def cells(name, release):
+        return {r.column: r.cell for r in read_name(name, "transient", release=release)}
+
+    assert cells("24mm_20mm", 19.6) == {"clearance_mm": "24", "release_mm": "20"}
+    assert cells("rel20_b24", None) == {"clearance_mm": "24", "release_mm": "20"}
+    assert cells("24mm", 20.3) == {"clearance_mm": "24"}
+    assert cells("20mm", 20.3) == {"release_mm": "20"}
+    assert cells("24mm", None) == {}
+    assert cells("release_24mm", 20.3) == {"clearance_mm": "24"}
+    assert cells("20mm_21mm", 20.3) == {}
+
+
+def test_a_reading_holds_the_part_of_the_name():
+    (one,) = read_name("steady_G=0,25mm_x", "periodic")
+    assert one.said == "G=0,25mm"
+
+
+def test_34_3_is_the_third_run_only_where_the_names_count():
+    assert runs_are_numbered(["34-1", "34-2", "34-3", "36-1"])
+    assert not runs_are_numbered(["34-3"])
+    assert not runs_are_numbered(["34-3", "34-5", "36-1"])
+    (one,) = read_name("34-3", "periodic", numbered=True)
+    assert (one.column, one.cell, one.said) == ("clearance_mm", "34", "34-3")
+    assert read_name("2025-03-12", "periodic", numbered=True) == []
