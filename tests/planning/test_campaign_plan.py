@@ -13,7 +13,13 @@ from vinesexp.planning.campaign_plan import plan_levels, scatter_of
 from vinesexp.planning.expected_valley import expected_valley
 from vinesexp.records.campaign import load_campaign
 from vinesexp.records.checks import write_checks
-from vinesexp.records.result_columns import BASE, IDENTIFIED, RECORD_REGIMES, REPLAY
+from vinesexp.records.result_columns import (
+    BASE,
+    DECAY_TIMES,
+    IDENTIFIED,
+    RECORD_REGIMES,
+    REPLAY,
+)
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.tables import write_rows
 from vinesexp.units import Quantity
@@ -55,6 +61,7 @@ def campaign(tmp_path: Path) -> Path:
                         "amplitude_max_m": 1.1 * amplitude})  # fmt: skip
     write_rows(paths.regimes, RECORD_REGIMES, regimes)
     write_rows(paths.base, BASE, [])
+    write_rows(paths.decay_times, DECAY_TIMES, [])
     write_checks(paths.checks, [])
     return tmp_path
 
@@ -91,7 +98,10 @@ def test_the_command_writes_rows_that_a_campaign_takes(campaign, tmp_path, capsy
     assert "test next, in this order" in printed
     rows = list(csv.DictReader(sheet.read_text().splitlines()))
     assert rows
-    assert all(row["test"] == "periodic" for row in rows)
+    assert {row["test"] for row in rows} == {"periodic", "ringdown"}
+    assert "ring-downs: 0 without added mass, 0 with" in printed
+    assert "drops: none; the impacts give r to 0.2 %\n  enough" in printed
+    assert "enough: no test" not in printed
     again = tmp_path / "again"
     again.mkdir()
     (again / "campaign.yaml").write_text((campaign / "campaign.yaml").read_text())

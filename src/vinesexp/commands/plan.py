@@ -15,6 +15,7 @@ from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.planning.campaign_plan import LevelPlan, Needs, needs_of, plan_levels
 from vinesexp.planning.expected_valley import Valley
 from vinesexp.planning.first_tests import PlannedTest, first_tests, next_tests, records_sheet
+from vinesexp.planning.other_tests import OtherPlan, plan_others
 from vinesexp.records.campaign import load_campaign
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.rig import Oscillator
@@ -91,8 +92,15 @@ def _of_campaign(folder: Path, results: Path | None, target: float) -> list[Plan
         lines.append("no periodic tests yet: give --mass and the others for a first plan")
     for plan in plans:
         lines += _level_lines(plan, target)
-    print("\n".join([*lines, "", *_needs_lines(needs_of(campaign, results, plans))]))
-    return next_tests(plans)
+    needs = needs_of(campaign, results, plans)
+    others = plan_others(campaign, results, needs)
+    for other in others:
+        lines += _other_lines(other)
+    tests = [*next_tests(plans), *(test for other in others for test in other.next)]
+    if not tests and plans:
+        lines += ["", "enough: no test that is planned here would change the answers"]
+    print("\n".join([*lines, "", *_needs_lines(needs)]))
+    return tests
 
 
 def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
@@ -114,7 +122,7 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
         lines.append(f"  test next, in this order: {reported} mm")
         lines.append("  after each one, run and plan again: what it shows changes the next")
     elif now is not None:
-        lines.append("  nothing more to test here")
+        lines.append("  nothing more to test at this base amplitude")
     if plan.bracket is not None and plan.next:
         low, best, high = plan.bracket
         width = 100 * (high - low) / best
@@ -122,6 +130,23 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
             f"  if the rig is as identified, that leaves {_mm(low)} to {_mm(high)} mm "
             f"({width:.2g} %)"
         )
+    return lines
+
+
+def _other_lines(plan: OtherPlan) -> list[str]:
+    """One kind of test beside the periodic ones: where it stands, what is still to be tested."""
+    lines = ["", f"{plan.name}: {plan.state}"]
+    if not plan.next:
+        return [*lines, "  enough"]
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for test in plan.next:
+        cells = test.cells
+        load = f"{cells['added_mass_g']} g added: " if cells.get("added_mass_g") else ""
+        groups.setdefault((load, test.why), []).append(cells.get("clearance_mm", ""))
+    for (load, why), clearances in groups.items():
+        at = ", ".join(b for b in clearances if b)
+        what = f"{at} mm" if at else f"{len(clearances)} more"
+        lines.append(f"  test next: {load}{what} ({why})")
     return lines
 
 
@@ -156,13 +181,6 @@ def _needs_lines(needs: Needs) -> list[str]:
         share = 100.0 * needs.sure / needs.impacts
         enough = "the sampling suffices" if share > 90.0 else "sample faster, or lower the noise"
         lines.append(f"  {share:.0f} % of the impacts are certain: {enough}")
-    if needs.ring_downs is not None:
-        lines.append(
-            f"  M to 0.5 %: mount {1e3 * needs.added:.3g} g {needs.ring_downs} times, with a "
-            "ring-down each time, and as many without"
-        )
-    elif needs.added:
-        lines.append(f"  M to 0.5 %: {1e3 * needs.added:.3g} g is too little to weigh; add more")
     return lines
 
 

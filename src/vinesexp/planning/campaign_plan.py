@@ -69,7 +69,7 @@ class LevelPlan:
 
 
 def plan_levels(campaign: Campaign, results: Path, *, target: float = TARGET) -> list[LevelPlan]:
-    """A plan for every base amplitude that was tested, the widest bracket first.
+    """A plan for every base amplitude that was tested, from the smallest on.
 
     Raises
     ------
@@ -81,11 +81,10 @@ def plan_levels(campaign: Campaign, results: Path, *, target: float = TARGET) ->
     rig = identified_rig(identified, campaign.known)
     regimes, base = read_rows(paths.regimes, RECORD_REGIMES), read_rows(paths.base, BASE)
     scatter = scatter_of(paths)
-    plans = [
+    return [
         plan_level(rig, level, scatter=scatter, target=target)
         for level in periodic_levels(campaign, regimes, base, identified)
     ]
-    return sorted(plans, key=lambda plan: -(plan.width_now or math.inf))
 
 
 def plan_level(

@@ -64,25 +64,25 @@ def first_tests(
     start = release or 50.0 * G.value
     for load in (0.0, added):
         for k in range(max(2, n or 3)):
-            cells = {"test": "ringdown", "release_mm": _mm(start)}
+            cells = {"test": "ringdown", "release_mm": mm(start)}
             cells |= {"added_mass_g": f"{1e3 * load:.4g}"} if load else {}
             why = "f0 and zeta" if not load else "M, from the change of f0"
-            tests.append(_planned(f"ring_{'added' if load else 'bare'}_{k + 1}", cells, why))
+            tests.append(planned(f"ring_{'added' if load else 'bare'}_{k + 1}", cells, why))
     low, high = 0.93 * frequency, 1.07 * frequency
     sweep = {"test": "sweep", "frequency_hz": f"{low:.4g}:{high:.4g}"}
-    sweep["base_amplitude_mm"] = _mm(0.2 * G.value)
-    tests.append(_planned("sweep_bare", sweep, "f0 and zeta by the transmissibility, ball blocked"))
-    tests.append(_planned("drop_1", {"test": "drop"}, "r from successive bounces"))
+    sweep["base_amplitude_mm"] = mm(0.2 * G.value)
+    tests.append(planned("sweep_bare", sweep, "f0 and zeta by the transmissibility, ball blocked"))
+    tests.append(planned("drop_1", {"test": "drop"}, "r from successive bounces"))
     valley = expected_valley(rig, G=G, frequency=frequency)
     if valley is not None:
         for k, b in enumerate(_around(valley), start=1):
-            tests.append(_planned(f"periodic_{k}", periodic_cells(b, G.value, frequency), _WHY[k]))
+            tests.append(planned(f"periodic_{k}", periodic_cells(b, G.value, frequency), _WHY[k]))
         if release is not None:
             b_t = float(b_t_exact(x_m=release, r=rig.values["r"].value))
             for k, share in enumerate((0.8, 1.0, 1.25), start=1):
-                cells = {"test": "transient", "release_mm": _mm(release)}
-                cells["clearance_mm"] = _mm(share * b_t)
-                tests.append(_planned(f"release_{k}", cells, "b_t: how fast a release falls"))
+                cells = {"test": "transient", "release_mm": mm(release)}
+                cells["clearance_mm"] = mm(share * b_t)
+                tests.append(planned(f"release_{k}", cells, "b_t: how fast a release falls"))
     return tests, valley
 
 
@@ -108,13 +108,13 @@ def next_tests(plans: Sequence[LevelPlan]) -> list[PlannedTest]:
         for k, b in enumerate(plan.next, start=1):
             name = f"next_G{1e3 * plan.G:.4g}_{k}"
             cells = periodic_cells(b, plan.G, plan.frequency)
-            found.append(_planned(name, cells, f"narrows the bracket of {plan.name}"))
+            found.append(planned(name, cells, f"narrows the bracket of {plan.name}"))
     return found
 
 
 def periodic_cells(b: float, G: float, frequency: float | None) -> dict[str, str]:
     """Cells of a periodic test."""
-    cells = {"test": "periodic", "clearance_mm": _mm(b), "base_amplitude_mm": _mm(G)}
+    cells = {"test": "periodic", "clearance_mm": mm(b), "base_amplitude_mm": mm(G)}
     return cells | ({} if frequency is None else {"frequency_hz": f"{frequency:.6g}"})
 
 
@@ -123,7 +123,7 @@ def records_sheet(tests: Sequence[PlannedTest]) -> str:
 
     Examples
     --------
-    >>> print(records_sheet([_planned("a", {"test": "drop"}, "r")]).splitlines()[1])
+    >>> print(records_sheet([planned("a", {"test": "drop"}, "r")]).splitlines()[1])
     a,raw/a.csv,drop,,,,,,,r
     """
     stream = io.StringIO()
@@ -134,11 +134,12 @@ def records_sheet(tests: Sequence[PlannedTest]) -> str:
     return stream.getvalue()
 
 
-def _planned(name: str, cells: dict[str, str], why: str) -> PlannedTest:
+def planned(name: str, cells: dict[str, str], why: str) -> PlannedTest:
+    """A test whose file is still to be written."""
     return PlannedTest({"record": name, "file": f"raw/{name}.csv", **cells}, why)
 
 
-def _mm(value: float) -> str:
+def mm(value: float) -> str:
     """A length as it can be set: four digits, m to mm."""
     return f"{1e3 * value:.4g}"
 

@@ -1,0 +1,204 @@
+"""What the tests without a shaker still lack: releases, ring-downs, drops."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.clearance.levels import Release, release_levels
+from vinesexp.clearance.predicted import IdentifiedRig, identified_rig
+from vinesexp.planning.campaign_plan import Needs
+from vinesexp.planning.first_tests import PlannedTest, mm, planned
+from vinesexp.planning.next_clearance import bracket_of
+from vinesexp.records.campaign import Campaign, Record
+from vinesexp.records.result_columns import DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.tables import read_rows
+from vinesexp.theory.optimal_clearance import b_t_exact
+
+#: Relative standard errors of r and zeta from which more records do not move b_c visibly.
+_ENOUGH_R, _ENOUGH_ZETA = 0.01, 0.05
+#: From the edge of what was tried to the next clearance, as a ratio.
+_STRIDE = 1.25
+#: Clearances of a first set of releases, over b_t.
+_FIRST = (0.8, 1.0, 1.25)
+_FEWEST = 3  # clearances that it takes to have one between two others
+_NEAR = 0.05  # of a clearance: one tested this near need not be tested again
+_MOST = 9  # records asked for at once
+
+
+@dataclass(frozen=True)
+class OtherPlan:
+    """What one kind of test still lacks.
+
+    Attributes
+    ----------
+    name : str
+        ``releases from 20 mm``, ``drops``, ``ring-downs``.
+    state : str
+        Where it stands, in words.
+    next : tuple of PlannedTest
+        Empty: enough.
+    """
+
+    name: str
+    state: str
+    next: tuple[PlannedTest, ...] = ()
+
+
+def plan_others(campaign: Campaign, results: Path, needs: Needs) -> list[OtherPlan]:
+    """Ring-downs, drops and every height of release of a campaign that was run.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    results : Path
+    needs : Needs
+        Of the same results: how many ring-downs M takes.
+
+    Raises
+    ------
+    TableError
+        A table of the results is missing or damaged.
+    """
+    paths = ResultPaths(results)
+    rig = identified_rig(read_rows(paths.identified, IDENTIFIED), campaign.known)
+    regimes = read_rows(paths.regimes, RECORD_REGIMES)
+    times = read_rows(paths.decay_times, DECAY_TIMES)
+    plans = [plan_ring_downs(campaign, rig, needs), plan_drops(campaign, rig)]
+    levels: dict[float, list[Release]] = {}
+    for level in release_levels(campaign, regimes, times):
+        levels.setdefault(level.x0, []).append(level)
+    return [*plans, *(plan_releases(own, rig) for own in levels.values())]
+
+
+def plan_releases(levels: Sequence[Release], rig: IdentifiedRig) -> OtherPlan:
+    """Clearances that bracket the fastest one to every amplitude, of releases from one height.
+
+    Parameters
+    ----------
+    levels : sequence of Release
+        One for each amplitude to be reached; not empty.
+    rig : IdentifiedRig
+        Its r says where a first set lies.
+    """
+    x0 = levels[0].x0
+    tried = sorted({test.clearance for level in levels for test in level.tests})
+    low_open, high_open = _open_sides(levels)
+    wanted: list[tuple[float, str]] = []
+    if len(tried) < _FEWEST:
+        r = rig.values.get("r")
+        middle = float(b_t_exact(x_m=x0, r=r.value)) if r else float(np.mean(tried))
+        around = [share * middle for share in _FIRST]
+        new = [b for b in around if all(abs(b - one) > _NEAR * b for one in tried)]
+        wanted = [(b, "three clearances have one between two others") for b in new]
+        state = f"tested at {_list(tried)} mm; a best one takes three clearances"
+    else:
+        if low_open:
+            wanted.append((tried[0] / _STRIDE, f"nothing below was tried: to {_list(low_open)} mm"))
+        if high_open:
+            why = f"nothing above was tried: to {_list(high_open)} mm"
+            wanted.append((tried[-1] * _STRIDE, why))
+        both = {level.target for level in levels} - {*low_open, *high_open}
+        parts = [f"to {_list(sorted(both))} mm the fastest one lies between two"] if both else []
+        edges = sorted({*low_open, *high_open})
+        parts += [f"to {_list(edges)} mm it is known on one side only"] if edges else []
+        state = f"{len(tried)} clearances tested; {'; '.join(parts)}"
+    tests = [
+        planned(
+            f"release_{1e3 * x0:.4g}_b{1e3 * b:.4g}",
+            {"test": "transient", "clearance_mm": mm(b), "release_mm": mm(x0)},
+            why,
+        )
+        for b, why in wanted
+    ]
+    return OtherPlan(f"releases from {mm(x0)} mm", state, tuple(tests))
+
+
+def _open_sides(levels: Iterable[Release]) -> tuple[list[float], list[float]]:
+    """Amplitudes whose fastest clearance is the smallest, and the largest, that was tried."""
+    low, high = [], []
+    for level in levels:
+        times: dict[float, list[float]] = {}
+        for test in level.tests:
+            if test.value is not None:
+                times.setdefault(test.clearance, []).append(test.value)
+        found = bracket_of({b: float(np.mean(own)) for b, own in times.items()})
+        tried = {test.clearance for test in level.tests}
+        if found.best == min(tried):
+            low.append(level.target)
+        if found.best == max(tried):
+            high.append(level.target)
+    return sorted(low), sorted(high)
+
+
+def plan_drops(campaign: Campaign, rig: IdentifiedRig) -> OtherPlan:
+    """Drops until r is known to 1 %."""
+    done = _count(campaign, "drop")
+    r = rig.values.get("r")
+    error = r.std_error / r.value if r and r.std_error else None
+    if error is None:
+        more = 0 if r else max(2 - done, 1)
+        state = f"{done} recorded; r is {'given' if r else 'not known'}"
+    else:
+        more = _more(done, error, _ENOUGH_R) if done else int(error > _ENOUGH_R)
+        state = f"{done} recorded; r is known to {100.0 * error:.2g} %"
+    if not done and not more:
+        state = f"none; the impacts give r to {100.0 * (error or 0.0):.2g} %"
+    tests = [
+        planned(f"drop_{done + k + 1}", {"test": "drop"}, "r from successive bounces")
+        for k in range(more)
+    ]
+    return OtherPlan("drops", state, tuple(tests))
+
+
+def plan_ring_downs(campaign: Campaign, rig: IdentifiedRig, needs: Needs) -> OtherPlan:
+    """Ring-downs without and with an added mass, until M is known to 0.5 % and zeta to 5 %."""
+    with_mass = sum(
+        bool(record.added_mass) for record in campaign.records if _used(record, "ringdown")
+    )
+    bare = _count(campaign, "ringdown") - with_mass
+    wanted = needs.ring_downs or 1
+    heights = [abs(r.release) for r in campaign.records if r.test == "ringdown" and r.release]
+    start = {"release_mm": mm(float(np.median(heights)))} if heights else {}
+    zeta = rig.zeta
+    error = zeta.std_error / zeta.value if zeta and zeta.std_error else None
+    more_bare = max(wanted - bare, _more(bare, error, _ENOUGH_ZETA) if error and bare else 0)
+    weighed = campaign.known.mass is not None
+    more_with = 0 if weighed or not needs.added else max(wanted - with_mass, 0)
+    state = f"{bare} without added mass, {with_mass} with"
+    if error is not None:
+        state += f"; zeta is known to {100.0 * error:.2g} %"
+    if needs.ring_downs is None and needs.added and not weighed:
+        state += f"; {1e3 * needs.added:.3g} g is too little for M to 0.5 %: mount more"
+    tests = [
+        planned(f"ring_bare_{bare + k + 1}", {"test": "ringdown", **start}, "f0 and zeta")
+        for k in range(min(more_bare, _MOST))
+    ]
+    load = {"test": "ringdown", **start, "added_mass_g": f"{1e3 * needs.added:.3g}"}
+    tests += [
+        planned(f"ring_added_{with_mass + k + 1}", load, "M to 0.5 %, mounted anew")
+        for k in range(min(more_with, _MOST))
+    ]
+    return OtherPlan("ring-downs", state, tuple(tests))
+
+
+def _used(record: Record, test: str) -> bool:
+    return record.test == test and not record.exclude
+
+
+def _count(campaign: Campaign, test: str) -> int:
+    return sum(_used(record, test) for record in campaign.records)
+
+
+def _more(done: int, error: float, wanted: float) -> int:
+    """Records that bring an error down to what is wanted, as by the root of their number."""
+    return min(max(math.ceil(done * ((error / wanted) ** 2 - 1.0)), 0), _MOST)
+
+
+def _list(values: Iterable[float]) -> str:
+    return ", ".join(mm(value) for value in values)
