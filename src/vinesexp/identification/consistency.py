@@ -163,7 +163,7 @@ def without_copies(
 
 
 def possible(estimates: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]]:
-    """Estimates without those that no rig can have or that nobody knows; a warning for each of them.
+    """Estimates without those that no rig can have or that nobody knows, and why.
 
     Masses, stiffnesses, dampings and frequencies are above zero, restitutions from 0 to 1, and a
     value with an error of more than half of it is none.

@@ -232,7 +232,7 @@ def _contact(u: FloatArray, shape: Shape) -> FloatArray:
 
 def _resonated(values: FloatArray, shape: Shape) -> FloatArray:
     """The template as a resonance shows it (its momentum then comes 2 z/w after the contact's)."""
-    size = 2 * values.size
+    size = 1 << (2 * values.size - 1).bit_length()  # a large prime costs ten times as much
     w = 2.0 * math.pi * shape.ring  # rad a sample
     z = min(shape.ring_damping, 0.9)
     wd = w * math.sqrt(1.0 - z * z)

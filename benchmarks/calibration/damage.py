@@ -1,0 +1,90 @@
+"""What happens to samples between the sensor and the file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
+
+Channels = dict[str, NDArray[np.float64]]
+
+_RING = 700.0  # Hz, of a table that somebody knocks
+
+
+def damaged(
+    channels: Channels, rate: float, damage: Mapping[str, float], rng: np.random.Generator
+) -> tuple[Channels, float]:
+    """Channels and sample rate as the file has them.
+
+    Parameters
+    ----------
+    damage : mapping
+        ``lost`` (samples of all channels, in the middle third), ``lost one`` (of the acceleration
+        alone), ``second clock`` (relative, of the acceleration), ``dropouts`` (of the laser, so
+        many), ``knocks`` (so many), ``inverted acceleration``, ``inverted displacement``,
+        ``aliased`` (every so many-th sample of the acceleration, means of the others).
+    """
+    found = dict(channels)
+    for what, much in damage.items():
+        if what == "lost":
+            found = {role: _without(x, much, 0.45) for role, x in found.items()}
+        elif what == "lost one":
+            shorter = _without(found["acceleration"], much, 0.45)
+            found = {role: x[: shorter.size] for role, x in found.items()}
+            found["acceleration"] = shorter
+        elif what == "second clock":
+            found["acceleration"] = _by_clock(found["acceleration"], much)
+        elif what == "dropouts":
+            found["displacement"] = _dropped(found["displacement"], rate, round(much), rng)
+        elif what == "knocks":
+            found = _knocked(found, rate, round(much), rng)
+        elif what.startswith("inverted "):
+            role = what.removeprefix("inverted ")
+            found[role] = -found[role]
+        elif what == "aliased":
+            every = round(much)
+            size = min(x.size for x in found.values()) // every * every
+            found = {
+                role: x[:size:every]
+                if role == "acceleration"
+                else x[:size].reshape(-1, every).mean(axis=1)
+                for role, x in found.items()
+            }
+            rate /= every
+        else:
+            raise ValueError(what)
+    return found, rate
+
+
+def _without(x: NDArray[np.float64], count: float, at: float) -> NDArray[np.float64]:
+    first = round(at * x.size)
+    return np.delete(x, slice(first, first + round(count)))
+
+
+def _by_clock(x: NDArray[np.float64], ratio: float) -> NDArray[np.float64]:
+    at = np.arange(x.size) * (1.0 + ratio)
+    return np.asarray(map_coordinates(x, [at[at < x.size - 1]], order=3, mode="nearest"))
+
+
+def _dropped(
+    x: NDArray[np.float64], rate: float, count: int, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """The laser loses its target: the end of its range for 4 to 20 ms."""
+    x, end = x.copy(), 1.6 * float(np.abs(x).max())
+    for first in rng.integers(0, x.size, count):
+        x[first : first + round(rate * rng.uniform(0.004, 0.02))] = end
+    return x
+
+
+def _knocked(channels: Channels, rate: float, count: int, rng: np.random.Generator) -> Channels:
+    """Somebody touches the table: bursts in the acceleration that move nothing."""
+    found = dict(channels)
+    a = found["acceleration"].copy()
+    t = np.arange(round(0.02 * rate)) / rate
+    for first in rng.integers(0, a.size - t.size, count):
+        burst = np.exp(-t / 0.003) * np.sin(2.0 * np.pi * _RING * t)
+        a[first : first + t.size] += rng.uniform(20.0, 150.0) * burst
+    found["acceleration"] = a
+    return found

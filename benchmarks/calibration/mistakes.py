@@ -1,0 +1,237 @@
+"""Mistakes that people make, one a campaign, on rigs without effects.
+
+One half is open: the package may be tuned with it. The other is held back: it is looked at when
+nothing is changed any more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from benchmarks.calibration.draw import over_records, plain, warmed, worn
+from benchmarks.calibration.scene import Scene, Test
+
+_SEEDS = 10_000  # of the rigs: none that a campaign of the other family has
+
+Change = Callable[[Scene, np.random.Generator], Scene]
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A mistake by name, the causes that it is (keys of `causes.CAUSES`), and how it is made."""
+
+    name: str
+    causes: frozenset[str]
+    make: Change
+    held: bool
+
+
+def mistakes(which: str = "all") -> list[Mistake]:
+    """All mistakes, or the ``open`` or the ``held`` ones."""
+    return [m for m in _ALL if which == "all" or m.held == (which == "held")]
+
+
+def mistaken(name: str, seed: int) -> Scene:
+    """The campaign of a mistake."""
+    mistake = next(m for m in _ALL if m.name == name)
+    rng = np.random.default_rng([seed, 23])
+    scene = plain(_SEEDS + seed).with_sensors(base=True)
+    changed = mistake.make(scene, rng)
+    return replace(
+        changed, name=name, seed=seed, causes=mistake.causes,
+        family="held mistake" if mistake.held else "open mistake",
+    )  # fmt: skip
+
+
+def _typed(column: str, change: Callable[[float], float], kinds: str) -> Change:
+    """A column of the sheet that is wrong throughout."""
+
+    def make(scene: Scene, rng: np.random.Generator) -> Scene:
+        def say(test: Test) -> Test:
+            if column not in test.typed:
+                return test
+            return test.says(**{column: change(test.typed[column])})
+
+        return scene.mapped(say, kinds)
+
+    return make
+
+
+def _all_clearances(change: Callable[[float], float]) -> Change:
+    return _typed("clearance_mm", change, "periodic transient")
+
+
+def _diameter(scene: Scene, rng: np.random.Generator) -> Scene:
+    across = float(rng.choice([8.0, 10.0, 12.7, 20.0]))
+    return _all_clearances(lambda b: b + across)(scene, rng)
+
+
+def _exchanged(scene: Scene, rng: np.random.Generator) -> Scene:
+    tests = scene.periodic()
+    one, other = tests[0].name, tests[len(tests) // 2].name
+    b = {t.name: t.typed["clearance_mm"] for t in tests}
+    b[one], b[other] = b[other], b[one]
+    return scene.mapped(lambda t: t.says(clearance_mm=b[t.name]), "periodic")
+
+
+def _one_clearance(scene: Scene, rng: np.random.Generator) -> Scene:
+    wrong = scene.periodic()[int(rng.integers(4))].name
+    off = float(rng.uniform(1.0, 3.0) * rng.choice([-1.0, 1.0]))
+    return scene.mapped(
+        lambda t: t.says(clearance_mm=t.typed["clearance_mm"] + off) if t.name == wrong else t,
+        "periodic",
+    )
+
+
+def _one_load(scene: Scene, rng: np.random.Generator) -> Scene:
+    wrong = next(t.name for t in scene.tests if t.load)
+    return scene.mapped(
+        lambda t: t.says(added_mass_g=t.typed["added_mass_g"] + 25.0) if t.name == wrong else t
+    )
+
+
+def _no_base_channel(factor: float) -> Change:
+    def make(scene: Scene, rng: np.random.Generator) -> Scene:
+        typed = _typed("base_amplitude_mm", lambda G: float(f"{factor * G:.4g}"), "periodic")
+        return typed(scene.with_sensors(base=False), rng)
+
+    return make
+
+
+def _gain(**factors: float) -> Change:
+    """Channels in other units than the sheet says."""
+
+    def make(scene: Scene, rng: np.random.Generator) -> Scene:
+        own = scene.tests[0].sensors
+        return scene.with_sensors(**{n: factor * getattr(own, n) for n, factor in factors.items()})
+
+    return make
+
+
+def _suffer(what: str, much: float, *, some: bool = False, kinds: str = "periodic") -> Change:
+    """Damage to all tests of some kinds, or to one of them."""
+
+    def make(scene: Scene, rng: np.random.Generator) -> Scene:
+        only = scene.periodic()[1].name
+        return scene.mapped(
+            lambda t: t.suffers(what, much) if not some or t.name == only else t, kinds
+        )
+
+    return make
+
+
+def _stuck(scene: Scene, rng: np.random.Generator) -> Scene:
+    only = scene.periodic()[int(rng.integers(1, 4))].name
+    return scene.mapped(lambda t: replace(t, stuck=t.name == only), "periodic")
+
+
+def _short(scene: Scene, rng: np.random.Generator) -> Scene:
+    return scene.mapped(lambda t: replace(t, seconds=1.5), "periodic transient")
+
+
+def _held(scene: Scene, rng: np.random.Generator) -> Scene:
+    return scene.mapped(
+        lambda t: replace(t, held=float(rng.uniform(0.3, 0.8))), "ringdown transient"
+    )
+
+
+def _drifting_gain(scene: Scene, rng: np.random.Generator) -> Scene:
+    total = float(rng.uniform(0.02, 0.05))
+    return over_records(
+        scene,
+        lambda t, at: replace(
+            t, sensors=replace(t.sensors, laser_gain=t.sensors.laser_gain * (1.0 + total * at))
+        ),
+    )
+
+
+def _changed_r(scene: Scene, rng: np.random.Generator) -> Scene:
+    less = float(rng.uniform(0.03, 0.08))
+    return over_records(
+        scene,
+        lambda t, at: replace(t, body=replace(t.body, r=t.body.r - (less if at > 0.15 else 0.0))),
+    )
+
+
+def _changed_f0(scene: Scene, rng: np.random.Generator) -> Scene:
+    share = float(rng.uniform(0.003, 0.008))
+    return over_records(
+        scene,
+        lambda t, at: replace(
+            t, body=replace(t.body, k1=t.body.k1 * (1.0 - (share if at > -0.1 else 0.0)) ** 2)
+        ),
+    )
+
+
+def _ringing(scene: Scene, rng: np.random.Generator) -> Scene:
+    return scene.with_sensors(ring=1700.0, ring_damping=0.02)
+
+
+def _long_contact(scene: Scene, rng: np.random.Generator) -> Scene:
+    return scene.with_bodies(lambda body: replace(body, contact=1.7e-3))
+
+
+def _aliased(scene: Scene, rng: np.random.Generator) -> Scene:
+    ringing = scene.with_sensors(rate=1e4, ring=float(rng.uniform(1900.0, 2600.0)),
+                                 ring_damping=0.02)  # fmt: skip
+    return ringing.mapped(lambda t: t.suffers("aliased", 10.0))
+
+
+def _ball(scene: Scene, rng: np.random.Generator) -> Scene:
+    return replace(scene, ball=scene.ball * float(rng.choice([0.8, 1.25])))
+
+
+def _every(name: str, causes: str, make: Change, *, held: bool = False) -> Mistake:
+    return Mistake(name, frozenset(c for c in causes.split("|") if c), make, held)
+
+
+_BALLS = "periodic transient"
+_ALL = [
+    _every("2b typed for b", "twice", _all_clearances(lambda b: 2.0 * b)),
+    _every("ball diameter added to all clearances", "diameter", _diameter),
+    _every("two rows exchanged", "rows exchanged", _exchanged),
+    _every("r wears", "wear", lambda s, rng: worn(s, float(rng.uniform(0.05, 0.1)))),
+    _every("second recorder 0.1 % off", "second clock",
+           _suffer("second clock", 1e-3, kinds=_BALLS)),
+    _every("55 samples lost", "lost samples", _suffer("lost", 55.0, some=True)),
+    _every("contact rings at 1.7 kHz", "contact rings", _ringing),
+    _every("contact of 1.7 ms", "contact", _long_contact),
+    _every("base typed peak to peak, no base channel", "base amplitude", _no_base_channel(2.0)),
+    _every("base typed as rms, no base channel", "base amplitude", _no_base_channel(0.70711)),
+    _every("added mass in kg", "added mass",
+           _typed("added_mass_g", lambda m: 1e-3 * m, "ringdown")),
+    _every("ball stuck in a test", "stuck", _stuck),
+    _every("records of 1.5 s", "short", _short),
+    _every("knocks", "knocks", _suffer("knocks", 6.0, kinds=_BALLS)),
+    _every("aliased accelerometer", "alias", _aliased),
+    _every("held before release", "", _held),
+    _every("laser loses its target 40 times", "dropouts", _suffer("dropouts", 40.0, kinds=_BALLS)),
+    _every("one clearance wrong", "clearance", _one_clearance, held=True),
+    _every("displacement in inches", "displacement scale", _gain(laser_gain=1 / 25.4), held=True),
+    _every("displacement ten times", "displacement scale", _gain(laser_gain=10.0), held=True),
+    _every("acceleration in g", "acceleration scale", _gain(accelerometer_gain=1 / 9.80665),
+           held=True),
+    _every("base channel a thousand times", "base scale", _gain(base_gain=1e3), held=True),
+    _every("spring warms", "drift of f0",
+           lambda s, rng: warmed(s, float(rng.uniform(0.004, 0.01))), held=True),
+    _every("laser gain drifts", "drift of gain", _drifting_gain, held=True),
+    _every("r changes after a record", "change", _changed_r, held=True),
+    _every("f0 changes after a record", "change", _changed_f0, held=True),
+    _every("accelerometer upside down", "inverted", _suffer("inverted acceleration", 0.0,
+           kinds="ringdown periodic transient drop"), held=True),
+    _every("laser sees the other side", "inverted", _suffer("inverted displacement", 0.0,
+           kinds="ringdown periodic transient"), held=True),
+    _every("accelerometer and base alone", "",
+           lambda s, rng: s.with_sensors(laser=False), held=True),
+    _every("samples of the accelerometer lost", "lost samples",
+           _suffer("lost one", 40.0, some=True), held=True),
+    _every("one added mass 25 g off", "added mass", _one_load, held=True),
+    _every("ball weighed wrong", "ball mass", _ball, held=True),
+    _every("clearances in cm", "twice|clearance", _all_clearances(lambda b: 0.1 * b), held=True),
+    _every("base typed peak to peak, with base channel", "base amplitude",
+           _typed("base_amplitude_mm", lambda G: 2.0 * G, "periodic"), held=True),
+    _every("recorder 0.1 % off in a test", "second clock",
+           _suffer("second clock", -1e-3, some=True), held=True),
+]  # fmt: skip

@@ -1,0 +1,229 @@
+"""docs/benchmarks/calibration.md: the yardsticks, by family, and what was found before."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+Outcome = dict[str, Any]
+
+VALUES = ("f0", "zeta", "M", "c1", "k1", "r", "b_c", "b_t")
+_Z68, _Z95 = 0.994458, 1.959964
+_DRAWN = ("plain", "effects", "unknown")
+_INTRO = """\
+`python -m benchmarks.calibration --count 300`. Campaigns drawn as laboratories produce them: rig,
+plan, sheet, sensors and effects of each by its seed. Gains, clearances (a common length, a common
+scale, and one of each setting), added masses, the ball, releases, the recorder's clock, and f0 and
+damping of each mounting scatter by what campaign.yaml states of them, or by its defaults where it
+states nothing (half of them). One half are rigs of the model; a quarter has one or two effects that
+the package has a model of; a quarter has one that it has no model of, half of these beside one that
+it has. The rig moves in the simulator of [robustness](robustness.md) and not in the package's.
+Every fifth campaign is replayed too.
+
+The truth of f0, zeta, c1 and k1 is that of the rig around which mountings scatter; where damping or
+stiffness depend on amplitude, that of one harmonic at the working amplitude, within a tenth. The
+truth of r is the mean of both walls at the median speed; of b_c, on rigs of the model, the exact
+end at the true base amplitude, on others the end of two impacts per cycle in the simulation. A rig
+that wears or warms has a range in the place of a value."""
+
+
+def summary(found: Sequence[Outcome]) -> str:
+    """The table of the yardsticks, in Markdown."""
+    drawn = [o for o in found if o["family"] in _DRAWN]
+    lines = ["| | wanted | plain | effects | unknown effects | all |", "|---|---|---|---|---|---|"]
+    lines += [_row(name, wanted, of, drawn) for name, wanted, of in _ROWS] if drawn else []
+    for family, words in (("open mistake", "open"), ("held mistake", "held back")):
+        own = [o for o in found if o["family"] == family]
+        if own:
+            lines += ["", *_mistakes(own, words)]
+    return "\n".join(lines)
+
+
+def _row(
+    name: str, wanted: str, of: Callable[[Sequence[Outcome]], str], drawn: Sequence[Outcome]
+) -> str:
+    families = [[o for o in drawn if o["family"] == family] for family in _DRAWN]
+    cells = [of(own) if own else "" for own in [*families, drawn]]
+    return f"| {name} | {wanted} | {' | '.join(cells)} |"
+
+
+def _of(found: Iterable[Outcome], name: str) -> list[dict[str, float]]:
+    """Every value of a name; b_c of all levels."""
+    return [
+        value
+        for o in found
+        for key, value in o.get("values", {}).items()
+        if key == name or (key.startswith(f"{name}_") and name == "b_c")
+    ]
+
+
+def _coverage(name: str) -> Callable[[Sequence[Outcome]], str]:
+    def of(found: Sequence[Outcome]) -> str:
+        z = [abs(v["z"]) for v in _of(found, name)]
+        if not z:
+            return "none"
+        shares = [100.0 * sum(one < limit for one in z) / len(z) for limit in (_Z68, _Z95)]
+        return f"{shares[0]:.0f}, {shares[1]:.0f} % of {len(z)}"
+
+    return of
+
+
+def _ratio(name: str) -> Callable[[Sequence[Outcome]], str]:
+    """Stated error over the error that was made, both as the root of mean squares."""
+
+    def of(found: Sequence[Outcome]) -> str:
+        values = _of(found, name)
+        stated = math.sqrt(sum((v["error"] / v["truth"]) ** 2 for v in values))
+        made = math.sqrt(sum(v["off"] ** 2 for v in values))
+        # 1 over the rms of z: every campaign has its own width.
+        z = [v["z"] for v in values if math.isfinite(v["z"])]
+        if not z or not made:
+            return "none"
+        each = 1.0 / max(math.sqrt(sum(one * one for one in z) / len(z)), 1e-9)
+        return f"{stated / made:.2f}; {each:.2f}"
+
+    return of
+
+
+def _rms(name: str) -> Callable[[Sequence[Outcome]], str]:
+    def of(found: Sequence[Outcome]) -> str:
+        off = [v["off"] for v in _of(found, name)]
+        return _per_cent(off)
+
+    return of
+
+
+def _per_cent(off: Sequence[float]) -> str:
+    if not off:
+        return "none"
+    middle = sorted(abs(one) for one in off)[len(off) // 2]
+    rms = math.sqrt(sum(one * one for one in off) / len(off))
+    return f"{100 * rms:.2g} % (median {100 * middle:.2g})"
+
+
+def _inputs(word: str, other: str = "") -> Callable[[Sequence[Outcome]], list[dict[str, Any]]]:
+    def of(found: Sequence[Outcome]) -> list[dict[str, Any]]:
+        return [
+            one
+            for o in found
+            for one in o.get("inputs", [])
+            if word in one["item"] and other in one["item"]
+        ]
+
+    return of
+
+
+def _base(found: Sequence[Outcome]) -> str:
+    return _per_cent([one["off"] for one in _inputs("base", "amplitude")(found)])
+
+
+def _clearances(found: Sequence[Outcome]) -> str:
+    off = [one["value"] - one["truth"] for one in _inputs("clearance")(found)]
+    if not off:
+        return "none given"
+    return f"{1e3 * math.sqrt(sum(x * x for x in off) / len(off)):.3f} mm of {len(off)}"
+
+
+def _share(test: Callable[[Outcome], bool]) -> Callable[[Sequence[Outcome]], str]:
+    def of(found: Sequence[Outcome]) -> str:
+        own = [o for o in found if "crash" not in o]
+        return f"{100.0 * sum(map(test, own)) / len(own):.0f} % of {len(own)}" if own else "none"
+
+    return of
+
+
+def _warnings(found: Sequence[Outcome]) -> str:
+    own = [o for o in found if "crash" not in o]
+    count = sum(1 for o in own if warned(o))
+    return f"in {count} of {len(own)}" if own else "none"
+
+
+def warned(outcome: Outcome) -> list[str]:
+    """Warnings that are no mere advice on which clearances to try."""
+    return [w for w in outcome.get("warnings", []) if "clearances tried" not in w
+            and "any tried" not in w]  # fmt: skip
+
+
+def _seconds(found: Sequence[Outcome]) -> str:
+    own = sorted(o["seconds"]["identify"] for o in found if "crash" not in o)
+    return f"{own[len(own) // 2]:.1f} s, most {own[-1]:.1f}" if own else "none"
+
+
+_ROWS: list[tuple[str, str, Callable[[Sequence[Outcome]], str]]] = [
+    *((f"{n}: truth in 68 and 95 % intervals", "62-74, 92-98 %", _coverage(n)) for n in VALUES),
+    *((f"{n}: stated over rms error; 1 over rms of z", "0.85-1.2", _ratio(n)) for n in VALUES),
+    ("rms error of b_c", "0.4 %", _rms("b_c")),
+    ("rms error of r", "0.1 %", _rms("r")),
+    ("rms error of the base amplitude", "0.3 %", _base),
+    ("rms error of each clearance", "0.05 mm", _clearances),
+    ("a cause is named that is not there", "1 %", _share(lambda o: bool(o["false"]))),
+    ("an interval misses by more than 4 errors", "", _share(lambda o: bool(o["far"]))),
+    ("the same without \"not explained\"", "none",
+     _share(lambda o: bool(o["far"]) and not o["unexplained"])),
+    ("campaigns with warnings", "plain: none", _warnings),
+    ("processor, joint estimate, median", "", _seconds),
+    ("crashes", "none", lambda found: str(sum("crash" in o for o in found))),
+]  # fmt: skip
+
+
+def _mistakes(found: Sequence[Outcome], words: str) -> list[str]:
+    """A row a mistake."""
+    whole = [o for o in found if o["causes"] and "crash" not in o]
+    named = sum(bool(o["named"]) for o in whole)
+    false = sum(bool(o["false"]) for o in found if "crash" not in o)
+    wrong = sum(bool(o["far"]) and not o["unexplained"] for o in found if "crash" not in o)
+    lines = [
+        f"Mistakes, {words}: {len(found)} campaigns; cause named, as a fact or among others, in "
+        f"{named} of {len(whole)}; a false cause stated in {false}; an interval that misses by "
+        f'more than 4 errors without "not explained" in {wrong}.',
+        "",
+        f"| mistake ({words}) | named | not explained | false cause stated | intervals missed |",
+        "|---|---|---|---|---|",
+    ]
+    for name in dict.fromkeys(o["name"] for o in found):
+        own = [o for o in found if o["name"] == name]
+        sound = [o for o in own if "crash" not in o]
+        n = len(own)
+        named_here = f"{sum(bool(o['named']) for o in sound)} of {n}" if own[0]["causes"] else "-"
+        unexplained = sum(o["unexplained"] for o in sound)
+        false_here = sorted({cause for o in sound for cause in o["false"]})
+        far = sorted({_far(o, v) for o in sound for v in o["far"]})
+        crashed = f"; {n - len(sound)} crashed" if len(sound) < n else ""
+        lines.append(
+            f"| {name} | {named_here}{crashed} | {unexplained} of {n} | {', '.join(false_here)} | "
+            f"{', '.join(far)} |"
+        )
+    return lines
+
+
+def _far(outcome: Outcome, name: str) -> str:
+    z = outcome["values"][name]["z"]
+    return f"{name} ({z:+.0f})" if abs(z) < 1e4 else f"{name} (far)"
+
+
+def page(found: Sequence[Outcome], before: Sequence[Outcome]) -> str:
+    """The page in Markdown."""
+    drawn = [o for o in found if o["family"] in _DRAWN]
+    parts = [
+        "# Calibration: intervals, causes, mistakes",
+        "",
+        _INTRO,
+        "",
+        f"{len(drawn)} campaigns by the present code"
+        + (" (300 are meant; the same command goes on)." if len(drawn) < 300 else "."),
+        "",
+        summary(found),
+        "",
+    ]
+    if before:
+        parts += [
+            "## Before the joint model",
+            "",
+            "The same by the chain of rules that the joint model replaced, "
+            f"{sum(o['family'] in _DRAWN for o in before)} campaigns.",
+            "",
+            summary(before),
+            "",
+        ]
+    return "\n".join(parts)
