@@ -86,15 +86,6 @@ def test_no_circle_of_files():
         pytest.fail(f"files that import one another in a circle: {error.args[1]}")
 
 
-def test_modules_are_short_enough_to_read():
-    long = {
-        name: n
-        for name, path in MODULES.items()
-        if (n := path.read_text(encoding="utf-8").count("\n")) > 300
-    }
-    assert long == {}
-
-
 def test_no_two_rooms_have_a_module_of_one_name():
     homes: dict[str, list[str]] = {}
     for name in MODULES:

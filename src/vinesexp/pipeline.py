@@ -181,12 +181,16 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
 
     from vinesexp.records.result_columns import COLLECTED
     from vinesexp.records.tables import write_rows
+    from vinesexp.signals.tables_of_record import setting_of
 
     campaign = campaign_seen_by("regimes", campaign)
     steps = [
         json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
         for record in campaign.records
     ]
+    for record, step in zip(campaign.records, steps, strict=True):
+        for row in step["regime"]:
+            row.update(setting_of(record))
     for key, table in COLLECTED.items():
         write_rows(paths.folder / f"{table.name}.csv", table, [r for s in steps for r in s[key]])
     return [row for step in steps for row in step["regime"]]
@@ -266,7 +270,7 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
 
 def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     """The checks of every step in one table, checks.csv, in the order of the records."""
-    from vinesexp.records.checks import read_checks, refusals, write_checks
+    from vinesexp.records.checks import checks_of_regime, read_checks, write_checks
     from vinesexp.records.missing_cells import missing_cells, read_evidence
 
     campaign = campaign_seen_by("checks", campaign)
@@ -278,7 +282,7 @@ def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     ]
     found = [check for table in tables for check in read_checks(table)]
     rows = {record.id: paths.regime(record.id) for record in campaign.records}
-    found += [check for id, path in rows.items() for check in refusals(id, path)]
+    found += [check for id, path in rows.items() for check in checks_of_regime(id, path)]
     found += missing_cells(campaign, {id: read_evidence(path) for id, path in rows.items()})
     write_checks(paths.checks, found)
     return found

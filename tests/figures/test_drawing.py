@@ -16,9 +16,10 @@ from vinesexp.figures.draw.impact_shapes import Marks, impacts_on_acceleration
 from vinesexp.figures.draw.methods import estimates_by_method
 from vinesexp.figures.draw.regime_strips import Strip, regime_strips
 from vinesexp.figures.draw.traces import Trace, band, columns_of, sequence
-from vinesexp.figures.numbers import with_error
+from vinesexp.figures.numbers import plus_minus
 from vinesexp.records.store import create_record, open_record
 from vinesexp.theory.regime_definitions import REGIMES
+from vinesexp.units import COVERAGE_95
 
 
 @settings(deadline=None, max_examples=60)
@@ -143,7 +144,7 @@ def test_one_method_alone_needs_no_comparison():
 @settings(deadline=None, max_examples=100)
 @given(value=st.floats(1e-7, 1e6), share=st.floats(1e-7, 0.5))
 def test_a_value_reads_back_to_within_a_tenth_of_its_error(value, share):
-    text = with_error(value, share * value)
+    text = plus_minus(value, share * value / COVERAGE_95)
     power = 0
     if text.startswith("("):
         text, exponent = text[1:].split(")·10⁻")

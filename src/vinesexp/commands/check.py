@@ -23,7 +23,7 @@ from pathlib import Path
 
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.records.campaign import Campaign, Record, campaign_problems, load_campaign
-from vinesexp.records.checks import Check, refusals
+from vinesexp.records.checks import Check, checks_of_regime
 from vinesexp.records.missing_cells import Evidence, missing_cells, read_evidence
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
@@ -120,7 +120,8 @@ def _refused_later(campaign: Campaign, record: Record, paths: ResultPaths) -> li
         find_impacts(campaign, record, paths=paths)
     return [
         replace(check, detail=check.detail.replace(f"{paths.record(record.id)}: ", ""))
-        for check in refusals(record.id, paths.regime(record.id))
+        for check in checks_of_regime(record.id, paths.regime(record.id))
+        if check.outcome == "refused"
     ]
 
 

@@ -1,63 +1,71 @@
-"""Numbers as a person reads them: as many digits as the uncertainty leaves."""
+"""Numbers as a person reads them: as many digits as the uncertainty leaves.
+
+What follows a ± is half of a 95 % interval everywhere a person reads it (coverage factor k = 2, to
+be exact 1.96); tables keep standard errors, under that name.
+"""
 
 from __future__ import annotations
 
 import math
 
+from vinesexp.units import COVERAGE_95
+
 _SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def with_error(value: float, std_error: float, unit: str = "") -> str:
-    """`value ± std_error` with two digits of the error, and as many places of the value.
+def plus_minus(value: float, std_error: float, unit: str = "") -> str:
+    """`value ± half of its 95 % interval` from a standard error: two digits, and as many places of
+    the value.
 
     Small numbers are written in thousandths or millionths: nobody counts zeros.
 
     Examples
     --------
-    >>> with_error(4.70123, 0.0123, "kg")
-    '4.701 ± 0.012 kg'
-    >>> with_error(11470.3, 35.0, "N/m")
-    '11470 ± 35 N/m'
-    >>> with_error(0.00651, 0.00001)
-    '(6.510 ± 0.010)·10⁻³'
-    >>> with_error(0.6, 0.0, "1")
+    >>> plus_minus(4.70123, 0.0123, "kg")
+    '4.701 ± 0.024 kg'
+    >>> plus_minus(11470.3, 35.0, "N/m")
+    '11470 ± 69 N/m'
+    >>> plus_minus(0.00651, 0.00001)
+    '(6.510 ± 0.020)·10⁻³'
+    >>> plus_minus(0.6, 0.0, "1")
     '0.6'
     """
-    return _written(value, std_error, unit, digits=2)
+    return _written(value, COVERAGE_95 * std_error, unit, digits=2)
 
 
-def _written(value: float, std_error: float, unit: str, *, digits: int) -> str:
-    """With so many digits of the error."""
+def _written(value: float, half: float, unit: str, *, digits: int) -> str:
+    """With so many digits of what follows the ±."""
     shown = "" if unit in ("", "1") else f" {unit}"
-    if not math.isfinite(std_error) or std_error <= 0.0:
+    if not math.isfinite(half) or half <= 0.0:
         return f"{value:.6g}{shown}"
     power = 0
     if 0.0 < abs(value) < 0.02:
         power = 3 * math.ceil(-math.log10(abs(value)) / 3.0)
-    value, std_error = value * 10.0**power, std_error * 10.0**power
-    places = max(digits - 1 - math.floor(math.log10(std_error) + 1e-9), 0)
-    text = f"{value:.{places}f} ± {std_error:.{places}f}"
+    value, half = value * 10.0**power, half * 10.0**power
+    places = max(digits - 1 - math.floor(math.log10(half) + 1e-9), 0)
+    text = f"{value:.{places}f} ± {half:.{places}f}"
     return f"({text})·10⁻{str(power).translate(_SUPERSCRIPTS)}{shown}" if power else text + shown
 
 
-def in_brief(value: float, std_error: float, unit: str = "") -> str:
-    """As `with_error`, for a line read at a glance: five digits of the value at the most.
+def plus_minus_brief(value: float, std_error: float, unit: str = "") -> str:
+    """As `plus_minus`, for a line read at a glance: five digits of the value at the most.
 
-    An error below the last digit that is left is written as one of that digit.
+    A half width below the last digit that is left is written as one of that digit.
 
     Examples
     --------
-    >>> in_brief(4.698919, 0.0012556, "kg"), in_brief(0.600001544, 5.86e-06)
-    ('4.6989 ± 0.0013 kg', '0.60000 ± 0.00001')
-    >>> in_brief(0.00650347, 2.9e-8), in_brief(11468.07, 3.1, "N/m"), in_brief(0.0, 0.001)
-    ('(6.5035 ± 0.0001)·10⁻³', '11468 ± 3 N/m', '0.0000 ± 0.0010')
+    >>> plus_minus_brief(4.698919, 0.0012556, "kg"), plus_minus_brief(0.600001544, 5.86e-06)
+    ('4.6989 ± 0.0025 kg', '0.60000 ± 0.00001')
+    >>> plus_minus_brief(0.00650347, 2.9e-8), plus_minus_brief(0.0, 0.001)
+    ('(6.5035 ± 0.0001)·10⁻³', '0.0000 ± 0.0020')
     """
     if not math.isfinite(std_error) or std_error <= 0.0 or value == 0.0:
-        return with_error(value, std_error, unit)
+        return plus_minus(value, std_error, unit)
+    half = COVERAGE_95 * std_error
     least = 10.0 ** (math.floor(math.log10(abs(value))) - 4)
-    if std_error >= 10.0 * least:
-        return with_error(value, std_error, unit)
-    return _written(value, max(round(std_error / least), 1) * least, unit, digits=1)
+    if half >= 10.0 * least:
+        return plus_minus(value, std_error, unit)
+    return _written(value, max(round(half / least), 1) * least, unit, digits=1)
 
 
 def millimetres(text: str | None) -> str:

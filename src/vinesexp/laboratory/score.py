@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 MATCH_WITHIN = 1e-3
 #: Balls that hit within this, half a usual contact, make one pulse: one impact to be found, s.
 ONE_PULSE = 2e-4
-#: True impacts weaker than this share of the record's median are not counted as missed.
+#: True impacts weaker than this share of the record's median count only where they were found.
 NEGLIGIBLE = 0.05
 
 
@@ -104,9 +104,10 @@ def score_impacts(
     matched[[i for i, _ in pairs]] = True
     strong = jumps > NEGLIGIBLE * (np.median(jumps) if jumps.size else 0.0)
     missed, false = int(np.sum(strong & ~matched)), found.size - len(pairs)
+    counted = float(np.sum(strong | matched))  # truth - missed + false is what was found
     scores = [
-        Score("impacts", record, float(strong.sum()), float(found.size), missed, "missed"),
-        Score("impacts", record, float(strong.sum()), float(found.size), false, "false"),
+        Score("impacts", record, counted, float(found.size), missed, "missed"),
+        Score("impacts", record, counted, float(found.size), false, "false"),
     ]
     if pairs:
         errors = np.sort(found)[[j for _, j in pairs]] - true[[i for i, _ in pairs]]

@@ -20,6 +20,7 @@ from vinesexp.records.store import RecordView, open_record
 from vinesexp.records.tables import read_rows
 from vinesexp.signals.cycles import cycles_from
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
+from vinesexp.units import COVERAGE_95
 
 #: How a quantity is shown: unit, and its size in SI.
 SHOWN = {
@@ -116,7 +117,7 @@ def _impacts(impacts: Impacts) -> dict[str, Any]:
         "nes": impacts.nes[shown].tolist(),
         "side": impacts.side[shown].tolist(),
         "jump": packed(impacts.velocity_jump_m_s[shown]),
-        "error": packed(impacts.velocity_jump_error_m_s[shown]),
+        "error": packed(COVERAGE_95 * impacts.velocity_jump_error_m_s[shown]),
         "confidence": packed(impacts.confidence[shown]),
         "crowded": np.flatnonzero(impacts.crowded[shown]).tolist(),
         "clipped": np.flatnonzero(impacts.clipped[shown]).tolist(),

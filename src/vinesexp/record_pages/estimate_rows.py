@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vinesexp.figures.numbers import with_error
+from vinesexp.figures.numbers import plus_minus
 from vinesexp.identification.estimate import Estimate
 
 #: Parameter of an estimate to what it is; others serve later steps and are not shown.
@@ -40,7 +40,7 @@ def estimate_rows(found: Iterable[Estimate]) -> list[list[str]]:
     --------
     >>> one = Estimate("r_2", 0.6, 0.001, "1", "impacts", ("a",))
     >>> estimate_rows([one, Estimate("misfit", 0.1, 0.0, "1", "likelihood", ("a",))])
-    [['restitution r of ball 2', 'impacts', '0.6000 ± 0.0010', '']]
+    [['restitution r of ball 2', 'impacts', '0.6000 ± 0.0020', '']]
     """
     return [
         [words, one.method, _value(one), _note(one)]
@@ -59,8 +59,8 @@ def _words(parameter: str) -> str:
 
 def _value(one: Estimate) -> str:
     if one.unit == "m":
-        return with_error(1e3 * one.value, 1e3 * one.std_error, "mm")
-    return with_error(one.value, one.std_error, one.unit)
+        return plus_minus(1e3 * one.value, 1e3 * one.std_error, "mm")
+    return plus_minus(one.value, one.std_error, one.unit)
 
 
 def _note(one: Estimate) -> str:

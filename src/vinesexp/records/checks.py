@@ -63,7 +63,9 @@ def read_checks(path: Path) -> list[Check]:
     return checks
 
 
-def refusals(record: str, path: Path) -> list[Check]:
-    """Why a step refused a record that ingest took, from the rows that the step left."""
+def checks_of_regime(record: str, path: Path) -> list[Check]:
+    """What the impacts step found in a record, from the rows that it left: why it refused it, how
+    the test began."""
     rows = json.loads(path.read_text(encoding="utf-8"))
-    return [Check(record, "impacts", "refused", rows["refused"])] if "refused" in rows else []
+    refused = [("impacts", "refused", rows["refused"])] if "refused" in rows else []
+    return [Check(record, *found) for found in [*refused, *rows.get("checks", [])]]

@@ -77,7 +77,8 @@ RECORD_REGIMES = Table("regimes", "regimes", (
     _RECORD,
     Column("regime", "by docs/theory.md; one a ball, separated by ' | '; a sweep: by frequency"),
     _number("impacts_per_cycle", "1", "of all balls"),
-    _number("amplitude_mean_m", "m", "mean over cycles of half the swing"),
+    _number("amplitude_mean_m", "m", "mean over cycles of half the peak-to-peak displacement; of a "
+            "periodic test without its start"),
     _number("amplitude_max_m", "m", "largest of a cycle"),
     _number("captured", "1", "share of cycles with one impact on either side", needed=False),
     _number("swing_first", "1", "half the range of the impacts' phase in the first half, in "
@@ -92,6 +93,15 @@ RECORD_REGIMES = Table("regimes", "regimes", (
     Column("impacts_per_cycle_each", "of each ball, separated by ' | '", needed=False),
     _number("amplitude_running_max_m", "m", "of a sweep: largest mean over 0.1 Hz", needed=False),
     _number("length_s", "s", "of the record, its gaps and edges left out", ".4g", needed=False),
+    _number("amplitude_error_m", "m", "of a periodic test: standard error of amplitude_mean_m from "
+            "cycle to cycle, without that of the sensitivity", ".4g", needed=False),
+    _number("cycles", "", "over which amplitude_mean_m is taken", ".0f", needed=False),
+    _number("steady_from_s", "s", "of a periodic test: where these cycles begin, from the first "
+            "sample; the start of the test comes before", ".4g", needed=False),
+    Column("test", "as in records.csv", needed=False),
+    Column("clearance_mm", "as in records.csv; of several balls, separated by semicolons",
+           "mm", needed=False),
+    _number("base_amplitude_mm", "mm", "as in records.csv", ".7g", needed=False),
 ))  # fmt: skip
 
 #: What each ball does over the frequency of a sweep: one row a band.

@@ -47,7 +47,7 @@ RECORD_FIELDS: Mapping[str, tuple[str, ...]] = {
     "condition": ("frequency", "settings.filter", "settings.channels"),
     "impacts": ("test", "clearance", "release", "settings"),
     "estimate": ("test", "clearance", "added_mass", "frequency"),
-    "regimes": (),
+    "regimes": ("test", "clearance", "base_amplitude"),
     "identify": _ROW,
     "compare": _ROW,
     "replay": _ROW,

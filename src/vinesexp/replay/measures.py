@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vinesexp.replay.motions import Replayed
 from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
+from vinesexp.signals.steady_part import steady_part
 from vinesexp.theory.regime_definitions import BY_FREQUENCY, activation_spells, regime_of
 
 Floats = NDArray[np.float64]
@@ -102,6 +103,9 @@ def _of_stretch(
     time, amplitude = cycle_amplitudes(x, rate, frequency)
     settling = _SETTLING * replayed.length if test == "periodic" else 0.0
     steady = amplitude[time >= settling]
+    if test == "periodic" and steady.size and (first := steady_part(steady).first):
+        settling = float(time[time >= settling][first]) - 0.5 / frequency
+        steady = steady[first:]
     mean = float(steady.mean()) if steady.size else float("nan")
     driven = test in ("periodic", "sweep")
     fallen = float("nan") if driven else decay_time(time, amplitude)

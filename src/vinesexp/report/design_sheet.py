@@ -80,12 +80,17 @@ def _inputs(given: Given) -> list[tuple[str, str]]:
         if option.symbol in given:
             unit, size = SHOWN.get(option.symbol, (option.unit, 1.0))
             texts = [
-                f"{size * q.value:.5g}" + (f" ± {size * q.std_error:.2g}" if q.std_error else "")
+                f"{size * q.value:.5g}" + _uncertain(size * q.std_error)
                 for q in given[option.symbol]
             ]
             parted = " to " if option.symbol in ("G", "frequency") else "; "
             rows.append((option.flag[2:].replace("-", " "), f"{parted.join(texts)} {unit}"))
     return rows
+
+
+def _uncertain(std_error: float) -> str:
+    """A stated uncertainty, in the words of a data sheet: a ± on a page is 95 %."""
+    return f" (standard uncertainty {std_error:.2g})" if std_error else ""
 
 
 def _theory(given: Given, theory: Theory) -> list[tuple[str, str, str, str]]:

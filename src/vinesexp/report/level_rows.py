@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from vinesexp.figures.numbers import significant, with_error
+from vinesexp.figures.numbers import plus_minus, significant
 
 Row = Mapping[str, str]
 
@@ -24,7 +24,7 @@ def levels_table(rows: Sequence[Row]) -> list[dict[str, str]]:
     >>> row = {"base_amplitude_mm": "0.25", "amplitude_m": "0.0053", "f0_hz": "7.86732",
     ...        "f0_error_hz": "0.0012", "zeta": "0.00776", "zeta_error": "0.00002"}
     >>> levels_table([row])[0]["zeta"], levels_table([row])[0]["c1"]
-    ('(7.760 ± 0.020)·10⁻³', '–')
+    ('(7.760 ± 0.039)·10⁻³', '–')
     """
     return [
         {
@@ -39,4 +39,4 @@ def levels_table(rows: Sequence[Row]) -> list[dict[str, str]]:
 def _shown(row: Row, value: str, error: str) -> str:
     if not row.get(value):
         return "–"
-    return with_error(float(row[value]), float(row[error]))
+    return plus_minus(float(row[value]), float(row[error]))

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vinesexp.figures.numbers import in_brief, with_error
+from vinesexp.figures.numbers import plus_minus, plus_minus_brief
 from vinesexp.report.summaries import ids_of
 
 Row = Mapping[str, str]
@@ -44,7 +44,7 @@ def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
             "symbol": SYMBOLS.get(name, re.sub(r"^r_(\d+)$", r"r<sub>\1</sub>", name)),
             "meaning": PARAMETERS.get(name, _meaning(name)),
             "value": _value(combined[name]),
-            "brief": in_brief(*_numbers(combined[name])),
+            "brief": plus_minus_brief(*_numbers(combined[name])),
             "methods": [
                 {"method": row["method"], "value": _value(row), "ids": ids_of(row["records"])}
                 for row in identified
@@ -57,11 +57,14 @@ def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 def _meaning(name: str) -> str:
-    return f"restitution of NES {name[2:]}" if name.startswith("r_") else ""
+    """Of r_1, r_2: balls are numbered in the order of clearance_mm, in tests with several."""
+    if not name.startswith("r_"):
+        return ""
+    return f"restitution, tests with several balls: ball {name[2:]} in the order of clearance_mm"
 
 
 def _value(row: Row) -> str:
-    return with_error(*_numbers(row))
+    return plus_minus(*_numbers(row))
 
 
 def _numbers(row: Row) -> tuple[float, float, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -25,7 +26,8 @@ class Own:
     words : how it is said.
     measures : the interval is no error but reaches from one measure of the same thing to another,
         as an amplitude from its running mean to its largest cycle.
-    brackets : of a clearance that is the fastest to several levels: where each lies, and the level.
+    brackets : of a clearance that is the fastest to several levels: value, low, high and level of
+        each.
     """
 
     value: float
@@ -33,7 +35,7 @@ class Own:
     high: float
     words: str
     measures: bool = False
-    brackets: tuple[tuple[float, float, str], ...] = ()
+    brackets: tuple[tuple[float, float, float, str], ...] = ()
 
 
 def published_rows(
@@ -42,8 +44,9 @@ def published_rows(
 ) -> list[dict[str, str]]:
     """One row a published value: what it is, as printed, as found here, verdict, source, note.
 
-    A value agrees where the interval of what was found meets the digits printed; in part, where
-    it lies between two measures of the same thing, or is the best at some levels and not at others.
+    A value agrees where the two are no farther apart than half the interval of what was found and
+    half a unit of the last digit printed, in quadrature; in part, where it lies between two
+    measures of the same thing, or is the best at some levels and not at others.
 
     Parameters
     ----------
@@ -75,23 +78,36 @@ def _verdict(value: PublishedValue, own: Own) -> str:
         return AGREES if value.value == own.words.partition(" ")[0].replace("+", ";") else DIFFERS
     printed, half = float(value.value), value.half_digit
     if own.brackets:
-        met = [name for low, high, name in own.brackets if _meets(low, high, printed, half)]
+        met = [
+            name
+            for v, low, high, name in own.brackets
+            if _meets(v, low, high, printed=printed, half=half)
+        ]
         if met and len(met) < len(own.brackets):
             return f"{IN_PART}: {', '.join(met)}"
     if own.measures:
-        if _meets(own.low, own.low, printed, half) or _meets(own.high, own.high, printed, half):
+        if any(_meets(end, end, end, printed=printed, half=half) for end in (own.low, own.high)):
             return AGREES
         if own.low < printed < own.high:
             return f"{IN_PART}: between the two"
         ends = [f"{100.0 * (end / printed - 1.0):+.0f}" for end in sorted({own.low, own.high})]
         return f"{DIFFERS} by {' to '.join(ends)} %"
-    if _meets(own.low, own.high, printed, half):
+    if _meets(own.value, own.low, own.high, printed=printed, half=half):
         return AGREES
     return f"{DIFFERS} by {100.0 * (own.value / printed - 1.0):+.1f} %"
 
 
-def _meets(low: float, high: float, printed: float, half: float) -> bool:
-    return low <= printed + half and printed - half <= high
+def _meets(value: float, low: float, high: float, *, printed: float, half: float) -> bool:
+    """Whether a printed value agrees with one that was found and its interval.
+
+    Examples
+    --------
+    >>> found = 32.88, 31.94, 33.56
+    >>> _meets(*found, printed=34.0, half=0.5), _meets(*found, printed=33.0, half=0.5)
+    (False, True)
+    """
+    reach = high - value if printed > value else value - low
+    return abs(printed - value) <= math.hypot(reach, half) * (1.0 + 1e-9)
 
 
 def _what(value: PublishedValue) -> str:
@@ -175,7 +191,7 @@ def _clearance(value: PublishedValue, clearances: Sequence[Row]) -> Own | None:
         max(b[1] for b in brackets),
         words,
         brackets=tuple(
-            (low, high, row["level"].partition(" mm ")[2])
+            (float(row["measured_mm"]), low, high, row["level"].partition(" mm ")[2])
             for row, (low, high) in zip(rows, brackets, strict=True)
         ),
     )

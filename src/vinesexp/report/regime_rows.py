@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vinesexp.figures.numbers import significant
+from vinesexp.figures.numbers import plus_minus_brief, significant
 from vinesexp.records.campaign import Campaign
+from vinesexp.records.tables import number
 from vinesexp.theory.regime_definitions import BY_FREQUENCY
 
 Row = Mapping[str, str]
@@ -37,9 +38,18 @@ def regimes_by_test(
                 "regime": words,
                 "impacts": each if " | " in each else significant(row["impacts_per_cycle"]),
                 "lost": lost_in_words(lost) or "–",
+                "mean": _mean(row),
             }
         )
     return found
+
+
+def _mean(row: Row) -> str:
+    """Mean amplitude, mm, with its ± where the record gives one."""
+    error = number(row.get("amplitude_error_m"))
+    if error is None:
+        return significant(row["amplitude_mean_m"], factor=1e3)
+    return plus_minus_brief(1e3 * float(row["amplitude_mean_m"]), 1e3 * error)
 
 
 def bands_in_words(rows: Sequence[Row]) -> str:

@@ -16,6 +16,7 @@ from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.balls import Series, by_ball
 from vinesexp.signals.cycles import cycles_from, time_to_level
 from vinesexp.signals.impacts.impact_table import Impacts
+from vinesexp.signals.steady_part import SteadyPart, steady_part
 from vinesexp.signals.sweep_bands import band_rows, largest_running_mean
 from vinesexp.signals.swept_frequency import swept
 from vinesexp.signals.transition import transition_of, transition_row
@@ -33,11 +34,13 @@ Row = Mapping[str, str | float | None]
 
 @dataclass(frozen=True)
 class Shown:
-    """What a record shows: its row of regimes.csv, and rows of bands.csv and transitions.csv."""
+    """What a record shows: its row of regimes.csv, rows of bands.csv and transitions.csv, and what
+    checks.csv says of how the test began: check, outcome, detail."""
 
     regime: dict[str, str | float | None]
     bands: list[dict[str, str | float | None]] = field(default_factory=list)
     transitions: list[dict[str, str | float | None]] = field(default_factory=list)
+    checks: tuple[tuple[str, str, str], ...] = ()
 
 
 def regime_of_record(
@@ -66,7 +69,8 @@ def shown_by_record(
     -------
     Shown
         In its row ``regime`` (one word a ball; of a sweep `BY_FREQUENCY`), ``impacts_per_cycle``
-        of all balls and ``impacts_per_cycle_each``, ``amplitude_mean_m``, ``amplitude_max_m``,
+        of all balls and ``impacts_per_cycle_each``, ``amplitude_mean_m`` (of a periodic test with
+        ``amplitude_error_m``, over ``cycles`` from ``steady_from_s`` on), ``amplitude_max_m``,
         ``length_s``, of a sweep ``amplitude_running_max_m``, ``captured`` (share of cycles with one
         impact on either side), ``swing_first`` and ``swing`` (of their phase, in periods, in either
         half), ``spells`` and ``spell_mean_s`` (of such cycles in a row), and of a release with one
@@ -87,15 +91,24 @@ def shown_by_record(
     period = 1.0 / float(frequency)
     settings = record.settings.regimes
     begin = settings.settling * length if record.test == "periodic" else 0.0
-    steady = amplitude[time >= begin]
+    checks: tuple[tuple[str, str, str], ...] = ()
     row["length_s"] = length
-    row["amplitude_mean_m"] = float(steady.mean())
-    row["amplitude_max_m"] = float(steady.max())
+    if not np.any(time >= begin):
+        return Shown(row)
+    if record.test == "periodic":
+        steady, begin = _steady(time, amplitude, begin, period)
+        row["amplitude_error_m"] = steady.error if math.isfinite(steady.error) else None
+        row["steady_from_s"] = begin
+        checks = _how_it_began(steady, begin)
+    counted = amplitude[time >= begin]
+    row["cycles"] = float(counted.size)
+    row["amplitude_mean_m"] = float(counted.mean())
+    row["amplitude_max_m"] = float(counted.max())
     decay = start + time, amplitude
     if base is not None:
         row["amplitude_running_max_m"] = largest_running_mean(base, decay, width=RUNNING)
     if not record.clearance or not _seen(record, measured, conditioned, impacts, length / period):
-        return Shown(row)
+        return Shown(row, checks=checks)
     end = length
     if record.test == "transient":
         end = min(settings.first_cycles * period, length)
@@ -105,9 +118,45 @@ def shown_by_record(
     if base is not None:
         return Shown(row, bands=band_rows(record.id, series, base, decay, settings))
     if record.test != "transient":
-        return Shown(row)
+        return Shown(row, checks=checks)
     found = [transition_row(record.id, one, decay, start=start, period=period) for one in series]
     return Shown(row, transitions=[one for one in found if one is not None])
+
+
+def _steady(
+    time: FloatArray, amplitude: FloatArray, begin: float, period: float
+) -> tuple[SteadyPart, float]:
+    """The settled cycles after `begin`, and when they begin, s from the first sample."""
+    judged = time >= begin
+    found = steady_part(amplitude[judged])
+    if not found.first:
+        return found, begin
+    return found, float(time[judged][found.first] - 0.5 * period)
+
+
+#: A start that moves the mean by less is not worth a line.
+_WORTH_A_LINE = 0.01
+
+
+def _how_it_began(steady: SteadyPart, begin: float) -> tuple[tuple[str, str, str], ...]:
+    """What checks.csv says of a start that was left out, and of a response that did not settle."""
+    if steady.drifts:
+        first, last = (f"{1e3 * end:.3g}" for end in steady.ends)
+        return ((
+            "start of the test", "warning",
+            f"the amplitude has not settled: {first} mm in the first half of the counted cycles, "
+            f"{last} mm in the second; wait longer before recording, or record longer",
+        ),)  # fmt: skip
+    counted = steady.first + steady.cycles
+    moved = (steady.start - steady.mean) * steady.first / counted if steady.first else 0.0
+    if abs(moved) < _WORTH_A_LINE * steady.mean:
+        return ()
+    return ((
+        "start of the test", "ok",
+        f"the first {begin:.3g} s are the start of the test and are left out: with them the mean "
+        f"amplitude would be {1e3 * (steady.mean + moved):.3g} mm instead of "
+        f"{1e3 * steady.mean:.3g} mm",
+    ),)  # fmt: skip
 
 
 def _seen(

@@ -65,6 +65,23 @@ def rows_of_record(
         "base": base_rows(record, measured=measured, conditioned=conditioned),
         "times": decay_times(record, conditioned=conditioned),
         "evidence": _evidence(record, measured=measured, conditioned=conditioned),
+        "checks": [list(found) for found in shown.checks],
+    }
+
+
+def setting_of(record: Record) -> dict[str, Any]:
+    """What the row of regimes.csv repeats of records.csv, so that a table stands by itself.
+
+    Examples
+    --------
+    >>> setting_of(Record("a", Path("a.csv"), "periodic", (0.0391,), base_amplitude=2.5e-4))
+    {'test': 'periodic', 'clearance_mm': '39.1', 'base_amplitude_mm': 0.25}
+    """
+    base = record.base_amplitude
+    return {
+        "test": record.test,
+        "clearance_mm": ";".join(f"{1e3 * b:.7g}" for b in record.clearance),
+        "base_amplitude_mm": None if base is None else 1e3 * base,
     }
 
 

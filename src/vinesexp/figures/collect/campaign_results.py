@@ -28,7 +28,7 @@ from vinesexp.figures.draw.amplitude_over_clearance import (
 )
 from vinesexp.figures.draw.methods import estimates_by_method
 from vinesexp.figures.entry import Drawn
-from vinesexp.figures.numbers import with_error
+from vinesexp.figures.numbers import plus_minus
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.result_columns import (
     BASE,
@@ -39,6 +39,7 @@ from vinesexp.records.result_columns import (
     RECORD_REGIMES,
 )
 from vinesexp.records.tables import number, read_rows
+from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,7 +70,7 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     yield from draw_ringdowns(campaign, results, identified)
     yield from draw_replay(campaign, results, regimes)
     values = {
-        row["parameter"]: with_error(float(row["value"]), float(row["std_error"]), row["unit"])
+        row["parameter"]: plus_minus(float(row["value"]), float(row["std_error"]), row["unit"])
         for row in identified
         if row["method"] == "combined"
     }
@@ -100,11 +101,13 @@ def _periodic(
         else ""
     )
     caption = (
-        "Amplitude of the mass over clearance. Points are mean amplitudes, coloured by regime; "
-        "the tick above each is the largest amplitude. Amplitude falls with clearance as long as "
-        "there are two impacts per cycle, and jumps where they end. Brackets reach to the "
-        "clearances that were tried on either side: of the lowest amplitude (black) and of the end "
-        "of two impacts per cycle (orange)." + line
+        "Amplitude of the mass over clearance. Points are mean amplitudes, coloured by regime, "
+        "with bars of their 95 % intervals from cycle to cycle; the sensitivity of the "
+        "displacement, which moves all alike, is not in them. The tick above each is the largest "
+        "amplitude. Amplitude falls with clearance as long as there are two impacts per cycle, and "
+        "jumps where they end. Brackets reach to the clearances that were tried on either side: "
+        "the upper one of the lowest amplitude, the lower one of the end of two impacts per cycle."
+        + line
     )
     figure = amplitude_over_clearance(valleys)
     yield figure, Drawn("clearance_periodic", "clearance", caption)
@@ -130,13 +133,17 @@ def _valley(
         rig, G=level.G, frequency=level.frequency, low=float(low), high=float(clearance[-1])
     )
     row = compared.get(("periodic", level.name), {})
+    own = [by_id[test.record] for test in level.tests]
     return Valley(
         name=level.name,
         G=1e3 * level.nominal,
         clearance=1e3 * clearance,
         mean=1e3 * np.array([test.value for test in level.tests], dtype=float),
-        largest=1e3
-        * np.array([float(by_id[test.record]["amplitude_max_m"]) for test in level.tests]),
+        largest=1e3 * np.array([float(row["amplitude_max_m"]) for row in own]),
+        half=1e3
+        * COVERAGE_95
+        * np.array([number(row.get("amplitude_error_m")) or np.nan for row in own]),
+        cycles=tuple(int(number(row.get("cycles")) or 0) for row in own),
         regime=tuple(test.regime for test in level.tests),
         curve=(1e3 * b, 1e3 * amplitude),
         records=tuple(test.record for test in level.tests),

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.figures.draw.ringdown_fit import Decay, added_mass_line, ringdown_and_fit
+from vinesexp.figures.draw.ringdown_fit import Decay, Loaded, added_mass_line, ringdown_and_fit
 from vinesexp.figures.draw.traces import Trace, columns_of
 from vinesexp.figures.entry import Drawn
-from vinesexp.figures.numbers import with_error
+from vinesexp.figures.numbers import plus_minus
 from vinesexp.identification.decay_table import of_ringdown
 from vinesexp.identification.estimate import Estimate, read_estimates
 from vinesexp.records.campaign import Campaign, Record
@@ -20,6 +20,7 @@ from vinesexp.records.result_columns import DECAY
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
 from vinesexp.records.tables import read_rows
+from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +52,7 @@ def draw_ringdowns(
     drawn = [(record, decay) for record, decay in drawn if decay.time.size]
     if drawn:
         yield _figure(drawn, _trace(drawn[0][0], paths), identified)
-    yield from _line([r for r in campaign.records if r.id in found], found, identified)
+    yield from _line(campaign, found, identified)
 
 
 def _decay(record: Record, own: Found, paths: ResultPaths) -> Decay:
@@ -78,7 +79,7 @@ def _combined(identified: Sequence[Row], parameter: str) -> str | None:
     """A combined value as it stands in the table of the report."""
     for row in identified:
         if (row["parameter"], row["method"]) == (parameter, "combined"):
-            return with_error(float(row["value"]), float(row["std_error"] or 0.0), row["unit"])
+            return plus_minus(float(row["value"]), float(row["std_error"] or 0.0), row["unit"])
     return None
 
 
@@ -107,8 +108,9 @@ def _figure(
 
 
 def _line(
-    records: Sequence[Record], found: Mapping[str, Found], identified: Sequence[Row]
+    campaign: Campaign, found: Mapping[str, Found], identified: Sequence[Row]
 ) -> Iterator[tuple[Figure, Drawn]]:
+    records = [record for record in campaign.records if record.id in found]
     row = next(
         (r for r in identified if (r["parameter"], r["method"]) == ("M", "added mass")), None
     )
@@ -117,14 +119,30 @@ def _line(
     M = float(row["value"])
     loads = np.array([record.added_mass or 0.0 for record in records])
     periods = np.array([(2.0 * np.pi * found[r.id]["f0"].value) ** -2.0 for r in records])
-    k1 = float(np.mean((M + loads) / periods))
-    figure = added_mass_line(
-        *(loads, periods, (M, k1)),
-        M_text=f"M = {with_error(M, float(row['std_error'] or 0.0), 'kg')} by added mass",
+    loaded = Loaded(
+        names=[record.id for record in records],
+        loads=loads,
+        periods=periods,
+        half=np.array([_half(campaign, r, found[r.id]["f0"], M) for r in records]),
+        M=M,
+        k1=float(np.mean((M + loads) / periods)),
     )
+    text = plus_minus(M, float(row["std_error"] or 0.0), "kg")
+    figure = added_mass_line(loaded, title=f"M = {text}")
     caption = (
-        "Ring-downs with added masses: the squared period grows with the mass along a straight "
-        "line, which meets zero at minus the mass of the oscillator. A point off the line is a "
-        "wrong added mass."
+        "Ring-downs with added masses. Left: the squared period grows with the mass along a "
+        "straight line, which meets zero at minus the mass of the oscillator. Right: how much mass "
+        "each ring-down shows beyond that line. Bars are 95 % intervals from the frequency, from "
+        "mounting the masses again and from weighing them. A point that is off by more than its "
+        "bar has a wrong added mass."
     )
     yield figure, Drawn("ringdown_added_mass", "ringdown", caption)
+
+
+def _half(campaign: Campaign, record: Record, f0: Estimate, M: float) -> float:
+    """Half of the 95 % interval of how far a ring-down is off the line, kg."""
+    load = record.added_mass or 0.0
+    stated = campaign.known.uncertainties
+    frequency = np.hypot(f0.std_error, stated.remounting.of(f0.value) if load else 0.0) / f0.value
+    weighed = stated.added_mass.of(load) if load else 0.0
+    return float(COVERAGE_95 * np.hypot(2.0 * (M + load) * frequency, weighed))

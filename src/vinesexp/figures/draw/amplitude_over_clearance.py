@@ -32,6 +32,8 @@ class Valley:
     name : ``G = 0.25 mm``.
     G : base amplitude.
     clearance, mean, largest : of each record.
+    half : half of the 95 % interval of each mean, NaN where it is not known.
+    cycles : over which each mean is taken.
     regime : of each record.
     curve : predicted amplitude over clearance (two arrays, empty where unknown).
     records : ids, to which the points lead.
@@ -44,6 +46,8 @@ class Valley:
     clearance: Floats
     mean: Floats
     largest: Floats
+    half: Floats
+    cycles: tuple[int, ...]
     regime: tuple[str, ...]
     curve: tuple[Floats, Floats]
     records: tuple[str, ...] = ()
@@ -54,7 +58,8 @@ class Valley:
 
 
 def amplitude_over_clearance(valleys: Sequence[Valley]) -> Figure:
-    """One panel a base amplitude: mean (points) and largest (ticks) amplitude, coloured by regime.
+    """One panel a base amplitude: mean (points with 95 % bars) and largest (ticks) amplitude,
+    coloured by regime.
 
     Parameters
     ----------
@@ -75,15 +80,20 @@ def amplitude_over_clearance(valleys: Sequence[Valley]) -> Figure:
 
 def _panel(axis: Axes, valley: Valley) -> None:
     axis.plot(*valley.curve, color=COLOURS["exact"], linewidth=1.6, zorder=2)
-    points = zip(valley.clearance, valley.mean, valley.largest, valley.regime, strict=True)
-    for i, (b, mean, largest, regime) in enumerate(points):
+    points = zip(
+        *(valley.clearance, valley.mean, valley.half, valley.largest, valley.regime), strict=True
+    )
+    for i, (b, mean, half, largest, regime) in enumerate(points):
         colour = regime_colour(regime)
-        axis.plot([b, b], [mean, largest], color=colour, linewidth=0.8, alpha=0.5, zorder=1)
-        axis.plot(b, largest, "_", color=colour, markersize=6, zorder=3)
+        axis.plot(b, largest, "_", color=colour, markersize=6, alpha=0.6, zorder=3)
+        if np.isfinite(half):
+            axis.errorbar(b, mean, half, color=colour, elinewidth=1.0, capsize=2.5, zorder=3)
         (point,) = axis.plot(b, mean, "o", color=colour, zorder=4)
         if valley.records:
+            known = f" ± {half:.2g}" if np.isfinite(half) else ""
             words = (
-                f"{valley.records[i]}: b = {b:g} mm, mean {mean:.3g} mm, largest {largest:.3g} mm"
+                f"{valley.records[i]}: b = {b:g} mm, mean {mean:.4g}{known} mm over "
+                f"{valley.cycles[i]} cycles, largest {largest:.3g} mm"
             )
             link(point, valley.records[i], f"{words}, {regime}")
     top = 1.3 * float(valley.largest.max())

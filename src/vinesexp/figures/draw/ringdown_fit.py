@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.figures.draw.style import COLOURS, label, new_figure
+from vinesexp.figures.draw.style import COLOURS, label, link, new_figure
 from vinesexp.figures.draw.traces import Trace, draw_trace, sequence
 
 if TYPE_CHECKING:
@@ -106,31 +106,62 @@ def _misfit(axis: Axes, decay: Decay, fit: Floats, colour: str, *, faint: bool) 
     axis.plot(decay.time, share, "o-", color=colour, markersize=2, linewidth=0.8, alpha=alpha)
 
 
-def added_mass_line(
-    loads: Floats, periods: Floats, line: tuple[float, float], *, M_text: str
-) -> Figure:
-    """Squared period over added mass: the straight line whose intercept over slope is M.
+@dataclass(frozen=True)
+class Loaded:
+    """Ring-downs with added masses, and the line through them.
+
+    Attributes
+    ----------
+    names : of the records.
+    loads : added masses, kg.
+    periods : 1/(2 pi f)^2, s^2.
+    half : half of the 95 % interval of what each is off the line, kg.
+    M, k1 : the line is (M + load)/k1.
+    """
+
+    names: Sequence[str]
+    loads: Floats
+    periods: Floats
+    half: Floats
+    M: float
+    k1: float
+
+    @property
+    def off(self) -> Floats:
+        """How much more mass each frequency shows than the line has, kg."""
+        found: Floats = self.k1 * self.periods - (self.M + self.loads)
+        return found
+
+
+def added_mass_line(loaded: Loaded, *, title: str) -> Figure:
+    """Squared period over added mass, a straight line; and how far each point is off it, in grams.
 
     Parameters
     ----------
-    loads : ndarray
-        Added mass, kg.
-    periods : ndarray
-        1/(2 pi f)^2, s^2.
-    line : (M, k1)
-        The line is (M + load)/k1.
-    M_text : str
-        The identified value, for the title.
+    loaded : Loaded
+    title : str
+        With the identified mass.
     """
-    figure, (axis,) = new_figure(height=2.6)
-    M, k1 = line
+    figure, (line, off) = new_figure(1, 2, height=2.7, gridspec_kw={"width_ratios": [1.0, 1.35]})
+    M, k1, loads = loaded.M, loaded.k1, loaded.loads
     reach = np.array([-M, 1.05 * float(loads.max())])
-    axis.plot(reach, 1e4 * (M + reach) / k1, color=COLOURS["exact"])
-    axis.plot(loads, 1e4 * periods, "o", color=COLOURS["measured"])
-    axis.plot(-M, 0.0, "o", color=COLOURS["exact"], markerfacecolor="white")
-    label(axis, f"−M = −{M:.4g} kg", (-M, 0.0), colour=COLOURS["exact"], shift=(8, -1), va="top")
-    axis.set_xlabel("added mass (kg)")
-    axis.set_ylabel("1/(2πf)² (10⁻⁴ s²)")
-    axis.set_title(M_text)
-    axis.set_ylim(bottom=-0.2 * axis.get_ylim()[1])  # room for the name of the intercept
+    line.plot(reach, 1e4 * (M + reach) / k1, color=COLOURS["exact"])
+    line.plot(loads, 1e4 * loaded.periods, "o", color=COLOURS["measured"])
+    line.plot(-M, 0.0, "o", color=COLOURS["exact"], markerfacecolor="white")
+    label(line, f"−M = −{M:.4g} kg", (-M, 0.0), colour=COLOURS["exact"], shift=(6, -1), va="top")
+    line.set_xlabel("added mass (kg)")
+    line.set_ylabel("1/(2πf)² (10⁻⁴ s²)")
+    line.set_title(title)
+    line.set_ylim(bottom=-0.2 * line.get_ylim()[1])  # room for the name of the intercept
+    off.axhline(0.0, color=COLOURS["exact"])
+    points = zip(loaded.names, loads, loaded.off, loaded.half, strict=True)
+    for name, load, away, half in points:
+        drawn = off.errorbar(
+            1e3 * load, 1e3 * away, 1e3 * half, fmt="o", color=COLOURS["measured"], capsize=3
+        )
+        link(drawn.lines[0], name, f"{name}: {1e3 * load:g} g, {1e3 * away:+.2g} g off the line")
+    off.set_xlabel("added mass (g)")
+    off.set_ylabel("off the line (g)")
+    off.set_title("what is left")
+    off.margins(x=0.1, y=0.15)
     return figure

@@ -33,8 +33,8 @@ function factTables(facts, trace) {
   const more = m && m.count > impacts.length ? `; the first ${impacts.length} of ${m.count}, all in impacts/${trace.id}.csv` : "";
   byId("tables").replaceChildren(...[
     table("Checks", ["check", "outcome", "detail"], facts.checks, true),
-    table("What it says of the rig", ["", "method", "value ± standard error of its noise alone", ""], facts.estimates, true),
-    facts.estimates.length ? element("p", "What sensors, clock, masses and clearance add to these errors is in those of the report's values.", { className: "soft" }) : null,
+    table("What it says of the rig", ["", "method", "value ± 95 % from the noise of the record alone", ""], facts.estimates, true),
+    facts.estimates.length ? element("p", "± is half of a 95 % interval (coverage factor k = 2). What sensors, clock, masses and clearance add is in the values of the report.", { className: "soft" }) : null,
     table("Replay with the identified rig", ["", "measured", "replayed", ""], facts.replay, true),
     table(`Impacts${more}`, ["time (s)", "ball", "wall", "velocity jump (m/s)", "confidence", ""], impacts, true),
     table("Provenance", [], facts.provenance),

@@ -1,0 +1,91 @@
+"""The start of a test is left out, and the error of a mean amplitude holds what it states."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+from vinesexp.records.schema import Record
+from vinesexp.records.store import create_record
+from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.signals.impacts.impact_table import no_impacts
+from vinesexp.signals.regimes import shown_by_record
+from vinesexp.signals.steady_part import steady_part
+
+F = 7.862
+
+
+def from_rest(b: float, duration: float) -> tuple[np.ndarray, float]:
+    """Displacement at 500 Hz of the published rig, started at rest with the ball at a wall."""
+    rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=b, r=0.6)])
+    start = Release(x0=0.0, v0=0.0, y0=[b], vy0=[0.0])
+    x, _ = simulate(rig, Harmonic(0.25e-3, F), start, duration=duration).at(
+        np.arange(int(500.0 * duration)) / 500.0
+    )
+    return x, 500.0
+
+
+def correlated(rng: np.random.Generator, n: int, neighbour: float) -> np.ndarray:
+    x = np.empty(n)
+    x[0] = rng.normal() / np.sqrt(1.0 - neighbour**2)
+    for i in range(1, n):
+        x[i] = neighbour * x[i - 1] + rng.normal()
+    return x
+
+
+@pytest.mark.parametrize("neighbour", [0.0, 0.6, 0.9])
+def test_95_percent_intervals_hold_the_mean(neighbour: float) -> None:
+    rng = np.random.default_rng(11)
+    held = cut = 0
+    for _ in range(300):
+        found = steady_part(100.0 + correlated(rng, 250, neighbour))
+        held += abs(found.mean - 100.0) <= 1.96 * found.error
+        cut += found.first > 0
+    assert held / 300 > 0.9
+    assert cut / 300 < 0.05  # no start is made up
+
+
+def test_a_steady_response_keeps_all_cycles() -> None:
+    found = steady_part(5.0 + 0.01 * np.sin(np.arange(300.0)))
+    assert (found.first, found.cycles, found.drifts) == (0, 300, False)
+
+
+def test_an_amplitude_that_keeps_falling_is_said_to() -> None:
+    assert steady_part(np.linspace(8.0, 5.0, 200)).drifts
+
+
+@given(st.lists(st.floats(0.1, 10.0), min_size=1, max_size=60))
+def test_any_amplitudes_have_a_mean_within_them(amplitudes: list[float]) -> None:
+    found = steady_part(np.array(amplitudes))
+    assert min(amplitudes) - 1e-9 <= found.mean <= max(amplitudes) + 1e-9
+    assert found.first <= len(amplitudes) // 2
+    assert found.first + found.cycles == len(amplitudes)
+
+
+def test_a_start_from_rest_does_not_count(tmp_path: Path) -> None:
+    """For 19 s the ball has not found its two impacts per cycle, and the amplitude is higher."""
+    long, rate = from_rest(0.034, 300.0)
+    settled = cycle_amplitudes(long, rate, F)[1][-1000:].mean()
+    with_start = cycle_amplitudes(long[:25000], rate, F)[1][79:].mean()
+    assert with_start > 1.03 * settled  # the first fifth alone is not all of the start
+    for name in ("r.nc", "c.nc"):
+        with create_record(
+            tmp_path / name, sample_rate=rate, quantities={"displacement": "displacement"},
+            attributes={"oscillation_hz": F},
+        ) as writer:  # fmt: skip
+            writer.append({"displacement": long[:25000]})
+    record = Record("r", tmp_path / "r.csv", "periodic", (0.034,), base_amplitude=0.25e-3)
+    shown = shown_by_record(
+        record, measured=tmp_path / "r.nc", conditioned=tmp_path / "c.nc", impacts=no_impacts()
+    )
+    row = shown.regime
+    assert row["amplitude_mean_m"] == pytest.approx(settled, rel=0.005)
+    assert abs(row["amplitude_mean_m"] - settled) < 2.5 * row["amplitude_error_m"]
+    assert row["steady_from_s"] > 10.0
+    assert row["cycles"] < 300
+    ((check, outcome, detail),) = shown.checks
+    assert (check, outcome) == ("start of the test", "ok")
+    assert "are left out" in detail
