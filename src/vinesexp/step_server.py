@@ -27,6 +27,8 @@ from pathlib import Path
 from select import select
 from typing import NoReturn
 
+from vinesexp.records.readers.fork_server import ONE_THREAD
+from vinesexp.records.readers.fork_server import start_server as start_readers
 from vinesexp.step_client import SOCKET
 
 #: Modules whose imports, with all that they import in functions, the steps on a record need.
@@ -62,6 +64,7 @@ def start_server() -> None:
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             pass_fds=[listening.fileno()],
+            env={**os.environ, **ONE_THREAD},  # a process with threads is not safe to fork
         )
     os.environ[SOCKET] = str(place)
     atexit.register(_end, server, place.parent)
@@ -91,6 +94,7 @@ def _end(server: subprocess.Popen[bytes], folder: Path) -> None:
 
 def serve(listening: socket.socket) -> None:
     """Fork for every job that comes, until standard input ends with the run."""
+    start_readers()  # one for all forks
     _load()
     while True:
         ready, _, _ = select([listening, sys.stdin], [], [])

@@ -1,7 +1,8 @@
 """`vinesexp init`: a folder of files becomes a campaign, but for what no file tells."""
 
+import csv
+import os
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -166,14 +167,55 @@ def test_a_folder_that_cannot_be_written_to_is_one_line(tmp_path, capsys, monkey
     rows = "\n".join(f"{s:.3f},{np.cos(50.0 * s):.6f}" for s in t)
     (tmp_path / "a.csv").write_text(f"Time (s),Laser (mm)\n{rows}\n", encoding="utf-8")
 
-    def refuse(path, mode="r", **more):
-        if mode == "x":
+    def refuse(path, text):
+        if path.name == "records.csv":
             raise PermissionError(13, "Permission denied")
-        return opened(path, mode, **more)
+        path.write_text(text, encoding="utf-8")
 
-    opened = Path.open
-    monkeypatch.setattr(Path, "open", refuse)
+    monkeypatch.setattr("vinesexp.commands.init.write_whole", refuse)
     assert main(["init", str(tmp_path)]) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]  # no half of a proposal
     shown = capsys.readouterr().err
     assert shown.count("\n") == 1
     assert "cannot be written to (Permission denied)" in shown
+
+
+def decay(path, name="Laser (mm)"):
+    t = np.arange(4000) / 1000.0
+    rows = "\n".join(f"{s:.3f},{np.exp(-s) * np.cos(50.0 * s):.6f}" for s in t)
+    path.write_text(f"Time (s),{name}\n{rows}\n", encoding="utf-8")
+
+
+def test_file_names_that_cannot_stand_in_a_table_are_left_out_and_reported(tmp_path, capsys):
+    decay(tmp_path / "good.csv")
+    for name in (b"B\xfcro.csv", b"a;b.csv", b"a\nb.csv"):
+        decay(tmp_path / os.fsdecode(name))
+    assert main(["init", str(tmp_path)]) == 0
+    shown = capsys.readouterr().out
+    assert shown.count("rename it") == 3
+    assert [record.file.name for record in load_campaign(tmp_path).records] == ["good.csv"]
+
+
+def test_a_folder_whose_name_is_not_utf_8(tmp_path):
+    folder = tmp_path / os.fsdecode(b"B\xfcro")
+    folder.mkdir()
+    decay(folder / "a.csv")
+    assert main(["init", str(folder)]) == 0
+    assert load_campaign(folder).records
+
+
+def test_no_cell_begins_as_a_formula(tmp_path):
+    for name in ("=HYPERLINK(1).csv", "+1.csv", "-a.csv", "@b.csv"):
+        decay(tmp_path / name)
+    assert main(["init", str(tmp_path)]) == 0
+    for row in csv.reader((tmp_path / "records.csv").open(encoding="utf-8")):
+        assert not [cell for cell in row if cell[:1] in ("=", "+", "-", "@", "\t")]
+    assert len(load_campaign(tmp_path).records) == 4
+
+
+def test_a_short_record_of_a_fast_oscilloscope(tmp_path):
+    """502 samples at 1 GHz: the windows in which a hit is looked for are longer than that."""
+    t = np.arange(502) * 1e-9
+    rows = "\n".join(f"{s:.10f},{np.cos(2e7 * s):.6f}" for s in t)
+    (tmp_path / "a.csv").write_text(f"Time (s),CH1\n{rows}\n", encoding="utf-8")
+    assert main(["init", str(tmp_path)]) == 0

@@ -1,5 +1,8 @@
 """`vinesexp look`: every column, and what it may be."""
 
+import os
+import subprocess
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -82,3 +85,18 @@ def test_times_may_stand_in_the_last_of_columns_without_names(tmp_path, capsys):
     shown = capsys.readouterr().out
     assert "400 rows, 250 Hz" in shown
     assert "times, 0 to 1.596" in shown
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252"])
+def test_any_console_shows_it(encoding, tmp_path):
+    name = tmp_path / "Weg 5 µm → \udcfc.csv"
+    t = np.arange(800) / 100.0
+    rows = "\n".join(f"{s:.2f},{np.cos(5.0 * s):.5f}" for s in t)
+    name.write_text(f"Time (s),Weg → (µm)\n{rows}\n", encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "vinesexp.cli", "look", os.fspath(name)],
+        capture_output=True, check=False, env={**os.environ, "PYTHONIOENCODING": encoding},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"strongest at" in done.stdout
+    assert b"@" in done.stdout  # for the blocks that such a console does not have

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import random
 import struct
 import tempfile
 import warnings
@@ -144,6 +145,54 @@ def _hdf5(**options: object) -> bytes:
         codes = file.create_dataset("codes", data=np.round(np.stack([X, A]) * 100).astype("i2"))
         codes.attrs["scale"], codes.attrs["columns"] = 0.01, ["x", "a"]
     return stream.getvalue()
+
+
+#: What stands in the file that must not be read.
+OUTSIDE = 54321.0
+
+
+def write_indirect(folder: Path, rng: random.Random) -> None:
+    """a.h5 and a.mat, alike, of links of every kind; other.h5 beside them is full of `OUTSIDE`."""
+    with h5py.File(folder / "other.h5", "w") as other:
+        other["x"] = np.full(N, OUTSIDE)
+        other["g/x"] = np.full(N, OUTSIDE)
+        other["fs"] = OUTSIDE
+    with h5py.File(folder / "a.h5", "w") as file:
+        file["x"] = X
+        targets = ["x"]
+        cells = file.create_dataset("cells", (3,), h5py.ref_dtype)
+        cells.attrs["MATLAB_class"] = np.bytes_("cell")
+        for k in range(rng.randrange(1, 8)):
+            name = rng.choice((f"n{k}", f"s/n{k}", f"s/fs{k}", "fs", "s/unit"))
+            if name not in file:
+                _add_link(file, name, rng.choice(targets), rng, folder, cells)
+                targets += [name, f"{name}/x"]
+    (folder / "a.mat").write_bytes((folder / "a.h5").read_bytes())
+
+
+def _add_link(
+    file: h5py.File, name: str, aim: str, rng: random.Random, folder: Path, cells: h5py.Dataset
+) -> None:
+    there = file.get(aim)
+    match rng.randrange(6):
+        case 0:
+            file[name] = h5py.SoftLink(f"/{aim}")
+        case 1:
+            file[name] = h5py.ExternalLink("other.h5", rng.choice(("x", "g", "/", "fs")))
+        case 2:
+            layout = h5py.VirtualLayout(shape=(N,), dtype="f8")
+            where = ("other.h5", "x") if rng.random() < 0.2 else (".", aim)
+            part = rng.choice((N, N, N // 2))
+            layout[:part] = h5py.VirtualSource(*where, shape=(N,))[:part]
+            file.create_virtual_dataset(name, layout)
+        case 3:
+            stored = [(str(folder / "other.h5"), 0, 8 * N)]
+            kept = file.create_dataset(name, (N,), "f8", external=stored)
+            kept.attrs["MATLAB_class"] = np.bytes_(rng.choice(("char", "double", "cell")))
+        case 4 if isinstance(there, h5py.Dataset):
+            cells[rng.randrange(3)] = there.ref
+        case _ if there is not None and there.file == file:
+            file[name] = there
 
 
 def _in_memory(write: Callable[[io.BytesIO], object]) -> bytes:

@@ -25,6 +25,7 @@ from vinesexp.records.campaign import (
     campaign_problems,
 )
 from vinesexp.records.ingest import ingest
+from vinesexp.records.readers import open_source
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record, open_record
 
@@ -57,6 +58,45 @@ def binary_file(rng: random.Random, folder: Path) -> str:
     names = seeds.files("binary")
     name = rng.choice(sorted(names))
     return _read(folder / name, damaged(names[name], rng, list(names.values())), rng)
+
+
+def wrong_length(rng: random.Random, folder: Path) -> str:
+    """A file that is whole but for its end: cut, or longer than it says."""
+    names = seeds.files("binary")
+    name = rng.choice(sorted(names))
+    path, raw = folder / name, names[name]
+    path.write_bytes(raw)
+    try:
+        whole = _lengths(path)[0]
+        path.write_bytes(raw[: rng.randrange(1, len(raw))] if rng.random() < 0.7 else raw + raw[9:])
+        found, said = _lengths(path)
+    except RecordError as error:
+        return _one_line(error)
+    if sum(found) < sum(whole) and not said and not name.endswith((".mat", ".uff")):
+        raise FoundError(f"{name} of {path.stat().st_size} bytes: {found} of {whole}, and no word")
+    return "ok"
+
+
+def _lengths(path: Path) -> tuple[list[int], bool]:
+    """Samples of each column, and whether anything is said about what is missing."""
+    view = view_file(path)
+    return [len(one.values) for one in view.columns], bool(view.remarks or view.problems)
+
+
+def indirect(rng: random.Random, folder: Path) -> str:
+    """An HDF5 file whose links and virtual datasets lead to one another and out of it."""
+    seeds.write_indirect(folder, rng)
+    try:
+        source = open_source(folder / rng.choice(("a.h5", "a.mat")))
+        for column in range(len(source.columns)):
+            for block in source.blocks([column]):
+                if (block == seeds.OUTSIDE).any():
+                    raise FoundError(f"'{source.columns[column].name}' is of another file")
+    except RecordError as error:
+        return _one_line(error)
+    if source.sample_interval == 1.0 / seeds.OUTSIDE:
+        raise FoundError("its sample rate is of another file")
+    return "ok"
 
 
 def _read(path: Path, raw: bytes, rng: random.Random) -> str:
@@ -193,6 +233,8 @@ def signal(rng: random.Random, folder: Path) -> str:
 TARGETS: dict[str, Callable[[random.Random, Path], str]] = {
     "text": text_file,
     "binary": binary_file,
+    "length": wrong_length,
+    "indirect": indirect,
     "campaign": campaign_yaml,
     "records": records_csv,
     "scene": scene_yaml,

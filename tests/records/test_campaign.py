@@ -1,5 +1,7 @@
 """campaign.yaml and records.csv: what is right is understood, in SI. (Mistakes: hard_cases.)"""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -186,3 +188,19 @@ def test_a_title_with_a_colon_needs_no_quotes(tmp_path):
     campaign = load_campaign(tmp_path)
     assert campaign.title == "Shaker tests: summer"
     assert campaign.people["notes"] == "two runs: one lost"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "published: {a: b}", "title: [x, {y: z}]", "sample_rate: {a: 1}", "[a, b]: c", "{x: y}: 1",
+        "known: {mass: {a: b}}", "time: {column: [1], unit: {s: 1}}", "bandpass: {low: {a: 1}}",
+        "channels: {base: {column: {a: 1}, quantity: [x]}}", "allow_outside: {yes: no}",
+        "settings: {filter: {order: {a: 1}}}", "setups: {a: {channels: [b]}}",
+    ],
+)  # fmt: skip
+def test_no_message_speaks_of_the_program_that_reads(text, tmp_path):
+    (tmp_path / "campaign.yaml").write_text(f"{text}\n", encoding="utf-8")
+    (tmp_path / "records.csv").write_text("record,file,test\n", encoding="utf-8")
+    for problem in campaign_problems(tmp_path):
+        assert not re.search(r"Section|ScalarNode|Node\(|<.*object|None", str(problem)), problem

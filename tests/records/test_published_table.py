@@ -59,3 +59,22 @@ def test_mistakes_are_one_line_with_their_place(
     assert "campaign.yaml" in text
     assert "\n" not in text
     assert "run the" not in text
+
+
+def test_a_table_outside_of_the_campaign_is_not_read_unless_that_is_allowed(tmp_path: Path) -> None:
+    folder = tmp_path / "campaign"
+    folder.mkdir()
+    outside = tmp_path / "values.csv"
+    outside.write_text("quantity,value,source\nr,0.60,T2\n")
+    (folder / "link.csv").symlink_to(outside)
+    for name in ("../values.csv", str(outside), "link.csv"):
+        text = YAML.replace("published.csv", name)
+        with pytest.raises(CampaignError, match="leaves the campaign folder"):
+            campaign_of(folder, text)
+        assert campaign_of(folder, f"allow_outside: yes\n{text}").published[0].value == "0.60"
+
+
+def campaign_of(folder: Path, yaml: str):
+    campaign(folder, "quantity,value,source\nr,0.60,T2\n")
+    (folder / "campaign.yaml").write_text(yaml)
+    return load_campaign(folder)

@@ -14,7 +14,7 @@ import shlex
 import sys
 from pathlib import Path
 
-from vinesexp.errors import CampaignError, RecordError
+from vinesexp.errors import CampaignError, RecordError, shown
 from vinesexp.proposal.campaign_proposal import Proposal, ProposedChannel, propose
 from vinesexp.proposal.file_names import Reading
 from vinesexp.proposal.kind_of_test import OPEN
@@ -23,6 +23,7 @@ from vinesexp.records.campaign_schema import NAME as SCHEMA_NAME
 from vinesexp.records.campaign_schema import schema_text
 from vinesexp.records.missing_cells import FILL_IN
 from vinesexp.records.schema import SHEET_COLUMNS
+from vinesexp.whole_files import write_whole
 
 _OUTPUT = {
     "displacement": ("V/mm", "0.5 V/mm"),
@@ -59,11 +60,14 @@ def run(args: argparse.Namespace) -> int:
     }
     if not (folder / SCHEMA_NAME).exists():
         texts[SCHEMA_NAME] = schema_text()
+    written: list[Path] = []
     try:
         for name, text in texts.items():
-            with (folder / name).open("x", encoding="utf-8", newline="\n") as stream:
-                stream.write(text)
+            write_whole(folder / name, text)
+            written.append(folder / name)
     except OSError as error:
+        for path in written:  # half of a proposal would stop the next one
+            path.unlink(missing_ok=True)
         reason = error.strerror or str(error)
         raise CampaignError(
             f"cannot be written to ({reason}); copy the files into a folder of your own",
@@ -75,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
 
 def campaign_text(folder: Path, proposal: Proposal) -> str:
     """campaign.yaml, with a reason beside every line that is not certain."""
-    title = _quoted(folder.resolve().name)
+    title = _quoted(shown(folder.resolve().name))
     lines = [
         f"# yaml-language-server: $schema={SCHEMA_NAME}",
         "# Proposed by `vinesexp init`: look at every line. A `?` stops the run until it is filled",
@@ -163,6 +167,9 @@ def _views(folder: Path) -> tuple[list[FileView], list[str]]:
     for path in paths:
         if path.suffix.lower() in _SKIPPED:
             continue
+        if reason := _unusable(path.relative_to(folder)):
+            others.append(f"left out: {shown(str(path))}: {reason}")
+            continue
         try:
             view = view_file(path)
         except RecordError as error:
@@ -180,6 +187,18 @@ def _views(folder: Path) -> tuple[list[FileView], list[str]]:
         rate = "rate unknown" if view.rate is None else f"{view.rate:g} Hz"
         print(f"{path.relative_to(folder)}: {view.format}, {rate}, {len(view.signals)} signals")
     return views, others
+
+
+def _unusable(path: Path) -> str:
+    """Why a path cannot stand in records.csv; empty where it can."""
+    text = str(path)
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return "its name is not UTF-8; rename it"
+    if ";" in text or text != text.strip() or not text.isprintable():
+        return "its name has a ';' or an odd blank in it; rename it"
+    return ""
 
 
 def _ask(proposal: Proposal) -> None:  # pragma: no cover

@@ -15,6 +15,7 @@ from vinesexp.proposal.survey import ColumnView, FileView, view_file
 from vinesexp.records.readers import Floats
 
 _BARS = " ▁▂▃▄▅▆▇█"
+_PLAIN_BARS = " .:-=+*#@"  # of the same heights, where the console has no blocks
 _WIDTH = 32
 
 
@@ -74,7 +75,17 @@ def small_plot(values: Floats) -> str:
     x = values - np.median(values)
     levels = [float(np.sqrt(np.mean(part**2))) for part in np.array_split(x, _WIDTH)]
     top = max(levels) or 1.0
-    return "".join(_BARS[round(level / top * (len(_BARS) - 1))] for level in levels)
+    bars = _BARS if _shows(_BARS) else _PLAIN_BARS
+    return "".join(bars[round(level / top * (len(bars) - 1))] for level in levels)
+
+
+def _shows(text: str) -> bool:
+    """Whether standard output can show a text."""
+    try:
+        text.encode(getattr(sys.stdout, "encoding", None) or "utf-8")
+    except (UnicodeEncodeError, LookupError):
+        return False
+    return True
 
 
 def _described(column: ColumnView) -> str:

@@ -192,6 +192,18 @@ def _shared(names: Sequence[str]) -> str:
     return first[:length]
 
 
+def _written(path: Path) -> str:
+    """A path as a cell of a sheet, which must not be taken for a formula.
+
+    Examples
+    --------
+    >>> _written(Path("=SUM(1).csv")), _written(Path("raw/a.csv"))
+    ('./=SUM(1).csv', 'raw/a.csv')
+    """
+    text = path.as_posix()
+    return f"./{text}" if text[0] in "=+-@'" else text
+
+
 def _record(
     folder: Path,
     file: FileView,
@@ -220,7 +232,7 @@ def _record(
     if test == OPEN:
         missing = ["test"]
     paths = (file.path, *file.more_paths)
-    path = ";".join(one.relative_to(folder).as_posix() for one in paths)
+    path = ";".join(_written(one.relative_to(folder)) for one in paths)
     return ProposedRecord(name, path, test, cells, missing, why, readings)
 
 

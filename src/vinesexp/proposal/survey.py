@@ -149,6 +149,7 @@ def view_file(path: Path) -> FileView:
             if source.columns[index].name:  # a preamble beside the first rows has no name
                 problems.append(str(error))
     time, rate, remarks = _time_and_rate(source, read)
+    remarks += source.losses
     stated_unit = None if time is None else source.columns[time].unit
     columns = []
     most = max((len(values) for values in read.values()), default=0)
@@ -163,6 +164,9 @@ def view_file(path: Path) -> FileView:
         if kind != "empty":
             columns.append(ColumnView(index, column.name, column.unit, kind, values, own))
     longest = max((len(column.values) for column in columns), default=0)
+    stated = source.stated_rows
+    if stated is not None and 1 < stated != longest < _MOST:
+        remarks.append(f"the header states {stated} rows, {longest} are there")
     if 0 < longest < _FEWEST:
         remarks.append(
             f"{longest} rows: a list of results or events; a record is the samples of a sensor"

@@ -78,6 +78,7 @@ def read_description(file: Path, problems: Problems) -> Description:
     channels = read_channels_section(top, problems)
     time = read_time(top, problems)
     rate = positive(top, "sample_rate", "frequency", problems)
+    outside = yes_or_no(top, "allow_outside", problems)
     gains = {role: channel.gain_error for role, channel in channels.items()}
     return Description(
         title=None if title is None else str(title),
@@ -87,10 +88,10 @@ def read_description(file: Path, problems: Problems) -> Description:
         sample_rate=rate,
         bandpass=_bandpass(top, problems),
         settings=read_settings(top, problems),
-        allow_outside=yes_or_no(top, "allow_outside", problems),
+        allow_outside=outside,
         setups=read_setups(top, Setup(channels, time, rate), problems),
         people={key: str(top.values[key]) for key in PEOPLE_KEYS if top.values.get(key)},
-        published=read_published(top, file.parent, problems),
+        published=read_published(top, file.parent, problems, allow_outside=outside),
     )
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError, nearest
+from vinesexp.records.outside import read_file
 from vinesexp.records.problems import Problems
 from vinesexp.records.tables import Column, Table, number, read_rows
 from vinesexp.records.yamltree import Section
@@ -81,18 +82,20 @@ class PublishedValue:
         return float(f"0.5e{int(power or 0) - decimals}")
 
 
-def read_published(top: Section, folder: Path, problems: Problems) -> tuple[PublishedValue, ...]:
+def read_published(
+    top: Section, folder: Path, problems: Problems, *, allow_outside: bool
+) -> tuple[PublishedValue, ...]:
     """The table named by ``published``, seen from the campaign folder; mistakes to `problems`."""
     name = top.values.get("published")
     if name is None:
         return ()
-    file = folder / str(name)
     found: list[PublishedValue] = []
     try:
-        there = file.is_file()
-    except OSError:  # a name that no file can have
-        there = False
-    if not there:
+        file = read_file(str(name), folder, allow_outside)
+    except ParameterError as error:
+        problems.add(error.problem, where=top.where("published"))
+        return ()
+    if not file.is_file():
         problems.add(f"no file '{name}' in the campaign folder", where=top.where("published"))
         return ()
     try:

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import TypeVar
 
 from vinesexp.errors import nearest
+from vinesexp.records.outside import read_file
 from vinesexp.records.problems import Problems
 from vinesexp.records.schema import SHEET_COLUMNS, Record
 from vinesexp.records.table_cells import (
     read_clearance,
     read_exclude,
-    read_file,
     read_frequency,
     read_id,
     read_least,

@@ -59,7 +59,7 @@ class Samples:
     ) -> None:
         require_one(source)
         self.source = source
-        self.warnings: list[tuple[str, str]] = []
+        self.warnings = [("length", loss) for loss in source.losses]
         self.rows = 0
         self._conversions = list(self._found(channels))
         columns = [source.columns[c.index] for c in self._conversions]

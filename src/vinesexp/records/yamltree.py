@@ -32,6 +32,12 @@ class Section:
     values: dict[str, Any] = field(default_factory=dict)
     lines: dict[str, int] = field(default_factory=dict)
 
+    def __str__(self) -> str:
+        """What a message calls it where a single value was expected."""
+        return f"{{{', '.join(self.values)}}}"
+
+    __repr__ = __str__
+
     def where(self, key: str) -> str:
         """Line and full key, for a message."""
         full = f"{self.path}.{key}" if self.path else key
@@ -121,8 +127,13 @@ def _build(node: Any, path: str, problems: Problems, yaml: Any) -> Any:
     if isinstance(node, yaml.MappingNode):
         section = Section(path)
         for key_node, value_node in node.value:
-            key = str(key_node.value)
             line = key_node.start_mark.line + 1
+            if not isinstance(key_node, yaml.ScalarNode):
+                problems.add(
+                    "a key that is a list or braces; a key is one word", where=f"line {line}"
+                )
+                continue
+            key = str(key_node.value)
             full = f"{path}.{key}" if path else key
             if key in section.values:
                 problems.add(

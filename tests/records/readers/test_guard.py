@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,7 +16,7 @@ import pytest
 
 from vinesexp.errors import RecordError
 from vinesexp.records import readers
-from vinesexp.records.readers import open_source
+from vinesexp.records.readers import fork_server, guard, open_source
 from vinesexp.records.readers.guard import GuardedSource, Limits
 from vinesexp.records.readers.source import Column, TableSource
 
@@ -67,12 +66,12 @@ def file(tmp_path):
         (crashing, "segmentation fault"),
         (spinning, "more than 1 s of the processor"),
         (sleeping, "gives nothing for 2 s"),
-        (greedy, "Unable to allocate"),
+        (greedy, "more memory than a file of its size"),
         (leaving, "status 3"),
-        (mistaken, "KeyError"),
+        (mistaken, "its content is damaged"),
     ],
 )
-def test_a_reader_that_breaks_is_one_line(open_file, words, file):
+def test_a_reader_that_breaks_is_one_line(open_file, words, file, one_thread):
     limits = IMPATIENT if open_file is sleeping else QUICK
     with pytest.raises(RecordError, match=words) as refused:
         GuardedSource(file, reader(open_file), limits)
@@ -81,7 +80,7 @@ def test_a_reader_that_breaks_is_one_line(open_file, words, file):
     assert "Test format" in str(refused.value)
 
 
-def test_a_crash_among_the_samples_leaves_what_was_read_and_no_process(file):
+def test_a_crash_among_the_samples_leaves_what_was_read_and_no_process(file, one_thread):
     class Breaking(TableSource):
         def blocks(self, columns, rows=3):
             for k, block in enumerate(super().blocks(columns, 3)):
@@ -110,25 +109,84 @@ def write_hdf5(path: Path) -> None:
         stored["x"] = np.arange(1000.0)
 
 
-def test_a_source_gives_the_same_through_a_copy_of_this_process_and_a_new_one(tmp_path):
+def test_a_source_gives_the_same_whichever_process_it_is_forked_from(tmp_path, monkeypatch):
     write_hdf5(tmp_path / "a.h5")
-    copied = open_source(tmp_path / "a.h5")
-    waiting = threading.Event()
-    beside = threading.Thread(target=waiting.wait)
-    beside.start()  # copying a process with threads is unsafe
-    try:
-        started = open_source(tmp_path / "a.h5")
-    finally:
-        waiting.set()
-        beside.join()
-    assert copied._child.process is None
-    assert started._child.process is not None
-    assert copied.columns == started.columns == (Column("x", None, 0.01),)
-    for source in (copied, started):
+    sources = []
+    for count in (1, 2):
+        monkeypatch.setattr(guard, "threads", lambda count=count: count)
+        sources.append(open_source(tmp_path / "a.h5"))
+    copied, served = sources
+    assert copied._child.life is None
+    assert served._child.life is not None
+    assert copied.columns == served.columns == (Column("x", None, 0.01),)
+    for source in sources:
         first, second = source.blocks([0], 600), source.blocks([0], 600)
         assert next(first)[-1, 0] == 599.0  # two readings of one source do not mix
         assert [len(block) for block in second] == [600, 400]
         assert [len(block) for block in first] == [400]
+
+
+def test_no_process_with_several_threads_is_forked(tmp_path):
+    """Python 3.12 warns of it, and the copy may wait for ever on a lock."""
+    write_hdf5(tmp_path / "a.h5")
+    code = (
+        "import os, sys, threading, warnings\n"
+        "from pathlib import Path\n"
+        "warnings.simplefilter('error')\n"
+        "forked = []\n"
+        "os.register_at_fork(before=lambda: forked.append(len(os.listdir('/proc/self/task'))))\n"
+        "beside = threading.Thread(target=threading.Event().wait, daemon=True)\n"
+        "beside.start()\n"
+        "from vinesexp.records.readers import open_source\n"
+        "files = [Path(name) for name in sys.argv[1:]]\n"
+        "sources = [open_source(file) for file in files for _ in range(3)]\n"
+        "assert [len(s.columns) for s in sources] == [1, 1, 1]\n"
+        "assert forked == [], forked\n"
+        "server = next(s._child.pid for s in sources)\n"
+        "status = Path(f'/proc/{server}/status').read_text()\n"
+        "parent = next(line.split()[1] for line in status.splitlines() if 'PPid' in line)\n"
+        "assert len(os.listdir(f'/proc/{parent}/task')) == 1\n"
+        "assert int(parent) != os.getpid()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "a.h5")],
+        capture_output=True, text=True, check=False, timeout=100,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("reader", [r for r in readers.READERS if r not in readers.PLAIN])
+def test_no_library_brings_threads_into_the_process_that_is_forked(reader):
+    """Those of all formats, as the fork server loads them."""
+    code = (
+        "import os, sys\n"
+        "from importlib import import_module\n"
+        "for name in ['vinesexp.records.readers', *sys.argv[1:]]:\n"
+        "    try: import_module(name)\n"
+        "    except ImportError: pass\n"
+        "print(len(os.listdir('/proc/self/task')))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, *getattr(reader, "LIBRARIES", ())],
+        capture_output=True, text=True, check=True,
+        env={**os.environ, **fork_server.ONE_THREAD},
+    )  # fmt: skip
+    assert done.stdout.strip() == "1"
+
+
+def test_the_fork_server_tells_how_a_child_ended_and_is_started_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(guard, "threads", lambda: 2)
+    write_hdf5(tmp_path / "a.h5")
+    source = open_source(tmp_path / "a.h5")
+    os.kill(source._child.pid, signal.SIGSEGV)
+    with pytest.raises(RecordError, match="segmentation fault"):
+        next(source.blocks([0]))
+    other = open_source(tmp_path / "a.h5")
+    status = Path(f"/proc/{other._child.pid}/status").read_text()
+    server = int(next(line.split()[1] for line in status.splitlines() if "PPid" in line))
+    os.kill(server, signal.SIGKILL)
+    os.waitid(os.P_PID, server, os.WEXITED | os.WNOWAIT)
+    assert len(next(open_source(tmp_path / "a.h5").blocks([0]))) == 1000
 
 
 def test_the_child_ends_with_its_source(tmp_path):

@@ -6,11 +6,12 @@ Several are records of their own, named behind the archive: ``tests.zip#run_2.cs
 from __future__ import annotations
 
 import shutil
-import tempfile
 import zipfile
 from pathlib import Path, PurePosixPath
+from typing import IO
 
 from vinesexp.errors import RecordError
+from vinesexp.records.readers.aside import file_aside
 from vinesexp.records.readers.extras import unreadable
 from vinesexp.records.readers.parts import file_of, part_of
 from vinesexp.records.readers.text import TextSource
@@ -38,7 +39,7 @@ def open_file(path: Path) -> ZippedText:
                 raise RecordError(
                     f"'{chosen.filename}' unpacks to {chosen.file_size} bytes", file=path
                 )
-            kept = tempfile.NamedTemporaryFile(suffix=".csv")  # noqa: SIM115
+            kept, text = file_aside()
             with archive.open(chosen) as stream:
                 shutil.copyfileobj(stream, kept)
             kept.flush()
@@ -46,7 +47,7 @@ def open_file(path: Path) -> ZippedText:
         raise
     except Exception as error:  # whatever the broken bytes lead to
         raise unreadable("a zip archive", error, path) from None
-    source = ZippedText(path, kept)
+    source = ZippedText(path, kept, text)
     if len(parts) > 1:
         source.parts = tuple(parts)
         source.format = f"'{chosen.filename}' of a zip of {len(parts)} CSVs"
@@ -87,10 +88,10 @@ class ZippedText(TextSource):
 
     format = "zip of one CSV"
 
-    def __init__(self, path: Path, kept: tempfile._TemporaryFileWrapper[bytes]) -> None:
+    def __init__(self, path: Path, kept: IO[bytes], text: Path) -> None:
         self._kept = kept
         try:
-            super().__init__(Path(kept.name))
+            super().__init__(text)
         except RecordError as error:
             raise RecordError(error.problem, file=path, where=error.where) from None
         self._read_from, self.path = self.path, path

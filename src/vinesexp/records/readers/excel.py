@@ -2,13 +2,12 @@
 
 Another sheet is named behind the file, as in ``book.xlsx#Run 2``. One has to be named where several
 sheets of like length begin with the same row: they are records of one kind. Names, units, preamble
-and stamps of a sheet are found as in text: its cells are written to an unnamed text file first, one
-line a row.
+and stamps of a sheet are found as in text: its cells are written to a file aside first, one line a
+row.
 """
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from datetime import datetime, time
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.errors import RecordError
+from vinesexp.records.readers.aside import file_aside
 from vinesexp.records.readers.extras import need, unreadable
 from vinesexp.records.readers.parts import file_of, part_of
 from vinesexp.records.readers.source import BLOCK_ROWS, Floats
@@ -75,15 +75,15 @@ class SheetSource(TextSource):
 
     def __init__(self, path: Path, sheet: str, rows: Iterable[Iterable[Any]]) -> None:
         self.format = "Excel"
-        self._text = tempfile.NamedTemporaryFile("w", suffix=".tsv", encoding="utf-8")  # noqa: SIM115
+        self._text, text = file_aside()
         try:
             for row in rows:
-                self._text.write(_line(row) + "\n")
+                self._text.write(f"{_line(row)}\n".encode())
         except Exception as error:
             raise unreadable("an Excel workbook", error, path) from None
         self._text.flush()
         try:
-            super().__init__(Path(self._text.name))
+            super().__init__(text)
         except RecordError as error:
             raise self._meant(error, path, sheet) from None
         self._sheet = sheet

@@ -3,8 +3,9 @@
 Bytes that were damaged or made up can crash the library that reads a format, hold it for ever or
 have it ask for all memory there is. The child has limits of processor time and memory in proportion
 to the size of the file; when it dies, the file is refused in one line. It opens the file once and
-gives blocks for as long as the source is used. A copy of this process (fork) is made in a
-hundredth of a second; where that is unsafe, beside threads and on macOS, a new one is started.
+gives blocks for as long as the source is used. It is a copy (fork) of this process where that has
+a single thread, else of one that is kept for it (`fork_server.py`): both take a few milliseconds.
+On macOS, where libraries may not survive a fork, a new process is started.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from __future__ import annotations
 import os
 import select
 import signal
+import socket
 import subprocess
 import sys
-import threading
 import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -24,6 +25,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from vinesexp.errors import RecordError, VinesexpError
+from vinesexp.records.readers.fork_server import ended, fork_for
 from vinesexp.records.readers.guarded_child import receive, send, serve, widen
 from vinesexp.records.readers.parts import file_of
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
@@ -110,9 +112,6 @@ class GuardedSource:
         self.path = path
         self._name = reader.NAME
         self._limits = limits or limits_for(file_of(path).stat().st_size)
-        for library in getattr(reader, "LIBRARIES", ()):
-            with suppress(ImportError):  # the reader says what to type
-                import_module(library)  # once for all files, not in every child
         self._child = _start(reader, path, self._limits)
         self._end = weakref.finalize(self, _finish, self._child, os.getpid())
         self._dead: RecordError | None = None
@@ -125,6 +124,7 @@ class GuardedSource:
         self.time_column: int | None = facts["time_column"]
         self.stated_rows: int | None = facts["stated_rows"]
         self.parts: tuple[str, ...] = facts["parts"]
+        self.losses: tuple[str, ...] = facts["losses"]
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """Blocks of the given columns; see `Source.blocks`."""
@@ -177,17 +177,27 @@ class GuardedSource:
 
 @dataclass
 class _Child:
-    """A process that serves one source, and the ends of its pipes."""
+    """A process that serves one source, and the ends of its pipes.
+
+    `life` is the socket of one that the fork server made, `process` one that was started.
+    """
 
     pid: int
     requests: int
     answers: int
+    life: socket.socket | None = None
     process: subprocess.Popen[bytes] | None = None
     status: int | None = None
 
     def wait(self, *, kill: bool) -> int:
         """Exit status; negative: the signal that ended it."""
         if self.status is None:
+            if self.life is not None:
+                if kill:
+                    self.life.shutdown(socket.SHUT_WR)
+                self.status = ended(self.life)
+                self.life.close()
+                return self.status
             if kill:
                 with suppress(ProcessLookupError):
                     os.kill(self.pid, signal.SIGKILL)
@@ -198,31 +208,49 @@ class _Child:
         return self.status
 
 
+def threads() -> int:
+    """How many threads this process has: those of libraries count, and Python sees only its own."""
+    return len(os.listdir("/proc/self/task"))
+
+
 def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
     requests, to_child = os.pipe()
     from_child, answers = os.pipe()
     widen(answers)
     try:
-        if sys.platform == "linux" and threading.active_count() == 1:
-            pid = os.fork()
-            if pid == 0:  # pragma: no cover
-                os.close(to_child)
-                os.close(from_child)
-                serve(reader, path, astuple(limits), requests, answers)
-            return _Child(pid, to_child, from_child)
-        code = "from vinesexp.records.readers.guarded_child import main; main()"
-        process = subprocess.Popen(
-            [
-                *(sys.executable, "-c", code, reader.__name__, os.fspath(path)),
-                *map(str, (*astuple(limits), requests, answers)),
-            ],
-            pass_fds=(requests, answers),
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-        )
-        return _Child(process.pid, to_child, from_child, process)
+        if sys.platform != "linux":
+            process = _new_process(reader, path, limits, requests, answers)
+            return _Child(process.pid, to_child, from_child, process=process)
+        if threads() == 1:
+            for library in getattr(reader, "LIBRARIES", ()):
+                with suppress(ImportError):  # the reader says what to type
+                    import_module(library)  # once for all files, not in every child
+        if threads() > 1:  # of this process, or brought by a library
+            life, pid = fork_for(reader.__name__, path, astuple(limits), requests, answers)
+            return _Child(pid, to_child, from_child, life)
+        pid = os.fork()
+        if pid == 0:  # pragma: no cover
+            os.close(to_child)
+            os.close(from_child)
+            serve(reader, path, astuple(limits), requests, answers)
+        return _Child(pid, to_child, from_child)
     finally:
         os.close(requests)
         os.close(answers)
+
+
+def _new_process(
+    reader: Reader, path: Path, limits: Limits, requests: int, answers: int
+) -> subprocess.Popen[bytes]:
+    code = "from vinesexp.records.readers.guarded_child import main; main()"
+    return subprocess.Popen(
+        [
+            *(sys.executable, "-c", code, reader.__name__, os.fspath(path)),
+            *map(str, (*astuple(limits), requests, answers)),
+        ],
+        pass_fds=(requests, answers),
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )
 
 
 def _finish(child: _Child, owner: int) -> None:

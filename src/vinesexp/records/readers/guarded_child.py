@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from vinesexp.errors import RecordError
+from vinesexp.records.readers.extras import in_words
 
 _HEAD = struct.Struct("<QQ")  # bytes of the pickle, and of the samples beside it
 _PIPE = 1 << 20  # bytes that a pipe holds: fewer changes between the two processes
@@ -107,16 +108,12 @@ def refusal(error: Exception, name: str) -> tuple[str, str | None]:
     """Problem and place of what went wrong in a reader, as a `RecordError` states them."""
     if isinstance(error, RecordError):
         return error.problem, error.where
-    reason = " ".join(str(error).split())[:200]
-    problem = (
-        f"cannot be read as {name} ({type(error).__name__}: {reason}); copy or export the record "
-        "again"
-    )
+    problem = f"cannot be read as {name} ({in_words(error)}); copy or export the record again"
     return problem, None
 
 
 def _facts(source: Any) -> dict[str, Any]:
-    names = ("format", "sample_interval", "start", "time_column", "stated_rows", "parts")
+    names = ("format", "sample_interval", "start", "time_column", "stated_rows", "parts", "losses")
     columns = [(c.name, c.unit, c.interval, c.start) for c in source.columns]
     return {**{name: getattr(source, name) for name in names}, "columns": columns}
 

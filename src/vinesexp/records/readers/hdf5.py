@@ -5,6 +5,10 @@ longer axis, named by its attribute ``columns`` or by number (``data/0``). Integ
 attributes ``scale`` and ``offset`` become code * scale + offset. The sampling is read from
 ``sample_rate_hz`` or ``sample_interval_s``, as attribute of the dataset, of a group that it stands
 in, or of the file: what another dataset states says nothing of this one.
+
+A record is one file: links to other files are not followed and reported, and a dataset whose
+samples stand in another file, by whatever detour, is refused. Samples that were never written are
+reported, too: the library gives zeros for them.
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import matlab73
+from vinesexp.records.readers.extras import unreadable
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
@@ -36,6 +41,7 @@ _SHORTEST, _LONGEST = 1e-15, 1e9  # s between samples: what lies outside is no s
 _WIDEST = 2000  # columns of a matrix
 _SWELL = 2000  # samples a byte: what was never written takes no room, and may be stated at any size
 _INTERVALS = ("sample_interval_s", "sample_interval", "dt")
+_DEEPEST = 20  # virtual datasets made of virtual datasets
 
 
 def recognises(head: bytes, suffix: str) -> bool:
@@ -82,6 +88,7 @@ class Hdf5Source:
         self._series: list[_Series] = []
         self._units: dict[str, str] = {}  # words that stand beside the samples
         self._contradictions: list[RecordError] = []
+        losses: list[str] = []
         found: list[tuple[str, Any]] = []
         stated: dict[str, dict[str, list[float]]] = {"": {}}
         try:
@@ -91,19 +98,27 @@ class Hdf5Source:
                 def see(name: str, item: Any) -> None:
                     self._visit(name, item, found, stated, scalars)
 
+                def require_own(name: str, item: Any) -> None:
+                    if reason := _elsewhere(file, item):
+                        raise RecordError(
+                            f"dataset '{name}' {reason}; copy its samples into this file", file=path
+                        )
+
                 if scalars:
-                    matlab73.visit(file, see, self._units)
+                    matlab73.visit(file, see, self._units, require_own)
                 else:
                     file.visititems(see)
+                for name, item in found:
+                    require_own(name, item)
+                    losses += _never_written(name, item)
+                losses += _links_elsewhere(file)
                 columns = [
                     column
                     for name, item in found
                     for column in self._columns_of(name, item, stated, scalars)
                 ]
         except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
-            raise RecordError(
-                f"cannot be read as HDF5 ({error}); export the record again", file=path
-            ) from None
+            raise unreadable("HDF5", error, path) from None
         if not columns:
             raise RecordError("holds no columns of numbers", file=path)
         if self._contradictions and all(math.isnan(c.interval or 0.0) for c in columns):
@@ -112,6 +127,7 @@ class Hdf5Source:
         self.sample_interval = interval_from(stated[""], path)
         self.stated_rows: int | None = None
         self.parts: tuple[str, ...] = ()
+        self.losses = tuple(losses)
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """Blocks of the given columns; see `Source.blocks`."""
@@ -128,11 +144,7 @@ class Hdf5Source:
                 try:
                     block = np.stack([_read(file, one, begin, end) for one in series], axis=1)
                 except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
-                    raise RecordError(
-                        f"cannot be read as HDF5 ({error}); copy or export the record again",
-                        file=self.path,
-                        where=self.locate(begin),
-                    ) from None
+                    raise unreadable("HDF5", error, self.path, self.locate(begin)) from None
                 yield block
 
     def locate(self, row: int) -> str:
@@ -156,11 +168,6 @@ class Hdf5Source:
             return
         if name.startswith("#") or not min(shape):  # MATLAB's own bookkeeping, and nothing
             return
-        if _is_elsewhere(item):
-            raise RecordError(
-                f"dataset '{name}' keeps its samples in another file; copy them into this one",
-                file=self.path,
-            )
         if item.size > _SWELL * self._size:
             sizes = " by ".join(str(length) for length in shape)
             raise RecordError(
@@ -201,11 +208,77 @@ class Hdf5Source:
             yield Column(own, unit_of_label(label) or label or unit_in_name(own), interval)
 
 
-def _is_elsewhere(item: Any) -> bool:
-    """Whether a dataset only points to samples outside of its file, whatever file that is."""
+def _elsewhere(file: Any, item: Any, depth: int = 0) -> str:
+    """Why the samples of a dataset are not all in `file`; empty where they are.
+
+    A virtual dataset names its sources by their paths, and a path may lead through a link out of
+    the file or to a dataset that is virtual itself.
+    """
+    import h5py
+
+    other = "keeps its samples in another file"
+    if h5py.h5o.get_info(item.id).fileno != h5py.h5o.get_info(file.id).fileno:
+        return other
+    if not hasattr(item, "external"):  # a group
+        return ""
     if item.external:
-        return True
-    return bool(item.is_virtual) and any(s.file_name != "." for s in item.virtual_sources())
+        return other
+    if not item.is_virtual:
+        return ""
+    mapped = 0
+    for one in item.virtual_sources():
+        if one.file_name != "." or depth > _DEEPEST:
+            return other
+        if "%" in one.dset_name:
+            return f"takes its samples from a series of datasets ('{one.dset_name}')"
+        source = file.get(one.dset_name)
+        if source is None:
+            return f"takes its samples from '{one.dset_name}', which is not there"
+        if reason := _elsewhere(file, source, depth + 1):
+            return reason
+        mapped += max(int(one.vspace.get_select_npoints()), 0)
+    return "" if mapped >= item.size else f"has {item.size} samples, of which only {mapped} exist"
+
+
+def _never_written(name: str, item: Any) -> Iterator[str]:
+    """What was stated and got no room in the file: the library reads it as zeros."""
+    if item.is_virtual:
+        return
+    if not item.chunks:
+        written, blocks = int(item.id.get_storage_size() > 0), 1
+    else:
+        pairs = zip(item.shape, item.chunks, strict=True)
+        written, blocks = item.id.get_num_chunks(), math.prod(-(-n // size) for n, size in pairs)
+    if written < blocks:
+        lost = round(max(item.shape) * (1.0 - written / blocks))
+        yield (
+            f"dataset '{name}' states {max(item.shape)} samples, {lost} of them were never written "
+            f"and are read as {np.asarray(item.fillvalue).reshape(-1)[0]:g}"
+        )
+
+
+def _links_elsewhere(file: Any) -> Iterator[str]:
+    """Links to other files, which are not followed."""
+    import h5py
+
+    found: list[str] = []
+
+    def see(group: Any, path: str) -> None:
+        for key in group:
+            try:
+                link = group.get(key, getlink=True)
+            except (OSError, RuntimeError, ValueError, TypeError, KeyError):
+                continue  # of a kind that only its program knows
+            if isinstance(link, h5py.ExternalLink):
+                found.append(f"{path}{key}")
+
+    see(file, "")
+    file.visititems(
+        lambda name, item: see(item, f"{name}/") if isinstance(item, h5py.Group) else None
+    )
+    if found:
+        more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+        yield f"links to other files are not followed: {', '.join(found[:3])}{more}"
 
 
 def _read(file: Any, series: _Series, begin: int, end: int) -> Floats:

@@ -35,3 +35,11 @@ def columns_and_sampling(
         times[0] if has_times and times else None,
         intervals.pop() if len(intervals) == 1 else None,
     )
+
+
+def stated_rows(layout: Layout, lines: list[list[str]]) -> int | None:
+    """How many rows the longest of the channels has."""
+    stated = {cells[0]: cells for cells in lines if cells}
+    counts = [number(layout, cell) for cell in stated.get("Samples", [])[1:] if cell]
+    known = [int(count) for count in counts if count is not None and 0.0 < count < 1e12]
+    return max(known, default=None)

@@ -45,7 +45,7 @@ def open_file(path: Path) -> TableSource:
 
     words = read("h", 32) == 1.0
     blocks = [int(read("i", place)) for place in (36, 40, 48, 52)]
-    size = int(read("i", 60))
+    size, stated = int(read("i", 60)), int(read("i", 116))
     segments = max(int(read("i", 144)), 1)
     begin = at + sum(blocks)
     if min(*blocks, size) < 0 or size == 0 or begin + size > len(raw):
@@ -83,6 +83,11 @@ def open_file(path: Path) -> TableSource:
         start=start,
     )
     source.parts = tuple(str(k + 1) for k in range(segments)) if segments > 1 else ()
+    behind = len(raw) - begin - size
+    if behind >= 2 * (1 + words):
+        source.losses = (f"{behind} bytes behind the samples that it states are not read",)
+    if stated and stated != size // (1 + words):
+        source.losses += (f"states {stated} samples and {size} bytes of them",)
     return source
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import hdf5
+from vinesexp.records.readers.extras import unreadable
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
@@ -89,6 +90,7 @@ class MatlabSource:
         self.time_column: int | None = None
         self.stated_rows: int | None = None
         self.parts: tuple[str, ...] = ()
+        self.losses: tuple[str, ...] = ()
         self._places: list[_Place] = []
         self._nested: dict[str, Any] = {}  # arrays inside structures, by their path
         names: list[tuple[str, str | None]] = []
@@ -233,9 +235,7 @@ class MatlabSource:
         try:
             return getattr(scipy.io, function)(self.path, **options)
         except Exception as error:  # scipy raises whatever the broken bytes lead to
-            raise RecordError(
-                f"cannot be read as MATLAB ({error}); save the record again", file=self.path
-            ) from None
+            raise unreadable("MATLAB", error, self.path) from None
 
 
 def _state(stated: dict[str, dict[str, list[float]]], path: str, value: Any) -> None:

@@ -39,8 +39,10 @@ def open_file(path: Path) -> TableSource:
     columns: list[Column] = []
     series: list[NDArray[np.generic]] = []
     stated: dict[str, list[float]] = {}
+    ends: int | None = None
     try:
         for name, values in _arrays(path):
+            ends = values.offset + values.nbytes if isinstance(values, np.memmap) else None
             if values.size == 1 and values.dtype.kind in "iuf":
                 stated.setdefault(name.lower(), []).append(float(values.reshape(-1)[0]))
             for own, one in _columns(name, values):
@@ -50,7 +52,7 @@ def open_file(path: Path) -> TableSource:
         raise
     except Exception as error:  # whatever the broken bytes lead to
         raise unreadable("NumPy arrays", error, path) from None
-    return TableSource(
+    source = TableSource(
         path,
         "NumPy",
         columns,
@@ -58,6 +60,10 @@ def open_file(path: Path) -> TableSource:
         sample_interval=interval_from(stated, path),
         time_column=only_time(columns),
     )
+    behind = 0 if ends is None else path.stat().st_size - ends
+    if behind > 0:
+        source.losses = (f"{behind} bytes behind the array that it states are not read",)
+    return source
 
 
 def _arrays(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:

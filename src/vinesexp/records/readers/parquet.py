@@ -26,7 +26,8 @@ def open_file(path: Path) -> TableSource:
     columns: list[Column] = []
     series: list[NDArray[np.generic]] = []
     try:
-        table = parquet.ParquetFile(path).read()
+        # In this thread: room for the stacks of others is memory that the limits count.
+        table = parquet.ParquetFile(path, pre_buffer=False).read(use_threads=False)
         for name in table.column_names:
             values = table[name].to_numpy()
             unit = unit_in_name(name)

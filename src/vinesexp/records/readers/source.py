@@ -60,6 +60,8 @@ class Source(Protocol):
         How many rows the file itself says it has.
     parts : tuple of str
         Names of the records of a file that holds several (`readers.parts`); empty for one.
+    losses : tuple of str
+        What the file says it holds and does not: a warning each.
     """
 
     path: Path
@@ -70,6 +72,7 @@ class Source(Protocol):
     time_column: int | None
     stated_rows: int | None
     parts: tuple[str, ...]
+    losses: tuple[str, ...]
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """The given columns, in the given order, as (n, k) blocks; NaN where a cell is missing.
@@ -107,6 +110,7 @@ class TableSource:
 
     stated_rows: int | None = None
     parts: tuple[str, ...] = ()
+    losses: tuple[str, ...] = ()
 
     def __init__(
         self,

@@ -6,6 +6,7 @@ NI's properties say. `wf_increment` is the interval, `wf_start_offset` the start
 
 from __future__ import annotations
 
+import struct
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -26,6 +27,7 @@ from vinesexp.records.readers.source import (
 NAME = "LabVIEW TDMS"
 LIBRARIES = ("nptdms",)
 
+_NOT_ENDED = 0xFFFFFFFFFFFFFFFF  # in place of a segment's length
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit", "units")
 
 
@@ -51,8 +53,10 @@ class TdmsSource:
         self.start = 0.0
         self.stated_rows: int | None = None
         self.parts: tuple[str, ...] = ()
+        self.losses = tuple(_cut_short(path))
         try:
-            self._file = nptdms.TdmsFile.open(path)
+            # By the file itself: by its name, the index beside it would be believed.
+            self._file = nptdms.TdmsFile.open(path.open("rb"))
             channels = [c for group in self._file.groups() for c in group.channels()]
             self._channels = [c for c in channels if c.dtype.kind in "iufM" and len(c) > 1]
             counted = Counter(c.name for c in self._channels)
@@ -78,6 +82,26 @@ class TdmsSource:
     def locate(self, row: int) -> str:
         """``"sample 12"``, counted from 0."""
         return f"sample {row}"
+
+
+def _cut_short(path: Path) -> Iterator[str]:
+    """Whether the last segment is as long as it says, by the heads of all segments."""
+    size, begin = path.stat().st_size, 0
+    with path.open("rb") as stream:
+        while begin < size:
+            stream.seek(begin)
+            head = stream.read(28)
+            stated = struct.unpack_from("<Q", head, 12)[0] if len(head) == 28 else 0
+            if stated == _NOT_ENDED:
+                yield "the program that wrote it did not end it: the last segment states no length"
+                return
+            if len(head) < 28 or begin + 28 + stated > size:
+                yield (
+                    f"it ends inside a segment: {size - begin} of {28 + stated} bytes are there, "
+                    "what is left of it is read"
+                )
+                return
+            begin += 28 + stated
 
 
 def _column(channel: Any, ambiguous: bool) -> Column:

@@ -80,6 +80,9 @@ def open_file(path: Path) -> TableSource:
         start=start,
     )
     source.stated_rows = int(_number(stated, "NR_PT", path))
+    behind = len(raw[begin + size :].strip())
+    if behind >= width:
+        source.losses = (f"{behind} bytes behind the samples that it states are not read",)
     return source
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -13,6 +12,7 @@ import numpy as np
 
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers import labview
+from vinesexp.records.readers.aside import file_aside
 from vinesexp.records.readers.blocks import Block, find_blocks, lines_of_block
 from vinesexp.records.readers.header import find_layout
 from vinesexp.records.readers.labels import (
@@ -57,6 +57,7 @@ class TextSource:
 
     format: str = "text"
     parts: tuple[str, ...] = ()
+    losses: tuple[str, ...] = ()
 
     def __init__(self, path: Path, layout: Layout | None = None) -> None:
         self.path = path  # for messages
@@ -74,6 +75,7 @@ class TextSource:
             self.columns, self.time_column, self.sample_interval = labview.columns_and_sampling(
                 self.layout, lines
             )
+            self.stated_rows = labview.stated_rows(self.layout, lines)
         else:
             self._complete(lines)
 
@@ -125,6 +127,7 @@ class TextSource:
                 decimal=layout.decimal,
                 encoding=layout.encoding,
                 encoding_errors="replace",
+                compression=None,  # what the name ends with says nothing
                 header=None,
                 names=[f"c{column}" for column in wanted],  # numbers would mean positions
                 usecols=wanted,
@@ -260,13 +263,13 @@ class BlockSource(TextSource):
     def __init__(self, path: Path, layout: Layout, blocks: Sequence[Block]) -> None:
         file = file_of(path)
         block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
-        self._text = tempfile.NamedTemporaryFile("w", suffix=".txt", encoding="utf-8")  # noqa: SIM115
-        self._text.writelines(lines_of_block(file, layout, block))
+        self._text, text = file_aside()
+        self._text.writelines(line.encode() for line in lines_of_block(file, layout, block))
         self._text.flush()
         self._whole = path
         self._shift = 0
         try:
-            super().__init__(Path(self._text.name))
+            super().__init__(text)
         except RecordError as error:
             raise self._meant(error) from None
         self._shift = block.first - self.layout.first

@@ -46,6 +46,8 @@ def open_file(path: Path) -> TableSource:
     records = [one for one in sets if _is_time(one)]
     if not records:
         kinds = ", ".join(str(kind) for kind in sorted(set(types)))
+        if not types:
+            raise RecordError("ends inside its first dataset; export the record again", file=path)
         held = {_FUNCTIONS.get(int(one.get("func_type", 0)), "other functions") for one in sets}
         reported = " and ".join(sorted(held)) if held else f"only datasets {kinds}"
         raise RecordError(
@@ -54,7 +56,22 @@ def open_file(path: Path) -> TableSource:
         )
     counted = Counter(str(one["id1"]).strip() for one in records)
     columns = [_column(one, counted) for one in records]
-    return TableSource(path, "UFF", columns, [np.asarray(one["data"]) for one in records])
+    source = TableSource(path, "UFF", columns, [np.asarray(one["data"]) for one in records])
+    pairs = [(int(one.get("num_pts") or 0), np.size(one["data"])) for one in records]
+    source.losses = tuple(
+        f"'{column.name}' states {stated} samples, {found} are there"
+        for column, (stated, found) in zip(columns, pairs, strict=True)
+        if stated != found
+    )
+    if _marks(path) % 2:
+        source.losses += ("it ends inside a dataset, which is not read",)
+    return source
+
+
+def _marks(path: Path) -> int:
+    """Lines of -1, of which every dataset has one before it and one behind."""
+    with path.open("rb") as stream:  # behind binary samples the mark may not begin a line
+        return sum(line.rstrip().endswith(b"    -1") for line in stream)
 
 
 def _is_time(one: dict[str, Any]) -> bool:

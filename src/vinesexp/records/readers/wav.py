@@ -7,12 +7,14 @@ Integer codes become -1 to 1; what full scale means is the channel's `file_unit`
 
 from __future__ import annotations
 
+import os
 import struct
-import warnings
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
@@ -36,53 +38,168 @@ class WavSource:
     format = "WAV"
 
     def __init__(self, path: Path) -> None:
-        from scipy.io import wavfile
-
         self.path = path
         self.start = 0.0
         self.time_column: int | None = None
-        self.stated_rows: int | None = None
         self.parts: tuple[str, ...] = ()
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", wavfile.WavFileWarning)  # chunks of other programs
-                try:
-                    rate, data = wavfile.read(path, mmap=True)
-                except ValueError:  # 24-bit samples cannot be mapped
-                    rate, data = wavfile.read(path)
-        except Exception as error:  # scipy raises whatever the broken bytes lead to
-            raise RecordError(
-                f"cannot be read as WAV ({error}); export the record again", file=path
-            ) from None
-        self._data = data if data.ndim == 2 else data[:, None]
-        if not len(self._data) or rate <= 0:
+        self._layout = _layout(path)
+        self._frames = self._layout.found // self._layout.frame
+        if not self._frames:
             raise RecordError("holds no samples; export the record again", file=path)
-        self.sample_interval: float | None = 1.0 / rate
-        names = track_names(path)
-        self.columns = tuple(Column(names.get(k + 1, str(k))) for k in range(self._data.shape[1]))
+        self.stated_rows: int | None = self._layout.stated_frames
+        self.losses = tuple(self._layout.losses())
+        self.sample_interval: float | None = 1.0 / self._layout.rate
+        names = {} if self._layout.tracks is None else track_names(self._layout.tracks)
+        columns = range(self._layout.channels)
+        self.columns = tuple(Column(names.get(k + 1, str(k))) for k in columns)
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
         """Blocks of the given columns; see `Source.blocks`."""
-        kind = self._data.dtype
-        # Unsigned bytes have their zero at 128; the rest of WAV is signed.
-        zero = 128.0 if kind == np.uint8 else 0.0
-        full = 1.0 if kind.kind == "f" else 2.0 ** (8 * kind.itemsize - 1)
-        for begin in range(0, len(self._data), rows):
-            block = self._data[begin : begin + rows, list(columns)].astype(np.float64)
-            block -= zero
-            block /= full
-            yield block
+        layout = self._layout
+        with self.path.open("rb") as stream:
+            for begin in range(0, self._frames, rows):
+                count = min(rows, self._frames - begin)
+                stream.seek(layout.begin + begin * layout.frame)
+                raw = stream.read(count * layout.frame)
+                if len(raw) < count * layout.frame:
+                    raise RecordError("became shorter while it was read", file=self.path)
+                yield layout.numbers(raw)[:, list(columns)]
 
     def locate(self, row: int) -> str:
         """``"sample 12"``, counted from 0."""
         return f"sample {row}"
 
 
-def track_names(path: Path) -> dict[int, str]:
-    """Names of the tracks by number from 1, from the iXML chunk; empty without one."""
-    text = _chunk(path, b"iXML")
-    if not text:
-        return {}
+_PCM, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
+_UNKNOWN = 0xFFFFFFFF  # a size that stands elsewhere, or that the recorder never filled in
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Where the samples of a WAV file are, how they are coded, and how many it states.
+
+    `frame` are the bytes of one sample of all channels, `stated` those of all samples (None where
+    the recorder left the size open), `found` those that are there; `behind` are bytes after the
+    last chunk.
+    """
+
+    order: str
+    code: int
+    channels: int
+    rate: int
+    frame: int
+    begin: int
+    stated: int | None
+    found: int
+    behind: int
+    tracks: bytes | None
+
+    @property
+    def stated_frames(self) -> int | None:
+        return None if self.stated is None else self.stated // self.frame
+
+    def losses(self) -> Iterator[str]:
+        if self.stated is None:
+            yield "the recorder left the length open: it did not end the record"
+        if self.found % self.frame:
+            yield "the last sample is not whole and left out"
+        if self.behind >= self.frame:
+            yield (
+                f"{self.behind // self.frame} more samples may stand behind the end that the file "
+                "states; they are not read"
+            )
+
+    def numbers(self, raw: bytes) -> Floats:
+        """Frames as rows of -1 to 1."""
+        width = self.frame // self.channels
+        if self.code == _FLOAT:
+            values = np.frombuffer(raw, f"{self.order}f{width}").astype(np.float64)
+        elif width == 1:  # unsigned, with the zero at 128; the rest of WAV is signed
+            values = (np.frombuffer(raw, "u1").astype(np.float64) - 128.0) / 128.0
+        elif width == 3:
+            values = _of_three_bytes(raw, self.order) / 2.0**31
+        else:
+            codes = np.frombuffer(raw, f"{self.order}i{width}")
+            values = codes.astype(np.float64) / 2.0 ** (8 * width - 1)
+        return values.reshape(-1, self.channels)
+
+
+def _of_three_bytes(raw: bytes, order: str) -> Floats:
+    """24-bit codes as the upper three bytes of 32-bit ones."""
+    wide = np.zeros((len(raw) // 3, 4), np.uint8)
+    low = slice(1, 4) if order == "<" else slice(0, 3)
+    wide[:, low] = np.frombuffer(raw, np.uint8).reshape(-1, 3)
+    codes: NDArray[np.int32] = wide.view(f"{order}i4")[:, 0]
+    return codes.astype(np.float64)
+
+
+def _layout(path: Path) -> _Layout:
+    """Walk through the chunks of a file, as Microsoft's and the EBU's (RF64) papers lay them out.
+
+    Raises
+    ------
+    RecordError
+        No chunk of format or of samples, or a coding that is not of plain numbers.
+    """
+    size = os.path.getsize(path)
+    found: dict[bytes, bytes] = {}
+    begin = stated = behind = None
+    with path.open("rb") as stream:
+        form = stream.read(12)[:4]
+        order = ">" if form == b"RIFX" else "<"
+        while len(head := stream.read(8)) == 8:
+            name, length = struct.unpack(f"{order}4sI", head)
+            if not name.strip(b"\0 ") or not name.isascii() or not name.decode().isprintable():
+                behind = size - stream.tell() + 8  # no chunk: the file goes on without a name
+                break
+            if name == b"data":
+                begin, stated = stream.tell(), _stated(length, form, found.get(b"ds64", b""))
+                if stated is None or begin + stated >= size:
+                    break
+                length = stated
+            elif name in (b"fmt ", b"ds64", b"iXML"):
+                found.setdefault(name, stream.read(length))
+                stream.seek(-min(length, len(found[name])), os.SEEK_CUR)
+            stream.seek(length + length % 2, os.SEEK_CUR)
+    if begin is None:
+        raise RecordError("has no samples (no chunk 'data'); export the record again", file=path)
+    code, channels, rate, frame = _format(found.get(b"fmt ", b""), order, path)
+    there = size - begin if stated is None else min(stated, size - begin)
+    return _Layout(
+        order, code, channels, rate, frame, begin, stated, there, behind or 0, found.get(b"iXML")
+    )  # fmt: skip
+
+
+def _stated(length: int, form: bytes, ds64: bytes) -> int | None:
+    """Bytes of samples that the file states: RF64 keeps them in a chunk of its own."""
+    if form == b"RF64" and len(ds64) >= 16:
+        return int(struct.unpack_from("<Q", ds64, 8)[0])
+    return None if length in (0, _UNKNOWN) else length
+
+
+def _format(chunk: bytes, order: str, path: Path) -> tuple[int, int, int, int]:
+    """Coding, channels, sample rate and bytes of a frame."""
+    if len(chunk) < 16:
+        raise RecordError(
+            "does not say how its samples are coded (no chunk 'fmt'); export the record again",
+            file=path,
+        )
+    code, channels, rate, _, frame, bits = struct.unpack_from(f"{order}HHIIHH", chunk)
+    if code == _EXTENSIBLE and len(chunk) >= 26:
+        code = struct.unpack_from(f"{order}H", chunk, 24)[0]
+    width = frame // channels if channels else 0
+    widths = {_PCM: (1, 2, 3, 4), _FLOAT: (4, 8)}.get(code, ())
+    if width not in widths or frame != width * channels or not 0 < bits <= 8 * width or not rate:
+        raise RecordError(
+            f"codes its samples in a way that is not read (code {code}, {bits} bits in frames of "
+            f"{frame} bytes, {channels} channels, {rate} Hz); export it as PCM",
+            file=path,
+        )
+    return code, channels, rate, frame
+
+
+def track_names(text: bytes) -> dict[int, str]:
+    """Names of the tracks by number from 1, from the iXML chunk; empty where it names none."""
     from xml.etree import ElementTree
 
     try:
@@ -93,17 +210,3 @@ def track_names(path: Path) -> dict[int, str]:
     except (ElementTree.ParseError, ValueError):
         return {}  # a name is a comfort, not a reason to refuse the samples
     return {number: name.strip() for number, name in named.items() if name and name.strip()}
-
-
-def _chunk(path: Path, wanted: bytes) -> bytes:
-    """Content of a chunk that stands before the samples; empty without it."""
-    with path.open("rb") as stream:
-        order = ">" if stream.read(12)[:4] == b"RIFX" else "<"
-        while len(header := stream.read(8)) == 8:
-            name, size = struct.unpack(f"{order}4sI", header)
-            if name == wanted:
-                return stream.read(size)
-            if name == b"data":
-                return b""
-            stream.seek(size + size % 2, 1)
-    return b""

@@ -78,7 +78,7 @@ def ring_time(stream: Stream, settings: ImpactSettings, drop: DropSettings) -> f
 def levels(stream: Stream, drop: DropSettings) -> tuple[FloatArray, float, float]:
     """Root mean squares of short windows, their distance (s), and that of the quiet parts."""
     hop = max(_LEAST // 2, round(0.5 * drop.window * stream.sample_rate))
-    size = CHUNK // hop * hop
+    size = max(CHUNK // hop, 1) * hop
     squares = []
     for begin in range(0, stream.n, size):
         a = np.nan_to_num(stream.samples(begin, min(stream.n, begin + size)))
