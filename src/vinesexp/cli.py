@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 import io
 import sys
+import warnings
 from collections.abc import Sequence
+from functools import partial
 from importlib import import_module
+from typing import Any
 
-from vinesexp.errors import VinesexpError, shown
+from vinesexp.caches import keep_caches_writable
+from vinesexp.errors import RigWarning, VinesexpError, shown
 
 #: Commands, each a module of vinesexp.commands with add_arguments(parser) and run(args).
 COMMANDS = {
@@ -54,6 +58,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     words = list(sys.argv[1:] if arguments is None else arguments)
     command = next((word for word in words if word in COMMANDS), None)
+    keep_caches_writable()
+    warnings.showwarning = partial(_in_one_line, command, warnings.showwarning)
     try:
         parsed = build_parser(command).parse_args(words)
         code: int = parsed.run(parsed)
@@ -67,6 +73,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"vinesexp {command}: {file}{error.strerror or error}", file=sys.stderr)
         return 1
     return code
+
+
+def _in_one_line(command: str | None, others: Any, message: Any, category: Any, *more: Any) -> None:
+    """A warning about the user's own values without the place in the code that gave it."""
+    if issubclass(category, RigWarning):
+        print(f"vinesexp {command}: warning: {message}", file=sys.stderr)
+    else:
+        others(message, category, *more)
 
 
 if __name__ == "__main__":

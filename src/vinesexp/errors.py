@@ -47,6 +47,10 @@ class ParameterError(VinesexpError, ValueError):
     """A physical value without meaning: a negative mass, a restitution above one."""
 
 
+class RigWarning(UserWarning):
+    """A rig that can be, and that nobody builds: grams written as kilograms."""
+
+
 class CampaignError(VinesexpError):
     """campaign.yaml, records.csv or scene.yaml does not keep the contract."""
 

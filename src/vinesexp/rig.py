@@ -7,13 +7,14 @@ Physical parameters are those of the paper's Table 2 (M, c1, k1, m, b, r); the r
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vinesexp.errors import ParameterError
+from vinesexp.errors import ParameterError, RigWarning
 
 #: Values of a rig with one ball that a prediction needs, in the order of gradients and covariances.
 RIG_VALUES = ("M", "c1", "k1", "r", "m")
@@ -189,6 +190,11 @@ class NES:
 class Rig:
     """An oscillator with n >= 0 NESs in parallel.
 
+    Warns
+    -----
+    RigWarning
+        A ball heavier than the mass, a cavity too wide to be crossed: slips of a unit.
+
     Examples
     --------
     >>> rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.034, r=0.6)])
@@ -201,6 +207,8 @@ class Rig:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nes", tuple(self.nes))
+        for remark in remarks_on(self):
+            warnings.warn(remark, RigWarning, stacklevel=3)
 
     @property
     def eps(self) -> float:
@@ -298,3 +306,33 @@ class Rig:
     def frequency(self, sigma: float) -> float:
         """Excitation frequency in Hz of a detuning sigma (the inverse of `detuning`)."""
         return self.oscillator.f0 * (1.0 + self.eps * sigma)
+
+
+#: Speed of a ball, m/s, beyond which a clearance is taken for a slip of its unit.
+UNHEARD_OF = 100.0
+
+
+def remarks_on(rig: Rig) -> list[str]:
+    """What of a rig looks like a slip of a unit: a ball heavier than the mass, a cavity too wide.
+
+    A ball that crosses its cavity twice a cycle of the oscillator flies at 2 b w0/pi.
+
+    Examples
+    --------
+    >>> remarks_on(Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), [NES(m=0.032, b=0.034, r=0.6)]))
+    []
+    """
+    o, found = rig.oscillator, []
+    for number, ball in enumerate(rig.nes, start=1):
+        if ball.m > o.M:
+            found.append(
+                f"ball {number}: m = {ball.m:g} kg is more than the mass M = {o.M:g} kg it is to "
+                f"calm; should it be {ball.m:g} g = {1e-3 * ball.m:g} kg?"
+            )
+        speed = 2.0 * max(ball.b, ball.clearance(-1)) * o.w0 / math.pi
+        if speed > UNHEARD_OF:
+            found.append(
+                f"ball {number}: b = {ball.b:g} m would be crossed at {speed:.3g} m/s; should it "
+                f"be {ball.b:g} mm = {1e-3 * ball.b:g} m?"
+            )
+    return found

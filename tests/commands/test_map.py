@@ -77,6 +77,11 @@ def test_basins_as_table_json_and_picture(
         (["--plot", "map.jpg"], "cannot draw '.jpg'"),
         (["--frequency", "7.2:8.4 Hz"], "ranges found: --clearance, --frequency, --base-amplitude"),
         (["--seed", "-1"], "--seed: found '-1'"),
+        (["--seed", "9" * 5000], "--seed: found a number of 5000 digits"),
+        (["--cells", "9" * 5000], "--cells: found '9999"),
+        (["--cells", "100000x100000"], "a map of 100000x100000 cells would take 640 GB"),
+        (["--starts", "1000000000000"], "cells of 1000000000000 starts would take"),
+        (["--rows", "1/" + "9" * 5000], "--rows: found '1/999"),
     ],
 )
 def test_mistakes_are_one_line(
@@ -135,3 +140,46 @@ def test_several_balls_are_refused_with_what_takes_them(
     assert "--nes-mass: found a list, '32 g; 32 g': maps and basins are of one ball" in said
     assert "vinesexp design" in said
     assert said.count("\n") == 1
+
+
+def test_basins_of_more_starts_than_memory_holds(capsys: pytest.CaptureFixture[str]) -> None:
+    options = {**RIG, "--base-amplitude": "0.25 mm"}
+    assert main(["basins", *words(options, "--starts", "1000000000")]) == 1
+    said = capsys.readouterr().err
+    assert "1000000000 starts would take 2e+03 GB" in said
+
+
+def test_the_work_is_stated_before_it_is_begun(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("vinesexp.maps.response_map.responses", never)
+    out = tmp_path / "map.nc"
+    given = words(RIG, "--cells", "400x200", "--starts", "8", "--out", str(out))
+    assert main(["map", *given]) == 1
+    said = capsys.readouterr().err
+    assert "640,000 runs, about" in said
+    assert "stopped; the same command goes on from here" in said
+
+
+def test_an_interrupt_leaves_the_basins_that_are_known(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from vinesexp.maps import basins
+
+    grouped, calls = basins.grouped, []
+
+    def once(b: float, found: list[basins.Settled]) -> list[basins.Attractor]:
+        calls.append(b)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return grouped(b, found)
+
+    monkeypatch.setattr(basins, "grouped", once)
+    options = {**RIG, "--base-amplitude": "0.25 mm"}
+    assert main(["basins", *words(options, "--cells", "3", "--starts", "2")]) == 130
+    said = capsys.readouterr()
+    assert "stopped after 1 of 3 clearances" in said.err
+    assert "20.00" in said.out

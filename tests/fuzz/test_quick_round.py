@@ -13,7 +13,12 @@ from vinesexp.errors import VinesexpError
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign import campaign_problems
 
-CASES = {"text": 60, "binary": 30, "campaign": 100, "records": 100, "scene": 20, "signal": 12}
+CASES = {
+    "text": 60, "binary": 30, "campaign": 100, "records": 100, "scene": 20, "signal": 12,
+    "motion": 60, "command": 30,
+}  # fmt: skip
+#: What is odd there is not always wrong: most random scenes have an answer.
+MAY_ALL_BE_ANSWERED = ("motion",)
 
 QUICK = settings(
     max_examples=40,
@@ -30,7 +35,8 @@ def test_hostile_input_is_answered_or_refused_in_one_line(target, tmp_path):
         outcome = run_case(f"{target}:{number}", tmp_path / "case")
         assert outcome.word != "FOUND", f"{outcome.case}\n{outcome.detail}"
         words.add(outcome.word)
-    assert "refused" in words, "damage that nothing notices is no damage"
+    if target not in MAY_ALL_BE_ANSWERED:
+        assert "refused" in words, "damage that nothing notices is no damage"
 
 
 @QUICK

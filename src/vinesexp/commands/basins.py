@@ -24,7 +24,7 @@ from vinesexp.commands.options import (
     whole,
     writing,
 )
-from vinesexp.commands.progress import Bar
+from vinesexp.commands.progress import Bar, announce
 from vinesexp.errors import ParameterError
 from vinesexp.maps.map_options import OPTIONS, along, cells_of, gather_values
 
@@ -56,7 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Answer on standard output; the exit code is 0 or the error is one line."""
-    from vinesexp.maps.basins import coexisting
+    from vinesexp.design.ensemble import workload_of
+    from vinesexp.maps.basins import each_clearance
     from vinesexp.rig import NES, Oscillator, Rig
 
     values, ranges = gather_values(
@@ -74,12 +75,25 @@ def run(args: argparse.Namespace) -> int:
     refuse_existing(table, picture, force=args.force)
     oscillator = Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"])
     rig = Rig(oscillator, nes=[NES(m=values["m"], b=clearances[0], r=values["r"])])
-    bar = Bar("clearances")
-    found = coexisting(
+    announce(workload_of(rig, values["frequency"], len(clearances) * starts))
+    bar, stopped = Bar("clearances"), False
+    found: list[Attractor] = []
+    every = each_clearance(
         rig, level=values["G"], frequency=values["frequency"], clearances=clearances,
-        starts=starts, seed=seed, progress=bar,
+        starts=starts, seed=seed,
     )  # fmt: skip
+    try:
+        for done, ones in enumerate(every, start=1):
+            found += ones
+            bar(done, len(clearances))
+    except KeyboardInterrupt:
+        stopped = True
     bar.end()
+    if stopped:
+        known = len({one.b for one in found})
+        announce(f"vinesexp basins: stopped after {known} of {len(clearances)} clearances")
+        if not found:
+            return 130
     if args.json:
         print(json.dumps({"inputs": values, "starts": starts, "seed": seed,
                           "motions": [asdict(one) for one in found]}, indent=2))  # fmt: skip
@@ -89,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
         write_table(found, table)
     if picture is not None:
         _draw(found, values, picture)
-    return 0
+    return 130 if stopped else 0
 
 
 def text_of(found: Sequence[Attractor]) -> str:

@@ -14,6 +14,7 @@ from vinesexp.commands.options import (
     check_picture,
     once,
     refuse_existing,
+    whole,
     writing,
 )
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
@@ -44,9 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--theory-only", action="store_true", help="b_c and b_t alone, without simulation"
     )
-    parser.add_argument(
-        "--seed", type=int, metavar="N", action="append", help="of the random starts (1)"
-    )
+    parser.add_argument("--seed", metavar="N", action="append", help="of the random starts (1)")
     parser.add_argument(
         "--html", type=Path, metavar="FILE", action="append", help="a design sheet of one page"
     )
@@ -66,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
     identified = once(args.identified, "--identified")
     picture = once(args.plot, "--plot")
     sheet = once(args.html, "--html")
-    seed = once(args.seed, "--seed")
+    seed = whole(args.seed, "--seed", 1)
     given = gather({o.symbol: getattr(args, o.symbol) for o in OPTIONS}, identified)
     check_picture(picture)
     refuse_existing(picture, sheet, force=args.force)
@@ -74,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
         raise VinesexpError(
             f"'{sheet.suffix}' is no page; name a file that ends in .html", file=sheet
         )
-    answer = design(given, simulate=not args.theory_only, seed=1 if seed is None else int(seed))
+    answer = design(given, simulate=not args.theory_only, seed=seed)
     if args.json:
         print(json.dumps(answer_of(given, answer), indent=2))
     else:

@@ -18,9 +18,9 @@ from vinesexp.commands.options import (
     whole,
     writing,
 )
-from vinesexp.commands.progress import Bar
+from vinesexp.commands.progress import Bar, announce
 from vinesexp.errors import ParameterError, VinesexpError
-from vinesexp.maps.map_options import OPTIONS, along, cells_of, gather_values
+from vinesexp.maps.map_options import OPTIONS, along, cells_of, gather_values, shortened
 
 if TYPE_CHECKING:
     from vinesexp.maps.map_plan import MapPlan, Values
@@ -65,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         rows = rows_of(share, plan.shape[0])
         known = known_of(plan, out)
+        announce(plan.workload() if share is None else f"{len(rows)} rows of: {plan.workload()}")
         bar = Bar("rows")
         saved = time.monotonic()
 
@@ -93,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
 
 def plan_of(args: argparse.Namespace) -> MapPlan:
     """The plan that the options describe."""
-    from vinesexp.maps.map_plan import AXES, MapPlan
+    from vinesexp.maps.map_plan import AXES, MapPlan, refuse_too_many
 
     values, ranges = gather_values(
         {option.symbol: getattr(args, option.symbol) for option in OPTIONS},
@@ -108,6 +109,7 @@ def plan_of(args: argparse.Namespace) -> MapPlan:
         )
     x, y = (symbol for symbol in AXES if symbol in ranges)
     cells = cells_of(once(args.cells, "--cells") or "40x40", 2)
+    refuse_too_many((cells[1], cells[0]), whole(args.starts, "--starts", 8))
     return MapPlan(
         values=values,
         x=x,
@@ -124,9 +126,9 @@ def rows_of(share: str | None, rows: int) -> range:
     """The rows of 'K/N', the K-th of N shares, evenly spread; all where none is named."""
     if share is None:
         return range(rows)
-    found = re.fullmatch(r"(\d+)/(\d+)", share)
+    found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", share)
     if not found or not 1 <= int(found[1]) <= int(found[2]):
-        raise ParameterError(f"found '{share}', expected such as 3/8", where="--rows")
+        raise ParameterError(f"found '{shortened(share)}', expected such as 3/8", where="--rows")
     return range(int(found[1]) - 1, rows, int(found[2]))
 
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+#: Digits of a whole number on the command line; what is exact as a float needs no more.
+DIGITS = 15
 #: Endings of the pictures that can be drawn.
 PICTURES = (".svg", ".pdf", ".png")
 
@@ -68,9 +70,27 @@ def whole(values: Sequence[str] | None, flag: str, default: int) -> int:
     text = once(values, flag)
     if text is None:
         return default
-    if not text.strip().isdecimal() or (int(text) < 1 and flag != "--seed"):
-        raise ParameterError(f"found '{text}', expected a whole number above 0", where=flag)
-    return int(text)
+    return whole_number(text, flag, least=0 if flag == "--seed" else 1)
+
+
+def whole_number(text: str, flag: str, *, least: int = 1) -> int:
+    """A whole number of at most `DIGITS` digits.
+
+    Examples
+    --------
+    >>> whole_number("9" * 5000, "--seed")
+    Traceback (most recent call last):
+    vinesexp.errors.ParameterError: --seed: found a number of 5000 digits, expected at most 15
+    """
+    digits = text.strip().lstrip("0") or "0"
+    if text.isascii() and text.strip().isdecimal() and len(digits) > DIGITS:
+        raise ParameterError(
+            f"found a number of {len(digits)} digits, expected at most {DIGITS}", where=flag
+        )
+    if not (text.isascii() and text.strip().isdecimal() and int(digits) >= least):
+        expected = f"a whole number above {least - 1}" if least else "a whole number, 0 or above"
+        raise ParameterError(f"found '{text}', expected {expected}", where=flag)
+    return int(digits)
 
 
 def check_picture(path: Path | None) -> None:

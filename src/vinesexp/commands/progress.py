@@ -27,3 +27,8 @@ class Bar:
         """Leave the line."""
         if self.shown:
             print(file=sys.stderr)
+
+
+def announce(work: object) -> None:
+    """Say on standard error what is to be done, before it is begun."""
+    print(work, file=sys.stderr, flush=True)

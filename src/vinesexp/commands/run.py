@@ -10,8 +10,10 @@ import argparse
 import subprocess
 import sys
 from collections.abc import Sequence
+from hashlib import sha256
 from pathlib import Path
 
+from vinesexp.caches import is_writable, own_folder
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.records.campaign import load_campaign
 
@@ -69,12 +71,32 @@ def snakemake_command(campaign: Path, options: Sequence[str]) -> list[str]:
                 "the campaign is given already, as the first word", where=f"--config {entry}"
             )
     moved = any(o.partition("=")[0] in ("-d", "--directory") for o in rest)
+    if not moved and not is_writable(Path.cwd()):
+        config, rest, moved = *_elsewhere(config, rest), True
     folder = campaign.resolve() if moved else campaign
     home = workflow_home()
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(home / "workflow/Snakefile")]
     if not any(o.partition("=")[0] == "--workflow-profile" for o in rest):
         command += ["--workflow-profile", str(home / "profiles/default")]
     return [*command, "--config", f"campaign={folder}", *config, *_own_profile(rest, home)]
+
+
+def _elsewhere(config: Sequence[str], rest: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Config and options of a run from a folder that cannot be written.
+
+    What Snakemake notes of a run goes to a folder of its own, one for each results folder.
+    """
+    given = [entry for entry in config if entry.partition("=")[0] == "results"]
+    if not given:
+        raise ParameterError(
+            "cannot be written; name a folder for the results with --config results=DIR",
+            where=str(Path.cwd()),
+        )
+    results = Path(given[-1].partition("=")[2]).resolve()
+    place = own_folder() / f"run-{sha256(str(results).encode()).hexdigest()[:16]}"
+    place.mkdir(exist_ok=True)
+    others = [entry for entry in config if entry not in given]
+    return [*others, f"results={results}"], [*rest, "--directory", str(place)]
 
 
 def workflow_home() -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shutil
+import sys
 import time
 from pathlib import Path
 
@@ -42,9 +43,20 @@ def run(args: argparse.Namespace) -> int:
         refuse_measured(args.out)
     describe(args.scene, args.out)
     code = code_digest("vinesexp.laboratory.scene")
+    tests = [test for group in groups for test in scene.groups[group]]
+    seconds = sum(test.settle + test.duration for test in tests)
+    print(f"{len(tests)} records, {seconds:,.0f} s of motion", file=sys.stderr, flush=True)
     for group in groups:
         started = time.perf_counter()
-        files = simulate_once(scene, group, args.out, code=code, force=args.force)
+        try:
+            files = simulate_once(scene, group, args.out, code=code, force=args.force)
+        except KeyboardInterrupt:
+            print(
+                f"vinesexp simulate: stopped in {group}; the groups before it are whole, and the "
+                "same command goes on with it",
+                file=sys.stderr,
+            )
+            return 130
         if not files:
             print(f"{group:20} is there already, from this scene", flush=True)
             continue

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+import threading
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ from vinesexp.rig import Rig
 from vinesexp.solver.arrays import ball_table, is_plain, parameters
 from vinesexp.solver.chatter import REMAINDER
 from vinesexp.solver.drive import drive_table
+from vinesexp.solver.effort import Effort
 from vinesexp.solver.kernel import run
 from vinesexp.solver.response import H_PHASE, prepare
 from vinesexp.solver.series import ORDER
@@ -41,6 +43,10 @@ LONGEST, LONGEST_FAR, FAR = 12_000.0, 4_000.0, 2.0
 #: and over the window, and its largest amplitude stays below STEADY times the mean one.
 IMPACTS_PER_CYCLE = 1.9
 STEADY = 1.5
+#: s of one core an impact, for what is said beforehand (docs/benchmarks/simulation.md).
+PER_IMPACT = 0.3e-6
+#: Bytes of a `Run` in memory.
+RUN_SIZE = 2000.0
 #: No damping beyond c1.
 VISCOUS = WeakDamping()
 
@@ -136,6 +142,39 @@ def _wanted(rig: Rig, frequency: float) -> tuple[float, float]:
     return settle, settle + max(WINDOW * slow_time(rig), SHORTEST * period)
 
 
+@dataclass(frozen=True)
+class Workload:
+    """What an ensemble will cost, as far as its rigs say beforehand: runs and impacts."""
+
+    runs: int
+    impacts: float
+
+    def __str__(self) -> str:
+        seconds = self.impacts * PER_IMPACT / (os.cpu_count() or 1)
+        return f"{self.runs:,} runs, about {self.impacts:.2g} impacts: {_in_words(seconds)}"
+
+
+def workload_of(rig: Rig, frequency: float, runs: int) -> Workload:
+    """Two impacts a cycle and ball, over the time that each run is given."""
+    cycles = duration_of(rig, frequency)[1] * frequency
+    return Workload(runs, 2.0 * runs * cycles * max(len(rig.nes), 1))
+
+
+def _in_words(seconds: float) -> str:
+    """About how long, in the unit that a person would say it in.
+
+    Examples
+    --------
+    >>> [_in_words(s) for s in (0.2, 45.0, 600.0, 9000.0, 1e8)]
+    ['a few seconds', 'about 45 s', 'about 10 min', 'about 2.5 h', 'about 1157 days']
+    """
+    if seconds < 10.0:
+        return "a few seconds"
+    units = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
+    number, unit = next((seconds / size, unit) for size, unit in units if seconds >= 2.0 * size)
+    return f"about {number:.2g} {unit}" if number < 10.0 else f"about {number:.0f} {unit}"
+
+
 def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = None) -> Responses:
     """Settled amplitudes of every run, on all cores.
 
@@ -163,9 +202,13 @@ def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = 
     """
     out = np.empty((3, len(runs)))
 
+    stop = threading.Event()
+
     def share(first: int, step: int) -> None:
         tables: dict[tuple[float, float, float, float, float], FloatArray] = {}
         for k in range(first, len(runs), step):
+            if stop.is_set():
+                return
             out[:, k] = _one(runs[k], tables, haste)
 
     threads = workers or os.cpu_count() or 1
@@ -173,8 +216,11 @@ def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = 
         share(0, 1)
     else:
         with ThreadPoolExecutor(threads) as pool:
-            for task in [pool.submit(share, i, threads) for i in range(threads)]:
-                task.result()
+            try:
+                for task in [pool.submit(share, i, threads) for i in range(threads)]:
+                    task.result()
+            finally:  # an interrupt ends the other threads too
+                stop.set()
     return Responses(out[0], out[1], out[2], len(runs[0].rig.nes) if runs else 0)
 
 
@@ -199,17 +245,14 @@ def _one(
     log, labels = np.empty((2048, 6)), np.empty((2048, 3), dtype=np.int32)
     work, sums = np.zeros((4, ORDER + 1)), np.zeros(4)
     state, node = np.zeros(4), np.zeros(4)
+    effort = Effort(one.rig, base, VISCOUS, duration)
     state[2:] = one.release.x0, one.release.v0
     node[1:3] = one.release.x0, one.release.v0
     while state[0] < duration:
         rows, used = run(
             True, response, par, kind, table, duration, REMAINDER, state, balls, log, labels, work
         )
-        if used < 0:
-            raise AnalysisError(
-                "a run comes to a stop: balls with r = 1 or close to it bounce faster than any "
-                "clock can resolve; give a lower restitution"
-            )
+        effort.add(state, used)
         add_amplitudes(response, log, labels, rows, state, node, settle, sums)
     cycles = (duration - settle) * base.frequency
     return sums[1] / sums[0], sums[2], sums[3] / cycles

@@ -98,6 +98,12 @@ def read_scene(file: Path, problems: Problems) -> Scene | None:
         coulomb=rig.quantity("coulomb_damping", "force", zero=True) or 0.0,
     )
     balls = read_balls(rig)
+    for ball in balls:
+        if oscillator is not None and ball.m > oscillator.M:
+            rig.complain(
+                "nes_mass", f"{ball.m:g} kg is more than the mass {oscillator.M:g} kg that the "
+                "ball is to calm; write grams as 'g'"
+            )  # fmt: skip
     seed = top.values.get("seed")
     if not isinstance(seed, int):
         problems.add(f"found '{seed}', expected a whole number", where=top.where("seed"))

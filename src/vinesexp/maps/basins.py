@@ -9,16 +9,17 @@ count as one. A motion that has not settled within the time that it is given (th
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vinesexp.design.ensemble import Run, duration_of
+from vinesexp.design.ensemble import RUN_SIZE, Run, duration_of
 from vinesexp.design.task import Task, random_starts
 from vinesexp.errors import ParameterError
 from vinesexp.rig import Rig
+from vinesexp.solver.effort import refuse_beyond_memory
 from vinesexp.theory.regime_definitions import Regime, regime_of
 
 #: Points a cycle at which the amplitude is taken.
@@ -180,21 +181,38 @@ def coexisting(
     >>> [(one.regime, one.starts) for one in found]  # a ball mid-cavity is never touched
     [('two symmetric', 5), ('no impact', 1)]
     """
+    out: list[Attractor] = []
+    along = np.unique(np.asarray(list(clearances), dtype=np.float64)).tolist()
+    every = each_clearance(
+        rig, level=level, frequency=frequency, clearances=along, starts=starts, seed=seed,
+        workers=workers,
+    )  # fmt: skip
+    for done, found in enumerate(every, start=1):
+        out += found
+        if progress is not None:
+            progress(done, len(along))
+    return out
+
+
+def each_clearance(
+    rig: Rig, *, level: float, frequency: float, clearances: Iterable[float],
+    starts: int = STARTS, seed: int = 1, workers: int | None = None,
+) -> Iterator[list[Attractor]]:  # fmt: skip
+    """`coexisting`, one clearance after the other, for whoever wants to stop in between."""
     if len(rig.nes) != 1:
         raise ParameterError(f"the rig has {len(rig.nes)} NESs: motions side by side are for one")
     if starts < 1:
         raise ParameterError(f"{starts} starts: expected 1 or more")
+    refuse_beyond_memory(RUN_SIZE * starts, f"{starts} starts", "ask for fewer")
     ball, o = rig.nes[0], rig.oscillator
     task = Task(o, (ball.m,), (ball.r,), (level, level), (frequency, frequency))
-    along = np.unique(np.asarray(list(clearances), dtype=np.float64))
-    out: list[Attractor] = []
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
-        for done, b in enumerate(along.tolist(), start=1):
-            runs = [
-                replace(run, rig=Rig(o, [replace(ball, b=b)]))
-                for run in random_starts(task, b, starts=starts, seed=seed)
-            ]
-            out += grouped(b, list(pool.map(settled, runs)))
-            if progress is not None:
-                progress(done, along.size)
-    return out
+        try:
+            for b in clearances:
+                runs = [
+                    replace(run, rig=Rig(o, [replace(ball, b=b)]))
+                    for run in random_starts(task, b, starts=starts, seed=seed)
+                ]
+                yield grouped(b, list(pool.map(settled, runs)))
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)

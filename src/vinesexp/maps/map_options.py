@@ -23,6 +23,8 @@ OPTIONS = (
     Option("m", "--nes-mass", "mass", "32 g", "kg", " or '10:60 g'"),
     Option("r", "--restitution", "ratio", "0.6", "", " or '0.3:0.9'"),
 )
+#: Digits of a number of cells.
+MOST_DIGITS = 6
 _MAY_VARY = {option.symbol for option in OPTIONS if option.note}
 
 Ends = tuple[float, float]
@@ -113,13 +115,24 @@ def cells_of(text: str, axes: int) -> tuple[int, ...]:
     words = text.lower().replace("×", "x").split("x")
     if len(words) == 1:
         words = words * axes
-    if len(words) != axes or not all(word.strip().isdecimal() for word in words):
+    fine = all(word.isascii() and word.strip().isdecimal() for word in words)
+    if len(words) != axes or not fine:
         example = "40" if axes == 1 else "40 or 60x40"
-        raise ParameterError(f"found '{text}', expected {example}", where="--cells")
+        raise ParameterError(f"found '{shortened(text)}', expected {example}", where="--cells")
+    if any(len(word.strip().lstrip("0")) > MOST_DIGITS for word in words):
+        raise ParameterError(
+            f"found '{shortened(text)}', expected less than 10^{MOST_DIGITS} along an axis",
+            where="--cells",
+        )
     numbers = tuple(int(word) for word in words)
     if min(numbers) < 2:
         raise ParameterError(f"found '{text}', expected 2 or more along an axis", where="--cells")
     return numbers
+
+
+def shortened(text: str) -> str:
+    """A text for a message: what is longer than a line is cut."""
+    return text if len(text) <= 60 else f"{text[:50]}... ({len(text)} characters)"
 
 
 def along(ends: Ends, n: int) -> tuple[float, ...]:

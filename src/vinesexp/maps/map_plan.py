@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.ensemble import Run
+from vinesexp.design.ensemble import RUN_SIZE, Run, Workload, workload_of
 from vinesexp.design.task import Task, random_starts, wall_starts
 from vinesexp.errors import ParameterError
-from vinesexp.rig import Oscillator
+from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.solver.effort import refuse_beyond_memory
 
 #: What a map may go over, with SI unit and name; the first of two is its horizontal axis.
 AXES = {
@@ -80,18 +81,37 @@ class MapPlan:
             raise ParameterError(f"starts '{self.kind}': expected {' or '.join(STARTS)}")
         if self.starts < 1:
             raise ParameterError(f"{self.starts} starts a cell: expected 1 or more")
+        refuse_too_many(self.shape, self.starts)
 
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
         return len(self.y_values), len(self.x_values)
 
+    def workload(self) -> Workload:
+        """Runs and impacts of the whole map, from its corners."""
+        corners = [
+            workload_of(self._rig(x, y), self._at(x, y)["frequency"], 1)
+            for x in (self.x_values[0], self.x_values[-1])
+            for y in (self.y_values[0], self.y_values[-1])
+        ]
+        runs = self.shape[0] * self.shape[1] * self.starts
+        return Workload(runs, runs * sum(one.impacts for one in corners) / len(corners))
+
     def runs(self, row: int) -> list[Run]:
         """All runs of a row, cell by cell."""
         return [run for x in self.x_values for run in self._cell(x, self.y_values[row])]
 
+    def _at(self, x: float, y: float) -> dict[str, float]:
+        return {**self.values, self.x: x, self.y: y}
+
+    def _rig(self, x: float, y: float) -> Rig:
+        here = self._at(x, y)
+        oscillator = Oscillator(M=here["M"], c1=here["c1"], k1=here["k1"])
+        return Rig(oscillator, [NES(m=here["m"], b=here["b"], r=here["r"])])
+
     def _cell(self, x: float, y: float) -> list[Run]:
-        here = {**self.values, self.x: x, self.y: y}
+        here = self._at(x, y)
         task = Task(
             oscillator=Oscillator(M=here["M"], c1=here["c1"], k1=here["k1"]),
             masses=(here["m"],),
@@ -102,6 +122,19 @@ class MapPlan:
         if self.kind == "wall":
             return wall_starts(task, here["b"], phases=self.starts)
         return random_starts(task, here["b"], starts=self.starts, seed=self.seed)
+
+
+def refuse_too_many(shape: tuple[int, int], starts: int) -> None:
+    """Refuse a map, or starts of one of its rows, that the memory cannot hold."""
+    cells = "x".join(str(n) for n in reversed(shape))
+    refuse_beyond_memory(
+        2.0 * 8.0 * len(VALUES) * shape[0] * shape[1], f"a map of {cells} cells",
+        "ask for fewer cells, or for shares of the rows",
+    )  # fmt: skip
+    refuse_beyond_memory(
+        RUN_SIZE * shape[1] * starts, f"a row of {shape[1]} cells of {starts} starts",
+        "ask for fewer starts",
+    )  # fmt: skip
 
 
 Values = dict[str, FloatArray]

@@ -6,7 +6,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.maps.map_plan import MapPlan
-from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.rig import Oscillator
 from vinesexp.theory.optimal_clearance import b_c_published
 
 #: Share of f0 by which the base may be off: the published formula is for resonance.
@@ -24,7 +24,8 @@ def published_line(plan: MapPlan) -> FloatArray | None:
     for y in plan.y_values:
         here = {**plan.values, plan.y: y}
         oscillator = Oscillator(M=here["M"], c1=here["c1"], k1=here["k1"])
-        rig = Rig(oscillator, nes=[NES(m=here["m"], b=1.0, r=here["r"])])
-        b_c = b_c_published(G=here["G"], eps=rig.eps, lam=rig.lam, r=here["r"])
+        eps = here["m"] / here["M"]
+        lam = 2.0 * oscillator.zeta / eps
+        b_c = b_c_published(G=here["G"], eps=eps, lam=lam, r=here["r"])
         found.append(float(b_c))
     return np.array(found)

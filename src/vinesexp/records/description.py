@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from vinesexp.errors import ParameterError
 from vinesexp.records.channel_section import read_channels_section, read_setups, read_time
 from vinesexp.records.problems import Problems
 from vinesexp.records.published_table import PublishedValue, read_published
@@ -110,6 +111,11 @@ def _known(top: Section, uncertainties: Uncertainties, problems: Problems) -> Kn
         with problems.at(section.where("nes_mass")):
             ball = _mass(text)
             error = ball.std_error or uncertainties.nes_mass.of(ball.value)
+            if mass is not None and ball.value > mass.value:
+                raise ParameterError(
+                    f"found '{text}', more than the mass {mass.value:g} kg that the ball is to "
+                    "calm; write grams as 'g'"
+                )
             balls.append(Quantity(ball.value, error))
     return Known(mass, tuple(balls), uncertainties)
 

@@ -32,14 +32,15 @@ from vinesexp.solver.state import (
 )
 
 FloatArray = NDArray[np.float64]
+LINEAR = WeakDamping()
 
 
-def is_plain(rig: Rig) -> bool:
-    """Whether the loop of `kernel.py` serves: its balls fly freely, its r and spring are constant.
+def is_plain(rig: Rig, damping: WeakDamping = LINEAR) -> bool:
+    """Whether the loop of `kernel.py` serves: free flights, constant r, a linear oscillator.
 
     Clearances that differ between the two walls are plain: only the width of a cavity matters.
     """
-    return rig.oscillator.k3 == 0.0 and all(
+    return rig.oscillator.k3 == 0.0 and damping == LINEAR and all(
         not nes.rubs and nes.r_slope == 0.0 and nes.restitution(-1) == nes.r
         and nes.contact_time == 0.0
         for nes in rig.nes

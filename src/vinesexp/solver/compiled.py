@@ -20,6 +20,8 @@ from typing import Any, TypeVar, cast
 
 from numba import njit, typeof
 
+from vinesexp.caches import keep_caches_writable
+
 MODULES = (
     "bookkeeping",
     "chatter",
@@ -44,6 +46,8 @@ MODULES = (
     "stickslip",
     "walls",
 )
+
+keep_caches_writable()  # numba asks for its folder when a function is marked
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -1,4 +1,4 @@
-"""Event loop on power series: any base motion, any damping, any number of balls.
+"""Event loop on power series: a linear oscillator, any base motion, any number of balls.
 
 State between events: time as a sum of two floats (so that 1e7 flights add up without drift), x, v
 and the table of balls (`contact.py`). One turn of the loop expands the motion at the present state
@@ -32,6 +32,7 @@ from vinesexp.solver.series import (
     value,
 )
 from vinesexp.solver.state import (
+    ALLOWANCE,
     CLEARANCE,
     FREE,
     HIT,
@@ -248,11 +249,14 @@ def turn(
 @entry
 def sample(
     par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
-    x: FloatArray, v: FloatArray, a: FloatArray,
-) -> None:  # fmt: skip
-    """x, x', x'' at sorted times. `nodes`: rows (time, x, v, mass) after each event."""
+    pace: float, x: FloatArray, v: FloatArray, a: FloatArray,
+) -> float:  # fmt: skip
+    """x, x', x'' at sorted times. `nodes`: rows (time, x, v, mass) after each event.
+
+    Returns inf, or the time at which ALLOWANCE segments lay within `pace` seconds.
+    """
     E, X = np.empty(ORDER + 1), np.empty(ORDER + 1)
-    node, last = 0, nodes.shape[0] - 1
+    node, last, spent, since = 0, nodes.shape[0] - 1, 0, nodes[0, 0]
     t, mass, reach = nodes[0, 0], nodes[0, 3], 0.0
     piece = piece_at(table, t)
     X[0], X[1] = nodes[0, 1], nodes[0, 2]
@@ -275,5 +279,11 @@ def sample(
             while piece + 1 < table.shape[0] and table[piece + 1, 0] <= t:
                 piece += 1
             reach = expand(par, mass, kind, table, piece, t - table[piece, 0], here, speed, E, X)
+            spent += 1
+            if t > since + pace:
+                spent, since = 0, t
+            elif spent > ALLOWANCE:
+                return float(t)
         s = times[i] - t
         x[i], v[i], a[i] = value(X, s, 0), slope(X, s, 1), curvature(X, s)
+    return math.inf

@@ -25,6 +25,7 @@ from vinesexp.solver.nonlinear import expand_loaded
 from vinesexp.solver.search import first_root
 from vinesexp.solver.series import P_M, curvature, piece_at, slope, value
 from vinesexp.solver.state import (
+    ALLOWANCE,
     B_PLUS,
     CLEARANCE,
     IMPACT,
@@ -224,9 +225,10 @@ def turn(
 def run_lasting(
     par: FloatArray, kind: int, table: FloatArray, duration: float, state: FloatArray,
     balls: FloatArray, numbers: FloatArray, labels: IntArray, work: FloatArray,
-) -> int:  # fmt: skip
-    """Fill the log until it is full or the run is over; the number of rows."""
-    row, room = 0, numbers.shape[0] - 4 * balls.shape[0] - 4
-    while state[T_HIGH] < duration and row < room:
+) -> tuple[int, int]:  # fmt: skip
+    """Run to `duration`, until the log is full or ALLOWANCE is used: rows written, turns."""
+    row, turns, room = 0, 0, numbers.shape[0] - 4 * balls.shape[0] - 4
+    while state[T_HIGH] < duration and row < room and turns < ALLOWANCE:
         row = turn(par, kind, table, duration, state, balls, numbers, labels, row, work)
-    return row
+        turns += 1
+    return row, turns

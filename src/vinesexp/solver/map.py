@@ -109,6 +109,7 @@ def _row(
     """(mean, largest, impacts) for every clearance at one level."""
     from vinesexp.solver.chatter import REMAINDER
     from vinesexp.solver.drive import drive_table
+    from vinesexp.solver.effort import Effort
     from vinesexp.solver.kernel import run
     from vinesexp.solver.series import ORDER
     from vinesexp.solver.statistics import add_amplitudes
@@ -126,11 +127,13 @@ def _row(
         balls, _ = ball_table(cell, Release(y0=[0.99 * float(clearance)]))
         work = np.zeros((4, ORDER + 1))
         state, node, sums = np.zeros(4), np.zeros(4), np.zeros(4)
+        effort = Effort(cell, base, WeakDamping(), duration)
         while state[0] < duration:
-            rows, _ = run(
+            rows, used = run(
                 True, response, par, kind, table, duration, REMAINDER, state, balls, log, labels,
                 work,
             )  # fmt: skip
+            effort.add(state, used)
             add_amplitudes(response, log, labels, rows, state, node, settle, sums)
         out[:, k] = sums[1] / sums[0], sums[2], sums[3]
     return out

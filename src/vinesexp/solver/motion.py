@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,6 +14,7 @@ from vinesexp.excitation import Base, Release, WeakDamping
 from vinesexp.rig import Rig
 from vinesexp.solver.arrays import parameters
 from vinesexp.solver.drive import base_motion, drive_table
+from vinesexp.solver.effort import Effort
 from vinesexp.solver.state import (
     IMPACT,
     L_A,
@@ -27,7 +29,6 @@ from vinesexp.solver.state import (
 )
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -59,13 +60,14 @@ class Motion:
     events: FloatArray = field(
         repr=False
     )  # time, x, v_before, v_after, vy_before, vy_after; state.py
-    labels: IntArray = field(repr=False)  # kind, nes, side
+    labels: NDArray[np.int32] = field(repr=False)  # kind, nes, side
 
     @cached_property
     def impacts(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
         """One entry per impact."""
         hit = np.flatnonzero(self.labels[:, 0] == IMPACT)
-        columns, labels = self.events.T.take(hit, axis=1), self.labels.T.take(hit, axis=1)
+        columns = self.events.T.take(hit, axis=1)
+        labels = self.labels.T.take(hit, axis=1).astype(np.int64)
         names = ("x", "v_before", "v_after", "vy_before", "vy_after")
         return {
             "time": columns[0],
@@ -124,13 +126,19 @@ class Motion:
         kind, table = drive_table(self.base_drive)
         flat = np.ascontiguousarray(flat)
         evaluate = sample_loaded if self._rubs else sample
-        evaluate(parameters(self.rig, self.damping), kind, table, self._nodes, flat, *out)
+        par, effort = parameters(self.rig, self.damping), self._effort()
+        reached = evaluate(par, kind, table, self._nodes, flat, effort.pace, *out)
+        if reached < math.inf:
+            raise effort.stalled(reached)
         if order is not None:
             back = np.empty_like(out)
             back[:, order] = out
             out = back
         x, v, a = (column.reshape(times.shape) for column in out)
         return x, v, a
+
+    def _effort(self) -> Effort:
+        return Effort(self.rig, self.base_drive, self.damping, self.duration)
 
     def _times(self, t: ArrayLike) -> FloatArray:
         times = np.asarray(t, dtype=np.float64)

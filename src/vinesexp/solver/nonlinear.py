@@ -35,6 +35,7 @@ from vinesexp.solver.series import (
     slope,
     value,
 )
+from vinesexp.solver.state import ALLOWANCE
 
 FloatArray = NDArray[np.float64]
 
@@ -117,6 +118,23 @@ def follow_base(
 
 
 @compiled
+def stiffest(par: FloatArray, mass: float, E: FloatArray, X: FloatArray) -> float:
+    """Largest stiffness |k1| + 3 |k3| z^2 that the motion can reach with the energy it has, N/m.
+
+    The largest z^2 solves k3 z^4/4 + k1 z^2/2 = H, with both springs taken as stiffening. A
+    softening one has lost its force at z^2 = -k1/k3; at four times that nothing brings it back.
+    """
+    cubic, k = abs(par[P_CUBIC]), par[P_K]
+    if cubic == 0.0:
+        return float(k)
+    square, speed = (X[0] - E[0]) ** 2, X[1] - E[1]
+    if par[P_CUBIC] * square < -4.0 * k:
+        raise OverflowError("the spring gives way")
+    H = 0.5 * mass * speed * speed + square * (0.5 * k + 0.25 * cubic * square)
+    return float(k + 3.0 * cubic * 4.0 * H / (k + math.sqrt(k * k + 4.0 * cubic * H)))
+
+
+@compiled
 def expand_loaded(
     par: FloatArray, mass: float, force: float, kind: int, table: FloatArray, piece: int,
     since: float, x: float, v: float, E: FloatArray, X: FloatArray,
@@ -124,7 +142,7 @@ def expand_loaded(
     """Fill the series of x_e and x at (x, v) under a constant force; how far it holds, s."""
     rate = expand_base(kind, table[piece], since, E)
     X[0], X[1] = x, v
-    limit: float = THETA / max(rate, own_rate(mass, par[P_C], par[P_K]))
+    limit: float = THETA / max(rate, own_rate(mass, par[P_C], stiffest(par, mass, E, X)))
     direction, rests = math.copysign(1.0, X[1] - E[1]), is_at_rest(par, mass, E, X)
     damped = par[P_QUADRATIC] != 0.0 or par[P_COULOMB] != 0.0
     if rests:
@@ -157,11 +175,11 @@ def expand_loaded(
 @entry
 def sample_loaded(
     par: FloatArray, kind: int, table: FloatArray, nodes: FloatArray, times: FloatArray,
-    x: FloatArray, v: FloatArray, a: FloatArray,
-) -> None:  # fmt: skip
+    pace: float, x: FloatArray, v: FloatArray, a: FloatArray,
+) -> float:  # fmt: skip
     """`events.sample` for these: rows (time, x, v, mass, force) in `nodes`, times sorted."""
     E, X = np.empty(ORDER + 1), np.empty(ORDER + 1)
-    node, last = 0, nodes.shape[0] - 1
+    node, last, spent, mark = 0, nodes.shape[0] - 1, 0, nodes[0, 0]
     t, t_end, reach, piece = nodes[0, 0], nodes[0, 0], 0.0, 0
     here, speed = nodes[0, 1], nodes[0, 2]
     for i in range(times.shape[0]):
@@ -180,5 +198,11 @@ def sample_loaded(
                 t_end = min(t_end, nodes[node + 1, 0])
             if piece + 1 < table.shape[0]:
                 t_end = min(t_end, table[piece + 1, 0])
+            spent += 1
+            if t > mark + pace:
+                spent, mark = 0, t
+            elif spent > ALLOWANCE:
+                return float(t)
         s = times[i] - t
         x[i], v[i], a[i] = value(X, s, 0), slope(X, s, 1), curvature(X, s)
+    return math.inf

@@ -36,6 +36,7 @@ from vinesexp.solver.series import (
     value,
 )
 from vinesexp.solver.state import (
+    ALLOWANCE,
     CLEARANCE,
     FREE,
     HIT,
@@ -63,9 +64,6 @@ from vinesexp.solver.stickslip import is_held, loads, next_slip, next_stop
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
-
-STALL = 300_000  # turns without progress in time after which the run is given up
-SLOWEST = 1e-5  # of the run: less than this in so many turns is no progress
 
 
 @compiled
@@ -215,24 +213,20 @@ def rub(
 def run_rubbing(
     par: FloatArray, kind: int, table: FloatArray, duration: float, remainder: float,
     state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, work: FloatArray,
-) -> int:  # fmt: skip
-    """Run to `duration` or until the log is full: rows written; -1: time has stopped moving.
+) -> tuple[int, int]:  # fmt: skip
+    """Run to `duration`, until the log is full or ALLOWANCE is used: rows written, turns.
 
     Resume with the same arrays (`kernel.run`).
     """
-    row, turns, since, piece = 0, 0, state[T_HIGH], piece_at(table, state[T_HIGH])
+    row, turns, piece = 0, 0, piece_at(table, state[T_HIGH])
     room = numbers.shape[0] - 4 * balls.shape[0] - 4
     before = np.empty(balls.shape[0])
-    while row < room and state[T_HIGH] < duration:
+    while row < room and state[T_HIGH] < duration and turns < ALLOWANCE:
         while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
             piece += 1
         turns += 1
-        if state[T_HIGH] > since + SLOWEST * duration:
-            turns, since = 0, state[T_HIGH]
-        elif turns > STALL:
-            return -1
         row = rub(
             par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
             work, before,
         )  # fmt: skip
-    return row
+    return row, turns

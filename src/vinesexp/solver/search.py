@@ -28,6 +28,8 @@ from vinesexp.solver.compiled import compiled
 FloatArray = NDArray[np.float64]
 
 EPS = 2.220446049250313e-16
+#: Steps to a root, which take about ten: no polynomial of a motion needs as many.
+MOST = 100_000
 
 
 @compiled
@@ -57,7 +59,7 @@ def first_root(p: FloatArray, lead: int, limit: float) -> float:
     if p[lead] < 0.0 or (p[lead] == 0.0 and pull > 0.0):
         return 0.0
     s = 0.0
-    while True:
+    for _ in range(MOST):
         value, slope, noise = p[top], 0.0, abs(p[top])
         for n in range(top - 1, lead - 1, -1):
             slope = slope * s + value
@@ -77,3 +79,4 @@ def first_root(p: FloatArray, lead: int, limit: float) -> float:
         if step <= EPS * s:
             return s
         s += step
+    raise ArithmeticError("the search for a contact does not end")

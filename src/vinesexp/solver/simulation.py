@@ -12,18 +12,19 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.errors import AnalysisError, ParameterError
-from vinesexp.excitation import Base, Measured, Release, WeakDamping
+from vinesexp.errors import ParameterError
+from vinesexp.excitation import Base, Harmonic, Measured, Release, WeakDamping
 from vinesexp.rig import Rig, require
 from vinesexp.solver.arrays import ball_table, closed_form, is_plain, parameters
 from vinesexp.solver.drive import drive_table
+from vinesexp.solver.effort import Effort, Progress, refuse_beyond_memory
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.state import L_MASS, LOG_COLUMNS, RUBBING_LOG_COLUMNS, U
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Labels = NDArray[np.int32]
-Loop = Callable[[FloatArray, FloatArray, FloatArray, Labels], int]
+Used = tuple[int, int]  # rows written, evaluations
+Loop = Callable[[FloatArray, FloatArray, FloatArray, Labels], Used]
 
 CHUNK = 4096  # rows of the log that are filled at a time
 
@@ -37,6 +38,7 @@ def simulate(
     damping: WeakDamping | None = None,
     remainder: float | None = None,
     general: bool = False,
+    progress: Progress | None = None,
 ) -> Motion:
     """Exact motion of a rig from its release: every impact, every rest, any time between.
 
@@ -59,13 +61,17 @@ def simulate(
     general : bool
         Use the power series even where there is a closed form: each is the test of the other.
 
+    progress : callable, optional
+        Called several times a second as progress(time reached, duration).
+
     Raises
     ------
     ParameterError
         A ball that starts outside its cavity, a wrong number of starting values, a duration that
         is not positive or beyond the base record.
     AnalysisError
-        Time comes to a stop: several balls, one of them elastic, on a wall that pushes them.
+        Time comes to a stop: several balls, one of them elastic, on a wall that pushes them. The
+        motion leaves all bounds, or its impacts would not fit the memory.
 
     Notes
     -----
@@ -92,76 +98,124 @@ def simulate(
             "shorten the run or give a longer record"
         )
     balls, y0 = ball_table(rig, release)
-    events, labels = _run(rig, base, damping, release, duration, remainder, balls, y0, general)
-    return Motion(rig, base, duration, damping, release, events, labels)
+    effort = Effort(rig, base, damping, duration, progress)
+    fill = _loop_of(rig, base, damping, release, duration, remainder, balls, y0, general)
+    state = np.array([0.0, 0.0, release.x0, release.v0])
+    log = _Log(rig, base, damping, release, y0, balls)
+    log.refuse_beyond_memory(duration, reached=None)
+    while state[0] < duration:
+        numbers, labels = log.room()
+        try:
+            count, used = fill(state, balls, numbers, labels)
+        except OverflowError:
+            raise effort.unbounded(float(state[0])) from None
+        except ArithmeticError:
+            raise effort.stalled(float(state[0])) from None
+        log.rows += count
+        effort.add(state, used)
+        log.refuse_beyond_memory(duration, reached=float(state[0]))
+    return Motion(rig, base, duration, damping, release, *log.finished())
 
 
-def _run(
+class _Log:
+    """All rows of a motion in two arrays that grow in place, the start rows first."""
+
+    def __init__(
+        self, rig: Rig, base: Base | None, damping: WeakDamping, release: Release, y0: FloatArray,
+        balls: FloatArray,
+    ) -> None:  # fmt: skip
+        self.cycles = base.frequency if isinstance(base, Harmonic) else rig.oscillator.f0
+        n, plain = len(rig.nes), is_plain(rig, damping)
+        self.least, self.rows = CHUNK + 8 * n, max(n, 1)
+        width = LOG_COLUMNS if plain else RUBBING_LOG_COLUMNS
+        self.numbers = np.zeros((self.rows, width))
+        self.labels = np.zeros((self.rows, 3), dtype=np.int32)
+        self.numbers[:, 1], self.numbers[:, 2:4] = release.x0, release.v0
+        self.numbers[:n, 4], self.numbers[:n, 5] = y0, balls[:, U]
+        if not plain:
+            self.numbers[:, L_MASS] = rig.oscillator.M
+        self.labels[:, 1] = np.arange(self.rows)
+        self.held, self.balls = 0, n
+
+    def room(self) -> tuple[FloatArray, Labels]:
+        """Rows to be filled next."""
+        if self.rows + self.least > len(self.numbers):
+            self._resize(max(self.rows + self.least, int(1.25 * self.rows)))
+        end = self.rows + self.least
+        return self.numbers[self.rows : end], self.labels[self.rows : end]
+
+    def finished(self) -> tuple[FloatArray, Labels]:
+        """The arrays, as long as what is in them."""
+        self._resize(self.rows)
+        return self.numbers, self.labels
+
+    def _resize(self, rows: int) -> None:
+        # In place: a log of a gigabyte needs no second one beside it.
+        self.numbers.resize((rows, self.numbers.shape[1]), refcheck=False)
+        self.labels.resize((rows, 3), refcheck=False)
+
+    def refuse_beyond_memory(self, duration: float, *, reached: float | None) -> None:
+        """Refuse a run whose impacts would not fit, before it starts and as soon as it shows.
+
+        Before: two impacts a cycle and ball. On the way: as many as so far, once a tenth is run.
+        """
+        if reached is None:
+            rows = 2.0 * self.balls * duration * self.cycles
+        elif self.rows < 1.5 * self.held:
+            return
+        else:
+            rows, self.held = float(self.rows), self.rows
+            if reached > 0.1 * duration:
+                rows *= duration / reached
+        refuse_beyond_memory(
+            rows * (self.numbers.itemsize * self.numbers.shape[1] + 12.0),
+            f"the motion of {duration:.9g} s, of about {rows:.2g} impacts,",
+            "shorten it, or ask for amplitudes alone (vinesexp.design.ensemble.responses), which "
+            "keep none of it",
+        )
+
+
+def _loop_of(
     rig: Rig, base: Base | None, damping: WeakDamping, release: Release, duration: float,
     remainder: float | None, balls: FloatArray, y0: FloatArray, general: bool,
-) -> tuple[FloatArray, IntArray]:  # fmt: skip
-    """Run to the end in chunks of the log; all its rows, the start rows first."""
-    n, plain = len(rig.nes), is_plain(rig)
-    state = np.array([0.0, 0.0, release.x0, release.v0])
-    rows, width = max(n, 1), LOG_COLUMNS if plain else RUBBING_LOG_COLUMNS
-    start, start_labels = np.zeros((rows, width)), np.zeros((rows, 3), dtype=np.int32)
-    start[:, 1], start[:, 2:4] = release.x0, release.v0
-    start[:n, 4], start[:n, 5] = y0, balls[:, U]
-    if not plain:
-        start[:, L_MASS] = rig.oscillator.M
-    start_labels[:, 1] = np.arange(rows)
-    numbers, labels = [start], [start_labels]
+) -> Loop:  # fmt: skip
+    """The loop that serves the scene."""
     if any(nes.contact_time for nes in rig.nes):
-        fill = _lasting_loop(rig, base, damping, duration, release, balls, y0)
-    else:
-        loop = _plain_loop if plain else _rubbing_loop
-        fill = loop(rig, base, damping, duration, remainder, general)
-    while state[0] < duration:
-        size = CHUNK + 8 * n
-        log, log_labels = np.empty((size, width)), np.empty((size, 3), dtype=np.int32)
-        count = fill(state, balls, log, log_labels)
-        if count < 0:
-            raise AnalysisError(
-                f"the motion comes to a stop at t = {state[0]:.9g} s: balls with r = 1 or close to "
-                "it, or balls on an oscillator that Coulomb friction holds, bounce faster than any "
-                "clock resolves; lower their restitution, or leave Coulomb friction out"
-            )
-        numbers.append(log[:count])
-        labels.append(log_labels[:count])
-    return np.concatenate(numbers), np.concatenate(labels).astype(np.int64)
+        return _lasting_loop(rig, base, damping, duration, release, balls, y0)
+    if is_plain(rig, damping):
+        return _plain_loop(rig, base, duration, remainder, general)
+    return _rubbing_loop(rig, base, damping, duration, remainder)
 
 
 def _plain_loop(
-    rig: Rig, base: Base | None, damping: WeakDamping, duration: float, remainder: float | None,
-    general: bool,
-) -> Loop:  # fmt: skip
-    """The loop of `kernel.py`: fills a log from a state, -1 where time has stopped."""
+    rig: Rig, base: Base | None, duration: float, remainder: float | None, general: bool
+) -> Loop:
+    """The loop of `kernel.py`: fills a log from a state; rows and evaluations."""
     from vinesexp.solver.chatter import REMAINDER
     from vinesexp.solver.kernel import run
     from vinesexp.solver.response import HEADER
     from vinesexp.solver.series import ORDER
 
     kind, table = drive_table(base)
-    par, limit = parameters(rig, damping), REMAINDER if remainder is None else remainder
-    response = None if general else closed_form(rig, base, damping)
+    par = parameters(rig, WeakDamping())
+    limit = REMAINDER if remainder is None else remainder
+    response = None if general else closed_form(rig, base, WeakDamping())
     closed, work = response is not None, np.zeros((4, ORDER + 1))
     if response is None:
         response = np.ones(HEADER)
 
-    def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: Labels) -> int:
-        count, used = run(
+    def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: Labels) -> Used:
+        return run(
             closed, response, par, kind, table, duration, limit, state, balls, log, labels, work
         )
-        return -1 if used < 0 else count
 
     return fill
 
 
 def _rubbing_loop(
-    rig: Rig, base: Base | None, damping: WeakDamping, duration: float, remainder: float | None,
-    general: bool,
-) -> Loop:  # fmt: skip
-    """The loop of `rubbing.py`; there is no closed form of it, so `general` changes nothing."""
+    rig: Rig, base: Base | None, damping: WeakDamping, duration: float, remainder: float | None
+) -> Loop:
+    """The loop of `rubbing.py`."""
     from vinesexp.solver.chatter import REMAINDER
     from vinesexp.solver.rubbing import run_rubbing
     from vinesexp.solver.series import ORDER
@@ -170,7 +224,7 @@ def _rubbing_loop(
     par, limit = parameters(rig, damping), REMAINDER if remainder is None else remainder
     work = np.zeros((4, ORDER + 1))
 
-    def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: Labels) -> int:
+    def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: Labels) -> Used:
         return run_rubbing(par, kind, table, duration, limit, state, balls, log, labels, work)
 
     return fill
@@ -193,7 +247,7 @@ def _lasting_loop(
     par, work = parameters(rig, damping), np.zeros((4, ORDER + 1))
     own = lasting_table(rig, balls, x0=release.x0, y0=y0, v0=release.v0)
 
-    def fill(state: FloatArray, _: FloatArray, log: FloatArray, labels: Labels) -> int:
+    def fill(state: FloatArray, _: FloatArray, log: FloatArray, labels: Labels) -> Used:
         return run_lasting(par, kind, table, duration, state, own, log, labels, work)
 
     return fill

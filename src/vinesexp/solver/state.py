@@ -50,3 +50,7 @@ SLIDE = 4  # friction begins to act, or turns about
 # x - y, and after the event y'', the force on the oscillator and the mass that moves with it.
 LOG_COLUMNS, RUBBING_LOG_COLUMNS = 6, 10
 L_APART, L_A, L_FORCE, L_MASS = 6, 7, 8, 9
+
+# Evaluations after which a compiled loop returns, finished or not: an interrupt is heard after a
+# fraction of a second, and no loop runs for ever (`effort.py`).
+ALLOWANCE = 200_000
