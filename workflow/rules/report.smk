@@ -3,7 +3,7 @@
 FIGURES = code_of("vinesexp.figures.gallery", script="figures")
 REPORT = code_of("vinesexp.report.page", script="report")
 BUNDLE = code_of("vinesexp.report.bundle", script="bundle")
-DESCRIPTION = [CAMPAIGN_FOLDER / name for name in ("campaign.yaml", "records.csv")]
+DESCRIPTION = [CAMPAIGN_FOLDER / "campaign.yaml", CAMPAIGN.sheet]
 
 
 rule figures:

@@ -1,4 +1,4 @@
-"""`vinesexp init`: campaign.yaml and records.csv proposed from a folder of instrument files.
+"""`vinesexp init`: campaign.yaml and records.csv or .xlsx proposed from a folder of instruments.
 
 Everything uncertain is marked for a person to look at; what no file states is left open, and the
 run refuses it until it is filled in. Nothing that is there is overwritten.
@@ -15,14 +15,20 @@ import sys
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, RecordError, shown
-from vinesexp.proposal.campaign_proposal import Proposal, ProposedChannel, propose
+from vinesexp.proposal.campaign_proposal import (
+    Proposal,
+    ProposedChannel,
+    ProposedRecord,
+    propose,
+)
 from vinesexp.proposal.file_names import Reading
 from vinesexp.proposal.kind_of_test import OPEN
 from vinesexp.proposal.survey import FileView, view_file
 from vinesexp.records.campaign_schema import NAME as SCHEMA_NAME
 from vinesexp.records.campaign_schema import schema_text
 from vinesexp.records.missing_cells import FILL_IN
-from vinesexp.records.schema import SHEET_COLUMNS
+from vinesexp.records.records_xlsx import new_workbook
+from vinesexp.records.schema import SHEET_COLUMNS, SHEETS
 from vinesexp.whole_files import write_whole
 
 _OUTPUT = {
@@ -36,6 +42,9 @@ _SKIPPED = {".md", ".pdf", ".png", ".jpg", ".svg", ".py", ".m", ".docx", ".yaml"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The folder of files."""
     parser.add_argument("folder", type=Path, help="folder with instrument files, in it or below")
+    parser.add_argument(
+        "--xlsx", action="store_true", help="write records.xlsx in the place of records.csv"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -43,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     folder: Path = args.folder
     if not folder.is_dir():
         raise CampaignError("is not a folder; name the one with the instrument files", file=folder)
-    for name in ("campaign.yaml", "records.csv"):
+    for name in ("campaign.yaml", *SHEETS):
         if (folder / name).exists():
             raise CampaignError("is there already and stays as it is", file=folder / name)
     views, others = _views(folder)
@@ -54,16 +63,17 @@ def run(args: argparse.Namespace) -> int:
     proposal = propose(folder, views)
     if sys.stdin.isatty():  # pragma: no cover
         _ask(proposal)
-    texts = {
-        "campaign.yaml": campaign_text(folder, proposal),
-        "records.csv": records_text(proposal),
+    sheet = SHEETS[1] if args.xlsx else SHEETS[0]
+    contents = {
+        "campaign.yaml": campaign_text(folder, proposal).encode(),
+        sheet: records_workbook(proposal) if args.xlsx else records_text(proposal).encode(),
     }
     if not (folder / SCHEMA_NAME).exists():
-        texts[SCHEMA_NAME] = schema_text()
+        contents[SCHEMA_NAME] = schema_text().encode()
     written: list[Path] = []
     try:
-        for name, text in texts.items():
-            write_whole(folder / name, text)
+        for name, content in contents.items():
+            write_whole(folder / name, content)
             written.append(folder / name)
     except OSError as error:
         for path in written:  # half of a proposal would stop the next one
@@ -73,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
             f"cannot be written to ({reason}); copy the files into a folder of your own",
             file=folder,
         ) from None
-    _report(folder, proposal, others)
+    _report(folder, proposal, others, sheet)
     return 0
 
 
@@ -135,18 +145,28 @@ def _channel_lines(channel: ProposedChannel) -> list[str]:
 def records_text(proposal: Proposal) -> str:
     """records.csv; the note of a row says what it is proposed for and what is open in it."""
     stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(SHEET_COLUMNS)
-    for record in proposal.records:
-        note = "; ".join([record.why, *map(_said, record.readings)])
-        if record.open:
-            note += f"; {FILL_IN}, if it applies: {' '.join(record.open)}"
-        row = {"record": record.record, "file": record.file, "test": record.test, "note": note}
-        row |= record.cells
-        if record.test == OPEN:
-            row |= {"test": "ringdown", "exclude": "yes"}
-        writer.writerow([row.get(column, "") for column in SHEET_COLUMNS])
+    writer = csv.DictWriter(stream, SHEET_COLUMNS, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(map(proposed_row, proposal.records))
     return stream.getvalue()
+
+
+def records_workbook(proposal: Proposal) -> bytes:
+    """records.xlsx: the same rows, in colours."""
+    rows = [proposed_row(record) for record in proposal.records]
+    return new_workbook(rows, proposed=[{"test", *record.cells} for record in proposal.records])
+
+
+def proposed_row(record: ProposedRecord) -> dict[str, str]:
+    """A row of the table; a test that nothing shows is one of its kinds, and left out."""
+    note = "; ".join([record.why, *map(_said, record.readings)])
+    if record.open:
+        note += f"; {FILL_IN}, if it applies: {' '.join(record.open)}"
+    row = {"record": record.record, "file": record.file, "test": record.test, "note": note}
+    row |= record.cells
+    if record.test == OPEN:
+        row |= {"test": "ringdown", "exclude": "yes"}
+    return row
 
 
 def _said(reading: Reading) -> str:
@@ -210,7 +230,7 @@ def _ask(proposal: Proposal) -> None:  # pragma: no cover
             channel.sensitivity = input(question).strip() or None
 
 
-def _report(folder: Path, proposal: Proposal, others: list[str]) -> None:
+def _report(folder: Path, proposal: Proposal, others: list[str], sheet: str) -> None:
     for line in others:
         print(line)
     for channel in proposal.channels:
@@ -223,5 +243,5 @@ def _report(folder: Path, proposal: Proposal, others: list[str]) -> None:
         counted[record.test] = counted.get(record.test, 0) + 1
     tests = ", ".join(f"{count} {'unclear' if t == OPEN else t}" for t, count in counted.items())
     print(f"{len(proposal.records)} records: {tests}")
-    print(f"written: {folder / 'campaign.yaml'}, {folder / 'records.csv'}; fill in what is marked,")
+    print(f"written: {folder / 'campaign.yaml'}, {folder / sheet}; fill in what is marked,")
     print(f"then: vinesexp check {shlex.quote(str(folder))}")

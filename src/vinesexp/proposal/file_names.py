@@ -96,7 +96,10 @@ def read_name(
             for number in re.split(r"[+;]", numbers)
             if (cell := _cell(column, number, units.get(unit or "", 1.0))) is not None
         ]
-        if not cells or (column == "release_mm" and _is_other(cells[0], release)):
+        if not cells:
+            continue
+        kind = said[0][0].lower().startswith("rel")  # of release_24mm the word may be the test's
+        if kind and _is_other(cells[0], release):
             continue
         several = ";".join(cells) if column == "clearance_mm" else cells[0]
         found[column] = Reading(column, several, " ".join(text for text, _, _ in said))
@@ -113,7 +116,7 @@ def read_name(
 
 
 def _is_other(cell: str, release: float | None) -> bool:
-    """Whether the record begins elsewhere: of release_24mm the word may be the test's."""
+    """Whether the record begins elsewhere."""
     return release is not None and abs(float(cell) - release) > _NEAR * release
 
 

@@ -15,6 +15,7 @@ from vinesexp.records.problems import Problems
 from vinesexp.records.records_csv import read_table
 from vinesexp.records.schema import (
     ROLES,
+    SHEETS,
     SI_UNITS,
     TESTS,
     Campaign,
@@ -22,6 +23,7 @@ from vinesexp.records.schema import (
     Known,
     Record,
     TimeColumn,
+    sheet_of,
 )
 
 __all__ = [
@@ -74,7 +76,7 @@ def campaign_problems(folder: Path) -> list[VinesexpError]:
 def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
     problems = Problems(folder)
     description_problems = Problems(folder / "campaign.yaml")
-    table_problems = Problems(folder / "records.csv")
+    table_problems = Problems(sheet_of(folder))
     description = Description()
     records: tuple[Record, ...] = ()
     if not folder.is_dir():
@@ -84,9 +86,11 @@ def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
             else "no such folder; give the folder that holds campaign.yaml and records.csv"
         )
     else:
+        if all((folder / name).exists() for name in SHEETS):
+            problems.add("holds records.csv and records.xlsx; keep the one that counts")
         description = read_description(folder / "campaign.yaml", description_problems)
         records = read_table(
-            folder / "records.csv",
+            sheet_of(folder),
             folder,
             allow_outside=description.allow_outside,
             n_masses=len(description.known.nes_mass),

@@ -1,4 +1,4 @@
-"""records.csv: one row a record, read strictly; all mistakes are collected with their line.
+"""records.csv or records.xlsx: a row a record, read strictly; all mistakes with their place.
 
 The table may have come out of a spreadsheet anywhere in the world: comma, semicolon or tab
 between the cells, and decimal commas where the comma does not part the cells.
@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
 from vinesexp.errors import nearest
 from vinesexp.records.outside import read_file
 from vinesexp.records.problems import Problems
+from vinesexp.records.records_xlsx import cell_name, rows_of_workbook
 from vinesexp.records.schema import SHEET_COLUMNS, Record
 from vinesexp.records.table_cells import (
     read_clearance,
@@ -49,6 +52,41 @@ _MM = "displacement"  # what the columns in mm measure
 T = TypeVar("T")
 
 
+@dataclass(frozen=True)
+class Sheet:
+    """The table as text.
+
+    Attributes
+    ----------
+    heads : as written; `header` has the columns that they mean.
+    body : number of each line that is not empty, with its cells.
+    comma : whether numbers may have decimal commas.
+    workbook : whether it is a spreadsheet's.
+    """
+
+    heads: Sequence[str]
+    body: Sequence[tuple[int, list[str]]]
+    comma: bool
+    workbook: bool = False
+
+    @property
+    def header(self) -> list[str]:
+        """The columns."""
+        return [column_of(head) for head in self.heads]
+
+    def place(self, line: int, column: str = "") -> str:
+        """Where a cell stands, as a person finds it."""
+        if not self.workbook:
+            return f"line {line}, column {column}" if column else f"line {line}"
+        if column not in self.header:
+            return f"sheet 1, row {line}" + (f", column {column}" if column else "")
+        return f"sheet 1, cell {cell_name(line, self.header.index(column))} ({column})"
+
+    def row(self, cells: Sequence[str]) -> dict[str, str]:
+        """Column to cell of one line."""
+        return {name: cell.strip() for name, cell in zip(self.header, cells, strict=False)}
+
+
 def read_table(
     file: Path, folder: Path, *, allow_outside: bool, n_masses: int, problems: Problems,
     settings: Settings | None = None, setups: tuple[str, ...] = (),
@@ -69,33 +107,32 @@ def read_table(
         Names under `setups` in campaign.yaml.
     """
     settings = Settings() if settings is None else settings
-    rows = _rows(file, problems)
-    if rows is None:
-        return ()
-    header, comma, body = rows
-    if not _header_is_right(header, problems):
+    sheet = sheet_rows(file, problems)
+    if sheet is None or not _header_is_right(sheet, problems):
         return ()
     records: list[Record] = []
     lines: dict[str, int] = {}
-    for line, cells in body:
-        if len(cells) > len(header) and any(cell.strip() for cell in cells[len(header) :]):
+    for line, cells in sheet.body:
+        columns = len(sheet.heads)
+        if any(cell.strip() for cell in cells[columns:]):
             problems.add(
-                f"{len(cells)} cells under {len(header)} columns; put a cell that contains the "
+                f"{len(cells)} cells under {columns} columns; put a cell that contains the "
                 "separator in quotes",
-                where=f"line {line}",
+                where=sheet.place(line),
             )
             continue
-        row = {name: cell.strip() for name, cell in zip(header, cells, strict=False)}
+        row = sheet.row(cells)
         record = _record(
-            row, line, folder, comma, allow_outside, n_masses, settings, setups, problems
+            row, line, folder, sheet, allow_outside, n_masses, settings, setups, problems
         )
         # Names that differ only in case would share a file on many disks.
         key = row.get("record", "").lower()
         if key and key in lines:
+            before = sheet.place(lines[key])
             problems.add(
-                f"record '{row['record']}' is already in line {lines[key]}; every record needs "
+                f"record '{row['record']}' is already in {before}; every record needs "
                 "its own name (upper and lower case count as the same)",
-                where=f"line {line}, column record",
+                where=sheet.place(line, "record"),
             )
         lines.setdefault(key, line)
         if record is not None:
@@ -105,13 +142,14 @@ def read_table(
     return tuple(records)
 
 
-def _rows(
-    file: Path, problems: Problems
-) -> tuple[list[str], bool, list[tuple[int, list[str]]]] | None:
-    """Header, whether decimal commas are possible, and the rows with their line numbers."""
+def sheet_rows(file: Path, problems: Problems) -> Sheet | None:
+    """The table as text, from either file; None where there is none, and why in `problems`."""
     if file.exists() and not file.is_file():
         problems.add("is no plain file")
         return None
+    if file.suffix == ".xlsx":
+        found = rows_of_workbook(file, problems)
+        return None if found is None else Sheet(*found, comma=True, workbook=True)
     try:
         raw = file.read_bytes()
     except FileNotFoundError:
@@ -120,15 +158,11 @@ def _rows(
     except OSError as error:
         problems.add(f"cannot be read ({error.strerror})")
         return None
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = raw.decode("cp1252", errors="replace")
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    if not first:
+    text, _ = decoded(raw)
+    if not text.strip():
         problems.add(f"is empty; its first line names the columns: {','.join(COLUMNS)}")
         return None
-    delimiter = max(",;\t", key=first.count)
+    delimiter = separator_of(text)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=False)
     body: list[tuple[int, list[str]]] = []
     line = 1
@@ -146,22 +180,48 @@ def _rows(
     if not body:
         problems.add(f"holds no words; its first line names the columns: {','.join(COLUMNS)}")
         return None
-    header = [cell.strip() for cell in body[0][1]]
-    while header and not header[-1]:
-        header.pop()
-    return header, delimiter != ",", body[1:]
+    heads = [cell.strip() for cell in body[0][1]]
+    while heads and not heads[-1]:
+        heads.pop()
+    return Sheet(heads, body[1:], comma=delimiter != ",")
 
 
-def _header_is_right(header: list[str], problems: Problems) -> bool:
-    before = len(problems.found)
+def decoded(raw: bytes) -> tuple[str, str]:
+    """Text of a table, and its encoding: UTF-8, or else that of Western Windows."""
+    try:
+        return raw.decode("utf-8-sig"), "utf-8"
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", errors="replace"), "cp1252"
+
+
+def separator_of(text: str) -> str:
+    """Comma, semicolon or tab, whichever the first line has most of."""
+    first = next((line for line in text.splitlines() if line.strip()), "")
+    return max(",;\t", key=first.count)
+
+
+def column_of(head: str) -> str:
+    """The column that a head means, unit in brackets or not.
+
+    Examples
+    --------
+    >>> column_of("base amplitude (mm)"), column_of("frequency [Hz]"), column_of("My notes")
+    ('base_amplitude_mm', 'frequency_hz', 'My notes')
+    """
+    plain = re.sub(r"[\s()\[\]_]+", "_", head.strip()).strip("_").lower()
+    return plain if plain in COLUMNS or plain in PEOPLE else head.strip()
+
+
+def _header_is_right(sheet: Sheet, problems: Problems) -> bool:
+    before, header, place = len(problems.found), sheet.header, sheet.place(1)
     for name in header:
         if name not in COLUMNS and name not in PEOPLE and not name.startswith("x_"):
-            problems.add(f"unknown column '{name}'; {nearest(name, COLUMNS)}", where="line 1")
+            problems.add(f"unknown column '{name}'; {nearest(name, COLUMNS)}", where=place)
     for name in sorted({name for name in header if header.count(name) > 1}):
-        problems.add(f"column '{name}' is there twice; remove one", where="line 1")
+        problems.add(f"column '{name}' is there twice; remove one", where=place)
     missing = [name for name in REQUIRED if name not in header]
     if missing:
-        problems.add(f"no column '{missing[0]}'; needed are {', '.join(REQUIRED)}", where="line 1")
+        problems.add(f"no column '{missing[0]}'; needed are {', '.join(REQUIRED)}", where=place)
     return len(problems.found) == before
 
 
@@ -169,7 +229,7 @@ def _record(
     row: dict[str, str],
     line: int,
     folder: Path,
-    comma: bool,
+    sheet: Sheet,
     allow_outside: bool,
     n_masses: int,
     settings: Settings,
@@ -182,17 +242,17 @@ def _record(
         text = row.get(column, "")
         if not text:
             return empty
-        with problems.at(f"line {line}, column {column}"):
+        with problems.at(sheet.place(line, column)):
             return read(text)
         return empty
 
     def required(column: str, read: Callable[[str], T]) -> T | None:
         if not row.get(column):
-            problems.add("is empty; every record needs it", where=f"line {line}, column {column}")
+            problems.add("is empty; every record needs it", where=sheet.place(line, column))
         return cell(column, read, None)
 
     def number(text: str) -> float:
-        return read_number(text, comma)
+        return read_number(text, sheet.comma)
 
     def path(text: str) -> tuple[Path, ...]:
         return tuple(read_file(one.strip(), folder, allow_outside) for one in text.split(";"))

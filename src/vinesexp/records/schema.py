@@ -60,6 +60,16 @@ SI_UNITS: Mapping[str, str] = {
 ACCEPTABLE = ("saturated", "frozen")
 
 
+#: The table of records, of which a campaign has one.
+SHEETS = ("records.csv", "records.xlsx")
+
+
+def sheet_of(folder: Path) -> Path:
+    """The table of records in a folder; records.csv where there is none."""
+    csv, xlsx = (folder / name for name in SHEETS)
+    return xlsx if xlsx.is_file() and not csv.exists() else csv
+
+
 @dataclass(frozen=True)
 class Known:
     """What was weighed, kg; absent where nobody did. And how sure all known inputs are.
@@ -236,9 +246,12 @@ class Campaign:
         """The record called `id`; CampaignError with the nearest name where there is none."""
         if id in self._by_id:
             return self._by_id[id]
-        raise CampaignError(
-            f"no record '{id}'; {nearest(id, self._by_id)}", file=self.folder / "records.csv"
-        )
+        raise CampaignError(f"no record '{id}'; {nearest(id, self._by_id)}", file=self.sheet)
+
+    @property
+    def sheet(self) -> Path:
+        """The table of records: records.csv or records.xlsx."""
+        return sheet_of(self.folder)
 
     @cached_property
     def _by_id(self) -> dict[str, Record]:

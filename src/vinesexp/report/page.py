@@ -156,7 +156,7 @@ def _early(figure: Mapping[str, Any]) -> int:
 def _inputs(campaign: Campaign, results: Path) -> dict[str, Any]:
     """What went in: how each record was processed, changed settings, digests of all files."""
     processed = processed_records(campaign, results)
-    description = [campaign.folder / name for name in ("campaign.yaml", "records.csv")]
+    description = [campaign.folder / "campaign.yaml", campaign.sheet]
     records = [file_of(file) for record in campaign.records for file in record.files]
     records = list(dict.fromkeys(records))  # a file may hold several records
     return {
