@@ -42,7 +42,7 @@ CAUSES: Mapping[str, str] = {
     "added mass": r"added.mass|added_mass",
     "ball mass": r"nes_mass|ball.{0,30}(weigh|mass)",
     "release": r"release_mm|release.{0,60}(factor|unit|off)",
-    "stuck": r"stuck|does not move|without (one )?impact|no impacts|ball (is )?(blocked|idle)",
+    "stuck": r"stuck|ball (does|did) not move|ball that does not move|ball (is )?(blocked|idle)",
     "inverted": r"inverted|sign|upside",
     "held": r"held|before (its|the) release",
     "dropouts": r"lost its target|dropout|gaps?",

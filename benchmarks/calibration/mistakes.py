@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.calibration.draw import over_records, plain, warmed, worn
 from benchmarks.calibration.scene import Scene, Test
 
+_KINDS = ("ringdown", "periodic", "transient", "drop")
 _SEEDS = 10_000  # of the rigs: none that a campaign of the other family has
 
 Change = Callable[[Scene, np.random.Generator], Scene]
@@ -43,6 +44,16 @@ def mistaken(name: str, seed: int) -> Scene:
         changed, name=name, seed=seed, causes=mistake.causes,
         family="held mistake" if mistake.held else "open mistake",
     )  # fmt: skip
+
+
+def small(name: str, seed: int) -> Scene:
+    """The campaign of a mistake with two ring-downs, one load, four periodic tests, one release."""
+    scene = mistaken(name, seed)
+    own = {kind: [t for t in scene.tests if t.kind == kind] for kind in _KINDS}
+    bare = [t for t in own["ringdown"] if not t.load][:2]
+    loaded = [t for t in own["ringdown"] if t.load][-1:]
+    kept = [*bare, *loaded, *own["periodic"][:4], *own["transient"][:1]]
+    return replace(scene, tests=tuple(kept))
 
 
 def _typed(column: str, change: Callable[[float], float], kinds: str) -> Change:

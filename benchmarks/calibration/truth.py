@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from benchmarks.calibration.folder import Moved
 from benchmarks.calibration.scene import Scene
-from benchmarks.robustness.end_of_orbit import true_end
+from benchmarks.robustness.end_of_orbit import end_by_rates
 from benchmarks.robustness.rig import WORKING_SPEED, Body, Drive
 
 from vinesexp.errors import AnalysisError
@@ -150,13 +150,13 @@ def _end(scene: Scene, G: float, r: list[float]) -> Range | None:
 
 
 def simulated_end(body: Body, drive: Drive, *, guess: float) -> float | None:
-    """`true_end`, kept: it costs more than the analysis of a campaign."""
+    """The end of the orbit, kept: it costs more than the analysis of a campaign."""
     name = hashlib.sha256(repr((body, drive, round(guess, 6))).encode()).hexdigest()[:16]
     path = KEPT / f"{name}.json"
     if path.is_file():
         kept: float | None = json.loads(path.read_text(encoding="utf-8"))
         return kept
-    end = true_end(body, drive, guess)
+    end = end_by_rates(body, drive, guess)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(end), encoding="utf-8")
     return end

@@ -33,6 +33,8 @@ _FIRST = (0.8, 0.65, 0.5)  # of the guess: where the orbit is looked for
 _STEPS = (0.02, 0.004)  # of the clearance, on the way up
 _FARTHEST = 1.6  # of the guess
 _BELOW = (0.994, 0.998)  # of the last clearance that settled
+_NEARLY, _SECANTS, _TOWARDS = 0.93, 9, 0.75  # of the guess; runs; of the way to the end
+_NEAR = 4e-3  # of the clearance: from here the end is extrapolated
 _HALF = (0.35, 0.65)  # of a cycle: impacts in turn
 _LATE = 0.6  # of a run: after it nothing of its beginning is left
 #: Cycles of a periodic test before its record begins, and of the record.
@@ -84,6 +86,39 @@ def true_end(body: Body, drive: Drive, guess: float = 0.0339) -> float | None:
         if low * (1.0 - _STEPS[-1]) < end < high * (1.0 + _STEPS[-1]):
             return end
     return 0.5 * (low + high)
+
+
+def end_by_rates(body: Body, drive: Drive, guess: float) -> float | None:
+    """As `true_end`, by the rates at few clearances: an eighth of its time, the same to 1e-3.
+
+    Where the motion does not settle at nine tenths of the guess, or the rates do not tend to zero,
+    the orbit is followed as in `true_end`.
+    """
+    if drive.drift or (drive.second_share and not _harmonic(drive)):
+        return true_end(body, drive, guess)
+    b = _NEARLY * guess
+    state = _after_pull(body, drive, b)
+    below: tuple[float, float, State] | None = None  # the last clearance that settled
+    earlier: tuple[float, float] | None = None
+    for _ in range(_SECANTS):
+        path = _moved(body, drive, b, state, _CYCLES)
+        rate = _return_rate(path, drive, _bare(body, drive))
+        if rate is None:
+            if below is None:
+                break
+            b = 0.5 * (below[0] + b)
+        else:
+            if below is not None and math.isfinite(below[1]):
+                earlier = below[:2]
+            below = b, rate, path.last
+            end = 1.02 * b
+            if earlier is not None and rate > earlier[1]:
+                end = b - rate * (b - earlier[0]) / (rate - earlier[1])
+                if end / b - 1.0 < _NEAR:
+                    return end
+            b += _TOWARDS * (min(end, 1.04 * b) - b)
+        state = _carried(below[2], below[0], b)
+    return true_end(body, drive, guess)
 
 
 @cache

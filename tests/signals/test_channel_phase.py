@@ -50,6 +50,33 @@ def test_a_corner_is_parted_from_a_lag(corner: float, late: float, measure, tmp_
     assert found.gain == pytest.approx(1.0, abs=2e-3)
 
 
+def test_a_corner_shows_in_six_seconds(measure, tmp_path: Path) -> None:
+    """47 periods: taken for a lag, a corner of 0.3 Hz would be one of 0.8 ms."""
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=16.0)
+    channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
+    channels["acceleration"] = ac_coupled(channels["acceleration"], corner=0.3)
+    path = stored(tmp_path / "ac.nc", {role: x[100_000:] for role, x in channels.items()})
+    condition(path, tmp_path / "c.nc", f0_hint=F0)
+    with open_record(tmp_path / "c.nc") as view:
+        found = agreement_in(view.attributes)
+    assert found is not None
+    assert found.corner == pytest.approx(0.3, abs=max(5.0 * found.corner_error, 0.02))
+    assert abs(found.lag) < 1e-4
+
+
+def test_a_decay_alone_knows_no_lag(tmp_path: Path) -> None:
+    t = np.arange(60_000) / 1e4
+    w = 2.0 * np.pi * F0
+    z = 5e-3 * np.exp((1j * w - 0.3) * (t + 20.0)) * np.exp(6.0)
+    a = ac_coupled(((1j * w - 0.3) ** 2 * z).real, corner=0.3)
+    path = stored(tmp_path / "d.nc", {"displacement": z.real, "acceleration": a})
+    condition(path, tmp_path / "c.nc", f0_hint=F0)
+    with open_record(tmp_path / "c.nc") as view:
+        found = agreement_in(view.attributes)
+    assert found is not None
+    assert found.lag_error >= abs(found.lag)  # it may be a corner
+
+
 def test_places_at_impacts_are_right_behind_an_ac_coupled_sensor(measure, tmp_path: Path) -> None:
     record = measure(b=[0.03], drive=G25, start=10.0, duration=30.0)
     channels = {role: record.channels[role] for role in ("displacement", "acceleration")}

@@ -124,7 +124,9 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
         *_means(record, k), k / record.sample_rate, frequency=frequency,
         lag=found.lag, lag_error=found.lag_error,
     )  # fmt: skip
-    return found if law is None else _with_corner(found, law, frequency)
+    if law is None:  # one frequency cannot part a lag from a corner
+        return replace(found, lag_error=math.hypot(found.lag_error, found.lag))
+    return _with_corner(found, law, frequency)
 
 
 def _means(record: RecordView, k: int) -> tuple[FloatArray, FloatArray]:

@@ -20,7 +20,7 @@ from vinesexp.arrays import BoolArray, FloatArray
 
 ComplexArray = NDArray[np.complex128]
 
-_CYCLES = 12.0  # periods in a segment: a line then is a twelfth of f0 wide
+_CYCLES = (5.0, 12.0)  # periods in a segment, as the record allows: lines are f0 over these wide
 _RANGE = (1.6, 12.0)  # of the oscillation: lines that are compared with it
 _FEWEST = 8  # segments
 _TOPS = 3  # lines of which a top is the highest; between tops the oscillation leaks in
@@ -102,8 +102,9 @@ def phase_law(
     >>> abs(law.lag - late) < 3e-6, law.has_corner
     (True, False)
     """
-    size = round(_CYCLES / (frequency * step))
     n = min(acceleration.size, displacement.size)
+    periods = 2.0 * n * step * frequency / (_FEWEST + 1.5)
+    size = round(min(max(periods, _CYCLES[0]), _CYCLES[1]) / (frequency * step))
     begins = range(0, n - size + 1, size // 2)
     if len(begins) < _FEWEST or size < 16:
         return None
