@@ -170,7 +170,7 @@ def test_a_folder_that_cannot_be_written_to_is_one_line(tmp_path, capsys, monkey
     def refuse(path, text):
         if path.name == "records.csv":
             raise PermissionError(13, "Permission denied")
-        path.write_text(text, encoding="utf-8")
+        path.write_bytes(text)
 
     monkeypatch.setattr("vinesexp.commands.init.write_whole", refuse)
     assert main(["init", str(tmp_path)]) == 1
