@@ -26,7 +26,7 @@ from benchmarks.calibration.draw import campaign
 from benchmarks.calibration.mistakes import mistaken, mistakes
 from benchmarks.calibration.page import page, summary
 from benchmarks.calibration.scene import Scene
-from benchmarks.calibration.study import study
+from benchmarks.calibration.study import judged, prepare, study
 
 from vinesexp.codedigest import code_digest
 
@@ -48,6 +48,9 @@ def main() -> None:
     parser.add_argument(
         "--reuse", action="store_true", help="samples and impacts that --keep left are not redone"
     )
+    parser.add_argument(
+        "--prepare", action="store_true", help="with --keep: only as far as the impacts"
+    )
     parser.add_argument("--again", action="store_true", help="also what was measured by this code")
     parser.add_argument(
         "--label", default="", help="of these outcomes, instead of the code's digest"
@@ -57,6 +60,11 @@ def main() -> None:
     args = parser.parse_args()
     label = args.label or code_digest("vinesexp.pipeline")
     wanted = _wanted(args)
+    if args.prepare:
+        for name, seed in wanted:
+            prepare(_scene(name, seed), args.keep / _place(name, seed))
+            print(name, seed, flush=True)
+        return
     known = {(o["name"], o["seed"]) for o in outcomes(args.out, label)} if not args.again else set()
     todo = [job for job in wanted if job not in known]
     until = time.monotonic() + 60.0 * args.minutes
@@ -65,7 +73,7 @@ def main() -> None:
         for outcome in _measured(todo, args, until):
             stream.write(json.dumps({"label": label, **outcome}) + "\n")
             stream.flush()
-            print(line(outcome), flush=True)
+            print(line(judged(outcome)), flush=True)
     found = outcomes(args.out, label)
     print(summary(found))
     if args.page:
@@ -78,7 +86,7 @@ def outcomes(path: Path, label: str = "") -> list[dict[str, Any]]:
     if not path.is_file():
         return []
     rows = [json.loads(text) for text in path.read_text(encoding="utf-8").splitlines() if text]
-    own = [row for row in rows if row["label"] == label or not label]
+    own = [judged(row) for row in rows if row["label"] == label or not label]
     return list({(row["label"], row["name"], row["seed"]): row for row in own}.values())
 
 
@@ -114,10 +122,7 @@ def _one(
         return None
     scene = _scene(name, seed)
     with tempfile.TemporaryDirectory() as temporary:
-        place = f"{name.replace(' ', '_').replace('/', '_')}" + (
-            "" if name.startswith("campaign ") else f"_{seed}"
-        )
-        folder = (keep or Path(temporary)) / place
+        folder = (keep or Path(temporary)) / _place(name, seed)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             try:
@@ -129,6 +134,12 @@ def _one(
                 }  # fmt: skip
         found["python_warnings"] = sorted({str(w.message)[:100] for w in caught})
         return found
+
+
+def _place(name: str, seed: int) -> str:
+    """Name of a campaign's folder."""
+    words = name.replace(",", "").replace(" ", "_")
+    return words if name.startswith("campaign ") else f"{words}_{seed}"
 
 
 def line(outcome: dict[str, Any]) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +23,14 @@ from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign
 
 Z95 = 1.959964
+_HERE = Path(__file__).resolve().parent
 #: An interval that misses by more of its errors is wrong unless "not explained" is said.
 FAR = 4.0
 _RECORD_STEPS = ("ingest_record", "condition_record", "find_impacts", "estimate_from_record")
 #: Of these the results are taken from an earlier run with `reuse`, whatever the code was.
 _KEPT_STEPS = _RECORD_STEPS[:3]
+#: What a verdict in inputs.csv says of an input that is as stated.
+_NOTHING_SAID = ("", "ok", "agrees")
 _END = ", end of two impacts per cycle"
 
 
@@ -38,23 +42,39 @@ def study(
     Parameters
     ----------
     replay : whether every record is simulated again, as the workflow does: it takes the most time.
-    reuse : take samples, impacts and truth that lie in the folder.
+    reuse : take samples, impacts and truth that lie in the folder, whatever the code was.
     """
-    kept = folder / "truth.json"
-    if reuse and kept.is_file():
-        moved = {name: Moved(A, _NOTHING) for name, A in _read(kept)["moved"].items()}
-        true = {name: (low, high) for name, (low, high) in _read(kept)["values"].items()}
-    else:
-        moved = write_campaign(scene, folder)
-        true = truth(scene, moved)
-        write_truth(kept, _told(scene, moved, true))
+    true = simulated(scene, folder, reuse=reuse)
     campaign = load_campaign(folder)
     paths = ResultPaths(folder / "results")
-    seconds = analysed(campaign, paths, replay=replay, reuse=reuse)
+    seconds = record_steps(campaign, paths, reuse=reuse)
+    seconds |= campaign_steps(campaign, paths, replay=replay)
     return scored(scene, paths, true, seconds)
 
 
-_NOTHING: Any = ()
+def prepare(scene: Scene, folder: Path) -> None:
+    """Simulate a scene and take its records as far as their impacts, for a later `study`."""
+    simulated(scene, folder, reuse=False)
+    record_steps(load_campaign(folder), ResultPaths(folder / "results"), reuse=False)
+
+
+def simulated(scene: Scene, folder: Path, *, reuse: bool) -> Mapping[str, Range]:
+    """The truth of a scene, simulated where the folder does not hold it yet."""
+    kept = folder / "truth.json"
+    digest = hashlib.sha256(repr(scene).encode() + _simulator()).hexdigest()[:16]
+    if kept.is_file() and (reuse or _read(kept).get("scene") == digest):
+        return {name: (low, high) for name, (low, high) in _read(kept)["values"].items()}
+    moved = write_campaign(scene, folder)
+    true = truth(scene, moved)
+    write_truth(kept, {"scene": digest, **_told(scene, moved, true)})
+    return true
+
+
+def _simulator() -> bytes:
+    """The code that makes samples and truth of a scene."""
+    own = [_HERE / f"{name}.py" for name in ("folder", "damage", "truth")]
+    others = [_HERE.parent / "robustness" / f"{n}.py" for n in ("motion", "measuring", "rig")]
+    return b"".join(path.read_bytes() for path in (*own, *others))
 
 
 def _told(scene: Scene, moved: Mapping[str, Moved], true: Mapping[str, Range]) -> dict[str, object]:
@@ -82,17 +102,9 @@ def _told(scene: Scene, moved: Mapping[str, Moved], true: Mapping[str, Range]) -
     }  # fmt: skip
 
 
-def analysed(
-    campaign: Campaign, paths: ResultPaths, *, replay: bool, reuse: bool
-) -> dict[str, float]:
-    """Every step in this process; processor seconds of each."""
+def record_steps(campaign: Campaign, paths: ResultPaths, *, reuse: bool) -> dict[str, float]:
+    """The steps of all records that their results do not hold for; processor seconds of each."""
     seconds: dict[str, float] = {}
-
-    def timed(name: str, run: Callable[[], object]) -> None:
-        start = time.process_time()
-        run()
-        seconds[name] = round(time.process_time() - start, 3)
-
     done = paths.folder / "record_steps.json"
     before = _read(done) if done.is_file() else {}
     digests = {step: code_digest(f"vinesexp.pipeline:{step}") for step in _RECORD_STEPS}
@@ -102,17 +114,26 @@ def analysed(
             before.get(step) == digests[step] or (reuse and step in _KEPT_STEPS and step in before)
         )
         if not fresh:
-            run = getattr(pipeline, step)
-            timed(step, lambda run=run: [run(campaign, r, paths=paths) for r in campaign.records])
+            start = time.process_time()
+            for record in campaign.records:
+                getattr(pipeline, step)(campaign, record, paths=paths)
+            seconds[step] = round(time.process_time() - start, 3)
     done.write_text(json.dumps(digests), encoding="utf-8")
-    timed("regimes", lambda: pipeline.collect_regimes(campaign, paths=paths))
-    timed("identify", lambda: pipeline.identify(campaign, paths=paths))
-    timed("compare", lambda: pipeline.compare_clearances(campaign, paths=paths))
+    return seconds
+
+
+def campaign_steps(campaign: Campaign, paths: ResultPaths, *, replay: bool) -> dict[str, float]:
+    """The steps on all records together; processor seconds of each."""
+    steps = ["collect_regimes", "identify", "compare_clearances"]
     if replay:
-        timed("replay", lambda: pipeline.replay_records(campaign, paths=paths))
+        steps.append("replay_records")
     else:
         paths.replay_checks.write_text(_NO_CHECKS, encoding="utf-8")
-    timed("checks", lambda: pipeline.collect_checks(campaign, paths=paths))
+    seconds = {}
+    for step in [*steps, "collect_checks"]:
+        start = time.process_time()
+        getattr(pipeline, step)(campaign, paths=paths)
+        seconds[step] = round(time.process_time() - start, 3)
     return seconds
 
 
@@ -129,17 +150,13 @@ def scored(
     warnings = [f"{c['record']}: {c['detail']}" for c in checks if c["outcome"] == "warning"]
     refused = [f"{c['record']}: {c['detail']}" for c in checks if c["outcome"] == "refused"]
     inputs = _inputs(paths.folder / "inputs.csv")
-    said = [w.partition(": ")[2] for w in warnings + refused]
-    said += [row["verdict"] for row in inputs if row["verdict"] not in ("", "ok", "agrees")]
     values = {
         name: _beside(float(row["value"]), float(row["std_error"]), true[name])
         for name in ("f0", "zeta", "M", "c1", "k1", "r")
         if (row := identified.get(name)) and name in true
     }
     values |= _predicted(scene, clearances, true)
-    unexplained = any("not explained" in text for text in said)
     far = [name for name, one in values.items() if not abs(one["z"]) <= FAR]
-    facts = stated(said)
     return {
         "seed": scene.seed,
         "name": scene.name,
@@ -147,14 +164,29 @@ def scored(
         "causes": sorted(scene.causes),
         "values": values,
         "inputs": _inputs_beside(scene, inputs, clearances),
-        "named": sorted(scene.causes & named(said)),
-        "false": sorted(facts - allowed(scene.causes)),
-        "unexplained": unexplained,
         "far": far,
+        "rings": scene.tests[0].sensors.ring is not None,
         "warnings": warnings,
         "refused": refused,
-        "verdicts": [row for row in inputs if row["verdict"] not in ("", "ok", "agrees")],
+        "verdicts": [row for row in inputs if row["verdict"] not in _NOTHING_SAID],
         "seconds": dict(seconds),
+    }
+
+
+def judged(outcome: dict[str, Any]) -> dict[str, Any]:
+    """An outcome with what its texts name: true causes, false ones, and whether they give up."""
+    if "crash" in outcome:
+        return outcome
+    said = [text.partition(": ")[2] for text in (*outcome["warnings"], *outcome["refused"])]
+    said += [row["verdict"] for row in outcome["verdicts"]]
+    there = allowed(outcome["causes"])
+    if outcome.get("rings"):  # a mount that rings spoils the area of pulses
+        there |= {"contact rings", "local mode"}
+    return {
+        **outcome,
+        "named": sorted(set(outcome["causes"]) & named(said)),
+        "false": sorted(stated(said) - there),
+        "unexplained": any("not explained" in text for text in said),
     }
 
 

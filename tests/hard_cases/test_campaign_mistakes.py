@@ -38,7 +38,7 @@ MISTAKES = (
 def campaigns(tmp_path_factory):
     """Outcomes of small campaigns by the name of their mistake, each analysed once."""
     from benchmarks.calibration.mistakes import small
-    from benchmarks.calibration.study import study
+    from benchmarks.calibration.study import judged, study
 
     done = {}
 
@@ -46,7 +46,8 @@ def campaigns(tmp_path_factory):
         if name not in done:
             folder = tmp_path_factory.mktemp("campaign")
             # Only what was held before its release is a matter of the replay.
-            done[name] = study(small(name, 1), folder, replay=name == "held before release")
+            found = study(small(name, 1), folder, replay=name == "held before release")
+            done[name] = judged(found)
         return done[name]
 
     return outcome
