@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -9,7 +10,10 @@ import subprocess
 from pathlib import Path
 from urllib.parse import quote
 
+import numpy as np
 import pytest
+
+from vinesexp.record_pages.all_samples import squeezed
 
 pytestmark = pytest.mark.long
 
@@ -58,6 +62,34 @@ def test_every_impact_is_marked_and_zoom_reaches_a_contact(ask):
     assert all_ == total > 50
     assert inside == 1
     assert width < 0.01
+
+
+def test_samples_of_a_narrow_view_are_those_of_the_record(ask):
+    """A record of 40,000 samples whose overview has parts of 5; the page gets them all."""
+    x = np.random.default_rng(1).normal(size=40_000)
+    x[20_000:20_010] = np.nan
+    chunk = {"begin": 0, "end": 40_000, "channels": {"measured displacement": squeezed(x)}}
+    script = f"""
+    vinesexp.samples("long/0", {json.dumps(chunk)});
+    await loadChunk("long/0");
+    const trace = {{ id: "long", start: 0, rate: 1000, part: 5, frequency: 0, samples: 40000, chunk: 1 << 20 }};
+    const channel = {{ kind: "measured", role: "displacement", low: new Float64Array(8000), high: new Float64Array(8000) }};
+    const narrow = shown(trace, channel, 19.9, 20.1, 500), wide = shown(trace, channel, 19, 21, 500);
+    return [chunksFor(trace, 0, 40, 500).length, narrow, wide];
+    """  # noqa: E501
+    names, narrow, wide = ask("records.html", script)
+    assert names == 0  # the overview serves the whole record
+    assert narrow["samples"]
+    index = np.round(1000.0 * np.array(narrow["x"])).astype(int)
+    assert (np.diff(index) == 1).all()
+    assert index[0] <= 19_900
+    assert index[-1] >= 20_100
+    found = np.array([np.nan if v is None else v for v in narrow["low"]])
+    assert found == pytest.approx(x[index], abs=0.1, nan_ok=True)
+    assert not wide["samples"]
+    assert np.nanmax(np.array(wide["high"], dtype=float)) == pytest.approx(
+        np.nanmax(x[18_999:21_002]), abs=0.3
+    )
 
 
 def test_keys_move_the_view_and_the_record(ask):

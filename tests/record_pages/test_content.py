@@ -1,13 +1,14 @@
-"""What the pages of records hold: levels, windows, packing, and what is written when."""
+"""What the pages of records hold: levels, samples, packing, and what is written when."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from vinesexp.record_pages.all_samples import chunks_of, squeezed, unsqueezed
 from vinesexp.record_pages.drawn_content import traces_of
 from vinesexp.record_pages.packing import exact, packed, unpacked
-from vinesexp.record_pages.zoom_levels import part_size, read_channel, windows_around
+from vinesexp.record_pages.zoom_levels import part_size, read_channel
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record, open_record
 
@@ -23,7 +24,7 @@ def record(path, samples, rate=RATE):
 def test_parts_hold_the_smallest_and_largest_sample_of_all(tmp_path):
     samples = np.random.default_rng(1).normal(size=50_001)
     with open_record(record(tmp_path / "a.nc", samples)) as view:
-        level, _ = read_channel(view, "displacement", 7)
+        level = read_channel(view, "displacement", 7)
     assert level.low.min() == np.float32(samples.min())
     assert level.high.max() == np.float32(samples.max())
     assert level.low.size == -(-50_001 // 7)
@@ -33,7 +34,7 @@ def test_a_gap_is_a_gap_and_hides_nothing_beside_it(tmp_path):
     samples = np.ones(100)
     samples[10:31] = np.nan
     with open_record(record(tmp_path / "a.nc", samples)) as view:
-        level, _ = read_channel(view, "displacement", 10)
+        level = read_channel(view, "displacement", 10)
     assert np.isnan(level.low[1:3]).all()
     assert level.low[3] == 1.0
 
@@ -48,29 +49,34 @@ def test_a_steady_motion_never_looks_modulated(seconds, rate):
     assert int(seconds * rate) / size < 70_000
 
 
-def test_windows_hold_every_sample_around_an_impact(tmp_path):
-    samples = np.arange(40_000.0)
-    windows = windows_around(np.array([5.0, 5.01, 30.0]), n=40_000, sample_rate=RATE, start=0.0)
-    assert windows == [(4976, 5058), (29976, 30048)]
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_every_sample_comes_back(order):
+    """To an eighth of the noise, or a 65,000th of the range; across chunks and beside gaps."""
+    rng = np.random.default_rng(1)
+    t = np.arange(20_000.0)
+    values = {0: 1.0, 1: 0.03, 2: 0.0}[order] * rng.normal(size=t.size) + np.sin(t / 300.0)
+    values[500:700] = np.nan
+    content = squeezed(values)
+    found = unsqueezed(content)
+    assert (np.isnan(found) == np.isnan(values)).all()
+    assert np.nanmax(np.abs(found - values)) <= 0.51 * content["scale"]
+    assert content["scale"] < 0.2 * max({0: 1.0, 1: 0.03, 2: 0.0}[order], 5e-4)
+
+
+@pytest.mark.parametrize("values", [[0.0], [np.nan] * 5, [1.0, -1.0] * 50, [2.0] * 9])
+def test_odd_stretches_come_back(values):
+    found = unsqueezed(squeezed(np.array(values)))
+    assert found == pytest.approx(np.array(values), abs=3e-4, nan_ok=True)
+
+
+def test_chunks_hold_all_samples_of_both_kinds(tmp_path, monkeypatch):
+    monkeypatch.setattr("vinesexp.record_pages.all_samples.CHUNK", 1000)
+    samples = np.random.default_rng(1).normal(size=2500)
     with open_record(record(tmp_path / "a.nc", samples)) as view:
-        _, found = read_channel(view, "displacement", 1000, windows)
-    assert found.tolist() == [*range(4976, 5058), *range(29976, 30048)]
-
-
-def test_windows_are_read_across_blocks(tmp_path, monkeypatch):
-    monkeypatch.setattr("vinesexp.record_pages.zoom_levels._BLOCK", 64)
-    samples = np.arange(5_000.0)
-    with open_record(record(tmp_path / "a.nc", samples)) as view:
-        level, found = read_channel(view, "displacement", 10, [(60, 70), (4990, 5000)])
-    assert found.tolist() == [*range(60, 70), *range(4990, 5000)]
-    assert level.high.tolist() == [*np.arange(9.0, 5000.0, 10.0)]
-
-
-def test_of_very_many_impacts_even_choices_have_windows():
-    windows = windows_around(np.arange(0.0, 3600.0, 0.06), n=36_000_000, sample_rate=1e4, start=0.0)
-    assert sum(end - begin for begin, end in windows) <= 36_000
-    assert windows[0][0] == 0
-    assert windows[-1][1] > 35_990_000
+        chunks = list(chunks_of({"measured": view}, {"displacement": 1.0}))
+    assert [(c["begin"], c["end"]) for c in chunks] == [(0, 1000), (1000, 2000), (2000, 2500)]
+    whole = np.concatenate([unsqueezed(c["channels"]["measured displacement"]) for c in chunks])
+    assert np.abs(whole - samples).max() < 0.1
 
 
 @pytest.mark.parametrize("values", [[], [2.0], [0.0, 0.0], [np.nan], [-1e-9, 3.0, np.nan]])

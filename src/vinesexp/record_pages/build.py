@@ -14,7 +14,7 @@ from typing import Any
 
 from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.draw.style import COLOURS
-from vinesexp.record_pages.drawn_content import traces_of
+from vinesexp.record_pages.drawn_content import samples_of, traces_of
 from vinesexp.record_pages.facts import facts_of
 from vinesexp.record_pages.overview import list_of_records, manifold_curve
 from vinesexp.record_pages.packing import script
@@ -55,7 +55,7 @@ def build_pages(campaign: Campaign, *, paths: ResultPaths, code: str) -> list[Pa
         (paths.pages / part).mkdir(parents=True, exist_ok=True)
     written = [*_library(paths.pages / "library")]
     for record in campaign.records:
-        written.append(_traces(campaign, record, paths=paths, code=code))
+        written += _traces(campaign, record, paths=paths, code=code)
     written += _facts(campaign, paths)
     return written
 
@@ -70,20 +70,26 @@ def _library(folder: Path) -> Iterable[Path]:
         yield folder / name
 
 
-def _traces(campaign: Campaign, record: Record, *, paths: ResultPaths, code: str) -> Path:
-    """Write what is drawn of a record, unless what is there is still right."""
+def _traces(campaign: Campaign, record: Record, *, paths: ResultPaths, code: str) -> list[Path]:
+    """Write what is drawn of a record, unless what is there is still right: the overview first."""
     page = paths.pages / "traces" / f"{record.id}.js"
+    samples = paths.pages / "samples" / record.id
     made = paths.made("traces", record.id)
     roots = {"results": paths.folder, "campaign": campaign.folder}
     used = {"code": code, "test": record.test, "balls": str(len(record.clearance))}
     if not why_outdated(made, used, roots=roots, renew=True):
-        return page
+        return [page, *sorted(samples.glob("*.js"))]
     sources = (paths.record, paths.conditioned, paths.impacts, paths.decay)
     inputs = file_states([source(record.id) for source in sources], roots=roots)
     content = traces_of(record.id, test=record.test, balls=len(record.clearance), paths=paths)
     write_whole(page, script("vinesexp.traces", record.id, content))
-    write_made(made, used, inputs=inputs, outputs=file_states([page], roots=roots))
-    return page
+    written = [page]
+    for number, chunk in enumerate(samples_of(record.id, paths=paths)):
+        samples.mkdir(parents=True, exist_ok=True)
+        written.append(samples / f"{number}.js")
+        write_whole(written[-1], script("vinesexp.samples", f"{record.id}/{number}", chunk))
+    write_made(made, used, inputs=inputs, outputs=file_states(written, roots=roots))
+    return written
 
 
 def _facts(campaign: Campaign, paths: ResultPaths) -> Iterable[Path]:

@@ -6,14 +6,19 @@ as they are.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.figures.collect.impacts_per_cycle import impacts_per_cycle
+from vinesexp.record_pages.all_samples import CHUNK, chunks_of
 from vinesexp.record_pages.packing import exact, packed
-from vinesexp.record_pages.zoom_levels import part_size, read_channel, windows_around
+from vinesexp.record_pages.spectrum import phase_plane, spectrum
+from vinesexp.record_pages.zoom_levels import SHORT, part_size, read_channel
 from vinesexp.records.result_columns import DECAY
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import RecordView, open_record
@@ -58,13 +63,30 @@ def traces_of(id: str, *, test: str, balls: int, paths: ResultPaths) -> dict[str
         found = _timing(measured, frequency) | {
             "impacts": _impacts(impacts),
             "strips": _strips(impacts, measured, frequency=frequency, balls=balls),
-            "channels": _channels(measured, filtered, impacts, frequency=frequency),
+            "channels": _channels(measured, filtered, frequency=frequency),
             "cycles": _cycles(filtered, frequency),
+            "spectra": _spectra(measured),
+            "phase": phase_plane(filtered, frequency),
             "decay": _decay(paths.decay(id)),
         }
         size = part_size(measured.n, measured.sample_rate, frequency)
-        windows = _windows(impacts, measured, size)
-        return found | {"part": size, "windows": windows}
+        return found | {"part": size, "chunk": CHUNK if size > 1 else 0}
+
+
+def samples_of(id: str, *, paths: ResultPaths) -> Iterator[dict[str, Any]]:
+    """Every sample of a record, a million at a time; none of one whose overview has them all."""
+    with open_record(paths.record(id)) as measured, open_record(paths.conditioned(id)) as filtered:
+        if measured.refused is not None or measured.n <= SHORT:
+            return
+        views = {"measured": measured}
+        if filtered.refused is None and filtered.n == measured.n:
+            views["bandpassed"] = filtered
+        units = {
+            role: SHOWN.get(view.quantity(role), ("SI", 1.0))[1]
+            for view in views.values()
+            for role in view.roles
+        }
+        yield from chunks_of(views, units)
 
 
 def _timing(view: RecordView, frequency: float) -> dict[str, Any]:
@@ -76,32 +98,40 @@ def _timing(view: RecordView, frequency: float) -> dict[str, Any]:
     }
 
 
-def _windows(impacts: Impacts, view: RecordView, size: int) -> list[tuple[int, int]]:
-    if size == 1:
-        return []
-    return windows_around(impacts.time_s, n=view.n, sample_rate=view.sample_rate, start=view.start)
-
-
 def _channels(
-    measured: RecordView, filtered: RecordView, impacts: Impacts, *, frequency: float
+    measured: RecordView, filtered: RecordView, *, frequency: float
 ) -> list[dict[str, Any]]:
     """Each channel as it was measured, and bandpassed where that was done."""
     size = part_size(measured.n, measured.sample_rate, frequency)
-    windows = _windows(impacts, measured, size)
     found = []
     for kind, view in (("measured", measured), ("bandpassed", filtered)):
         if view.refused is not None or view.n != measured.n:
             continue
         for role in sorted(view.roles, key=_place):
             unit, factor = SHOWN.get(view.quantity(role), ("SI", 1.0))
-            level, samples = read_channel(view, role, size, windows)
+            level = read_channel(view, role, size)
             channel: dict[str, Any] = {"role": role, "kind": kind, "unit": unit}
             channel["low"] = packed(level.low / factor)
             if size > 1:
                 channel["high"] = packed(level.high / factor)
-                channel["windows"] = packed(samples / factor)
             found.append(channel)
     return found
+
+
+def _spectra(view: RecordView) -> list[dict[str, Any]]:
+    """The spectrum of each channel as it was measured."""
+    found = []
+    for role in sorted(view.roles, key=_place):
+        unit, factor = SHOWN.get(view.quantity(role), ("SI", 1.0))
+        one = spectrum(partial(_shown_samples, view, role, factor), view.n, view.sample_rate)
+        if one["sections"]:
+            found.append({"role": role, "unit": unit, **one})
+    return found
+
+
+def _shown_samples(view: RecordView, role: str, factor: float, begin: int, end: int) -> FloatArray:
+    samples: FloatArray = view.read(role, begin, end) / factor
+    return samples
 
 
 def _place(role: str) -> int:

@@ -1,10 +1,8 @@
-"""What a browser needs to show a trace at any zoom: smallest and largest values of equal parts of
-the whole record, and every sample around impacts."""
+"""A trace as smallest and largest values of equal parts: what a view of much of it shows."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,16 +15,8 @@ _FEWEST, _MOST = 8192, 65536
 #: Parts of a cycle that show its shape; below the second number it would look modulated.
 _A_CYCLE, _LEAST = 16, 8
 #: Records of fewer samples are stored as they are.
-_SHORT = 2 * _FEWEST
+SHORT = 2 * _FEWEST
 _BLOCK = 1 << 20  # samples read at once
-
-#: Around an impact, s and at least so many samples: a contact and its ringing.
-_BEFORE, _AFTER = 0.002, 0.004
-_LEAST_BEFORE, _LEAST_AFTER = 24, 48
-#: Samples in the windows of one record, and impacts with a window.
-_MOST_SAMPLES, _MOST_WINDOWS = 36_000, 600
-
-Window = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -62,7 +52,7 @@ def part_size(n: int, sample_rate: float, frequency: float) -> int:
     >>> part_size(360_000_000, 1e5, 8.0)
     12500
     """
-    if n <= _SHORT:
+    if n <= SHORT:
         return 1
     period = sample_rate / frequency if frequency > 0.0 else math.inf
     cycles = n / period
@@ -72,19 +62,16 @@ def part_size(n: int, sample_rate: float, frequency: float) -> int:
     return math.ceil(math.ceil(size / period) * period)
 
 
-def read_channel(
-    view: RecordView, role: str, size: int, windows: Sequence[Window] = ()
-) -> tuple[Level, FloatArray]:
-    """A channel in parts of `size` samples, and all samples of the windows one after the other, SI.
+def read_channel(view: RecordView, role: str, size: int) -> Level:
+    """A channel in parts of `size` samples, SI.
 
     Read once, by blocks of whole parts: memory does not grow with the record.
     """
     if size == 1:
         samples = view.read(role)
-        return Level(1, samples, samples), np.empty(0)
-    inside = np.concatenate([np.arange(0), *(np.arange(*window) for window in windows)])
+        return Level(1, samples, samples)
     count = -(-view.n // size)
-    low, high, found = np.empty(count), np.empty(count), np.empty(inside.size)
+    low, high = np.empty(count), np.empty(count)
     together = max(_BLOCK // size, 1)
     for first in range(0, count, together):
         last = min(first + together, count)
@@ -92,32 +79,4 @@ def read_channel(
         starts = np.arange(0, samples.size, size)
         low[first:last] = np.fmin.reduceat(samples, starts)
         high[first:last] = np.fmax.reduceat(samples, starts)
-        begin, end = np.searchsorted(inside, (first * size, last * size))
-        found[begin:end] = samples[inside[begin:end] - first * size]
-    return Level(size, low, high), found
-
-
-def windows_around(times: FloatArray, *, n: int, sample_rate: float, start: float) -> list[Window]:
-    """Samples [begin, end) around impacts, ordered and apart; of too many impacts, even choices.
-
-    Examples
-    --------
-    >>> windows_around(np.array([0.5, 0.501]), n=100_000, sample_rate=1e4, start=0.0)
-    [(4976, 5058)]
-    """
-    before = max(round(_BEFORE * sample_rate), _LEAST_BEFORE)
-    after = max(round(_AFTER * sample_rate), _LEAST_AFTER)
-    known = np.sort(times[np.isfinite(times)])
-    most = min(_MOST_WINDOWS, max(_MOST_SAMPLES // (before + after), 1))
-    if known.size > most:
-        known = known[np.round(np.linspace(0, known.size - 1, most)).astype(int)]
-    found: list[Window] = []
-    for centre in np.round((known - start) * sample_rate).astype(int).tolist():
-        begin, end = max(centre - before, 0), min(centre + after, n)
-        if begin >= end:
-            continue
-        if found and begin <= found[-1][1]:
-            found[-1] = (found[-1][0], max(end, found[-1][1]))
-        else:
-            found.append((begin, end))
-    return found
+    return Level(size, low, high)

@@ -9,7 +9,6 @@ function prepare(id, raw) {
   for (const channel of raw.channels) {
     channel.low = unpack(channel.low);
     channel.high = channel.high ? unpack(channel.high) : channel.low;
-    channel.windows = channel.windows ? unpack(channel.windows) : null;
   }
   const m = raw.impacts;
   for (const key of ["time", "jump", "error", "confidence"]) m[key] = unpack(m[key]);
@@ -52,9 +51,9 @@ async function draw() {
   current.views = [];
   current.updates = [];
   byId("plots").replaceChildren();
-  byId("manifold").replaceChildren();
+  for (const id of ["manifold", "spectra", "phase"]) byId(id).replaceChildren();
   byId("traces").hidden = !trace.channels.length;
-  byId("sim").hidden = true;
+  for (const id of ["sim", "spectrum", "plane"]) byId(id).hidden = true;
   if (!trace.channels.length) return;
   const range = new Bokeh.Range1d({ start: trace.start, end: trace.end, bounds: null });
   current.range = range;
@@ -68,9 +67,24 @@ async function draw() {
   const later = () => { if (!waiting) { waiting = true; requestAnimationFrame(() => { waiting = false; refresh(); }); } };
   range.connect(range.properties.start.change, later);
   range.connect(range.properties.end.change, later);
+  const phase = phaseFigure(trace, current.updates);
   refresh();
   current.views.push(await Bokeh.Plotting.show(column, byId("plots")));
   describe(byId("plots"), `traces of ${trace.id} over time; the same numbers are in the tables below`);
+  const spectra = spectrumFigures(trace);
+  byId("spectrum").hidden = !spectra.length;
+  if (spectra.length) {
+    const holder = new Bokeh.Column({ children: spectra, sizing_mode: "stretch_width" });
+    current.views.push(await Bokeh.Plotting.show(holder, byId("spectra")));
+    describe(byId("spectra"), `spectra of the channels of ${trace.id}, as measured`);
+    const { resolution, sections } = trace.spectra[0];
+    byId("resolution").textContent = `Whole record, as measured: ${sections} half overlapping sections, ${resolution.toPrecision(3)} Hz apart, Hann window.${trace.frequency ? ` Lines: the oscillation (${trace.frequency.toPrecision(4)} Hz) and its multiples.` : ""}`;
+  }
+  byId("plane").hidden = !phase;
+  if (phase) {
+    current.views.push(await Bokeh.Plotting.show(phase, byId("phase")));
+    describe(byId("phase"), `displacement and velocity of the mass in ${trace.id}`);
+  }
   const manifold = manifoldFigure(facts);
   byId("sim").hidden = !manifold;
   if (manifold) {
@@ -87,17 +101,33 @@ function describe(holder, text) {
 function refresh() {
   const { start, end } = current.range, trace = current.trace;
   const from = Math.min(start, end), to = Math.max(start, end);
+  fetchSamples(trace, from, to);
   const loud = trace.channels.filter(c => c.role === "acceleration" && byId(c.kind).checked);
   let reach = 0;
   for (const channel of loud) {
-    const found = shown(trace, channel, from, to, WIDTH);
-    for (let i = 0; i < found.x.length; i++) reach = Math.max(reach, Math.abs(found.low[i]) || 0, Math.abs(found.high[i]) || 0);
+    const found = shown(trace, channel, from, to, pixels());
+    for (let i = 0; i < found.x.length; i++) reach = Math.max(reach, Math.abs(found.low[i]) || 0, Math.abs((found.high || found.low)[i]) || 0);
   }
   for (const update of current.updates) update(from, to, reach || 1);
   let inside = 0;
   for (const time of trace.impacts.time) if (time >= from && time <= to) inside++;
   const width = to - from, digits = Math.min(Math.max(2 - Math.floor(Math.log10(width)), 0), 7);
   byId("where").textContent = `${from.toFixed(digits)} to ${to.toFixed(digits)} s of ${(trace.end - trace.start).toPrecision(4)} s, ${inside} of ${trace.impacts.count} impacts in view`;
+}
+
+// Samples that the view needs and that are not here yet; the view is drawn again once they are.
+const coming = new Set();
+function fetchSamples(trace, from, to) {
+  for (const name of chunksFor(trace, from, to, pixels())) {
+    const held = vinesexp.held.samples.get(name);
+    if ((held && held.ready) || coming.has(name)) continue;
+    coming.add(name);
+    loadChunk(name).then(() => {
+      coming.delete(name);
+      document.body.dataset.samples = name;
+      if (current.trace === trace) refresh();
+    }, error => console.error(error));  // the overview stays
+  }
 }
 
 function view(from, to) {

@@ -1,6 +1,7 @@
 // Figures of one record: all over the same time axis, redrawn for what is in view.
 "use strict";
-const WIDTH = 1100;  // parts drawn at most
+// Parts drawn at most: one a pixel of what is left of the page beside the axis.
+const pixels = () => Math.max(Math.min(byId("plots").clientWidth - 80, 1400), 200);
 const MOST_MARKS = 4000;
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const dark = () => matchMedia("screen and (prefers-color-scheme: dark)").matches;
@@ -38,7 +39,9 @@ function hover(plot, renderers, tooltips) {
 
 const source = columns => new Bokeh.ColumnDataSource({ data: columns });
 
-// One figure a channel: as measured faint, bandpassed over it.
+const KINDS = { measured: "raw", bandpassed: "filtered" };
+
+// One figure a channel: raw faint, filtered over it.
 function channelFigures(trace, x_range, updates) {
   const roles = [...new Set(trace.channels.map(c => c.role))];
   return roles.map(role => {
@@ -50,23 +53,19 @@ function channelFigures(trace, x_range, updates) {
       const faint = channel.kind === "measured" && own.length > 1;
       const tint = faint ? css("--soft") : colour(role);
       const band = source({ x: [], low: [], high: [] }), line = source({ x: [], y: [] });
-      const area = plot.varea({ x: { field: "x" }, y1: { field: "low" }, y2: { field: "high" }, source: band, fill_color: tint, fill_alpha: 1 });
+      const name = KINDS[channel.kind];
+      const area = plot.varea({ x: { field: "x" }, y1: { field: "low" }, y2: { field: "high" }, source: band, fill_color: tint, fill_alpha: 1, legend_label: name });
       const edge = plot.line({ x: { field: "x" }, y: { field: "high" }, source: band, line_color: tint, line_width: 1 });
-      plot.line({ x: { field: "x" }, y: { field: "y" }, source: line, line_color: tint, line_width: 1.2, line_alpha: faint ? 0.6 : 1 });
+      plot.line({ x: { field: "x" }, y: { field: "y" }, source: line, line_color: tint, line_width: 1.2, line_alpha: faint ? 0.6 : 1, legend_label: name });
       updates.push((from, to) => {
-        const found = shown(trace, channel, from, to, WIDTH);
-        if (found.samples) {
-          band.data = { x: [], low: [], high: [] };
-          line.data = { x: found.x, y: found.low };
-          return;
-        }
-        const fine = found.fine && channel.windows ? windowed(trace, channel, from, to) : { x: [], y: [] };
-        area.glyph.fill_alpha = (fine.x.length ? 0.3 : 0.85) * (faint ? 0.45 : 1);
-        edge.glyph.line_alpha = fine.x.length || faint ? 0.3 : 0.9;
-        band.data = { x: found.x, low: found.low, high: found.high };
-        line.data = fine;
+        const found = shown(trace, channel, from, to, pixels());
+        area.glyph.fill_alpha = faint ? 0.4 : 0.85;
+        edge.glyph.line_alpha = faint ? 0.3 : 0.9;
+        band.data = found.samples ? { x: [], low: [], high: [] } : { x: found.x, low: found.low, high: found.high };
+        line.data = found.samples ? { x: found.x, y: found.low } : { x: [], y: [] };
       });
     }
+    styleLegend(plot);
     if (role === "acceleration" && trace.impacts.time.length) marks(plot, trace, updates);
     return plot;
   }).filter(Boolean);
@@ -218,5 +217,49 @@ function manifoldFigure(facts) {
   }
   styleLegend(plot);
   hover(plot, [dots], [["impact", "@number"], ["C", "@C{0.000}"], ["A", "@A{0.000}"]]);
+  return plot;
+}
+
+// Amplitude spectral density of each channel over the whole record, both axes logarithmic.
+function spectrumFigures(trace) {
+  return trace.spectra.map(one => {
+    const x = Array.from(unpack(one.frequency)), y = Array.from(unpack(one.density), v => 10 ** v);
+    const plot = figure(`${one.role} (${one.unit.includes("/") ? `(${one.unit})` : one.unit}/√Hz)`, 210, new Bokeh.Range1d({ start: x[0], end: x[x.length - 1] }),
+      { tools: "pan,wheel_zoom,box_zoom,reset,save", options: { x_axis_type: "log", y_axis_type: "log", x_axis_label: "frequency (Hz)" } });
+    for (let k = 1; trace.frequency && k <= 5; k++) {
+      const at = k * trace.frequency;
+      if (at < x[x.length - 1]) plot.add_layout(new Bokeh.Span({ dimension: "height", location: at, line_color: css("--soft"), line_dash: k === 1 ? "dashed" : "dotted", line_width: 1, line_alpha: 0.7 }));
+    }
+    const line = plot.line({ x: { field: "x" }, y: { field: "y" }, source: source({ x, y }), line_color: colour(one.role), line_width: 1.2 });
+    plot.add_tools(new Bokeh.HoverTool({ renderers: [line], mode: "vline", tooltips: [["frequency", "@x{0.000} Hz"], ["density", "@y{0.00e+0}"]] }));
+    return plot;
+  });
+}
+
+const MOST_POINTS = 6000;
+
+// Displacement and velocity of the mass between two times, and one point a cycle at the same phase.
+function phaseFigure(trace, updates) {
+  if (!trace.phase) return null;
+  const time = unpack(trace.phase.time), px = unpack(trace.phase.x), pv = unpack(trace.phase.v), { each } = trace.phase;
+  let reach = 0;
+  for (let i = 0; i < px.length; i++) reach = Math.max(reach, Math.abs(px[i]), Math.abs(pv[i]));
+  const range = () => new Bokeh.Range1d({ start: -1.08 * reach, end: 1.08 * reach });
+  const plot = figure("velocity / (2πf) (mm)", 420, range(), { tools: "pan,wheel_zoom,box_zoom,reset,save",
+    options: { x_axis_label: "displacement (mm)", y_range: range(), match_aspect: true } });
+  plot.sizing_mode = "fixed";
+  plot.width = Math.min(460, byId("plots").clientWidth);
+  const path = source({ x: [], y: [] }), section = source({ x: [], y: [] });
+  plot.line({ x: { field: "x" }, y: { field: "y" }, source: path, line_color: colour("displacement"), line_alpha: 0.55, line_width: 1, legend_label: "motion" });
+  plot.scatter({ x: { field: "x" }, y: { field: "y" }, source: section, size: 5, fill_color: colour("impact"), line_color: null, legend_label: "once a cycle" });
+  styleLegend(plot);
+  updates.push((from, to) => {
+    const rows = { x: [], y: [] }, dots = { x: [], y: [] }, inside = [];
+    for (let i = 0; i < time.length; i++) if (time[i] >= from && time[i] <= to) inside.push(i);
+    for (const i of inside) if (i % each === 0) { dots.x.push(px[i]); dots.y.push(pv[i]); }
+    for (const i of inside.slice(-MOST_POINTS)) { rows.x.push(px[i]); rows.y.push(pv[i]); }
+    path.data = rows;
+    section.data = dots;
+  });
   return plot;
 }
