@@ -139,3 +139,16 @@ def test_plain_names_in_docstrings_stand_in_code():
         if re.fullmatch(r"[A-Za-z_]\w{2,}(\(\))?", name) and not stands(name.removesuffix("()"))
     }
     assert sorted(lost) == []
+
+
+def test_the_python_reference_lists_what_can_be_imported_and_from_where():
+    page = (REPOSITORY / "docs/reference/python.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(vinesexp[\w.]*)` \| (.*) \|$", page, re.MULTILINE)
+    listed = {room: set(re.findall(r"`(\w+)`", names)) for room, names in rows}
+    rooms = {
+        name for name in MODULES if getattr(importlib.import_module(name), "__all__", None)
+        and name.count(".") <= 1
+    }  # fmt: skip
+    assert {name for name in rooms if name in listed} == set(listed)
+    for room, names in listed.items():
+        assert names == set(importlib.import_module(room).__all__) - {"__version__"}, room

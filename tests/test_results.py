@@ -88,3 +88,27 @@ def test_a_record_without_its_estimates_says_which_step_makes_them(folder: Path)
     ResultPaths(folder).estimates("b34").unlink()
     with pytest.raises(RecordError, match="run the estimate step"):
         vinesexp.open_results(folder).record("b34")
+
+
+def test_a_record_is_a_mapping_of_its_channels(folder: Path):
+    record = vinesexp.open_results(folder).record("b34")
+    assert "displacement" in record
+    assert "base" not in record
+    assert list(record) == list(record.keys()) == ["displacement"]
+    assert len(record) == 1
+    assert record.get("base") is None
+    assert [name for name, channel in record.items() if channel.size == 100] == ["displacement"]
+    table = record.to_dataframe()
+    assert list(table.columns) == ["displacement", "displacement_filtered"]
+    assert table.index.name == "time"
+    assert len(table) == 100
+
+
+def test_results_records_rigs_and_motions_show_themselves(folder: Path):
+    results = vinesexp.open_results(folder)
+    assert "4.7" in results._repr_html_()
+    assert "2 impacts" in results.record("b34")._repr_html_()
+    rig = vinesexp.Rig(vinesexp.Oscillator(4.7, 3.02, 1.147e4), [vinesexp.NES(0.032, 0.034, 0.6)])
+    motion = vinesexp.simulate(rig, None, vinesexp.Release(x0=0.01), duration=2.0)
+    assert "b = 34 mm" in rig._repr_html_()
+    assert "<polyline" in motion._repr_html_()

@@ -9,8 +9,10 @@ record.impacts                # one row an impact
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,9 +26,15 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True)
-class RecordResults:
-    """What a campaign's analysis holds of one record.
+class NoChannelError(RecordError, KeyError):
+    """A record has no channel of that name."""
+
+    __str__ = RecordError.__str__
+
+
+@dataclass(frozen=True, eq=False)
+class RecordResults(Mapping[str, "xarray.DataArray"]):
+    """What a campaign's analysis holds of one record; a mapping of its measured channels.
 
     Attributes
     ----------
@@ -56,10 +64,42 @@ class RecordResults:
 
     def __getitem__(self, role: str) -> xarray.DataArray:
         """A measured channel: ``base``, ``displacement`` or ``acceleration``."""
-        if role not in self.measured:
-            present = ", ".join(str(name) for name in self.measured.data_vars) or "none"
-            raise RecordError(f"record {self.id} has no channel '{role}'; it has: {present}")
+        if role not in self:
+            present = ", ".join(self) or "none"
+            raise NoChannelError(f"record {self.id} has no channel '{role}'; it has: {present}")
         return self.measured[role]
+
+    def __contains__(self, role: object) -> bool:
+        return role in self.measured.data_vars
+
+    def __iter__(self) -> Iterator[str]:
+        return map(str, self.measured.data_vars)
+
+    def __len__(self) -> int:
+        return len(self.measured.data_vars)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Raw channels under their names, filtered ones as ``displacement_filtered``, ..."""
+        filtered = {str(name): f"{name}_filtered" for name in self.conditioned.data_vars}
+        return self.measured.merge(self.conditioned.rename(filtered), join="left")
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """The same as a table over time, s: every sample in memory."""
+        return self.to_xarray().to_dataframe()
+
+    def _repr_html_(self) -> str:
+        """Shown at the end of a cell of a notebook."""
+        import pandas
+
+        regime = self.regime.dropna().to_frame("").T
+        parts = [
+            f"<h4>{escape(self.id)}</h4><p>channels: {escape(', '.join(self))}; "
+            f"{self.measured.sizes.get('time', 0)} samples; {len(self.impacts)} impacts</p>",
+            regime.drop(columns="record", errors="ignore").to_html(index=False, border=0),
+        ]
+        if len(self.estimates):
+            parts.append(pandas.DataFrame(self.estimates).to_html(index=False, border=0))
+        return "".join(parts)
 
 
 @dataclass(frozen=True)
@@ -87,6 +127,16 @@ class Results:
     def checks(self) -> pandas.DataFrame:
         """checks.csv: every problem found in the data."""
         return self.table("checks")
+
+    def _repr_html_(self) -> str:
+        """Shown at the end of a cell of a notebook: combined values and clearances."""
+        values = self.identified[self.identified["method"] == "combined"]
+        parts = [f"<h4>{escape(self.folder.name)}: {len(self.record_names)} records</h4>"]
+        parts.append(values.drop(columns=["method", "records"]).to_html(index=False, border=0))
+        if (self.folder / "clearances.csv").is_file() and len(self.clearances):
+            shown = self.clearances.drop(columns="records", errors="ignore")
+            parts.append(shown.to_html(index=False, border=0))
+        return "".join(parts)
 
     def table(self, name: str) -> pandas.DataFrame:
         """Any table of the folder by its name without ending.

@@ -210,6 +210,20 @@ class Rig:
         for remark in remarks_on(self):
             warnings.warn(remark, RigWarning, stacklevel=3)
 
+    def _repr_html_(self) -> str:
+        """Shown at the end of a cell of a notebook."""
+        o = self.oscillator
+        rows = [
+            f"<tr><th>oscillator</th><td>M = {o.M:.6g} kg, c1 = {o.c1:.6g} N s/m, "
+            f"k1 = {o.k1:.6g} N/m; f0 = {o.f0:.5g} Hz, ζ = {o.zeta:.4g}</td></tr>"
+        ]
+        rows += [
+            f"<tr><th>ball {i}</th><td>m = {1e3 * n.m:.5g} g, b = {1e3 * n.b:.5g} mm, r = {n.r:.5g}"
+            "</td></tr>"
+            for i, n in enumerate(self.nes, 1)
+        ]
+        return f"<table>{''.join(rows)}</table>"
+
     @property
     def eps(self) -> float:
         """Mass ratio, all balls together: sum(m_i)/M (equations 5, 47)."""

@@ -11,7 +11,7 @@ found.identified              # f0, zeta, with errors
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,6 +37,7 @@ from vinesexp.records.uncertainties import EXACT, Uncertainties
 from vinesexp.results import RecordResults, record_results
 from vinesexp.settings.overrides import changed_by_text
 from vinesexp.settings.stages import Settings
+from vinesexp.signals.impacts.detectors import hand_over
 from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
 Given = float | str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Analysis(RecordResults):
     """What one record shows: as a record of a campaign, and what it identifies.
 
@@ -73,6 +74,7 @@ def analyse(
     added_mass: Given | None = None,
     release: Given | None = None,
     settings: str = "",
+    detector: Callable[[Any, float], ArrayLike] | str = "",
     exact: bool = False,
     folder: str | Path | None = None,
 ) -> Analysis:
@@ -91,6 +93,10 @@ def analyse(
         a list. A sweep: a pair of frequencies.
     settings : str
         Numbers that steer the analysis, such as ``"impacts.threshold = 7"`` (docs/settings.md).
+    detector : callable or str, optional
+        A way of your own to find impacts: a function of the highpassed acceleration (m/s^2) and the
+        sample rate (Hz) that gives the times of the impacts, s from the first sample; or the name
+        of a detector as in the settings.
     exact : bool
         Sensitivities, masses and clearance are exactly as stated (simulated records). Otherwise
         intervals include the uncertainties of an ordinary lab (docs/campaign.md).
@@ -116,6 +122,9 @@ def analyse(
     """
     arrays = _checked(channels)
     rate = _number(sample_rate, "frequency", "sample_rate")
+    if detector:
+        name = detector if isinstance(detector, str) else hand_over(detector)
+        settings = " | ".join(filter(None, [settings, f"impacts.detector = {name}"]))
     settings_of_record = changed_by_text(Settings(), settings) if settings else Settings()
     if test not in TESTS:
         raise ParameterError(f"unknown test '{test}'; {nearest(test, TESTS)}", where="test")

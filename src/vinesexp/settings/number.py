@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import Field, field
+from importlib.metadata import entry_points
 from typing import Any
 
 from vinesexp.errors import ParameterError, nearest
@@ -35,9 +36,13 @@ def number(
     return field(default=default, metadata=meta)
 
 
-def choice(default: str, why: str, *, measured: str, words: Iterable[str]) -> Any:
-    """Field of a settings class that holds one of a few words."""
-    meta = {"why": why, "measured": measured, "words": tuple(words), "of": "word"}
+def choice(default: str, why: str, *, measured: str, words: Iterable[str], own: str = "") -> Any:
+    """Field of a settings class that holds one of a few words.
+
+    With `own`, the name of a group of entry points, a word may also be a name in that group or
+    ``module:function``.
+    """
+    meta = {"why": why, "measured": measured, "words": tuple(words), "of": "word", "own": own}
     return field(default=default, metadata=meta)
 
 
@@ -69,10 +74,7 @@ def parsed(setting: Field[Any], text: object) -> float | int | bool | str:
             raise ParameterError(f"found '{text}', expected yes or no")
         return answer
     if isinstance(setting.default, str):
-        word = str(text).strip()
-        if word not in meta["words"]:
-            raise ParameterError(f"found '{text}'; {nearest(word, meta['words'])}")
-        return word
+        return _word(setting, str(text).strip())
     quantity = meta["of"] if meta["of"] in UNITS else "ratio"
     value = parse_quantity(str(text).strip(), quantity).value
     if not meta["low"] <= value <= meta["high"]:
@@ -83,6 +85,21 @@ def parsed(setting: Field[Any], text: object) -> float | int | bool | str:
             raise ParameterError(f"found '{text}', expected a whole number")
         return round(value)
     return value
+
+
+def _word(setting: Field[Any], word: str) -> str:
+    """A word that the setting knows, or the name of a function of the user's own."""
+    words, group = setting.metadata["words"], setting.metadata["own"]
+    if word in words:
+        return word
+    if group and all(part.isidentifier() for part in word.replace(":", ".").split(".")):
+        if ":" in word:
+            return word
+        words = [*words, *(point.name for point in entry_points(group=group))]
+        if word in words:
+            return word
+    own = f"; a function of your own is written as module:function or is an entry point of {group}"
+    raise ParameterError(f"found '{word}'; {nearest(word, words)}{own if group else ''}")
 
 
 def written(setting: Field[Any], value: Any) -> str:

@@ -82,8 +82,9 @@ class ImpactSettings:
     """How impacts are found in the acceleration."""
 
     detector: str = choice(
-        "template", "how impacts are found: a learnt template, or one of the usual ways beside it",
-        measured="docs/benchmarks/impacts.md", words=DETECTORS,
+        "template", "how impacts are found: a learnt template, one of the usual ways beside it, or "
+        "a function of your own (docs/how-to/detector.md)",
+        measured="docs/benchmarks/impacts.md", words=DETECTORS, own="vinesexp.detectors",
     )  # fmt: skip
     threshold: float = number(
         6.0, "height of an impact over its noise: noise alone passes once in 5e8 samples",

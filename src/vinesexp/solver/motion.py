@@ -147,6 +147,20 @@ class Motion:
             raise ParameterError(f"t = {wrong}: expected times from 0 to {self.duration} s")
         return times
 
+    def _repr_html_(self) -> str:
+        """Shown at the end of a cell of a notebook: what moved, and the displacement as a curve."""
+        hits = self.impacts["time"].size
+        t = np.linspace(0.0, self.duration, 1200)
+        x = self.at(t)[0]
+        reach = float(np.abs(x).max()) or 1.0
+        points = " ".join(f"{i / 2:.1f},{40 - 38 * v / reach:.1f}" for i, v in enumerate(x))
+        return (
+            f"<p>{self.duration:.5g} s, {hits} impacts, largest displacement {1e3 * reach:.4g} mm"
+            '</p><svg width="600" height="80" role="img" aria-label="displacement over time">'
+            f'<polyline points="{points}" fill="none" stroke="#0072B2" stroke-width="0.7"/></svg>'
+            + self.rig._repr_html_()
+        )
+
     def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """x (m) and x' (m/s) of the oscillator at times t (s); at an impact: after it.
 

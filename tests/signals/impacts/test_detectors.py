@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vinesexp import Harmonic
+from vinesexp import Harmonic, analyse
+from vinesexp.errors import AnalysisError, ParameterError, VinesexpError
 from vinesexp.settings.overrides import changed_by_text
 from vinesexp.settings.stages import DETECTORS, ImpactSettings, Settings
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.detectors import detect
+from vinesexp.signals.impacts.detectors import detect, hand_over
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.stream import Stream, stream_of
 
@@ -98,3 +99,68 @@ def test_parts_can_be_switched_off(measure, tmp_path: Path) -> None:
     assert found.n == record.time.size
     assert np.isnan(found.jump_displacement_m_s).all()
     np.testing.assert_allclose(found.velocity_jump_m_s, found.jump_acceleration_m_s, rtol=1e-12)
+
+
+def loud(acceleration: np.ndarray, sample_rate: float) -> np.ndarray:
+    """A detector of one's own: the loudest sample of each stretch above 20 m/s^2."""
+    above = np.flatnonzero(np.abs(acceleration) > 20.0)
+    runs = np.split(above, np.flatnonzero(np.diff(above) > 30) + 1) if above.size else []
+    return np.array([r[np.argmax(np.abs(acceleration[r]))] for r in runs]) / sample_rate
+
+
+def fails(acceleration: np.ndarray, sample_rate: float) -> np.ndarray:
+    raise RuntimeError("no idea")
+
+
+def test_a_function_of_ones_own_is_named_in_the_settings() -> None:
+    stream = stream_of(trace(TIMES, seconds=4.0), RATE)
+    settings = changed_by_text(Settings(), f"impacts.detector = {hand_over(loud)}")
+    found = detect(stream, settings.impacts)
+    assert found.time.size == TIMES.size
+    assert np.abs(found.time - TIMES).max() < 1.0 / RATE
+    assert (np.sign(found.jump) == (-1.0) ** np.arange(60)).all()
+    assert np.median(np.abs(found.jump)) == pytest.approx(60.0 * 2.0 * CONTACT / np.pi, rel=0.1)
+
+
+def test_a_detector_is_imported_by_its_name(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "mydetectors.py").write_text("def never(a, rate):\n    return []\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    settings = changed_by_text(Settings(), "impacts.detector = mydetectors:never")
+    assert detect(stream_of(trace(TIMES, seconds=4.0), RATE), settings.impacts).time.size == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [("nowhere.at_all:mine", "cannot be imported"), ("math:nothing", "cannot be imported")],
+)
+def test_a_detector_that_is_not_there_is_one_line(name: str, says: str) -> None:
+    settings = changed_by_text(Settings(), f"impacts.detector = {name}")
+    with pytest.raises(ParameterError, match=says):
+        detect(stream_of(trace(TIMES, seconds=4.0), RATE), settings.impacts)
+
+
+def test_a_detector_that_fails_or_gives_no_times_is_one_line() -> None:
+    stream = stream_of(trace(TIMES, seconds=4.0), RATE)
+    with pytest.raises(AnalysisError, match="failed: RuntimeError: no idea"):
+        detect(stream, ImpactSettings(detector=hand_over(fails)))
+
+    def samples(acceleration: np.ndarray, sample_rate: float) -> list[float]:
+        return [30_000.0]  # a sample, not a time
+
+    with pytest.raises(AnalysisError, match="expected times in s"):
+        detect(stream, ImpactSettings(detector=hand_over(samples)))
+
+
+def test_an_unknown_word_says_how_to_name_ones_own() -> None:
+    with pytest.raises(VinesexpError, match="module:function"):
+        changed_by_text(Settings(), "impacts.detector = tempalte")
+
+
+def test_analyse_takes_a_function(measure) -> None:
+    record = measure(b=[0.03], drive=Harmonic(0.25e-3, 7.862), start=10.0, duration=8.0)
+    channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
+    found = analyse(
+        channels, 1e4, test="periodic", clearance=0.03, nes_mass=0.032, frequency=7.862,
+        base_amplitude=0.25e-3, detector=loud,
+    )  # fmt: skip
+    assert len(found.impacts) == pytest.approx(2 * 8.0 * 7.862, abs=4)

@@ -9,16 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.errors import AnalysisError
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.impacts.candidates import STRETCH, louder, stretch_noise, strongest
 from vinesexp.signals.impacts.detection import Detection, normal_cdf
 from vinesexp.signals.impacts.stream import CHUNK, Stream
 from vinesexp.signals.impacts.template import Shape, Template, spring_answer, template_of, window
 
+#: Highpassed acceleration (m/s^2, gaps as zeros) and sample rate (Hz) to times of impacts, s.
+Find = Callable[[FloatArray, float], Any]
 #: Samples without gaps to a score at each of them.
 Score = Callable[[FloatArray], FloatArray]
 
@@ -60,6 +64,42 @@ def detect_by_matched_filter(
         return np.asarray(whole[template.last : template.last + a.size])
 
     found = _tops(stream, settings, correlated, limit=settings.threshold)
+    return _detection(found, stream, settings, frequency, limit=settings.threshold)
+
+
+def detect_by_function(
+    find: Find, stream: Stream, settings: ImpactSettings, *, frequency: float | None = None
+) -> Detection:
+    """Impacts at the times that a function of the user's own gives; all else as for peaks.
+
+    Raises
+    ------
+    AnalysisError
+        The function fails, or what it gives are no times within the record.
+    """
+    raw = stream.samples(0, stream.n)
+    known = np.isfinite(raw)
+    a = np.where(known, raw, 0.0)
+    try:
+        times = np.sort(np.asarray(find(a.copy(), stream.sample_rate), dtype=np.float64))
+    except Exception as error:
+        raise AnalysisError(
+            f"detector {settings.detector} failed: {type(error).__name__}: {error}"
+        ) from error
+    if times.ndim != 1 or not np.all((times >= 0.0) & (times * stream.sample_rate <= stream.n)):
+        raise AnalysisError(
+            f"detector {settings.detector}: expected times in s from the first sample, none beyond "
+            f"the record's {stream.n / stream.sample_rate:.4g} s"
+        )
+    place = times * stream.sample_rate
+    if not place.size:
+        return _detection(_Tops(*(np.empty(0),) * 5), stream, settings, frequency, limit=0.0)
+    template = contact_template(stream, settings)
+    height, largest = _heights(a, place, template)
+    at = np.clip(np.rint(place).astype(np.int64), 0, stream.n - 1)
+    noise = _noise(a, known, stream.noise_floor)[at]
+    score = np.abs(height) / np.maximum(noise, 1e-300)
+    found = _Tops(place, score, height, noise, largest)
     return _detection(found, stream, settings, frequency, limit=settings.threshold)
 
 
