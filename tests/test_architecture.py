@@ -30,6 +30,7 @@ FLOORS = (
     {"laboratory"},
     {"figures"},
     {"report", "record_pages"},
+    {"live"},
     {"commands", "cli", "step", "step_client", "codedigest", "resultslock", "workflow"},
     {"record_job", "step_server", "outdated_jobs"},
 )

@@ -20,6 +20,7 @@ COMMANDS = {
     "init": "campaign.yaml and records.csv proposed from a folder of files",
     "check": "look a campaign over without running it",
     "run": "the workflow on a campaign: records to report; all options of snakemake",
+    "watch": "while measuring: files analysed as instruments write them, on a live page",
     "plan": "what to test next and why, or a first campaign from rig values",
     "compare": "two results folders: what changed, and whether it matters",
     "export": "records, impacts and tables for Matlab, spreadsheets, modal software, archives",

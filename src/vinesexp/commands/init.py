@@ -16,6 +16,7 @@ from pathlib import Path
 
 from vinesexp.errors import CampaignError, RecordError, shown
 from vinesexp.proposal.campaign_proposal import (
+    SKIPPED,
     Proposal,
     ProposedChannel,
     ProposedRecord,
@@ -36,7 +37,6 @@ _OUTPUT = {
     "velocity": ("V/(mm/s)", "0.1 V/(mm/s)"),
     "acceleration": ("mV/g", "100 mV/g"),
 }
-_SKIPPED = {".md", ".pdf", ".png", ".jpg", ".svg", ".py", ".m", ".docx", ".yaml", ".yml", ".json"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -185,7 +185,7 @@ def _views(folder: Path) -> tuple[list[FileView], list[str]]:
     others: list[str] = []
     paths = sorted(p for p in folder.rglob("*") if p.is_file() and not p.name.startswith("."))
     for path in paths:
-        if path.suffix.lower() in _SKIPPED:
+        if path.suffix.lower() in SKIPPED:
             continue
         if reason := _unusable(path.relative_to(folder)):
             others.append(f"left out: {shown(str(path))}: {reason}")

@@ -21,6 +21,8 @@ from vinesexp.proposal.survey import FileView
 from vinesexp.records.readers.parts import file_of, part_of
 from vinesexp.units import UNITS
 
+#: Endings of files that are no instrument's.
+SKIPPED = {".md", ".pdf", ".png", ".jpg", ".svg", ".py", ".m", ".docx", ".yaml", ".yml", ".json"}
 _ROLES = ("base", "displacement", "acceleration", "sound")
 _CHANNEL_NUMBER = re.compile(r"[\s_-]*(?<![A-Za-z])CH?_?[1-8](?!\d)|(?<=\d)CH[1-8](?!\d)", re.I)
 
@@ -92,7 +94,7 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
             channels.append(_channel(labels, guesses[labels[0]], files))
     used: set[str] = set()
     numbered = runs_are_numbered([_named(file) for file in files])
-    records = [_record(folder, file, guesses, used, numbered) for file in files]
+    records = [propose_record(folder, file, guesses, used, numbered=numbered) for file in files]
     times = sorted({c.name for f in files for c in f.columns if c.kind == "time" and c.name})
     unnamed = {c.index for f in files for c in f.columns if c.kind == "time" and not c.name}
     time = _pattern(times) if times else str(unnamed.pop()) if len(unnamed) == 1 else None
@@ -204,13 +206,28 @@ def _written(path: Path) -> str:
     return f"./{text}" if text[0] in "=+-@'" else text
 
 
-def _record(
+def propose_record(
     folder: Path,
     file: FileView,
     guesses: Mapping[str, Guess],
     used: set[str],
-    numbered: bool,
+    *,
+    numbered: bool = False,
 ) -> ProposedRecord:
+    """The row of one file, from its name and its signals.
+
+    Parameters
+    ----------
+    folder : Path
+        Which paths are taken relative to.
+    file : FileView
+    guesses : mapping
+        Role of each channel by its label.
+    used : set of str
+        Names of records that are taken, in lower case; the new one is added.
+    numbered : bool
+        ``34-3`` is the third run at 34 mm (`runs_are_numbered`).
+    """
     named = _named(file)
     shown = _CHANNEL_NUMBER.sub("", named) if file.more_paths else named
     stem = re.sub(r"[^A-Za-z0-9_.+-]+", "_", shown).strip("._-+") or "record"

@@ -53,18 +53,8 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     """Every figure of the family, with its entry for the list."""
     identified = read_rows(results / "identified.csv", IDENTIFIED)
     regimes = read_rows(results / "regimes.csv", RECORD_REGIMES)
-    times = read_rows(results / "decay_times.csv", DECAY_TIMES)
-    base = read_rows(results / "base.csv", BASE)
-    rows = read_rows(results / "clearances.csv", CLEARANCES)
-    compared = {(row["test"], row["level"]): row for row in rows}
     rig = identified_rig(identified, campaign.known)
-    amplitudes = read_rows(results / "level_values.csv", LEVEL_VALUES)
-    levels = [
-        (level, at_level(rig, amplitudes, G=level.nominal))
-        for level in periodic_levels(campaign, regimes, base, identified)
-    ]
-    yield from _periodic(levels, regimes, compared)
-    yield from _releases(release_levels(campaign, regimes, times), compared, rig)
+    yield from draw_clearances(campaign, results)
     yield from draw_regimes(campaign, results, regimes)
     yield from draw_manifold(campaign, results, regimes, rig)
     yield from draw_ringdowns(campaign, results, identified)
@@ -83,6 +73,24 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
             "clearance, ball mass or added mass. c1 and k1 follow from M, f0 and ζ."
         )
         yield figure, Drawn("identified", "identified", caption)
+
+
+def draw_clearances(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
+    """Amplitude over clearance of the periodic tests, and time over clearance of the releases."""
+    identified = read_rows(results / "identified.csv", IDENTIFIED)
+    regimes = read_rows(results / "regimes.csv", RECORD_REGIMES)
+    times = read_rows(results / "decay_times.csv", DECAY_TIMES)
+    base = read_rows(results / "base.csv", BASE)
+    rows = read_rows(results / "clearances.csv", CLEARANCES)
+    compared = {(row["test"], row["level"]): row for row in rows}
+    rig = identified_rig(identified, campaign.known)
+    amplitudes = read_rows(results / "level_values.csv", LEVEL_VALUES)
+    levels = [
+        (level, at_level(rig, amplitudes, G=level.nominal))
+        for level in periodic_levels(campaign, regimes, base, identified)
+    ]
+    yield from _periodic(levels, regimes, compared)
+    yield from _releases(release_levels(campaign, regimes, times), compared, rig)
 
 
 def _periodic(

@@ -49,6 +49,13 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     yield from _releases([r for r in usable if r.test in ("transient", "ringdown")], results)
 
 
+def draw_record(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
+    """One record: its channels as measured, and its impacts where it has any."""
+    yield _overview(record, results)
+    if record.clearance or record.test == "drop":
+        yield from _impacts(record, results)
+
+
 def _usable(record: Record, results: Path) -> bool:
     with open_record(results / f"conditioned/{record.id}.nc") as view:
         return view.refused is None and not record.exclude

@@ -1,0 +1,54 @@
+"""`vinesexp watch`: files analysed as instruments write them; a page says what to do next."""
+
+from __future__ import annotations
+
+import argparse
+import threading
+import webbrowser
+from pathlib import Path
+
+from vinesexp.live.server import serve
+from vinesexp.live.session import Session
+from vinesexp.resultslock import hold_results
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The folder that is measured into."""
+    parser.add_argument(
+        "folder", type=Path, metavar="FOLDER", help="folder of campaign.yaml and of the files"
+    )
+    parser.add_argument(
+        "--results", type=Path, metavar="DIR", help="where its results lie (results/<folder>-live)"
+    )
+    parser.add_argument(
+        "--quiet",
+        type=float,
+        default=1.0,
+        metavar="SECONDS",
+        help="a file that did not change for so long is finished (1)",
+    )
+    parser.add_argument("--port", type=int, default=0, help="of the page (any free one)")
+    parser.add_argument("--no-browser", action="store_true", help="only print the address")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Watch until Ctrl-C."""
+    results: Path = args.results or Path("results") / f"{args.folder.resolve().name}-live"
+    session = Session(args.folder, results, quiet=args.quiet)
+    session.begin()
+    lock = hold_results(results, campaign=args.folder)
+    served = serve(session, port=args.port)
+    threading.Thread(target=served.server.serve_forever, daemon=True).start()
+    print(f"watching {args.folder}; the page: {served.address}", flush=True)
+    print("Ctrl-C ends it; starting again goes on where it stopped", flush=True)
+    if not args.no_browser:  # pragma: no cover
+        webbrowser.open(served.address)
+    try:
+        session.run()
+    except KeyboardInterrupt:
+        print(f"\nended; the report: vinesexp run {args.folder}")
+    finally:
+        session.stop()
+        served.server.shutdown()
+        lock.close()
+    return 0

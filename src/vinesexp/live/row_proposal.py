@@ -1,0 +1,151 @@
+"""The row of a file that has just been measured, in a campaign whose channels are described.
+
+Kind of test, frequency, base amplitude and release come from the channels; the clearance from the
+file's name, else from the flights between its impacts. What neither tells stays open.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+
+from vinesexp.errors import CampaignError
+from vinesexp.live.clearance_of_flights import UNKNOWN_R, clearance_of_flights
+from vinesexp.proposal.campaign_proposal import ProposedRecord, propose_record
+from vinesexp.proposal.kind_of_test import OPEN
+from vinesexp.proposal.roles import Guess, label_of
+from vinesexp.proposal.survey import ColumnView, FileView
+from vinesexp.records.missing_cells import FILL_IN
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.schema import SI_UNITS, Campaign, Channel, Record
+from vinesexp.records.store import open_record
+from vinesexp.units import Quantity
+
+#: Shares by which a measured value may miss one of the table and still be that one.
+_SAME_LEVEL, _SAME_FREQUENCY, _SAME_CLEARANCE = 0.03, 1e-3, 0.003
+
+
+@dataclass(frozen=True)
+class Row:
+    """A proposed row, and the columns that only a person can fill in."""
+
+    cells: dict[str, str]
+    open: tuple[str, ...]
+
+
+def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -> Row:
+    """The row of a file that none names yet.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Its channels say what is what in the file.
+    view : FileView
+    records : sequence of Record
+        Those there are: their names are taken, their levels are met again.
+
+    Raises
+    ------
+    CampaignError
+        No channel of the campaign is in it.
+    """
+    guesses: dict[str, Guess] = {}
+    columns = []
+    for column in view.columns:
+        channel = _channel_of(column, campaign)
+        if channel is not None and column.kind == "signal":
+            guesses[label_of(column)] = Guess(channel.role, "campaign.yaml", sure=True)
+            column = _in_si(column, channel)
+        columns.append(column)
+    if not guesses:
+        names = ", ".join(f"'{c.name or c.index}'" for c in view.columns[:4]) or "none"
+        raise CampaignError(f"no column is a channel of campaign.yaml (found {names}); left out")
+    used = {record.id.lower() for record in records}
+    known = replace(view, columns=tuple(columns))
+    found = propose_record(campaign.folder, known, guesses, used)
+    cells = dict(found.cells)
+    read = {reading.column for reading in found.readings}
+    for column_name, values, share in (
+        ("base_amplitude_mm", [1e3 * r.base_amplitude for r in records if r.base_amplitude],
+         _SAME_LEVEL),
+        ("release_mm", [1e3 * abs(r.release) for r in records if r.release], _SAME_LEVEL),
+        ("frequency_hz", [r.frequency[0] for r in records if r.frequency and r.test != "sweep"],
+         _SAME_FREQUENCY),
+    ):  # fmt: skip
+        if column_name in cells and column_name not in read and ":" not in cells[column_name]:
+            digits = 5 if column_name == "frequency_hz" else 2
+            cells[column_name] = _snapped(float(cells[column_name]), values, share, digits)
+    return Row(_named(found, cells), tuple(c for c in found.open if c not in cells))
+
+
+def _named(found: ProposedRecord, cells: dict[str, str]) -> dict[str, str]:
+    readings = [f"{r.column} {r.cell} from '{r.said}'" for r in found.readings]
+    note = "; ".join([found.why, *readings])
+    row = {"record": found.record, "file": found.file, "test": found.test, "note": note, **cells}
+    if found.test == OPEN:
+        row |= {"test": "ringdown", "exclude": "yes"}
+    if asked := [column for column in found.open if column not in cells]:
+        row["note"] += f"; {FILL_IN}, if it applies: {' '.join(asked)}"
+    return row
+
+
+def _channel_of(column: ColumnView, campaign: Campaign) -> Channel | None:
+    """The channel of campaign.yaml that a column is."""
+    for channels in (campaign.channels, *(s.channels for s in campaign.setups.values())):
+        for channel in channels.values():
+            if channel.column == column.index or (
+                isinstance(channel.column, str)
+                and (channel.column == column.name or fnmatchcase(column.name, channel.column))
+            ):
+                return channel
+    return None
+
+
+def _in_si(column: ColumnView, channel: Channel) -> ColumnView:
+    """The samples as the campaign says that they are meant."""
+    size = 1.0 if channel.file_size is None else channel.file_size
+    values = (column.values * size - channel.offset) * channel.scale
+    return ColumnView(
+        *(column.index, column.name, SI_UNITS[channel.quantity], column.kind, values, column.rate)
+    )
+
+
+def _snapped(value: float, known: Iterable[float], share: float, digits: int) -> str:
+    """A measured value as the one of the table that it repeats, else in a few digits.
+
+    Examples
+    --------
+    >>> _snapped(0.24997, [0.25, 0.4], 0.03, 2), _snapped(0.3052, [0.25], 0.03, 2)
+    ('0.25', '0.31')
+    """
+    near = min(known, key=lambda one: abs(math.log(value / one)), default=None)
+    if near is not None and abs(value - near) <= share * near:
+        return f"{near:.10g}"
+    return f"{value:.{digits}g}"
+
+
+def clearance_shown(
+    campaign: Campaign, record: Record, *, paths: ResultPaths, r: Quantity | None
+) -> Quantity | None:
+    """The clearance of a record whose row has none, from its flights, m.
+
+    The record is ingested and conditioned; its impacts are found with a clearance that does not
+    matter, and left for `pipeline.analyse_record` to find again.
+    """
+    from vinesexp.pipeline import find_impacts
+
+    with open_record(paths.conditioned(record.id)) as view:
+        frequency = view.attributes.get("oscillation_hz")
+        if view.refused is not None or not frequency:
+            return None
+    impacts, _ = find_impacts(campaign, replace(record, clearance=(0.03,)), paths=paths)
+    return clearance_of_flights(impacts, r=r or UNKNOWN_R, frequency=float(frequency))
+
+
+def clearance_cell(found: Quantity, records: Iterable[Record]) -> str:
+    """A clearance as it is written, mm: one of the table where it repeats it."""
+    known = [b for record in records for b in record.clearance]
+    share = max(_SAME_CLEARANCE, 2.0 * found.std_error / found.value)
+    return _snapped(1e3 * found.value, [1e3 * b for b in known], min(share, 0.01), 4)

@@ -1,0 +1,497 @@
+"""A day at the bench: files come to rest, get a row, are analysed; the campaign follows.
+
+One thread does the work, newest file first; the campaign as a whole is looked at in a process of
+its own, so that the newest record never waits for all the others. Results lie in a folder of
+their own: starting again goes on where it stopped, and `snakemake` on the campaign makes its
+results itself.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+import threading
+import time
+from collections.abc import Mapping
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import vinesexp
+from vinesexp.errors import CampaignError, VinesexpError
+from vinesexp.live.arrivals import Arrivals
+from vinesexp.live.campaign_view import CampaignView, look_at_campaign, svg_of
+from vinesexp.live.record_view import RecordView, look_at_record
+from vinesexp.live.row_proposal import Row, clearance_cell, clearance_shown, row_of_file
+from vinesexp.pipeline import condition_record, ingest_record
+from vinesexp.proposal.campaign_proposal import SKIPPED
+from vinesexp.proposal.survey import view_file
+from vinesexp.records.campaign import campaign_problems, load_campaign
+from vinesexp.records.result_columns import IDENTIFIED
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, sheet_of
+from vinesexp.records.sheet_edit import add_row, change_row, row_of
+from vinesexp.records.step_inputs import step_text
+from vinesexp.records.tables import read_rows
+from vinesexp.units import Quantity
+from vinesexp.whole_files import write_whole
+
+#: Cells that the page may change; what a record is called and where its file is stays.
+EDITABLE = tuple(c for c in SHEET_COLUMNS if c not in ("record", "file"))
+_STEPS = ("ingest", "condition", "impacts", "estimate")
+_PAUSE = 0.25  # s between two looks at the folder
+_NO_FILE = {"campaign.yaml", "scene.yaml", "campaign.schema.json", *SHEETS}
+
+
+class ChangedMeanwhileError(VinesexpError):
+    """A cell is no longer what the person saw who wants to change it."""
+
+
+@dataclass
+class Seen:
+    """What a session knows of one record."""
+
+    state: str = "waiting"  # then analysing, done
+    key: str = ""
+    view: RecordView | None = None
+
+
+@dataclass
+class Status:
+    """What the page shows; `version` grows with every change."""
+
+    version: int = 0
+    problems: tuple[str, ...] = ()
+    busy: str = ""
+    newest: str = ""
+    remarks: dict[str, str] = field(default_factory=dict)
+    campaign: CampaignView = field(default_factory=CampaignView)
+    campaign_stale: bool = False
+
+
+class Session:
+    """A campaign folder that is being measured into.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds campaign.yaml; records.csv is begun where there is no table yet.
+    results : Path
+        Where results of this session lie, its own.
+    quiet : float
+        s after which a file that did not change is finished.
+    """
+
+    def __init__(self, folder: Path, results: Path, *, quiet: float = 1.0) -> None:
+        self.folder, self.results = folder, results
+        self.paths = ResultPaths(results)
+        self.status = Status()
+        self.changed = threading.Condition()
+        self.seen: dict[str, Seen] = {}
+        self.campaign: Campaign | None = None
+        self._editing, self._drawing = threading.RLock(), threading.Lock()
+        self._drawn: dict[str, tuple[str, list[tuple[str, str]]]] = {}
+        self._texts = ""
+        self._digests: dict[Path, tuple[tuple[int, int], str]] = {}
+        self._arrivals = Arrivals(folder, ignored=self._is_none, quiet=quiet)
+        self._pending_files: list[Path] = []
+        self._wanted: dict[str, str] = {}
+        self._pool: ProcessPoolExecutor | None = None
+        self._look: Future[CampaignView] | None = None
+        self._looked = ""
+        self._stop = threading.Event()
+        self._code = _digest_of_code()
+
+    # -- the loop -------------------------------------------------------------------------------
+
+    def begin(self) -> None:
+        """Read the folder as it stands.
+
+        Raises
+        ------
+        CampaignError
+            There is no campaign.yaml.
+        """
+        if not (self.folder / "campaign.yaml").is_file():
+            raise CampaignError(
+                "is missing; measure one record into the folder and type: vinesexp init "
+                f"{self.folder}; then watch it",
+                file=self.folder / "campaign.yaml",
+            )
+        sheet = sheet_of(self.folder)
+        if not sheet.exists():
+            write_whole(sheet, ",".join(SHEET_COLUMNS) + "\n")
+        self._read_campaign()
+
+    def run(self) -> None:
+        """Work until `stop`."""
+        self.begin()
+        while not self._stop.is_set():
+            if not self.step():
+                self._stop.wait(_PAUSE)
+
+    def stop(self) -> None:
+        """End the work after the step that is under way."""
+        self._stop.set()
+        if self._pool is not None:
+            self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def settle(self, timeout: float = 600.0) -> None:
+        """Work until nothing is left to do; for tests and for a last look."""
+        end = time.monotonic() + timeout
+        while time.monotonic() < end:
+            if not self.step() and not self._arrivals.growing and self._look is None:
+                return
+            time.sleep(0.05)
+        raise TimeoutError("the session did not come to rest")
+
+    def step(self) -> bool:
+        """One piece of work, the most urgent; False where there is none."""
+        self._read_campaign()
+        self._take_look()
+        self._pending_files += [p for p in self._arrivals.scan() if p not in self._pending_files]
+        if self.campaign is None:
+            return False
+        if self._pending_files:
+            self._take(self._pending_files.pop())
+            return True
+        if (record := self._next_record()) is not None:
+            self._analyse(record)
+            return True
+        self._begin_look()
+        return False
+
+    # -- files ----------------------------------------------------------------------------------
+
+    @property
+    def growing(self) -> tuple[Path, ...]:
+        """Files that are not at rest yet."""
+        return self._arrivals.growing
+
+    def _is_none(self, path: Path) -> bool:
+        inside = self.results.resolve() in path.resolve().parents
+        return inside or path.suffix.lower() in SKIPPED or path.name in _NO_FILE
+
+    def _take(self, path: Path) -> None:
+        """A file that came to rest: the record that names it is due again, or it gets a row."""
+        campaign = self.campaign
+        assert campaign is not None
+        try:
+            name = path.relative_to(self.folder).as_posix()
+            named = {file.resolve(): r for r in campaign.records for file in r.files}
+            record = named.get(path.resolve())
+            if record is not None:
+                self._due(record)
+                self.status.newest = self.status.newest or record.id
+                return
+            digest = self._digest(path)
+            for other in campaign.records:
+                if len(other.files) == 1 and self._known_digest(other) == digest:
+                    self._same_content(path, name, other)
+                    return
+            self._add(path)
+        except (VinesexpError, OSError) as error:
+            self._remark(path, str(error))
+
+    def _same_content(self, path: Path, name: str, other: Record) -> None:
+        """A file that was renamed, or one that is there twice."""
+        if not other.file.exists():
+            with self._editing:
+                change_row(sheet_of(self.folder), other.id, {"file": name})
+            self._remark(path, f"is {other.file.name} under a new name: its row names it now")
+        else:
+            self._remark(path, f"holds what {other.file.name} holds: left out")
+        self._read_campaign()
+
+    def _add(self, path: Path) -> None:
+        campaign = self.campaign
+        assert campaign is not None
+        self._say(f"reading {path.name}")
+        view = view_file(path)
+        if view.parts:
+            raise CampaignError(
+                f"holds {len(view.parts)} records; give each its row by hand", file=path
+            )
+        row = row_of_file(campaign, view, campaign.records)
+        if "clearance_mm" in row.open and row.cells["test"] in ("periodic", "transient"):
+            row = self._with_clearance(campaign, row)
+        with self._editing:
+            add_row(sheet_of(self.folder), row.cells)
+        self.status.newest = row.cells["record"]
+        self._read_campaign()
+
+    def _with_clearance(self, campaign: Campaign, row: Row) -> Row:
+        """The row with the clearance that the flights show, where they do."""
+        cells = row.cells
+        record = Record(
+            cells["record"],
+            self.folder / cells["file"],
+            cells["test"],
+            frequency=(float(cells["frequency_hz"]),) * 2 if cells.get("frequency_hz") else None,
+            settings=campaign.settings,
+        )
+        ingest_record(campaign, record, paths=self.paths)
+        condition_record(campaign, record, paths=self.paths)
+        found = clearance_shown(campaign, record, paths=self.paths, r=self._restitution())
+        if found is None:
+            return row
+        cell = clearance_cell(found, campaign.records)
+        shown = f"{1e3 * found.value:.4g} +- {1.96e3 * found.std_error:.2g}"
+        note = (
+            cells["note"].replace(" clearance_mm", "", 1).removesuffix("; FILL IN, if it applies:")
+        )
+        cells = cells | {
+            "clearance_mm": cell,
+            "note": f"{note}; clearance {shown} mm by its flights",
+        }
+        return Row(cells, tuple(c for c in row.open if c != "clearance_mm"))
+
+    def _restitution(self) -> Quantity | None:
+        if not self.paths.identified.is_file():
+            return None
+        for row in read_rows(self.paths.identified, IDENTIFIED):
+            if row["parameter"] == "r" and row["method"] == "combined":
+                return Quantity(float(row["value"]), float(row["std_error"] or 0.01))
+        return None
+
+    # -- records --------------------------------------------------------------------------------
+
+    def _next_record(self) -> Record | None:
+        """The newest record whose results are not those of its file and row."""
+        assert self.campaign is not None
+        for record in reversed(self.campaign.records):
+            if self.seen.get(record.id, Seen()).state == "waiting" and not self._grows(record):
+                return record
+        return None
+
+    def _grows(self, record: Record) -> bool:
+        growing = {path.resolve() for path in self._arrivals.growing}
+        return any(file.resolve() in growing for file in record.files)
+
+    def _due(self, record: Record) -> None:
+        key = self._key(record)
+        seen = self.seen.setdefault(record.id, Seen())
+        if seen.key != key:
+            self.seen[record.id] = Seen(key=key, view=seen.view)
+
+    def _analyse(self, record: Record) -> None:
+        from vinesexp.pipeline import analyse_record
+
+        campaign, seen = self.campaign, self.seen[record.id]
+        assert campaign is not None
+        key, seen.state = seen.key, "analysing"
+        self._say(f"analysing {record.id}")
+        if not self._is_finished(record, key):
+            analyse_record(campaign, record, paths=self.paths)
+            write_whole(self._note(record), json.dumps({"key": key}))
+        seen.view = look_at_record(record, paths=self.paths)
+        seen.state = "done"
+        if not self.status.newest:
+            self.status.newest = record.id
+        self.status.campaign_stale = True
+        self._say("")
+
+    def figures_of(self, id: str) -> list[tuple[str, str]]:
+        """Figures of a record as markup with their captions; empty while there are no results."""
+        from vinesexp.figures.collect.single_records import draw_record
+
+        if self.campaign is None or self.seen.get(id, Seen()).state != "done":
+            return []
+        record, key = self.campaign.record(id), self.seen[id].key
+        view = self.seen[id].view
+        if view is None or view.length is None:
+            return []
+        with self._drawing:
+            if self._drawn.get(id, ("", []))[0] != key:
+                figures = [
+                    (svg_of(figure, drawn.name), drawn.caption)
+                    for figure, drawn in draw_record(record, self.results)
+                ]
+                self._drawn = {id: (key, figures)}  # of one record: the newest
+            return self._drawn[id][1]
+
+    def _note(self, record: Record) -> Path:
+        return self.results / "finished" / f"{record.id}.json"
+
+    def _is_finished(self, record: Record, key: str) -> bool:
+        """Whether the results of an earlier session hold."""
+        try:
+            return bool(json.loads(self._note(record).read_text())["key"] == key)
+        except (OSError, ValueError, KeyError):
+            return False
+
+    def _key(self, record: Record) -> str:
+        """All that the results of a record depend on."""
+        assert self.campaign is not None
+        parts = [step_text(step, self.campaign, record) for step in _STEPS]
+        files = [self._digest(file) if file.is_file() else "absent" for file in record.files]
+        return hashlib.sha256(repr((parts, files, self._code)).encode()).hexdigest()
+
+    def _known_digest(self, record: Record) -> str:
+        if record.file.is_file():
+            return self._digest(record.file)
+        return self._digests.get(record.file, ((0, 0), ""))[1]
+
+    def _digest(self, path: Path) -> str:
+        stat = path.stat()
+        state = (stat.st_size, stat.st_mtime_ns)
+        known = self._digests.get(path)
+        if known is None or known[0] != state:
+            with path.open("rb") as stream:
+                known = (state, hashlib.file_digest(stream, "sha256").hexdigest())
+            self._digests[path] = known
+        return known[1]
+
+    # -- the campaign ---------------------------------------------------------------------------
+
+    def _read_campaign(self) -> None:
+        """campaign.yaml and the table, where either changed; rows that changed are due again."""
+        sheet = sheet_of(self.folder)
+        try:
+            texts = repr([
+                hashlib.sha256(path.read_bytes()).hexdigest()
+                for path in (self.folder / "campaign.yaml", sheet)
+            ])  # fmt: skip
+        except OSError:
+            return  # a program replaces the file just now
+        if texts == self._texts:
+            return
+        self._texts = texts
+        problems = [
+            str(problem)
+            for problem in campaign_problems(self.folder)
+            if "holds no records" not in str(problem)
+        ]
+        self.status.problems = tuple(problems)
+        if not problems:
+            self.campaign = self._loaded()
+            gone = set(self.seen) - {record.id for record in self.campaign.records}
+            for id in gone:
+                del self.seen[id]
+            for record in self.campaign.records:
+                self._due(record)
+            self.status.campaign_stale = True
+        self._say(self.status.busy)
+
+    def _loaded(self) -> Campaign:
+        """The campaign; one without a row yet is none for anybody else."""
+        try:
+            return load_campaign(self.folder)
+        except CampaignError:
+            from vinesexp.records.description import read_description
+            from vinesexp.records.problems import Problems
+
+            found = read_description(self.folder / "campaign.yaml", Problems(self.folder))
+            name = self.folder.resolve().name
+            return Campaign(
+                *(self.folder, name, found.title or name, found.known, found.channels),
+                *(found.time, found.sample_rate, found.bandpass),
+                settings=found.settings, setups=found.setups, people=found.people,
+            )  # fmt: skip
+
+    def _begin_look(self) -> None:
+        """Look at the campaign as a whole, where a record or a row changed since."""
+        assert self.campaign is not None
+        done = {
+            record.id: self.seen[record.id].key
+            for record in self.campaign.records
+            if self.seen[record.id].state == "done"
+        }
+        now = repr((self._texts, sorted(done.items())))
+        if self._look is not None or not done or now == self._looked:
+            return
+        if self._pool is None:
+            context = multiprocessing.get_context("spawn")
+            self._pool = ProcessPoolExecutor(1, mp_context=context)
+        self._looked = now
+        self._look = self._pool.submit(look_at_campaign, self.folder, self.results, list(done))
+
+    def _take_look(self) -> None:
+        if self._look is None or not self._look.done():
+            return
+        look, self._look = self._look, None
+        try:
+            self.status.campaign = look.result()
+            self.status.campaign_stale = False
+            self.status.remarks.pop("campaign", None)
+        except Exception as error:
+            reason = " ".join(str(error).split()) or type(error).__name__
+            self.status.remarks["campaign"] = f"the campaign as a whole: {reason}"
+        self._say(self.status.busy)
+
+    # -- corrections ----------------------------------------------------------------------------
+
+    def correct(self, record: str, cells: Mapping[str, str], before: Mapping[str, str]) -> None:
+        """Write cells into the row of a record.
+
+        Parameters
+        ----------
+        record : str
+        cells : mapping
+            Columns of `EDITABLE` to text.
+        before : mapping
+            What the person saw in these columns.
+
+        Raises
+        ------
+        ChangedMeanwhileError
+            One of them is something else by now; nothing is written.
+        CampaignError
+            There is no such row, or the row would be wrong; nothing is written.
+        """
+        if unknown := set(cells) - set(EDITABLE):
+            raise CampaignError(f"'{sorted(unknown)[0]}' cannot be changed here")
+        with self._editing:
+            sheet = sheet_of(self.folder)
+            content = sheet.read_bytes()
+            now = row_of(sheet, record)
+            for column in cells:
+                if now.get(column, "") != before.get(column, "").strip():
+                    raise ChangedMeanwhileError(
+                        f"{column} of {record} is '{now.get(column, '')}' by now; it was "
+                        f"'{before.get(column, '')}' when you opened it: look again"
+                    )
+            known = {str(problem) for problem in campaign_problems(self.folder)}
+            changed = {
+                c: " ".join(v.split()) for c, v in cells.items() if v.strip() != now.get(c, "")
+            }
+            if not changed:
+                return
+            change_row(sheet, record, changed)
+            new = [p for p in campaign_problems(self.folder) if str(p) not in known]
+            if new:
+                write_whole(sheet, content)
+                raise CampaignError(new[0].problem, where=new[0].where)
+        self.wake()
+
+    def row(self, record: str) -> dict[str, str]:
+        """The cells of a row as they stand in the table."""
+        with self._editing:
+            return row_of(sheet_of(self.folder), record)
+
+    # -- what the page hears --------------------------------------------------------------------
+
+    def wake(self) -> None:
+        """Tell the page that something changed."""
+        self._say(self.status.busy)
+
+    def _say(self, busy: str) -> None:
+        with self.changed:
+            self.status.busy = busy
+            self.status.version += 1
+            self.changed.notify_all()
+
+    def _remark(self, path: Path, text: str) -> None:
+        """What happened to a file that got no row."""
+        short = text.removeprefix(f"{path}: ")
+        self.status.remarks[path.relative_to(self.folder).as_posix()] = short
+        self._say("")
+
+
+def _digest_of_code() -> str:
+    """Of every module of the package: results do not outlive the code that made them."""
+    found = hashlib.sha256()
+    for path in sorted(Path(vinesexp.__file__).parent.rglob("*.py")):
+        found.update(path.read_bytes())
+    return found.hexdigest()
