@@ -1,6 +1,6 @@
 """What is bounded, and what the bounds cost: spikes without end, many balls, guarded readers.
 
-    python benchmarks/bounded.py [--spikes 10000 30000] [--balls 2 16] [--samples 1000 20000000]
+    python -m benchmarks.bounded [--spikes 10000 30000] [--balls 2 16] [--samples 1000 20000000]
 
 Processor seconds. Spikes: acceleration of 10 kHz with one at every third sample, beside a
 displacement, through the step that finds impacts. Balls: 5 s of three impacts a cycle, to be told
@@ -18,13 +18,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from benchmarks.memory import peak_memory
 
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.records.campaign import load_campaign
 from vinesexp.records.readers import hdf5
 from vinesexp.records.readers.guard import GuardedSource
 from vinesexp.records.result_paths import ResultPaths
-from vinesexp.step import peak_memory
 
 RATE = 1e4
 DESCRIPTION = """\

@@ -136,7 +136,7 @@ def measure(count: int, folder: Path) -> None:
 
 
 def _once_more(campaign, paths: ResultPaths) -> None:
-    made = paths.made("traces", campaign.records[0].id)
+    made = paths.notes("traces", campaign.records[0].id)
     made.unlink()
     build_pages(campaign, paths=paths, code="")
 

@@ -12,19 +12,17 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
-import json
-import os
 import re
 import resource
 import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
-from typing import Any
 
-from vinesexp.records.freshness import file_states, write_made
+from vinesexp.records.campaign import load_campaign
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.steps import STEPS, Study
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 DESCRIPTION = """\
@@ -75,27 +73,24 @@ def pretend_results(project: Path) -> None:
         )
         plan = made.dag(DAGSettings(rerun_triggers={RerunTrigger.SOFTWARE_ENV}))
         plan.execute_workflow(executor="dryrun")
-        dag = made._workflow.dag
-        done = time.time() - 3600.0
-        for place, jobs in enumerate(dag.toposorted()):
-            for job in jobs:
-                for file in map(Path, job.output):
-                    file.parent.mkdir(parents=True, exist_ok=True)
-                    file.write_text(f"{file}\n", encoding="utf-8")
-                    os.utime(file, (done + place, done + place))
-        roots = {"results": Path("results/many"), "campaign": Path("data/many")}
-        for job in dag.jobs:
-            about: Any = getattr(job.params, "about", None)
-            if hasattr(job.params, "job"):
-                about = json.loads(job.params.job)["about"]
-            if about is not None:
-                read = dict.fromkeys(map(Path, [*job.input, *about["reads"]]))
-                write_made(
-                    Path(about["made"]),
-                    about["used"],
-                    inputs=file_states(read, roots=roots),
-                    outputs=file_states(map(Path, job.output), roots=roots),
-                )
+        outputs = [Path(file) for job in made._workflow.dag.jobs for file in job.output]
+        for file in (file for file in outputs if file.parent.name != "batches"):
+            write_line(file)
+        study = Study(load_campaign(Path("data/many")), ResultPaths(Path("results/many")))
+        for step, about in STEPS.items():
+            for id in study.records if about.each else (None,):
+                notes = study.notes(step, id)
+                record = None if id is None else study.records[id]
+                notes.begin(step, reads=about.reads(study.campaign, record))
+                files = about.writes(study.paths, id) if about.writes and id else []
+                for file in files:
+                    write_line(file)
+                notes.finish(step, study.used(step, id), writes=files)
+
+
+def write_line(file: Path) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(f"{file}\n", encoding="utf-8")
 
 
 def planned(project: Path) -> tuple[float, str]:
@@ -107,7 +102,8 @@ def planned(project: Path) -> tuple[float, str]:
     ).stderr  # fmt: skip
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return used, f"{sum(map(int, re.findall(r'^  [a-z]+ +([0-9]+)', told, re.MULTILINE)))} jobs"
+    found = re.search(r"^(\d+) jobs? would run", told, re.MULTILINE)
+    return used, f"{found[1] if found else 0} jobs"
 
 
 def main() -> None:

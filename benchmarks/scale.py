@@ -1,6 +1,6 @@
 """Long records: processor time and peak memory of every step, each in a process of its own.
 
-    python benchmarks/scale.py [--minutes 5 10] [--rate 100000] [--channels base displacement ...]
+    python -m benchmarks.scale [--minutes 5 10] [--rate 100000] [--channels base displacement ...]
 
 Makes a driven record with two impacts a cycle as float32 HDF5, block by block, and takes it through
 the steps on records. Prints a table: time should grow as the length, memory not at all.
@@ -15,12 +15,12 @@ import time
 from pathlib import Path
 
 import numpy as np
+from benchmarks.memory import peak_memory
 
 from vinesexp.pipeline import condition_record, estimate_from_record, find_impacts, ingest_record
 from vinesexp.records.campaign import Campaign, load_campaign
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
-from vinesexp.step import peak_memory
 
 STEPS = {
     "ingest": ingest_record,

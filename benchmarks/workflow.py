@@ -1,100 +1,169 @@
-"""Where the time of a whole run goes: work, start, Snakemake; and the largest memory of a job.
+"""What the workflow costs beside the same science in one process, in one run; and what jobs took.
 
-    python benchmarks/workflow.py [--campaign data/twin] [--cores 2]
+    python benchmarks/workflow.py [--campaign data/twin] [--ringdowns 60] [--cores 2] [--pairs 1]
 
-Copies the campaign's description into a temporary folder, runs it from cold, then once more with
-nothing to do, and prints a table. Processor seconds, so that a busy machine changes them little;
-the wall time is beside them.
+Each campaign is run by `snakemake` from an empty folder, and by one process that calls the same
+functions; both with an empty cache of compiled code. Then `snakemake` has nothing to do, and then
+one record more. Processor seconds of everything that was started, so that a busy machine changes
+them less than the time on the wall; the two columns are measured one after the other, `--pairs`
+times.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import resource
 import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
+import numpy as np
+
 REPOSITORY = Path(__file__).resolve().parents[1]
-PROCESS = re.compile(
-    r"^process: ([\d.]+) s of processor time, ([\d.]+) before the step, peak memory (\d+) MiB",
-    re.MULTILINE,
-)
+TOOK = re.compile(r"^process: ([\d.]+) s of processor time, peak memory (\d+) MiB", re.MULTILINE)
+DESCRIPTION = """\
+title: Ring-downs
+known: {mass: 4.7 kg, nes_mass: 32 g}
+channels: {displacement: {column: 1, quantity: displacement, unit: mm}}
+sample_rate: 1 kHz
+"""
+ONE_PROCESS = """\
+import sys
+from pathlib import Path
+from vinesexp import showing
+from vinesexp.pipeline import analyse_campaign
+from vinesexp.records.campaign import load_campaign
+from vinesexp.records.result_paths import ResultPaths
+
+folder, paths = Path(sys.argv[1]), ResultPaths(Path(sys.argv[2]))
+scene = (folder / "scene.yaml").is_file()
+if scene:
+    from vinesexp.laboratory.scene import load_scene
+    for group in load_scene(folder / "scene.yaml").groups:
+        showing.simulate(load_campaign(folder), group, paths=paths)
+campaign = load_campaign(folder)
+analyse_campaign(campaign, paths=paths)
+steps = [showing.figures_of_records, showing.figures_of_results, showing.pages, showing.report]
+for step in [showing.score, *steps] if scene else steps:
+    step(campaign, paths=paths)
+"""
 
 
-def run(folder: Path, campaign: Path, cores: int) -> tuple[float, float]:
-    """Wall seconds and processor seconds of everything, of one run."""
+def write_ringdowns(folder: Path, count: int) -> None:
+    """The usual small campaign: ring-downs of 6,000 samples, half of them with a mass added."""
+    (folder / "raw").mkdir(parents=True)
+    (folder / "campaign.yaml").write_text(DESCRIPTION, encoding="utf-8")
+    (folder / "records.csv").write_text("record,file,test,added_mass_g\n", encoding="utf-8")
+    for number in range(count):
+        add_ringdown(folder, number)
+
+
+def add_ringdown(folder: Path, number: int) -> None:
+    added = 0.5 * (number % 2)
+    w, t = 2.0 * np.pi * 7.862 * (4.7 / (4.7 + added)) ** 0.5, np.arange(6000) / 1000.0
+    x = 20.0 * np.exp(-0.01 * w * t) * np.cos(w * t)
+    x += np.random.default_rng(number).normal(0.0, 0.006, t.size)
+    rows = "".join(f"{a:.3f},{b:.4f}\n" for a, b in zip(t, x, strict=True))
+    (folder / f"raw/r{number:03d}.csv").write_text(f"t,x\n{rows}", encoding="utf-8")
+    with (folder / "records.csv").open("a", encoding="utf-8") as table:
+        mass = f"{1e3 * added:g}" if added else ""
+        table.write(f"r{number:03d},raw/r{number:03d}.csv,ringdown,{mass}\n")
+
+
+def copy_description(campaign: Path, folder: Path) -> None:
+    """A campaign without what its scene makes."""
+    generated = shutil.ignore_patterns("raw", "truth")
+    simulated = (campaign / "scene.yaml").is_file()
+    shutil.copytree(campaign, folder, ignore=generated if simulated else None)
+
+
+def used(command: list[str], cache: Path) -> float:
+    """Processor seconds of a command and of all that it starts."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    started = time.perf_counter()
-    result = subprocess.run(
-        [
-            *(sys.executable, "-m", "snakemake", "--cores", str(cores)),
-            *("--config", f"campaign={campaign}", f"results={folder / 'results'}"),
-        ],
+    done = subprocess.run(
+        command,
         cwd=REPOSITORY,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(cache)},
         capture_output=True,
         text=True,
         check=False,
     )
-    wall = time.perf_counter() - started
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    if result.returncode:
-        sys.exit(result.stderr[-3000:])
-    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return wall, used
+    if done.returncode:
+        sys.exit(done.stderr[-3000:])
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def job_figures(results: Path) -> list[tuple[str, float, float, int]]:
-    """Step, processor seconds, those before the step, and peak MiB of every job, from its log."""
-    figures = []
+def workflow(campaign: Path, results: Path, cores: int) -> list[str]:
+    return [
+        *(sys.executable, "-m", "snakemake", "--cores", str(cores)),
+        *("--config", f"campaign={campaign}", f"results={results}"),
+    ]
+
+
+def jobs(results: Path) -> list[tuple[str, float, int]]:
+    """Step, processor seconds and peak MiB of every process that did one, from the logs."""
+    found = []
     for log in sorted(results.glob("logs/**/*.log")):
-        match = PROCESS.search(log.read_text(encoding="utf-8"))
-        if match:
-            stage = log.relative_to(results / "logs").parts[0].removesuffix(".log")
-            figures.append((stage, float(match[1]), float(match[2]), int(match[3])))
-    return figures
+        step = log.relative_to(results / "logs").parts[0].partition(".")[0]
+        for seconds, peak in TOOK.findall(log.read_text(encoding="utf-8")):
+            found.append((step, float(seconds), int(peak)))
+    return found
 
 
 def size_mb(folder: Path) -> float:
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) / 1e6
 
 
+def measure(name: str, folder: Path, arguments: argparse.Namespace) -> None:
+    """One row of the table, and what its jobs took."""
+    here, alone = folder / "workflow" / name, folder / "alone" / name
+    for place in (here, alone):
+        if name == "ringdowns":
+            write_ringdowns(place, arguments.ringdowns)
+        else:
+            copy_description(arguments.campaign, place)
+    results = folder / "results"
+    cold = used(workflow(here, results, arguments.cores), folder / "cache-1")
+    science = used(
+        [sys.executable, "-c", ONE_PROCESS, str(alone), str(folder / "one")], folder / "cache-2"
+    )
+    nothing = used(workflow(here, results, arguments.cores), folder / "cache-1")
+    cells = [f"{cold:.1f}", f"{science:.1f}", f"{cold / science:.2f}", f"{nothing:.1f}"]
+    if name == "ringdowns":
+        add_ringdown(here, arguments.ringdowns)
+        cells.append(f"{used(workflow(here, results, arguments.cores), folder / 'cache-1'):.1f}")
+    else:
+        cells.append("")
+    print(f"| {name} | {' | '.join(cells)} |")
+    print(f"\nraw {size_mb(here / 'raw'):.0f} MB, results {size_mb(results):.0f} MB\n")
+    print("| step | processes | processor s | largest MiB |\n|---|---|---|---|")
+    found = jobs(results)
+    for step in dict.fromkeys(step for step, *_ in found):
+        rows = [(seconds, peak) for one, seconds, peak in found if one == step]
+        total, peak = sum(s for s, _ in rows), max(p for _, p in rows)
+        print(f"| {step} | {len(rows)} | {total:.1f} | {peak} |")
+    print(flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--campaign", type=Path, default=REPOSITORY / "data/twin")
+    parser.add_argument("--campaign", type=Path, help="such as data/twin; default: none")
+    parser.add_argument("--ringdowns", type=int, default=60)
     parser.add_argument("--cores", type=int, default=2)
+    parser.add_argument("--pairs", type=int, default=1)
     arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary)
-        campaign = folder / arguments.campaign.resolve().name
-        generated = shutil.ignore_patterns("raw", "truth")
-        simulated = (arguments.campaign / "scene.yaml").is_file()
-        shutil.copytree(arguments.campaign, campaign, ignore=generated if simulated else None)
-        wall, used = run(folder, campaign, arguments.cores)
-        jobs = job_figures(folder / "results")
-        nothing, _ = run(folder, campaign, arguments.cores)
-        raw, results = size_mb(campaign / "raw"), size_mb(folder / "results")
-    started = sum(before for _, _, before, _ in jobs)
-    in_jobs = sum(seconds for _, seconds, _, _ in jobs)
-    print(f"cold run: {wall:.1f} s on {arguments.cores} cores, {len(jobs)} jobs")
-    print(f"nothing to do: {nothing:.1f} s")
-    print(f"raw {raw:.0f} MB, results {results:.0f} MB\n")
-    print("| where | processor s | share |\n|---|---|---|")
-    for name, seconds in (
-        ("work in jobs", in_jobs - started),
-        ("start of jobs, imports", started),
-        ("Snakemake, and what starts jobs", used - in_jobs),
-    ):
-        print(f"| {name} | {seconds:.1f} | {seconds / used:.0%} |")
-    print("\n| step | jobs | processor s | largest MiB |\n|---|---|---|---|")
-    for stage in dict.fromkeys(stage for stage, *_ in jobs):
-        rows = [(seconds, peak) for name, seconds, _, peak in jobs if name == stage]
-        total, peak = sum(s for s, _ in rows), max(p for _, p in rows)
-        print(f"| {stage} | {len(rows)} | {total:.1f} | {peak} |")
+    names = ["ringdowns"] if arguments.ringdowns else []
+    names += [arguments.campaign.resolve().name] if arguments.campaign else []
+    for name in names * arguments.pairs:
+        print("| campaign | workflow | one process | ratio | nothing to do | one added |")
+        print("|---|---|---|---|---|---|")
+        with tempfile.TemporaryDirectory() as temporary:
+            measure(name, Path(temporary), arguments)
 
 
 if __name__ == "__main__":

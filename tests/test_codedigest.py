@@ -1,5 +1,6 @@
 """The digest follows imports through the package, and only through it."""
 
+import importlib.metadata
 import importlib.util
 import sys
 from pathlib import Path
@@ -7,7 +8,13 @@ from pathlib import Path
 import pytest
 
 import vinesexp.codedigest
-from vinesexp.codedigest import code_digest, imported_modules
+from vinesexp.codedigest import (
+    code_digest,
+    imported_modules,
+    keep_code,
+    kept_code,
+    library_versions,
+)
 
 
 def test_imports_are_followed_to_the_ground():
@@ -22,6 +29,61 @@ def test_imports_inside_functions_count():
 def test_an_unknown_module_is_an_error():
     with pytest.raises(ImportError, match="no module"):
         code_digest("vinesexp.nowhere")
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("LIMIT: int = 3", "LIMIT: int = 4"),
+        ("LIMIT, OTHER = 3, 0", "LIMIT, OTHER = 4, 0"),
+        ("if True:\n    LIMIT = 3", "if True:\n    LIMIT = 4"),
+        ("try:\n    LIMIT = 3\nfinally:\n    pass", "try:\n    LIMIT = 4\nfinally:\n    pass"),
+        ("LIMIT = [3]\nLIMIT.append(1)", "LIMIT = [3]\nLIMIT.append(2)"),
+    ],
+)
+def test_a_constant_counts_however_it_is_written(before, after, tmp_path, monkeypatch):
+    package = tmp_path / "vinesexp"
+    package.mkdir()
+    source = Path(vinesexp.codedigest.__file__).read_text(encoding="utf-8")
+    (package / "codedigest.py").write_text(source, encoding="utf-8")
+    (package / "tree.py").write_text("SIZE = 1\n")
+    rest = (
+        "\n\ndef one():\n    from vinesexp.tree import SIZE\n    return SIZE * LIMIT\n"
+        "\n\ndef other():\n    from vinesexp.tree import SIZE\n    return SIZE\n"
+    )
+
+    def digests():
+        spec = importlib.util.spec_from_file_location("copy", package / "codedigest.py")
+        copy = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(copy)
+        return tuple(copy.code_digest(f"vinesexp.steps:{name}") for name in ("one", "other"))
+
+    (package / "steps.py").write_text(before + rest)
+    one, other = digests()
+    (package / "steps.py").write_text(after + rest)
+    assert digests()[0] != one
+    assert digests()[1] == other
+
+
+def test_versions_of_the_libraries_that_a_step_reaches_count():
+    versions = library_versions("vinesexp.pipeline:ingest_record")
+    assert {"numpy", "h5py"} <= set(versions)
+    assert versions["numpy"] == importlib.metadata.version("numpy")
+    assert "numba" in library_versions("vinesexp.pipeline:replay_records")
+    assert "matplotlib" not in versions
+
+
+def test_digests_are_kept_until_a_source_changes(tmp_path, monkeypatch):
+    names = ("vinesexp.pipeline:identify", "vinesexp.units")
+    kept = tmp_path / "code.json"
+    made = kept_code(names, kept)
+    keep_code(made, kept)
+    monkeypatch.setattr(vinesexp.codedigest, "code_digest", lambda *names: "new")
+    assert kept_code(names, kept) == made
+    monkeypatch.setattr(vinesexp.codedigest, "_sources", lambda: "other")
+    assert kept_code(names, kept)["vinesexp.units"]["code"] == "new"
+    kept.write_text("{}")
+    assert kept_code(names, kept)["vinesexp.units"]["code"] == "new"
 
 
 def test_editing_a_module_changes_the_digest_of_its_users_only(tmp_path, monkeypatch):

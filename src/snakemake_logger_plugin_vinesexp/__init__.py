@@ -1,7 +1,7 @@
 """What a person sees at the console while the workflow runs: one line a finished step.
 
 Snakemake finds this plugin by the name of the package and the default profile selects it.
-A step that fails has said its one line itself (`vinesexp.step`); everything else that
+A step that fails has said its one line itself (`vinesexp.supervised`); everything else that
 Snakemake reports as an error is passed on, everything it reports as chatter is not. A dry run says
 in one line a rule what would run, and why; with `--printshellcmds` (`snakemake -n -p`) or
 `--verbose` it is Snakemake's own long form.
@@ -12,14 +12,14 @@ from __future__ import annotations
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from logging import ERROR, LogRecord
 from typing import Any
 
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from vinesexp.outdated_jobs import REASONS
+from vinesexp import workflow
 
 #: Said by Snakemake after a failed step has already reported its own line.
 _AFTERMATH = (
@@ -111,33 +111,35 @@ class LogHandler(LogHandlerBase):
 
 
 class Plan:
-    """What a dry run would do: for each rule how often, on what, and why."""
+    """What a dry run would do: for each step on how many records, on which, and why."""
 
     _MOST = 3  # names and reasons in a line
 
     def __init__(self) -> None:
-        self.rules: dict[str, list[str]] = {}
+        self.steps: dict[str, list[str]] = {}
         self.reasons: dict[str, Counter[str]] = {}
+        self.jobs = 0
 
     def add(self, record: LogRecord) -> None:
         """Note one job."""
         rule = str(record.rule_name)  # type: ignore[attr-defined]
-        outputs = [str(file) for file in record.output]  # type: ignore[attr-defined]
-        if not outputs:  # the last rule only asks for the others
+        if rule in ("all", "results"):  # they only ask for others
             return
+        self.jobs += 1
         wildcards = dict(getattr(record, "wildcards", None) or {})
-        self.rules.setdefault(rule, []).append(" ".join(map(str, wildcards.values())))
-        self.reasons.setdefault(rule, Counter()).update(_reasons(outputs, record))
+        names, why = _subject(rule, wildcards, str(getattr(record, "reason", "")))
+        self.steps.setdefault(rule, []).extend(names)
+        self.reasons.setdefault(rule, Counter()).update(why)
 
     def __str__(self) -> str:
-        n = sum(map(len, self.rules.values()))
+        n = self.jobs
         lines = [f"{n} job{'' if n == 1 else 's'} would run (each one: snakemake -n -p):"]
-        width = max((len(rule) for rule in self.rules), default=0)
-        for rule, names in self.rules.items():
-            why = self._most([reason for reason, _ in self.reasons[rule].most_common()])
-            about = self._most([name for name in names if name])
-            about = f" ({about})" if about else ""
-            lines.append(f"  {rule:{width}} {len(names):4}{about}: {why}")
+        width = max((len(step) for step in self.steps), default=0)
+        for step, names in self.steps.items():
+            why = self._most([reason for reason, _ in self.reasons[step].most_common()])
+            about = f" {len(names)} records ({self._most(names)})" if names else ""
+            about = about.replace(" 1 records", " 1 record")
+            lines.append(f"  {step:{width}}{about}: {why}")
         return "\n".join(lines)
 
     def _most(self, words: Sequence[str]) -> str:
@@ -145,25 +147,33 @@ class Plan:
         return ", ".join(words[: self._MOST]) + (f" and {more} more" if more > 0 else "")
 
 
-def _reasons(outputs: Sequence[str], record: LogRecord) -> list[str]:
-    """Why a job would run, in words of the project where it was the project that decided."""
-    for file in outputs:
-        if file in REASONS:
-            return REASONS[file]
-    reason = str(getattr(record, "reason", ""))
+def _subject(
+    rule: str, wildcards: Mapping[str, object], reason: str
+) -> tuple[Sequence[str], Sequence[str]]:
+    """The records that a job is about, and why it would run, in words of the project."""
+    plan = workflow.CURRENT
+    if plan is not None and "batch" in wildcards:
+        names = plan.pending(rule, str(wildcards["batch"]))
+        return names, plan.reasons(rule, names)
+    if plan is not None and rule in plan.outdated:
+        return (), plan.reasons(rule)
+    names = [str(wildcards["record"])] if "record" in wildcards else []
     for start, words in (
         ("Missing output files", "not made yet"),
         ("Input files updated by another job", "follows from other jobs"),
         ("Forced execution", "asked for"),
     ):
         if start in reason:
-            return [words]
-    return [reason.partition(":")[0] or "asked for"]
+            return names, [words]
+    return names, [reason.partition(":")[0] or "asked for"]
 
 
 def _label(record: LogRecord) -> str:
-    message = getattr(record, "rule_msg", None)
-    if message:
-        return str(message)
-    wildcards = getattr(record, "wildcards", None) or {}
-    return " ".join([str(record.rule_name), *map(str, dict(wildcards).values())])  # type: ignore[attr-defined]
+    """A job as its rule's message says; of a batch, which one and of how many records."""
+    wildcards = dict(getattr(record, "wildcards", None) or {})
+    rule, plan = str(record.rule_name), workflow.CURRENT  # type: ignore[attr-defined]
+    if plan is not None and "batch" in wildcards:
+        names = plan.pending(rule, str(wildcards["batch"]))
+        said = names[0] if len(names) == 1 else f"{len(names)} records"
+        return f"{rule:10} {said}"
+    return str(getattr(record, "rule_msg", None) or rule)

@@ -1,19 +1,25 @@
 """Digest of the code behind one step, so that results never outlive their code.
 
-A workflow engine sees the script of a step but not the modules it imports. Here the imports
+A workflow engine sees the call of a step but not the modules it imports. Here the imports
 of a function are followed through the package (at the top of modules and inside functions), and
 the text of everything reached is hashed, templates and tables that lie beside the modules
 included: editing a module re-runs the steps that use it, and no others. Only content counts, not
-the time of a change.
+the time of a change. Of the libraries that are reached, the versions count.
 """
 
 from __future__ import annotations
 
 import ast
 import hashlib
+import json
+import os
+import sys
 from collections.abc import Iterable, Iterator
 from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from vinesexp.whole_files import write_whole
 
 _ROOT = Path(__file__).resolve().parent
 _PACKAGE = _ROOT.name
@@ -29,7 +35,7 @@ def code_digest(*names: str, files: Iterable[str | Path] = ()) -> str:
         a module, such as ``"vinesexp.pipeline:identify"``: then the rest of that module counts
         only as far as the function uses it.
     files : iterable of paths
-        Further files, such as the workflow's script; their names do not count.
+        Further files; their names do not count.
 
     Examples
     --------
@@ -38,39 +44,98 @@ def code_digest(*names: str, files: Iterable[str | Path] = ()) -> str:
     >>> code_digest("vinesexp.units") == code_digest("vinesexp.rig")
     False
     """
-    functions = [tuple(name.split(":")) for name in names if ":" in name]
-    texts = [_function(module, function) for module, function in functions]
-    modules = [name for name in names if ":" not in name]
-    for node in (node for nodes in texts for node in nodes):
-        modules += _named(node)
     digest = hashlib.sha256()
-    for node in (node for nodes in texts for node in nodes):
-        digest.update(ast.unparse(node).encode())
-    for path in sorted(_closure(tuple(modules))):
+    for name in names:
+        for node in _function(*name.split(":")) if ":" in name else ():
+            digest.update(ast.unparse(node).encode())
+    for path in sorted(frozenset().union(*map(_reached, names))):
         digest.update(str(path.relative_to(_ROOT)).encode())
-        digest.update(_content(Path(path)))
+        digest.update(_content(path))
     for file in files:
         digest.update(_content(Path(file)))
     return digest.hexdigest()[:16]
 
 
+def library_versions(name: str) -> dict[str, str]:
+    """Version of each library that the code behind `name` imports, by the library's name.
+
+    Examples
+    --------
+    >>> sorted(library_versions("vinesexp.signals.filters"))
+    ['numpy', 'scipy']
+    """
+    own = [part for path in _reached(name) if path.suffix == ".py" for part in _named(_tree(path))]
+    roots = {part.partition(".")[0] for part in own} - {_PACKAGE} - sys.stdlib_module_names
+    return {root: found for root in sorted(roots) if (found := _version(root))}
+
+
+def kept_code(names: tuple[str, ...], file: Path) -> dict[str, dict[str, str]]:
+    """Digest and library versions of each of `names`, from `file` while no source has changed.
+
+    Parsing the whole package takes a second; size and times of its files tell in milliseconds
+    that this has been done. The caller writes what is new (`keep_code`).
+    """
+    try:
+        kept = json.loads(file.read_text(encoding="utf-8"))
+        if kept["sources"] == _sources() and set(names) <= set(kept["code"]):
+            return {name: dict(kept["code"][name]) for name in names}
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    return {name: {"code": code_digest(name), **library_versions(name)} for name in names}
+
+
+def keep_code(code: dict[str, dict[str, str]], file: Path) -> None:
+    """Write what `kept_code` found for the next call."""
+    write_whole(file, json.dumps({"sources": _sources(), "code": code}, indent=1) + "\n")
+
+
+@cache
+def _sources() -> str:
+    """Digest of the size and times of every file of the package, and of the libraries' versions."""
+    states: list[object] = [sys.version, [_version(name) for name in _LIBRARIES]]
+    for folder, folders, files in os.walk(_ROOT):
+        folders[:] = sorted(name for name in folders if name != "__pycache__")
+        for name in sorted(files):
+            found = os.stat(os.path.join(folder, name))
+            times = found.st_mtime_ns, found.st_ctime_ns
+            states.append((os.path.join(folder, name), found.st_size, *times))
+    return hashlib.sha256(repr(states).encode()).hexdigest()
+
+
+#: Libraries whose change is looked for in every call.
+_LIBRARIES = ("numpy", "scipy", "numba", "h5py", "pandas", "xarray", "matplotlib", "bokeh")
+
+
+@cache
+def _version(library: str) -> str:
+    try:
+        return version(library)
+    except PackageNotFoundError:
+        return ""
+
+
 def imported_modules(*modules: str) -> list[str]:
     """Files of the package that `modules` reach, relative to it, sorted."""
-    return sorted(path.relative_to(_ROOT).as_posix() for path in _closure(modules))
+    found: frozenset[Path] = frozenset().union(*map(_reached, modules))
+    return sorted(path.relative_to(_ROOT).as_posix() for path in found)
 
 
-def _closure(modules: tuple[str, ...]) -> set[Path]:
-    found: set[Path] = set()
-    pending = [path for name in modules for path in _files(name)]
+@cache
+def _reached(name: str) -> frozenset[Path]:
+    """Files of the package that a module, or one function of a module, reaches by imports."""
+    nodes = _function(*name.split(":")) if ":" in name else ()
+    modules = [module for node in nodes for module in _named(node)] if nodes else [name]
+    pending = [path for module in modules for path in _files(module)]
     if not pending:
         raise ImportError(f"no module of {_PACKAGE} among {modules}")
+    found: set[Path] = set()
     while pending:
         path = pending.pop()
         if path not in found:
             found.add(path)
             if path.suffix == ".py":
                 pending.extend(_imports(path))
-    return found
+    return frozenset(found)
 
 
 @cache
@@ -142,24 +207,35 @@ def _function(module: str, function: str) -> tuple[ast.stmt, ...]:
     """A function of a module and everything at the top of the module that it uses, in order."""
     source = next(iter(_files(module)), None)
     statements = _tree(source).body if source else []
-    homes = {name: statement for statement in statements for name in _defines(statement)}
+    homes: dict[str, list[ast.stmt]] = {}
+    for statement in statements:
+        for name in _defines(statement):
+            homes.setdefault(name, []).append(statement)
     if function not in homes:
         raise ImportError(f"no function {function} in {module}")
-    needed: set[str] = set()
+    chosen: set[int] = set()
     pending = [function]
     while pending:
-        name = pending.pop()
-        if name in homes and name not in needed:
-            needed.add(name)
-            pending += [n.id for n in ast.walk(homes[name]) if isinstance(n, ast.Name)]
-    chosen = {id(homes[name]) for name in needed}
+        for statement in homes.pop(pending.pop(), ()):
+            chosen.add(id(statement))
+            pending += [node.id for node in ast.walk(statement) if isinstance(node, ast.Name)]
     return tuple(statement for statement in statements if id(statement) in chosen)
 
 
-def _defines(statement: ast.stmt) -> Iterator[str]:
+def _defines(statement: ast.stmt) -> set[str]:
+    """Names that a statement at the top of a module gives a value, or may change."""
+    if isinstance(statement, ast.If) and ast.unparse(statement.test).endswith("TYPE_CHECKING"):
+        return set()  # for annotations alone
     if isinstance(statement, ast.FunctionDef | ast.ClassDef):
-        yield statement.name
-    elif isinstance(statement, ast.Import | ast.ImportFrom):
-        yield from (alias.asname or alias.name for alias in statement.names)
-    elif isinstance(statement, ast.Assign):
-        yield from (target.id for target in statement.targets if isinstance(target, ast.Name))
+        return {statement.name}
+    found: set[str] = set()
+    for node in ast.walk(statement):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.add(node.name)
+        elif isinstance(node, ast.alias):
+            found.add(node.asname or node.name)
+        elif isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
+            found.add(node.id)
+        elif isinstance(node, ast.Name) and isinstance(statement, ast.Expr):
+            found.add(node.id)  # TABLE.update(...)
+    return found

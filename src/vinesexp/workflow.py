@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import IO, TYPE_CHECKING, Any
 
 from vinesexp.errors import VinesexpError, nearest
+from vinesexp.records.freshness import Notes
 from vinesexp.records.result_paths import ResultPaths
-from vinesexp.resultslock import require_own_folder
+from vinesexp.resultslock import hold_results, remove_leftovers, require_own_folder
+from vinesexp.steps import STEPS, Study, members
+
+if TYPE_CHECKING:
+    from vinesexp.laboratory.simulated_files import SceneOfCampaign
 
 #: Keys of `--config`.
-CONFIG = ("campaign", "results", "keep")
+CONFIG = ("campaign", "results", "keep", "batches")
 
 
 def read_config(config: Mapping[str, Any]) -> tuple[Path, ResultPaths]:
@@ -73,6 +79,25 @@ def keeps_channels(config: Mapping[str, Any]) -> bool:
     return bool(word == "all")
 
 
+def batches_of(config: Mapping[str, Any], *, cores: int | None, records: int) -> int:
+    """How many batches: as many as cores; on a cluster, which has no such number, of 20 records.
+
+    Raises
+    ------
+    VinesexpError
+        ``--config batches=`` is no number above zero.
+
+    Examples
+    --------
+    >>> batches_of({}, cores=2, records=60), batches_of({}, cores=None, records=60)
+    (2, 3)
+    """
+    wanted = config.get("batches", cores or -(-records // 20) or 1)
+    if type(wanted) is not int or wanted < 1:
+        raise VinesexpError(f"--config batches=...: found '{wanted}', expected a number from 1 on")
+    return wanted
+
+
 def _folder(config: Mapping[str, Any], key: str, default: str) -> Path:
     value = config.get(key)
     if value is None:
@@ -91,6 +116,197 @@ def _folder(config: Mapping[str, Any], key: str, default: str) -> Path:
 def shown(path: Path) -> str:
     """A path in a message of a rule, where Snakemake takes braces for wildcards."""
     return str(path).replace("{", "{{").replace("}", "}}")
+
+
+class Planner:
+    """Says to Snakemake which batches of records and which summaries to make again, by content.
+
+    Snakemake decides by the times of files and by what it noted in `.snakemake`; both go wrong when
+    files are copied, swapped or damaged. Here the content decides (`vinesexp.steps.Study`):
+    input functions, which Snakemake asks before it plans, ask for the batches in which a record is
+    outdated and for no others, and mark an outdated job to be run.
+
+    Parameters
+    ----------
+    workflow : snakemake.workflow.Workflow
+        Five things of it are not documented: `is_main_process`, `executor_plugin`, `dryrun`,
+        `dag_settings` and the `forcefiles` of its plan. Nothing else here uses such things.
+    study : Study
+    batches : int
+        How many batches the records of a step are spread over.
+    scene : SceneOfCampaign, optional
+        Of a simulated campaign.
+    """
+
+    def __init__(
+        self,
+        workflow: Any,
+        study: Study,
+        *,
+        batches: int,
+        scene: SceneOfCampaign | None = None,
+    ) -> None:
+        global CURRENT
+        self.workflow = workflow
+        self.study = study
+        self.paths = study.paths
+        self.scene = scene
+        self.groups = scene.groups if scene else {}
+        n = max(1, min(batches, len(study.records)))
+        self.batches = [f"{k + 1}of{n}" for k in range(n)]
+        self.lock: IO[str] | None = None
+        CURRENT = self
+
+    def before(self, step: str, output: Path | None = None) -> Callable[[Any], list[str]]:
+        """Input function of the rule of a step: batches of records that are made before it.
+
+        Parameters
+        ----------
+        step : str
+        output : Path, optional
+            One of the files that the rule makes; of a step on records, the batch is taken.
+        """
+
+        def needed(wildcards: Any) -> list[str]:
+            if not self.workflow.is_main_process:
+                return []  # a job on a cluster: what it needs has been made
+            if STEPS[step].each:
+                return self._before_batch(step, wildcards.batch)
+            if self.outdated[step]:
+                self._force(output)
+            return [
+                str(self.paths.batch(other, batch))
+                for other in STEPS[step].follows
+                if STEPS[other].each
+                for batch in self.batches
+                if self.pending(other, batch)
+            ]
+
+        return needed
+
+    def made(self, step: str, file: Path) -> Callable[[Any], list[str]]:
+        """Input function for a table that another step makes: an input where that step runs.
+
+        Elsewhere the table's content counts, which the step itself looks at, and not its time.
+        """
+
+        def needed(wildcards: Any) -> list[str]:
+            return [str(file)] if self.workflow.is_main_process and self.outdated[step] else []
+
+        return needed
+
+    def _before_batch(self, step: str, batch: str) -> list[str]:
+        self._force(self.paths.batch(step, batch))
+        ids = set(members(list(self.study.records), batch))
+        if step == "ingest":
+            return [str(self.paths.simulated(g)) for g, of in self.groups.items() if ids & of]
+        return [
+            str(self.paths.batch(other, batch))
+            for other in STEPS[step].follows
+            if self.pending(other, batch)
+        ]
+
+    def alone(self, step: str, output: Callable[[str], Path]) -> Callable[[Any], list[str]]:
+        """Input function of the rule that makes one result of one record, asked for by name."""
+
+        def needed(wildcards: Any) -> list[str]:
+            id = wildcards.record
+            if id not in self.study.records:
+                known = nearest(id, self.study.records)
+                raise SystemExit(f"vinesexp: the campaign has no record '{id}'; {known}")
+            if self.workflow.is_main_process and id in self.outdated[step]:
+                self._force(output(id))
+            return [str(self.paths.simulated(g)) for g, of in self.groups.items() if id in of]
+
+        return needed
+
+    def simulation(self, group: str) -> Callable[[Any], list[str]]:
+        """Input function of the rule that simulates a group of tests."""
+
+        def needed(wildcards: Any) -> list[str]:
+            if self.workflow.is_main_process and self.simulated[group]:
+                self._force(self.paths.simulated(group))
+            return []
+
+        return needed
+
+    def _force(self, output: Path | None) -> None:
+        self.workflow.dag.forcefiles.add(str(output))
+
+    def pending(self, step: str, batch: str) -> list[str]:
+        """Records of a batch that a step on records has to go through."""
+        return [i for i in members(list(self.study.records), batch) if i in self.outdated[step]]
+
+    def reasons(self, step: str, ids: Collection[str] = ("",)) -> list[str]:
+        """Why a step runs, in words for a person; on these records where it is one on records."""
+        found = [why for id in ids for why in self.outdated.get(step, {}).get(id, ())]
+        return found or ["follows from other jobs"]
+
+    @cached_property
+    def simulated(self) -> dict[str, list[str]]:
+        """Reasons to simulate each group."""
+        return {group: self.scene.why(group) for group in self.groups} if self.scene else {}
+
+    @cached_property
+    def outdated(self) -> dict[str, dict[str, list[str]]]:
+        """Reasons to run each step, by record; under the name "" for a step on all records."""
+        real = self._hold()
+        found: dict[str, dict[str, list[str]]] = {step: {} for step in STEPS}
+        for step in STEPS:
+            if step != "score" or self.scene:
+                self._judge(step, found)
+        if self.study.derivable and any(found[step] for step in STEPS if step != "bundle"):
+            for step in ("ingest", "condition"):  # what follows needs the channels of all records
+                self._judge(step, found, with_channels=True)
+        if real:
+            self.study.remember()
+        return found
+
+    def _judge(
+        self, step: str, found: dict[str, dict[str, list[str]]], *, with_channels: bool = False
+    ) -> None:
+        follows = [found[other] for other in STEPS[step].follows]
+        simulated = {i for g, of in self.groups.items() if self.simulated[g] for i in of}
+        for id in self.study.records if STEPS[step].each else ("",):
+            why = self.study.why(step, id or None, with_channels=with_channels)
+            if self._forced(step):
+                why = ["asked for"]
+                if self.lock is not None:
+                    self.study.notes(step, id or None).begin(step)
+            before = any(id in other if id else other for other in follows)
+            if not why and (before or id in simulated):
+                why = ["follows from other jobs"]
+            if why:
+                found[step][id] = why
+
+    def _forced(self, step: str) -> bool:
+        """Whether a person asked for a step again, whatever its results say."""
+        asked = self.workflow.dag_settings
+        return bool(asked and (asked.forceall or step in asked.forcerun))
+
+    def _hold(self) -> bool:
+        """Lock the results folder, in a real run only: a look at the plan must not wait."""
+        workflow = self.workflow
+        if workflow.executor_plugin is None or workflow.dryrun or not workflow.is_main_process:
+            return False
+        try:
+            self.lock = hold_results(self.paths.folder, campaign=self.study.campaign.folder)
+        except VinesexpError as error:
+            raise SystemExit(f"vinesexp: {error}") from None
+        remove_leftovers(self.paths.folder, written=self.paths.every_file(self.study.records))
+        for path in self.paths.notes_of_others(self.study.records):
+            Notes(path, self.study.roots).remove()
+        return True
+
+    def end(self) -> None:
+        """Remove what nothing needs after a run that went well: with keep=final, the channels."""
+        for id in self.study.records if self.study.derivable else ():
+            for path in (self.paths.record(id), self.paths.conditioned(id)):
+                path.unlink(missing_ok=True)
+
+
+#: The planner of this run, for whoever shows the plan.
+CURRENT: Planner | None = None
 
 
 def accept_own_environment(workflow: Any) -> None:

@@ -105,7 +105,7 @@ DAMAGES: dict[str, Callable[[Path, random.Random, list[Path]], None]] = {
 def damage(project: Workflow, rng: random.Random, kind: str) -> str:
     """Damage one result, any; its name."""
     results = project.folder / RESULTS
-    notes = [path.relative_to(results).as_posix() for path in results.rglob("*.made.json")]
+    notes = [path.relative_to(results).as_posix() for path in results.rglob("*made.json")]
     names = sorted(contents(project)) + sorted(notes)
     name = rng.choice([name for name in names if (results / name).stat().st_size])
     DAMAGES[kind](results / name, rng, [results / other for other in names])

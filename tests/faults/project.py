@@ -77,7 +77,8 @@ def contents(project: Workflow) -> dict[str, str]:
         for path in sorted(results.rglob("*"))
         if path.is_file()
         and path.relative_to(results).parts[0] not in _ASIDE
-        and not path.name.endswith(".made.json")
+        and not path.name.endswith("made.json")
+        and path.relative_to(results).as_posix() != "steps/code.json"
     }
 
 

@@ -1,11 +1,12 @@
 """A result holds as long as the content of what it came from and of itself is the same."""
 
+import json
 import os
 import shutil
 
 import pytest
 
-from vinesexp.records.freshness import file_states, why_outdated, write_made
+from vinesexp.records.freshness import Notes
 
 USED = {"channels": "{'base': 1}", "code": "abc"}
 
@@ -17,18 +18,18 @@ def step(tmp_path):
     folder.mkdir()
     (folder / "a.csv").write_text("1\n")
     (folder / "b.csv").write_text("2\n")
-    roots = {"results": folder}
-    write_made(
-        folder / "made.json",
-        USED,
-        inputs=file_states([folder / "a.csv", folder / "missing.csv"], roots=roots),
-        outputs=file_states([folder / "b.csv"], roots=roots),
-    )
+    notes = notes_in(folder)
+    notes.begin("step", reads=[folder / "a.csv", folder / "missing.csv"])
+    notes.finish("step", USED, writes=[folder / "b.csv"])
     return folder
 
 
-def reasons(folder, used=USED, **options):
-    return why_outdated(folder / "made.json", used, roots={"results": folder}, **options)
+def notes_in(folder):
+    return Notes(folder / "made.json", {"results": folder})
+
+
+def reasons(folder, used=USED):
+    return notes_in(folder).why_outdated("step", used)
 
 
 def test_nothing_changed(step):
@@ -70,7 +71,9 @@ def test_an_input_that_was_missing_and_is_there_now(step):
     assert reasons(step) == ["missing.csv is new"]
 
 
-@pytest.mark.parametrize("text", ["", "{}", "[]", '{"format": 1, "used": 3}', "\x00"])
+@pytest.mark.parametrize(
+    "text", ["", "{}", "[]", '{"format": 2, "step": 3}', '{"format": 2, "step": {}}', "\x00"]
+)
 def test_a_damaged_record_counts_as_none(step, text):
     (step / "made.json").write_text(text)
     assert len(reasons(step)) == 1
@@ -91,5 +94,34 @@ def test_new_times_are_written_down_so_that_nothing_is_hashed_twice(step):
     before = (step / "made.json").read_text()
     assert reasons(step) == []
     assert (step / "made.json").read_text() == before
-    assert reasons(step, renew=True) == []
+    notes = notes_in(step)
+    assert notes.why_outdated("step", USED) == []
+    notes.renew()
     assert (step / "made.json").read_text() != before
+
+
+def test_a_step_that_was_killed_vouches_for_nothing(step):
+    notes_in(step).begin("step")
+    assert reasons(step) == ["was not finished"]
+
+
+def test_what_a_step_no_longer_makes_goes_also_after_it_was_killed(step):
+    (step / "mine.csv").write_text("mine")
+    notes_in(step).begin("step")
+    (step / "c.csv").write_text("3\n")
+    notes = notes_in(step)
+    notes.begin("step")
+    notes.finish("step", USED, writes=[step / "c.csv"])
+    assert {path.name for path in step.iterdir()} == {"a.csv", "c.csv", "made.json", "mine.csv"}
+    notes_in(step).remove()
+    assert {path.name for path in step.iterdir()} == {"a.csv", "mine.csv"}
+
+
+def test_a_note_that_names_files_elsewhere_removes_none_of_them(step, tmp_path):
+    (tmp_path / "mine.csv").write_text("mine")
+    names = {f":{tmp_path / 'mine.csv'}": None, "results:../mine.csv": None}
+    (step / "made.json").write_text(
+        json.dumps({"format": 2, "step": {"used": {}, "reads": {}, "writes": names}})
+    )
+    notes_in(step).remove()
+    assert (tmp_path / "mine.csv").exists()

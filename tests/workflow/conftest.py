@@ -39,30 +39,17 @@ def write_ringdown(path: Path, *, f0: float, zeta: float = 0.01, seed: int = 0) 
     path.write_text(f"Time,Laser\ns,mm\n{rows}\n", encoding="utf-8")
 
 
-STEPS = {
-    "ingest": "ingest",
-    "regime": "impacts",
-    "estimates": "estimate",
-    "decay": "estimate",
-    "replay": "replay",
-    "replay_cycles": "replay",
-    "identify": "identify",
-    "budget": "identify",
-    "compare": "compare",
-}
-#: Which job makes a file of results/tiny, by the folder or the table it is in.
-JOBS = {
-    "records": lambda path: f"ingest {path.stem}",
-    "conditioned": lambda path: f"condition {path.stem}",
-    "impacts": lambda path: f"impacts {path.stem}",
-    "figures": lambda path: f"figures {path.stem}",
-    "regimes.csv": lambda path: "regimes",
-    "identified.csv": lambda path: "identify",
-    "clearances.csv": lambda path: "compare",
-    "checks.csv": lambda path: "checks",
-    "report.html": lambda path: "report",
-    "records.html": lambda path: "pages",
-    "steps": lambda path: f"{STEPS[path.stem]} {path.parent.name}".removesuffix(" steps"),
+#: Which step on all records makes a file of results/tiny.
+MAKERS = {
+    "regimes.csv": "regimes",
+    "identified.csv": "identify",
+    "clearances.csv": "compare",
+    "replay_cycles.csv": "replay",
+    "checks.csv": "checks",
+    "report.html": "report",
+    "records.html": "pages",
+    "results.json": "figures results",
+    "records.json": "figures records",
 }
 
 
@@ -97,11 +84,8 @@ class Workflow:
             env={**os.environ, **(environment or {})},
         )
 
-    def planned(self, **config: str) -> set[str]:
-        """Jobs that would run, as `rule record`: a dry run in this process, which is quicker.
-
-        Rules that Snakemake looked at on the way are in `considered` after it.
-        """
+    def planned(self, **config: object) -> set[str]:
+        """Steps that would run, as `step record`: a dry run in this process, which is quicker."""
         from snakemake.api import SnakemakeApi
         from snakemake.settings.enums import Quietness, RerunTrigger
         from snakemake.settings.types import (
@@ -110,6 +94,8 @@ class Workflow:
             OutputSettings,
             ResourceSettings,
         )
+
+        from vinesexp import workflow
 
         with (
             contextlib.chdir(self.folder),
@@ -123,8 +109,15 @@ class Workflow:
             dag = made.dag(DAGSettings(rerun_triggers={RerunTrigger.SOFTWARE_ENV}))
             files: list[str] = []
             dag.execute_workflow(executor="dryrun", updated_files=files)
-            self.considered = {job.rule.name for job in made._workflow.dag.jobs}
-        return {JOBS[path.parts[2]](path) for path in map(Path, files) if path.parts[2] in JOBS}
+            found = set()
+            for file in map(Path, files):
+                if file.parent.name == "batches":
+                    step, _, batch = file.name.partition(".")
+                    ids = workflow.CURRENT.pending(step, batch)
+                    found |= {f"{step} {id}" for id in ids}
+                elif file.name in MAKERS:
+                    found.add(MAKERS[file.name])
+        return found
 
     def tiny_campaign(self, name: str = "tiny") -> Path:
         """Two ring-downs, one with 0.5 kg added to a mass of 4.7 kg."""

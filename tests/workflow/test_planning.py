@@ -93,7 +93,7 @@ def test_a_sensitivity_changed_after_the_notes_of_snakemake_were_removed(finishe
         ("regimes.csv", "regimes"),
         ("figures/identified.svg", "figures results"),
         ("steps/records/bare/estimates.json", "estimate bare"),
-        ("steps/records/bare/ingest.made.json", "ingest bare"),
+        ("steps/records/bare/made.json", "ingest bare"),
         ("report.html", "report"),
         ("records.html", "pages"),
         ("pages/traces/bare.js", "pages"),
@@ -168,12 +168,11 @@ def test_the_steps_as_jobs_and_in_one_process_give_the_same_bytes(one_run, recom
             assert path.read_bytes() == (one_run.folder / "results/tiny" / name).read_bytes(), name
 
 
-def test_records_whose_results_hold_are_no_jobs(finished):
-    assert finished.planned() == set()
-    assert not finished.considered & {"ingest", "condition", "impacts", "estimate"}
+def test_an_emptied_result_concerns_its_record_and_what_follows(finished):
     (finished.folder / "results/tiny/impacts/bare.csv").write_text("")
-    assert "impacts bare" in finished.planned()
-    assert "impacts" in finished.considered
+    planned = finished.planned()
+    assert after(planned) == {"impacts bare", "estimate bare"}
+    assert {"regimes", "identify", "report"} <= planned
 
 
 @pytest.mark.long
@@ -181,15 +180,41 @@ def test_all_records_are_jobs_where_all_is_asked_for(finished):
     config = ("--config", "campaign=data/tiny")
     for wanted, step in ((("--forceall",), "ingest"), (("--forcerun", "estimate"), "estimate")):
         plan = finished.run("-n", *wanted, *config).stderr
-        assert re.search(rf"{step} +2", plan), plan
-    assert "results/tiny/records/added.nc" in finished.run("--summary", *config).stdout
-    assert "ingest" in finished.run("--dag", *config).stdout
+        assert re.search(rf"{step} +2 records \([a-z, ]+\): asked for", plan), plan
+    assert "ingest" in finished.run("--forceall", "--dag", *config).stdout
 
 
 @pytest.mark.long
-def test_a_single_result_of_a_record_that_holds_may_be_asked_for(finished):
-    asked = ("results/tiny/records/bare.nc", "--config", "campaign=data/tiny")
+def test_a_single_result_is_brought_by_its_name_with_what_it_needs_and_no_more(one_run, finished):
+    results = finished.folder / "results/tiny"
+    asked = ("results/tiny/impacts/bare.csv", "--config", "campaign=data/tiny")
+    assert "up to date" in finished.run(*asked).stderr
+    shutil.rmtree(results)
     run = finished.run(*asked)
     assert run.returncode == 0, run.stderr
-    plan = finished.run("-n", "--force", *asked).stderr
-    assert re.search(r"ingest +1 \(bare\): asked for", plan), plan
+    for name in ("records/bare.nc", "conditioned/bare.nc", "impacts/bare.csv"):
+        same = (one_run.folder / "results/tiny" / name).read_bytes()
+        assert (results / name).read_bytes() == same, name
+    assert not list(results.rglob("added.*"))
+    assert not (results / "identified.csv").exists()
+    shutil.copyfile(
+        finished.folder / "data/tiny/raw/added.csv", finished.folder / "data/tiny/raw/bare.csv"
+    )
+    before = (results / "conditioned/bare.nc").read_bytes()
+    assert finished.run(*asked).returncode == 0
+    assert (results / "conditioned/bare.nc").read_bytes() != before
+    unknown = finished.run("results/tiny/impacts/bear.csv", "--config", "campaign=data/tiny")
+    assert "no record 'bear'; did you mean 'bare'?" in unknown.stderr
+
+
+@pytest.mark.parametrize("batches", [1, 2])
+def test_what_is_planned_does_not_depend_on_the_batches(finished, batches):
+    assert finished.planned(batches=batches) == set()
+    finished.edit("records.csv", "bare.csv,ringdown,,,,20,,", "bare.csv,ringdown,,,,20,,odd")
+    bare = {job for job in after(EVERYTHING) if job.endswith(" bare")}
+    assert after(finished.planned(batches=batches)) == bare
+
+
+def test_a_changed_title_redraws_pages_alone(finished):
+    finished.edit("campaign.yaml", "title: Tiny", "title: Other")
+    assert finished.planned() == {"report", "pages"}

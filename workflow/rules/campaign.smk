@@ -1,82 +1,87 @@
-# The campaign that this run is about, and what its steps depend on.
+# The campaign that this run is about, and how its steps are called.
+#
+# A step on records goes through a batch of them: its output is one file that says so and is there
+# only while the run needs it; the results of the records lie beside it, under their own names. What
+# a step has to make again is decided by content: by PLAN for the jobs, by the step for each record.
 import os
+import shlex
 import sys
 
-from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign import load_campaign
-from vinesexp.outdated_jobs import Planner
-from vinesexp.record_job import command_line
-from vinesexp.workflow import accept_own_environment, keeps_channels, read_config, shown
+from vinesexp.steps import Study
+from vinesexp.workflow import (
+    Planner,
+    accept_own_environment,
+    batches_of,
+    keeps_channels,
+    read_config,
+    shown,
+)
 
 # Steps are short processes: without compiled modules each would compile the package again.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 try:
     CAMPAIGN_FOLDER, PATHS = read_config(config)
-    KEEPS_CHANNELS = keeps_channels(config)
     CAMPAIGN = load_campaign(CAMPAIGN_FOLDER)
-    SCENE_FILE = CAMPAIGN_FOLDER / "scene.yaml"
-    if SCENE_FILE.is_file():
-        from vinesexp.laboratory.scene import load_scene
+    STUDY = Study(CAMPAIGN, PATHS, keeps_channels=keeps_channels(config))
+    BATCHES = batches_of(config, cores=workflow.cores, records=len(CAMPAIGN.records))
+    if (CAMPAIGN_FOLDER / "scene.yaml").is_file():
+        from vinesexp.laboratory.simulated_files import scene_of_campaign
 
-        SCENE = load_scene(SCENE_FILE)
+        SCENE = scene_of_campaign(CAMPAIGN, code=STUDY.code["vinesexp.laboratory.scene"]["code"])
     else:
         SCENE = None
 except VinesexpError as error:
     sys.exit(f"vinesexp: {error}")
 
 accept_own_environment(workflow)
-RECORDS = {record.id: record for record in CAMPAIGN.records}
-ON_RECORD = command_line()  # the shell command of a step on one record
-PLANNER = Planner(
-    workflow, CAMPAIGN, PATHS, keeps_channels=KEEPS_CHANNELS, simulated=SCENE is not None
-)
+PLAN = Planner(workflow, STUDY, batches=BATCHES, scene=SCENE)
 
 
 wildcard_constraints:
     record="[^/]+",
+    batch="[^/]+",
     family="[a-z]+",
 
 
-def each_record(path):
-    """A result of every record, as an input; `path` is a method of PATHS."""
-    return PLANNER.each_record(path)
+def table(path):
+    """A table of all records, as the output of a step; Snakemake's own report lists it."""
+    return report(path, category="Tables")
 
 
-def channels(path):
-    """The channels of a record: with keep=final only for as long as a later step needs them."""
-    return path if KEEPS_CHANNELS else temp(path)
+def calls(step, *words):
+    """The command of a step, as anybody can type it: python -m vinesexp.steps STEP CAMPAIGN RESULTS."""
+    start = [sys.executable, "-m", "vinesexp.steps", step, CAMPAIGN_FOLDER, PATHS.folder]
+    command = shown(shlex.join(map(str, start)))
+    return " ".join(["exec", command, *words, "--log {log:q} --output {output:q}"])
 
 
-def code_of(*names, script=None):
-    """Digest of the code behind a step: functions or modules, and the script that calls them."""
-    scripts = [workflow.source_path(f"../scripts/{script}.py")] if script else []
-    return {"code": code_digest(*names, files=scripts)}
+ON_BATCH = "--batch {wildcards.batch:q}"
 
 
-def raw_files(wildcards):
-    """The instrument files, or what says that the scene has made them; ingest says if one is missing."""
-    record = RECORDS[wildcards.record]
-    if SCENE and record.file.resolve() in SIMULATED_IN:
-        return [PATHS.simulated(SIMULATED_IN[record.file.resolve()])]
-    # Snakemake would take braces for wildcards; the step itself reads the files, whatever their
-    # names, and their content decides, not their times.
-    return [
-        ancient(path)
-        for path in (record.file, *record.more_files)
-        if path.is_file() and not {"{", "}"} & set(str(path))
-    ]
+onsuccess:
+    PLAN.end()
 
 
-def shown_in(wildcards):
-    """What the figures of a family are drawn from."""
-    if wildcards.family == "results":
-        tables = PATHS.identified, PATHS.regimes, PATHS.base, PATHS.decay_times, PATHS.clearances
-        replayed = PATHS.replay, PATHS.replay_cycles, PATHS.level_values
-        kinds = PATHS.estimates, PATHS.decay, PATHS.conditioned, PATHS.impacts
-    else:
-        tables = replayed = ()
-        kinds = PATHS.record, PATHS.conditioned, PATHS.impacts
-    of_records = [path for kind in kinds for path in each_record(kind)(wildcards)]
-    return [*tables, *replayed, *of_records]
+# `snakemake results/twin/impacts/b34.csv`: one result of one record, and what it needs.
+for KIND, STEP, FILE in (
+    ("records", "ingest", PATHS.record),
+    ("conditioned", "condition", PATHS.conditioned),
+    ("impacts", "impacts", PATHS.impacts),
+):
+
+    rule:
+        name:
+            f"{KIND}_by_name"
+        input:
+            PLAN.alone(STEP, FILE),
+        output:
+            FILE("{record}"),
+        log:
+            PATHS.log(f"{STEP}.only.{{record}}"),
+        message:
+            f"{STEP:10} {{wildcards.record}}"
+        shell:
+            calls(STEP, "--batch only.{wildcards.record:q}")

@@ -1,19 +1,14 @@
-# Zero-phase bandpass: the oscillator's motion, and the band in which impacts live.
-
-CONDITION = code_of("vinesexp.pipeline:condition_record")
+# Zero-phase bandpass: the oscillator's motion, and the band in which impacts live: conditioned/*.nc.
 
 
 rule condition:
     input:
-        PLANNER.again("condition", CONDITION, PATHS.conditioned),
-        record=PATHS.record("{record}"),
+        PLAN.before("condition"),
     output:
-        conditioned=channels(PATHS.conditioned("{record}")),
+        temp(PATHS.batch("condition", "{batch}")),
     log:
-        PATHS.log("condition", "{record}"),
-    params:
-        job=PLANNER.job("condition", CONDITION),
+        PATHS.log("condition.{batch}"),
     message:
-        "condition  {wildcards.record}"
+        "condition  {wildcards.batch}"
     shell:
-        f"{ON_RECORD} {{params.job:q}}"
+        calls("condition", ON_BATCH)

@@ -1,42 +1,31 @@
-# Acceleration spikes to impacts, and the regime that they and the amplitude show.
-
-IMPACTS = code_of("vinesexp.pipeline:find_impacts")
-COLLECT_REGIMES = code_of("vinesexp.pipeline:collect_regimes", script="regimes")
+# Acceleration spikes to impacts, impacts/*.csv, and the regime that they and the amplitude show.
 
 
 rule impacts:
     input:
-        PLANNER.again("impacts", IMPACTS, PATHS.impacts),
-        record=PATHS.record("{record}"),
-        conditioned=PATHS.conditioned("{record}"),
+        PLAN.before("impacts"),
     output:
-        impacts=PATHS.impacts("{record}"),
-        regime=PATHS.regime("{record}"),
+        temp(PATHS.batch("impacts", "{batch}")),
     log:
-        PATHS.log("impacts", "{record}"),
-    params:
-        job=PLANNER.job("impacts", IMPACTS),
+        PATHS.log("impacts.{batch}"),
     message:
-        "impacts    {wildcards.record}"
+        "impacts    {wildcards.batch}"
     shell:
-        f"{ON_RECORD} {{params.job:q}}"
+        calls("impacts", ON_BATCH)
 
 
 rule regimes:
     input:
-        PLANNER.again("regimes", COLLECT_REGIMES, PATHS.regimes),
-        regimes=each_record(PATHS.regime),
+        PLAN.before("regimes", PATHS.regimes),
     output:
-        table=report(PATHS.regimes, category="Tables"),
-        base=report(PATHS.base, category="Tables"),
-        bands=report(PATHS.bands, category="Tables"),
-        transitions=report(PATHS.transitions, category="Tables"),
-        times=report(PATHS.decay_times, category="Tables"),
+        table(PATHS.regimes),
+        table(PATHS.base),
+        table(PATHS.bands),
+        table(PATHS.transitions),
+        table(PATHS.decay_times),
     log:
         PATHS.log("regimes"),
-    params:
-        about=PLANNER.about("regimes", COLLECT_REGIMES),
     message:
         "regimes    of all records"
-    script:
-        "../scripts/regimes.py"
+    shell:
+        calls("regimes")

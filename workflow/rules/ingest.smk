@@ -1,21 +1,15 @@
-# Instrument file to calibrated channels on a uniform time axis, SI, nothing filtered.
+# Instrument file to calibrated channels on a uniform time axis, SI, nothing filtered: records/*.nc.
 # A record that cannot be used ends here as a row of checks.csv; the others go on.
-
-INGEST = code_of("vinesexp.pipeline:ingest_record")
 
 
 rule ingest:
     input:
-        PLANNER.again("ingest", INGEST, PATHS.record),
-        raw=raw_files,
+        PLAN.before("ingest"),
     output:
-        record=channels(PATHS.record("{record}")),
-        checks=PATHS.ingest_checks("{record}"),
+        temp(PATHS.batch("ingest", "{batch}")),
     log:
-        PATHS.log("ingest", "{record}"),
-    params:
-        job=PLANNER.job("ingest", INGEST),
+        PATHS.log("ingest.{batch}"),
     message:
-        "ingest     {wildcards.record}"
+        "ingest     {wildcards.batch}"
     shell:
-        f"{ON_RECORD} {{params.job:q}}"
+        calls("ingest", ON_BATCH)

@@ -1,75 +1,69 @@
 # Figures of single records and of the results, and the page that holds them.
 
-FIGURES = code_of("vinesexp.figures.gallery", script="figures")
-REPORT = code_of("vinesexp.report.page", script="report")
-BUNDLE = code_of("vinesexp.report.bundle", script="bundle")
-DESCRIPTION = [CAMPAIGN_FOLDER / "campaign.yaml", CAMPAIGN.sheet]
 
-
-rule figures:
+rule figures_records:
     input:
-        PLANNER.again("figures", FIGURES, PATHS.figures),
-        shown_in,
+        PLAN.before("figures_records", PATHS.figures("records")),
     output:
-        manifest=PATHS.figures("{family}"),
+        PATHS.figures("records"),
     log:
-        PATHS.log("figures", "{family}"),
-    params:
-        about=PLANNER.about("figures", FIGURES),
+        PATHS.log("figures", "records"),
     message:
-        "figures    of the {wildcards.family}"
-    script:
-        "../scripts/figures.py"
+        "figures    of the records"
+    shell:
+        calls("figures_records")
+
+
+rule figures_results:
+    input:
+        PLAN.before("figures_results", PATHS.figures("results")),
+        PLAN.made("identify", PATHS.identified),
+        PLAN.made("regimes", PATHS.regimes),
+        PLAN.made("compare", PATHS.clearances),
+        PLAN.made("replay", PATHS.replay),
+    output:
+        PATHS.figures("results"),
+    log:
+        PATHS.log("figures", "results"),
+    message:
+        "figures    of the results"
+    shell:
+        calls("figures_results")
 
 
 rule report:
     input:
-        PLANNER.again("report", REPORT, PATHS.report),
-        tables=[
-            PATHS.identified,
-            PATHS.level_values,
-            PATHS.regimes,
-            PATHS.base,
-            PATHS.bands,
-            PATHS.transitions,
-            PATHS.decay_times,
-            PATHS.clearances,
-            PATHS.budget,
-            PATHS.replay,
-            PATHS.checks,
-        ],
-        truth=[PATHS.truth] if SCENE else [],
-        records=each_record(PATHS.record),
-        conditioned=each_record(PATHS.conditioned),
-        impacts=each_record(PATHS.impacts),
-        figures=[PATHS.figures(family) for family in ("results", "records")],
+        PLAN.before("report", PATHS.report),
+        PLAN.made("identify", PATHS.identified),
+        PLAN.made("regimes", PATHS.regimes),
+        PLAN.made("compare", PATHS.clearances),
+        PLAN.made("replay", PATHS.replay),
+        PLAN.made("checks", PATHS.checks),
+        PLAN.made("figures_results", PATHS.figures("results")),
+        PLAN.made("figures_records", PATHS.figures("records")),
+        PLAN.made("score", PATHS.truth),
     output:
-        page=report(PATHS.report, category="Report"),
+        report(PATHS.report, category="Report"),
     log:
         PATHS.log("report"),
-    params:
-        about=PLANNER.about("report", REPORT, reads=DESCRIPTION),
     message:
         "report     of all results"
-    script:
-        "../scripts/report.py"
+    shell:
+        calls("report")
 
 
 # On request, `snakemake bundle`: all that others may want, in one file.
 rule bundle:
     input:
-        PLANNER.again("bundle", BUNDLE, PATHS.bundle),
-        rules.report.output,
-        rules.pages.output,
-        ([PATHS.truth] if SCENE else []),
-        each_record(PATHS.conditioned),
+        PLAN.before("bundle", PATHS.bundle),
+        PLAN.made("report", PATHS.report),
+        PLAN.made("pages", PATHS.records_page),
+        PLAN.made("score", PATHS.truth),
     output:
         PATHS.bundle,
     log:
         PATHS.log("bundle"),
-    params:
-        about=PLANNER.about("bundle", BUNDLE),
     message:
         "bundle     of all results"
-    script:
-        "../scripts/bundle.py"
+    shell:
+        calls("bundle")

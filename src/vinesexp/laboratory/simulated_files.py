@@ -6,24 +6,74 @@ that hold are left alone. Files of a measured campaign are never written over.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from vinesexp.errors import VinesexpError
 from vinesexp.laboratory.bench import Scene
-from vinesexp.laboratory.scene import group_files, group_text, simulate_group, truth_file
-from vinesexp.records.freshness import file_states, why_outdated, write_made
+from vinesexp.laboratory.scene import (
+    group_files,
+    group_text,
+    load_scene,
+    simulate_group,
+    truth_file,
+)
+from vinesexp.records.freshness import Notes
+from vinesexp.records.schema import Campaign
 
 
 def made_by_simulation(folder: Path, group: str) -> Path:
-    """Record of what the files of a group were made from (`vinesexp.records.freshness`)."""
+    """Note of what the files of a group were made from (`vinesexp.records.freshness`)."""
     return folder / "truth" / ".made" / f"{group}.json"
 
 
 def what_files_depend_on(scene: Scene, group: str, *, code: str) -> Mapping[str, str]:
     """All that the files of a group depend on, by name."""
     return {"scene": group_text(scene, group), "code": code}
+
+
+def why_simulate(scene: Scene, group: str, folder: Path, *, code: str) -> list[str]:
+    """Reasons to make the files of a group; empty where they hold."""
+    notes = Notes(made_by_simulation(folder, group), {"campaign": folder})
+    return notes.why_outdated("simulate", what_files_depend_on(scene, group, code=code))
+
+
+@dataclass(frozen=True)
+class SceneOfCampaign:
+    """Groups of tests of a scene: the records that each makes, and whether its files hold.
+
+    Parameters
+    ----------
+    groups : mapping
+        Records of the campaign by group.
+    why : function of a group
+        Reasons to make its files.
+    """
+
+    groups: Mapping[str, frozenset[str]]
+    why: Callable[[str], list[str]]
+
+
+def scene_of_campaign(campaign: Campaign, *, code: str) -> SceneOfCampaign:
+    """The scene of a simulated campaign; `code` as for `simulate_once`."""
+    folder = campaign.folder
+    scene = load_scene(folder / "scene.yaml")
+    made = {
+        (folder / path).resolve(): group
+        for group in scene.groups
+        for path in group_files(scene, group)
+    }
+    groups: dict[str, set[str]] = {group: set() for group in scene.groups}
+    for record in campaign.records:
+        for file in record.files:
+            if file.resolve() in made:
+                groups[made[file.resolve()]].add(record.id)
+    return SceneOfCampaign(
+        {group: frozenset(ids) for group, ids in groups.items()},
+        lambda group: why_simulate(scene, group, folder, code=code),
+    )
 
 
 def simulate_once(
@@ -53,22 +103,22 @@ def simulate_once(
     VinesexpError
         A file is there that no simulation has made.
     """
-    made, used = made_by_simulation(folder, group), what_files_depend_on(scene, group, code=code)
-    roots = {"campaign": folder}
-    if not force and not why_outdated(made, used, roots=roots):
+    if not force and not why_simulate(scene, group, folder, code=code):
         return []
+    made = made_by_simulation(folder, group)
     files = [folder / path for path in group_files(scene, group)]
     if not force:
         refuse_measured(folder)
     made.parent.mkdir(parents=True, exist_ok=True)
     with _alone(made.parent / "lock"):
-        if not force and not why_outdated(made, used, roots=roots):
+        if not force and not why_simulate(scene, group, folder, code=code):
             return []
-        made.unlink(missing_ok=True)
+        notes = Notes(made, {"campaign": folder})
+        notes.begin("simulate")
         simulate_group(scene, group, folder)
         truths = [folder / truth_file(test) for test in scene.groups[group]]
-        outputs = file_states([*files, *truths], roots=roots)
-        write_made(made, used, inputs={}, outputs=outputs)
+        used = what_files_depend_on(scene, group, code=code)
+        notes.finish("simulate", used, writes=[*files, *truths])
     return files
 
 

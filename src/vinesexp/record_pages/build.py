@@ -19,7 +19,7 @@ from vinesexp.record_pages.facts import facts_of
 from vinesexp.record_pages.overview import list_of_records, manifold_curve
 from vinesexp.record_pages.packing import script
 from vinesexp.records.campaign import Campaign, Record
-from vinesexp.records.freshness import file_states, why_outdated, write_made
+from vinesexp.records.freshness import Notes
 from vinesexp.records.result_columns import (
     CHECKS,
     IDENTIFIED,
@@ -74,22 +74,23 @@ def _traces(campaign: Campaign, record: Record, *, paths: ResultPaths, code: str
     """Write what is drawn of a record, unless what is there is still right: the overview first."""
     page = paths.pages / "traces" / f"{record.id}.js"
     samples = paths.pages / "samples" / record.id
-    made = paths.made("traces", record.id)
-    roots = {"results": paths.folder, "campaign": campaign.folder}
+    notes = Notes(
+        paths.notes("traces", record.id), {"results": paths.folder, "campaign": campaign.folder}
+    )
     used = {"code": code, "test": record.test, "balls": str(len(record.clearance))}
-    if not why_outdated(made, used, roots=roots, renew=True):
-        return [page, *sorted(samples.glob("*.js"))]
-    sources = (paths.record, paths.conditioned, paths.impacts, paths.decay)
-    inputs = file_states([source(record.id) for source in sources], roots=roots)
-    content = traces_of(record.id, test=record.test, balls=len(record.clearance), paths=paths)
-    write_whole(page, script("vinesexp.traces", record.id, content))
-    written = [page]
-    for number, chunk in enumerate(samples_of(record.id, paths=paths)):
-        samples.mkdir(parents=True, exist_ok=True)
-        written.append(samples / f"{number}.js")
-        write_whole(written[-1], script("vinesexp.samples", f"{record.id}/{number}", chunk))
-    write_made(made, used, inputs=inputs, outputs=file_states(written, roots=roots))
-    return written
+    if notes.why_outdated("traces", used):
+        sources = (paths.record, paths.conditioned, paths.impacts, paths.decay)
+        notes.begin("traces", reads=[source(record.id) for source in sources])
+        content = traces_of(record.id, test=record.test, balls=len(record.clearance), paths=paths)
+        write_whole(page, script("vinesexp.traces", record.id, content))
+        written = [page]
+        for number, chunk in enumerate(samples_of(record.id, paths=paths)):
+            samples.mkdir(parents=True, exist_ok=True)
+            written.append(samples / f"{number}.js")
+            write_whole(written[-1], script("vinesexp.samples", f"{record.id}/{number}", chunk))
+        notes.finish("traces", used, writes=written)
+    notes.renew()
+    return notes.files("traces")
 
 
 def _facts(campaign: Campaign, paths: ResultPaths) -> Iterable[Path]:

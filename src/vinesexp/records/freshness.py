@@ -1,9 +1,10 @@
 """Whether a result is still that of its inputs: by content, not by the times of files.
 
-Each step leaves a small record beside its results: the text of everything it used, and size, times
-and digest of each file that it read and wrote. A later run compares. A file whose size and times
-are those of the record is taken for the same; any other is hashed, so that touching, copying or
-moving files costs nothing but the hashing. A result that was damaged or removed is made again.
+Each step leaves a note beside its results: the text of everything it used, and size, times and
+digest of each file that it read and wrote. A later run compares. A file whose size and times
+are those of the note is taken for the same; any other is hashed, so that touching, copying or
+moving files costs nothing but the hashing. A result that was damaged or removed is made again. A
+file that a step noted as its own and does not make any more goes, and no other file does.
 """
 
 from __future__ import annotations
@@ -19,27 +20,11 @@ from typing import Any
 
 from vinesexp.whole_files import write_whole
 
-#: Names of folders, so that records of results hold when both are moved.
+#: Names of folders, so that notes on results hold when both are moved.
 Roots = Mapping[str, Path]
-States = Mapping[str, list[Any] | None]
+States = dict[str, list[Any] | None]
 
-_FORMAT = 1
-
-
-def file_states(files: Iterable[Path], *, roots: Roots) -> States:
-    """Size, times and digest of files by name; None for one that is not there.
-
-    Parameters
-    ----------
-    files : iterable of Path
-    roots : mapping
-        Name of a folder to its place; files in it are named relative to it.
-    """
-    states: dict[str, list[Any] | None] = {}
-    for file in files:
-        now = _stat(file)
-        states[_relative(file, roots)] = None if now is None else [*now, _digest(file)]
-    return states
+_FORMAT = 2
 
 
 def shortened(text: str) -> str:
@@ -53,150 +38,173 @@ def shortened(text: str) -> str:
     return text if len(text) <= 200 else hashlib.sha256(text.encode()).hexdigest()
 
 
-def write_made(
-    path: Path,
-    used: Mapping[str, str],
-    *,
-    inputs: States,
-    outputs: States,
-) -> None:
-    """Record what a step used, read and wrote.
+class Notes:
+    """What the steps on one thing, such as a record, used, read and wrote.
 
     Parameters
     ----------
     path : Path
-        The record; it appears only when complete.
-    used : mapping
-        Everything else the result depends on, by name (`vinesexp.records.step_inputs.step_text`).
-    inputs, outputs : mappings
-        `file_states` before the step and after it.
+        The file of the notes; it appears only when complete.
+    roots : mapping
+        Name of a folder to its place; files in it are named relative to it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> here = Path(tempfile.mkdtemp())
+    >>> _ = (here / "in.txt").write_text("1"), (here / "out.txt").write_text("2")
+    >>> notes = Notes(here / "made.json", {"here": here})
+    >>> notes.begin("add", reads=[here / "in.txt"])
+    >>> notes.finish("add", {"by": "1"}, writes=[here / "out.txt"])
+    >>> os.utime(here / "in.txt"), notes.why_outdated("add", {"by": "1"})
+    (None, [])
+    >>> notes.why_outdated("add", {"by": "2"})
+    ['by changed']
     """
-    content = {
-        "format": _FORMAT,
-        "used": {name: shortened(text) for name, text in used.items()},
-        "inputs": inputs,
-        "outputs": outputs,
-    }
-    _write(path, content)
 
+    def __init__(self, path: Path, roots: Roots) -> None:
+        self.path = path
+        self.roots = {name: os.path.abspath(folder) for name, folder in roots.items()}
+        self.steps: dict[str, Any] = {}
+        self.new_times = False
+        self._begun: States = {}
+        self.read()
 
-def begin(path: Path) -> list[str]:
-    """Have a note vouch for nothing while its step runs; the files that the step left before.
+    def read(self) -> None:
+        """Take what the file says; nothing where it is missing, damaged or of another version."""
+        self.steps = {}
+        with suppress(OSError, ValueError):
+            found = json.loads(self.path.read_text(encoding="utf-8"))
+            if isinstance(found, dict) and found.pop("format", None) == _FORMAT:
+                self.steps = found
 
-    A killed step leaves the list of its files for the next one, which removes what it no longer
-    makes (`remove_left_out`).
-    """
-    try:
-        before = list(json.loads(path.read_text(encoding="utf-8"))["outputs"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return []
-    nothing = dict.fromkeys(before)
-    _write(path, {"format": _FORMAT, "used": None, "inputs": {}, "outputs": nothing})
-    return before
+    def why_outdated(
+        self, step: str, used: Mapping[str, str], *, derivable: Collection[str] = ()
+    ) -> list[str]:
+        """Reasons to run a step again, each a few words; empty where its result still holds.
 
+        Parameters
+        ----------
+        step : str
+        used : mapping
+            Everything besides files that the result depends on now, by name.
+        derivable : collection of str
+            Folders whose files may be gone: they were removed on purpose and come back the same.
+        """
+        if step not in self.steps:
+            return ["not made yet"]
+        made = self.steps[step]
+        try:
+            if made["used"] is None:
+                return ["was not finished"]
+            names = dict.fromkeys([*used, *made["used"]])
+            now = {name: shortened(text) for name, text in used.items()}
+            reasons = [f"{n} changed" for n in names if now.get(n) != made["used"].get(n)]
+            for kind, change in (("reads", "changed"), ("writes", "is not as the step left it")):
+                for name, state in made[kind].items():
+                    if reason := self._difference(made[kind], name, state, derivable):
+                        words = change if reason == "differs" else reason
+                        reasons.append(f"{os.path.basename(self._place(name))} {words}")
+        except (KeyError, TypeError, AttributeError, IndexError):
+            return [f"{self.path.name} is damaged"]
+        return reasons
 
-def remove_left_out(before: Iterable[str], outputs: States, *, roots: Roots) -> None:
-    """Remove files in the results that a step noted as its own once and does not make any more."""
-    for name in set(before) - set(outputs):
-        if name.startswith("results:") and ".." not in Path(name).parts:
-            Path(_absolute(name, roots)).unlink(missing_ok=True)
-
-
-def remove_departed(notes: Iterable[Path], *, roots: Roots) -> None:
-    """Remove what steps noted as their own on a record that is no longer in the campaign.
-
-    Parameters
-    ----------
-    notes : iterable of Path
-        What `write_made` wrote of that record's steps; they go too, and their folder once empty.
-    """
-    for note in notes:
-        remove_left_out(begin(note), {}, roots=roots)
-        note.unlink(missing_ok=True)
-        with suppress(OSError):
-            note.parent.rmdir()
-
-
-def why_outdated(
-    path: Path,
-    used: Mapping[str, str],
-    *,
-    roots: Roots,
-    renew: bool = False,
-    derivable: Collection[Path] = (),
-) -> list[str]:
-    """Reasons to run a step again, each a few words; empty where its result still holds.
-
-    Parameters
-    ----------
-    path : Path
-        What `write_made` wrote.
-    used, roots : mappings
-        As there and for `file_states`, of now.
-    renew : bool
-        Write down new times of files whose content is the same, which spares hashing them again.
-    derivable : collection of Path
-        Folders whose files may be gone: they were removed on purpose and come back the same.
-    """
-    try:
-        made = json.loads(path.read_text(encoding="utf-8"))
-        if made["format"] != _FORMAT:
-            return ["made by another version"]
-        if made["used"] is None:
-            return ["was not finished"]
-        reasons = [
-            f"{name} changed"
-            for name in dict.fromkeys([*used, *made["used"]])
-            if (shortened(used[name]) if name in used else None) != made["used"].get(name)
-        ]
-        new_times = False
-        for kind, change in (("inputs", "changed"), ("outputs", "is not as the step left it")):
-            for name, state in made[kind].items():
-                file = _absolute(name, roots)
-                now = _stat(file)
-                if now is None and derivable and Path(file).parent in derivable:
-                    continue
-                verdict = _compared(file, now, state)
-                if verdict == "same content":
-                    made[kind][name] = [*(now or ()), state[-1]]
-                    new_times = True
-                elif verdict:
-                    words = change if verdict == "differs" else verdict
-                    reasons.append(f"{os.path.basename(file)} {words}")
-        if new_times and renew and not reasons:
-            _write(path, made)
-    except FileNotFoundError:
-        return ["not made yet"]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return [f"{path.name} is damaged"]
-    return reasons
-
-
-def _compared(file: str, now: list[int] | None, state: Sequence[Any] | None) -> str:
-    """How a file differs from its recorded state; empty where even its times are the same."""
-    if now is None or state is None:
-        return "" if now == state else "is missing" if now is None else "is new"
-    if now == state[:-1]:
+    def _difference(
+        self, states: States, name: str, state: Sequence[Any] | None, derivable: Collection[str]
+    ) -> str:
+        """How a file differs from its noted state; where it does not, its new times are noted."""
+        file = self._place(name)
+        now = _stat(file)
+        if now is None or state is None:
+            gone = now is None and os.path.dirname(file) in derivable
+            return "" if gone or now == state else "is missing" if now is None else "is new"
+        if now == state[:-1]:
+            return ""
+        if now[0] != state[0] or _digest(file) != state[-1]:
+            return "differs"
+        states[name] = [*now, state[-1]]
+        self.new_times = True
         return ""
-    return "same content" if now[0] == state[0] and _digest(file) == state[-1] else "differs"
 
+    def begin(self, step: str, *, reads: Iterable[Path] = ()) -> None:
+        """Have the note vouch for nothing while the step runs: it may be killed.
 
-def _write(path: Path, content: Mapping[str, Any]) -> None:
-    write_whole(path, json.dumps(content, indent=1) + "\n")
+        What the step wrote before stays listed, for `finish` and `remove` to clear away. Of the
+        files that it reads, what they are now counts, not what they are when it ends.
+        """
+        self.read()
+        self._begun = self._states(reads)
+        before = self.steps.get(step)
+        if isinstance(before, dict) and isinstance(before.get("writes"), dict):
+            self.steps[step] = {"used": None, "reads": {}, "writes": before["writes"]}
+            self._write()
 
+    def finish(self, step: str, used: Mapping[str, str], *, writes: Iterable[Path]) -> None:
+        """Note what a step used, read and wrote; remove what it wrote before and now did not."""
+        self.read()
+        made: dict[str, dict[str, Any]] = {
+            "used": {name: shortened(text) for name, text in used.items()},
+            "reads": self._begun,
+            "writes": self._states(writes),
+        }
+        self._remove(self._written(step).keys() - made["writes"].keys())
+        self.steps[step] = made
+        self._write()
 
-def _relative(file: Path, roots: Roots) -> str:
-    absolute = Path(os.path.abspath(file))
-    for name, folder in roots.items():
-        root = Path(os.path.abspath(folder))
-        if absolute.is_relative_to(root):
-            return f"{name}:{absolute.relative_to(root).as_posix()}"
-    return f":{absolute.as_posix()}"
+    def remove(self) -> None:
+        """Remove what steps noted as their own on a thing that is no more, and the notes."""
+        self._remove({name for step in self.steps for name in self._written(step)})
+        self.path.unlink(missing_ok=True)
+        with suppress(OSError):
+            self.path.parent.rmdir()
 
+    def outcome(self, step: str) -> str:
+        """Digest of what a step wrote, for the steps that follow it."""
+        written = self._written(step)
+        return repr([(name, written[name] and written[name][-1]) for name in sorted(written)])
 
-def _absolute(name: str, roots: Roots) -> str:
-    root, _, rest = name.partition(":")
-    return os.path.join(roots[root], rest) if root else rest
+    def files(self, step: str) -> list[Path]:
+        """The files that a step wrote."""
+        return [Path(self._place(name)) for name in self._written(step)]
+
+    def renew(self) -> None:
+        """Write down new times of files whose content is the same: spares hashing them again."""
+        if self.new_times:
+            self._write()
+            self.new_times = False
+
+    def _written(self, step: str) -> dict[str, Any]:
+        made = self.steps.get(step)
+        written = made.get("writes") if isinstance(made, dict) else None
+        return written if isinstance(written, dict) else {}
+
+    def _remove(self, names: Iterable[str]) -> None:
+        for name in names:
+            root, _, rest = name.partition(":")
+            if root == "results" and ".." not in Path(rest).parts:
+                Path(self._place(name)).unlink(missing_ok=True)
+
+    def _write(self) -> None:
+        write_whole(self.path, json.dumps({"format": _FORMAT, **self.steps}, indent=1) + "\n")
+
+    def _states(self, files: Iterable[Path]) -> States:
+        """Size, times and digest of files by name; None for one that is not there."""
+        states: States = {}
+        for file in files:
+            now = _stat(file)
+            states[self._name(file)] = None if now is None else [*now, _digest(file)]
+        return states
+
+    def _name(self, file: Path) -> str:
+        absolute = os.path.abspath(file)
+        for name, root in self.roots.items():
+            if absolute.startswith(os.path.join(root, "")):
+                return f"{name}:{os.path.relpath(absolute, root)}"
+        return f":{absolute}"
+
+    def _place(self, name: str) -> str:
+        root, _, rest = name.partition(":")
+        return os.path.join(self.roots[root], rest) if root else rest
 
 
 def _stat(file: str | Path) -> list[int] | None:

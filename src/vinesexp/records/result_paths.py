@@ -58,10 +58,19 @@ class ResultPaths:
     def _step(self, id: str, name: str) -> Path:
         return self.folder / "steps" / "records" / id / name
 
-    def made(self, step: str, id: str | None = None) -> Path:
-        """What a step used, read and wrote (`vinesexp.records.freshness`)."""
-        name = f"{step}.made.json"
-        return self.folder / "steps" / name if id is None else self._step(id, name)
+    def notes(self, step: str, id: str | None = None) -> Path:
+        """What a step used, read and wrote (`vinesexp.records.freshness`); one file a record."""
+        made = self.folder / "steps" / f"{step}.made.json"
+        return made if id is None else self._step(id, "made.json")
+
+    def batch(self, step: str, batch: str) -> Path:
+        """Says that a step has gone through a batch of records; there while a run needs it."""
+        return self.batches / f"{step}.{batch}"
+
+    @property
+    def batches(self) -> Path:
+        """What is there only while a run needs it."""
+        return self.folder / "steps" / "batches"
 
     def log(self, step: str, id: str | None = None) -> Path:
         """What a step printed."""
@@ -70,6 +79,11 @@ class ResultPaths:
     def simulated(self, group: str) -> Path:
         """Says that the instrument files of a group of a scene are there."""
         return self.folder / "steps" / "simulate" / f"{group}.txt"
+
+    @property
+    def code(self) -> Path:
+        """Digests of the code, kept while no source changes (`vinesexp.codedigest.kept_code`)."""
+        return self.folder / "steps" / "code.json"
 
     @property
     def identify_checks(self) -> Path:
@@ -176,17 +190,16 @@ class ResultPaths:
         tables = [
             getattr(self, name)
             for name, kind in vars(type(self)).items()
-            if isinstance(kind, property) and name != "pages"
+            if isinstance(kind, property) and name not in ("pages", "batches")
         ]
         kinds = (self.record, self.conditioned, self.impacts, self.ingest_checks, self.regime,
                  self.estimates, self.decay)  # fmt: skip
         return tables + [path(id) for id in records for path in kinds]
 
-    def notes_of_others(self, records: Collection[str]) -> list[list[Path]]:
-        """Notes of steps on each record that is none of these: it was removed, or renamed."""
+    def notes_of_others(self, records: Collection[str]) -> list[Path]:
+        """Notes on each record that is none of these: it was removed, or renamed."""
         home = self.folder / "steps" / "records"
-        others = [place for place in home.glob("*") if place.name not in records]
-        return [sorted(place.glob("*.made.json")) for place in others]
+        return [made for made in home.glob("*/made.json") if made.parent.name not in records]
 
     def figures(self, family: str) -> Path:
         """The list of one family of figures, which lie beside it."""

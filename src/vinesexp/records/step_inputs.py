@@ -19,8 +19,8 @@ _MEASURED = tuple(name for name in _ROW if name != "settings")
 _REPORTED = tuple(f.name for f in fields(Campaign) if f.name not in ("folder", "records"))
 #: Cells of a row that say what its test is.
 _CELLS = ("test", "clearance", "base_amplitude", "added_mass", "release")
-#: Published values are for the report: no step of the analysis may see them.
-_ALL = tuple(name for name in _REPORTED if name != "published")
+#: Published values and the title are for pages: no step of the analysis may see them.
+_ALL = tuple(name for name in _REPORTED if name not in ("published", "title"))
 
 #: Fields of the campaign that a step sees, parts of a field with a dot. A step that weighs all
 #: records sees everything.
@@ -35,7 +35,8 @@ CAMPAIGN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "replay": _ALL,
     "checks": ("known.nes_mass",),
     "score": (),
-    "figures": _ALL,
+    "figures_results": _ALL,
+    "figures_records": _ALL,
     "pages": ("title", "known"),
     "report": _REPORTED,
     "bundle": (),
@@ -53,7 +54,8 @@ RECORD_FIELDS: Mapping[str, tuple[str, ...]] = {
     "replay": _ROW,
     "checks": (*_CELLS, "exclude", "note"),
     "score": (),
-    "figures": _ROW,
+    "figures_results": _ROW,
+    "figures_records": _ROW,
     "pages": _ROW,
     "report": _ROW,
     "bundle": (),

@@ -1,0 +1,77 @@
+"""Steps that show what was found: figures, pages, report, score, and all of it in one file.
+
+Each takes the campaign and the place of its results, and returns the files that it wrote besides
+the one its rule names.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.schema import Campaign
+
+
+def figures_of_results(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
+    """Draw what was found from all records."""
+    return _figures("results", campaign, paths)
+
+
+def figures_of_records(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
+    """Draw what single records hold."""
+    return _figures("records", campaign, paths)
+
+
+def _figures(family: str, campaign: Campaign, paths: ResultPaths) -> list[Path]:
+    from vinesexp.figures.gallery import draw_family
+
+    drawn = draw_family(family, campaign, paths.folder)
+    folder = paths.figures(family).parent
+    return [folder / f"{entry.name}.{kind}" for entry in drawn for kind in ("svg", "pdf")]
+
+
+def pages(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
+    """Make a page that shows any record: traces, impacts, regime, fit, checks, provenance."""
+    from vinesexp.codedigest import kept_code
+    from vinesexp.record_pages.build import build_pages
+
+    name = "vinesexp.record_pages.build"
+    return build_pages(campaign, paths=paths, code=kept_code((name,), paths.code)[name]["code"])
+
+
+def report(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
+    """Make the report from finished tables and figures."""
+    from vinesexp.report.page import build_report
+
+    build_report(campaign, paths.folder, paths.report)
+    return []
+
+
+def bundle(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
+    """Put the results into one zip."""
+    from vinesexp.report.bundle import write_bundle
+
+    write_bundle(paths.folder, paths.bundle)
+    return []
+
+
+def score(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
+    """Hold identified values and impacts of a simulated campaign against its truth."""
+    from vinesexp.laboratory.scene import load_scene
+    from vinesexp.laboratory.score import score_campaign
+
+    impacts = [paths.impacts(record.id) for record in campaign.records]
+    scene = load_scene(campaign.folder / "scene.yaml")
+    score_campaign(scene, campaign.folder, paths.identified, impacts, paths.truth)
+    return []
+
+
+def simulate(campaign: Campaign, group: str, *, paths: ResultPaths) -> None:
+    """Make the instrument files and the truth of one group of tests of the campaign's scene."""
+    from vinesexp.codedigest import kept_code
+    from vinesexp.laboratory.scene import load_scene
+    from vinesexp.laboratory.simulated_files import simulate_once
+
+    name = "vinesexp.laboratory.scene"
+    scene, code = load_scene(campaign.folder / "scene.yaml"), kept_code((name,), paths.code)
+    simulate_once(scene, group, campaign.folder, code=code[name]["code"])

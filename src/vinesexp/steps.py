@@ -1,0 +1,341 @@
+"""The steps of the workflow: which function, after which others, on what; and running one.
+
+    python -m vinesexp.steps ingest data/twin results/twin --batch 1of2
+    python -m vinesexp.steps identify data/twin results/twin
+
+A step runs where its results no longer hold, by content (`vinesexp.records.freshness`); a step on
+records goes through those of its batch and passes over the ones that hold. What a step needs is
+imported when it runs: who only plans needs none of it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from vinesexp.codedigest import keep_code, kept_code
+from vinesexp.errors import VinesexpError
+from vinesexp.records.campaign import load_campaign
+from vinesexp.records.freshness import Notes, shortened
+from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.schema import Campaign, Record
+from vinesexp.records.step_inputs import step_text
+from vinesexp.supervised import on_all, on_each
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step.
+
+    Parameters
+    ----------
+    call : str
+        Module and function that does it: ``function(campaign, [record,] paths=...)``.
+    follows : tuple of str
+        Steps whose results it reads.
+    writes : function of paths and record, optional
+        The files of a step on one record; None for a step on all of them.
+    reads : function of campaign and record
+        Files that it reads besides results.
+    """
+
+    call: str
+    follows: tuple[str, ...] = ()
+    writes: Callable[[ResultPaths, str], list[Path]] | None = None
+    reads: Callable[[Campaign, Record | None], list[Path]] = lambda campaign, record: []
+
+    @property
+    def each(self) -> bool:
+        """Whether it is a step on one record."""
+        return self.writes is not None
+
+
+def _instrument_files(_: Campaign, record: Record | None) -> list[Path]:
+    from vinesexp.records.readers.parts import file_of  # a part of a file is read from its file
+
+    files = record.files if record else ()
+    return [file if file.is_file() else file_of(file) for file in files]
+
+
+def _description(campaign: Campaign, _: Record | None) -> list[Path]:
+    return [campaign.folder / "campaign.yaml", campaign.sheet]
+
+
+def _truth(campaign: Campaign, _: Record | None) -> list[Path]:
+    return [campaign.folder / "scene.yaml", *sorted((campaign.folder / "truth").glob("*.csv"))]
+
+
+_EACH = ("ingest", "condition", "impacts", "estimate")
+_TABLES = ("regimes", "identify", "compare", "replay")
+
+STEPS: Mapping[str, Step] = {
+    "ingest": Step(
+        "vinesexp.pipeline:ingest_record",
+        writes=lambda paths, id: [paths.record(id), paths.ingest_checks(id)],
+        reads=_instrument_files,
+    ),
+    "condition": Step(
+        "vinesexp.pipeline:condition_record",
+        ("ingest",),
+        writes=lambda paths, id: [paths.conditioned(id)],
+    ),
+    "impacts": Step(
+        "vinesexp.pipeline:find_impacts",
+        ("ingest", "condition"),
+        writes=lambda paths, id: [paths.impacts(id), paths.regime(id)],
+    ),
+    "estimate": Step(
+        "vinesexp.pipeline:estimate_from_record",
+        ("ingest", "condition", "impacts"),
+        writes=lambda paths, id: [paths.estimates(id), paths.decay(id)],
+    ),
+    "regimes": Step("vinesexp.pipeline:collect_regimes", ("impacts",)),
+    "identify": Step("vinesexp.pipeline:identify", ("impacts", "estimate")),
+    "compare": Step("vinesexp.pipeline:compare_clearances", ("identify", "regimes")),
+    "replay": Step(
+        "vinesexp.pipeline:replay_records", ("ingest", "condition", "identify", "regimes")
+    ),
+    "checks": Step(
+        "vinesexp.pipeline:collect_checks", ("ingest", "impacts", "identify", "compare", "replay")
+    ),
+    "score": Step("vinesexp.showing:score", ("impacts", "identify"), reads=_truth),
+    "figures_results": Step(
+        "vinesexp.showing:figures_of_results", ("condition", "impacts", "estimate", *_TABLES)
+    ),
+    "figures_records": Step(
+        "vinesexp.showing:figures_of_records", ("ingest", "condition", "impacts")
+    ),
+    "pages": Step(
+        "vinesexp.showing:pages", (*_EACH, "identify", "regimes", "replay", "checks")
+    ),
+    "report": Step(
+        "vinesexp.showing:report",
+        (*_EACH[:3], *_TABLES, "checks", "figures_results", "figures_records"),
+        reads=_description,
+    ),
+    "bundle": Step(
+        "vinesexp.showing:bundle", (*_EACH, *_TABLES, "checks", "pages", "report")
+    ),
+}  # fmt: skip
+
+
+class Study:
+    """A campaign and its results: which of them still hold, and making those that do not.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    paths : ResultPaths
+    keeps_channels : bool
+        Whether a missing file of channels is one to be made again.
+    """
+
+    def __init__(
+        self, campaign: Campaign, paths: ResultPaths, *, keeps_channels: bool = True
+    ) -> None:
+        self.campaign = campaign
+        self.paths = paths
+        self.records = {record.id: record for record in campaign.records}
+        self.roots = {"results": paths.folder, "campaign": campaign.folder}
+        channels = paths.record("any").parent, paths.conditioned("any").parent
+        self.derivable = set() if keeps_channels else {str(path.absolute()) for path in channels}
+        self._notes: dict[Path, Notes] = {}
+        self._outcomes: dict[str, str] = {}
+
+    @cached_property
+    def code(self) -> dict[str, dict[str, str]]:
+        """Digest and libraries of the code of each step, by its call; of parts of it, by module."""
+        calls = (step.call for step in STEPS.values())
+        return kept_code((*calls, *_PARTS), self.paths.code)
+
+    def notes(self, step: str, id: str | None = None) -> Notes:
+        """The notes of a step; of a step on records, those of record `id`."""
+        path = self.paths.notes(step, id)
+        if path not in self._notes:
+            self._notes[path] = Notes(path, self.roots)
+        return self._notes[path]
+
+    def why(self, step: str, id: str | None = None, *, with_channels: bool = False) -> list[str]:
+        """Reasons to run a step, on record `id` where it is one on records; empty if it holds."""
+        absent = () if with_channels else self.derivable
+        used = self.used(step, id)
+        return self.notes(step, id).why_outdated(step, used, derivable=absent)
+
+    def forget(self) -> None:
+        """Read the notes anew: another process has changed them."""
+        self._notes.clear()
+        self._outcomes.clear()
+
+    def remember(self) -> None:
+        """Write down what spares work to the next call: new times of files, digests of the code."""
+        for notes in self._notes.values():
+            notes.renew()
+        keep_code(self.code, self.paths.code)
+
+    def run(self, step: str, id: str | None = None, *, outputs: Iterable[Path] = ()) -> Any:
+        """Run a step and note what it was made from; what its function returns."""
+        record, paths = None if id is None else self.records[id], self.paths
+        return self._noted(step, record, paths, outputs)
+
+    def refuse(self, step: str, id: str, reason: str) -> None:
+        """Have a step pass on a record as one that cannot be used, for a reason seen from outside.
+
+        The step finds a placeholder where the result of an earlier step would be.
+        """
+        from vinesexp.records.checks import Check, write_checks
+        from vinesexp.records.file_attributes import write_refused
+
+        if step == "ingest":
+            notes, used = self.notes(step, id), self.used(step, id)
+            notes.begin(step, reads=_instrument_files(self.campaign, self.records[id]))
+            write_refused(self.paths.record(id), reason)
+            write_checks(self.paths.ingest_checks(id), [Check(id, "ingest", "refused", reason)])
+            notes.finish(step, used, writes=[self.paths.record(id), self.paths.ingest_checks(id)])
+            return
+        placeholder = self.paths.batch("refused", id)
+        write_refused(placeholder, reason)
+        try:
+            self._noted(
+                step, self.records[id], _WithPlaceholder(self.paths.folder, placeholder, step), ()
+            )
+        finally:
+            placeholder.unlink()
+
+    def _noted(
+        self, step: str, record: Record | None, paths: ResultPaths, outputs: Iterable[Path]
+    ) -> Any:
+        self._outcomes.clear()
+        done, id = STEPS[step], record.id if record else None
+        notes, used = self.notes(step, id), self.used(step, id)
+        notes.begin(step, reads=done.reads(self.campaign, record))
+        module, _, function = done.call.partition(":")
+        records = [record] if record else []
+        result = getattr(import_module(module), function)(self.campaign, *records, paths=paths)
+        files = done.writes(self.paths, id) if done.writes and id else list(outputs)
+        more = result if step in _MORE_FILES else []
+        notes.finish(step, used, writes=[*files, *more])
+        return result
+
+    def used(self, step: str, id: str | None) -> dict[str, str]:
+        """All that a step depends on besides files of the campaign, by name."""
+        record = None if id is None else self.records[id]
+        found = step_text(step, self.campaign, record) | dict(self.code[STEPS[step].call])
+        for other in STEPS[step].follows:
+            found[f"result of {other}"] = self._outcome(other, id)
+        return found
+
+    def _outcome(self, step: str, id: str | None) -> str:
+        """Digest of what a step wrote, on all records where `id` is None."""
+        if id is not None:
+            return shortened(self.notes(step, id).outcome(step))
+        if step not in self._outcomes:
+            ids = self.records if STEPS[step].each else (None,)
+            parts = [(i, self.notes(step, i).outcome(step)) for i in ids]
+            self._outcomes[step] = shortened(repr(parts))
+        return self._outcomes[step]
+
+
+#: Code that has files of its own besides those of a step.
+_PARTS = ("vinesexp.record_pages.build", "vinesexp.laboratory.scene")
+
+#: Steps that return a list of files which they wrote besides the outputs of their rule.
+_MORE_FILES = ("figures_results", "figures_records", "pages")
+
+
+@dataclass(frozen=True)
+class _WithPlaceholder(ResultPaths):
+    """Results in which a record has a placeholder in the place of what a step reads."""
+
+    placeholder: Path
+    step: str
+
+    def record(self, id: str) -> Path:
+        return self.placeholder if self.step == "condition" else super().record(id)
+
+    def conditioned(self, id: str) -> Path:
+        return super().conditioned(id) if self.step == "condition" else self.placeholder
+
+
+def members(records: Sequence[str], batch: str) -> list[str]:
+    """Records of a batch: ``1of2``, or one by its name, ``only.NAME``.
+
+    Neighbours in the table, which are often alike, go to different batches.
+
+    Examples
+    --------
+    >>> members(["a", "b", "c"], "1of2"), members(["a", "b", "c"], "only.b")
+    (['a', 'c'], ['b'])
+    """
+    if batch.startswith("only."):
+        return [batch.removeprefix("only.")]
+    k, _, n = batch.partition("of")
+    return list(records[int(k) - 1 :: int(n)])
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one step, as a rule of the workflow calls it."""
+    parser = argparse.ArgumentParser(description="one step of the workflow")
+    parser.add_argument("step", choices=[*STEPS, "simulate"])
+    parser.add_argument("campaign", type=Path)
+    parser.add_argument("results", type=Path)
+    parser.add_argument("--batch", help="records of this batch")
+    parser.add_argument("--group", help="group of tests of a scene")
+    parser.add_argument("--log", type=Path, required=True)
+    parser.add_argument("--output", type=Path, nargs="+", required=True)
+    given = parser.parse_args(arguments)
+    try:
+        study = Study(load_campaign(given.campaign), ResultPaths(given.results))
+        return _run(study, given)
+    except VinesexpError as error:
+        print(f"vinesexp: {error}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"vinesexp: {error.filename or given.log}: {error.strerror}", file=sys.stderr)
+        return 1
+
+
+def _run(study: Study, given: argparse.Namespace) -> int:
+    step, paths = given.step, study.paths
+    if step == "simulate":
+        from vinesexp.showing import simulate
+
+        work = partial(simulate, study.campaign, given.group, paths=paths)
+        done = on_all(step, work, log=given.log)
+    elif not STEPS[step].each:
+        work = partial(study.run, step, outputs=given.output)
+        return 0 if on_all(step, work, log=given.log) else 1
+    else:
+        # A result asked for by its name brings what it needs; else other jobs have.
+        steps = [step]
+        if given.batch.startswith("only."):
+            steps = [s for s in (*STEPS[step].follows, step) if STEPS[s].each]
+        ids = members(list(study.records), given.batch)
+        done = all(_on_records(study, each, ids, log=given.log) for each in steps)
+    if done:
+        for note in given.output:
+            if not note.exists():
+                note.parent.mkdir(parents=True, exist_ok=True)
+                note.touch()
+    return 0 if done else 1
+
+
+def _on_records(study: Study, step: str, ids: Sequence[str], *, log: Path) -> bool:
+    study.forget()
+    return on_each(
+        step,
+        [id for id in ids if study.why(step, id)],
+        work=partial(study.run, step),
+        refuse=partial(study.refuse, step),
+        log=log,
+        log_of=partial(study.paths.log, step),
+    )
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
