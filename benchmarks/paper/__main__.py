@@ -40,6 +40,8 @@ SECTIONS = (
 )
 SLIPS = (
     "- Equation (2) prints cos for sin; (23) lambda C/2 for lambda A/2; in (24) to (33) A is C.",
+    "- (24) prints f1/g for f1/(pi g); f2/g is right.",
+    "- (39) leaves out the index of Y, (43) alpha_i in its sums.",
     "- Table 1, b = 80 mm: x1 is printed as 11.8 mm; A_1 b = 12.57 mm; x2 as 48.2 for 48.0 mm.",
     "- (34) and (36) give the folded singularity, not where the fixed point leaves the stable "
     "branch "

@@ -19,7 +19,7 @@ STARTS, SEED = 40, 20190302
 def section_3_2() -> tuple[list[str], Verdicts]:
     """Pumping time, energy and times over clearance; rises of the amplitude in a release."""
     falls = released(TABLE_2, [(BALL, R, 1.0)], x0=X_M, v0=0.0, levels=LEVELS, marks=SHOWN)
-    found = [min(falls.found, key=lambda one: abs(one.b - b)) for b in SHOWN]
+    found = [min(falls.found, key=lambda one: abs(one.b - b)).anywhere() for b in SHOWN]
     lines = [
         "Release from 30 mm, ball at rest anywhere in its cavity (12 places, medians); pumping "
         "time: from the release until the ball is let go; energy: share that impacts take.",

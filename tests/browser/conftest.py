@@ -69,12 +69,14 @@ def _design_sheet(page: Path) -> None:
         captured=0.5 * ones, bare=19.0, absorber=12.0, build={"robust": 30.0, "least mean": 33.0},
         published=34.0, exact=33.9,
     )  # fmt: skip
-    card = dict.fromkeys(("name", "meaning", "b", "mean", "largest", "less", "captured", "starts",
-                          "over"), "30")  # fmt: skip
+    names = ("name", "meaning", "b", "mean", "largest", "less", "captured", "over")
+    card = dict.fromkeys(names, "30")
     content = {
-        "version": "1", "inputs": [("mass", "4.7 kg")], "theory": [("b_c", "34", "33.9", "–")],
+        "version": "1", "headline": "Build a clearance of 30 mm.",
+        "inputs": [("mass", "4.7 kg")], "theory": [("b_c", "34", "33.9", "–")],
         "cards": [card] * 4, "changed": [("b", ["5"] * 4)], "beside": [("bare", "19 mm")],
-        "releases": [("3", "30", "27", "2.1", "80 %", "1.9", "90 %")], "remarks": ["A remark."],
+        "releases": [("3", "4", "27", "2.1", "80 %", "25", "2", "100 %", "30; 2 s")],
+        "remarks": ["A remark."],
         "svg": curve_markup(curve), "few": 24, "unchanged": "5; 7",
     }  # fmt: skip
     page.write_text(rendered("vinesexp.report", "design_sheet.html.j2", content), encoding="utf-8")

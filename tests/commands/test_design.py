@@ -149,7 +149,8 @@ def test_a_simulated_answer_has_every_key_and_warns(
     for text in (
         f"{answer['robust_mm']:.4g}",
         "base amplitude</b> 0.25 mm",
-        "pumping time",
+        "without ball (s)",
+        answer["headline"][:40],
         "<svg",
     ):
         assert text in page

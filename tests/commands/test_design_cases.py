@@ -10,10 +10,12 @@ from pathlib import Path
 import pytest
 
 from vinesexp.cli import main
-from vinesexp.commands.design import answer_of, curve_of, design
+from vinesexp.commands.design import curve_of
 from vinesexp.design import best_clearance, operating_range, slow_sweep
 from vinesexp.design.answer import Answer
+from vinesexp.design.answer_json import answer_of
 from vinesexp.design.answer_text import text_of
+from vinesexp.design.ask import answered as design
 from vinesexp.design.inputs import OPTIONS, Given, gather
 from vinesexp.report.design_sheet import write_sheet
 

@@ -18,30 +18,25 @@ from vinesexp.commands.options import (
     writing,
 )
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
-from vinesexp.errors import AnalysisError, VinesexpError
+from vinesexp.errors import ParameterError, VinesexpError
 
 if TYPE_CHECKING:
     from vinesexp.design.advice import Advice
     from vinesexp.design.answer import Answer
+    from vinesexp.excitation import Measured
     from vinesexp.figures.draw.design_curve import DesignCurve
-
-#: Contract keys of the simulation, null where there is none.
-SIMULATED = (
-    "least_mean_mm",
-    "least_max_mm",
-    "robust_mm",
-    "captured_share",
-    "amplitude_mean_mm",
-    "amplitude_max_mm",
-    "bare_amplitude_mm",
-    "tmd_amplitude_mm",
-)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; every number is written with its unit."""
     add_values(parser, OPTIONS)
     add_identified(parser)
+    for flag, metavar, meaning in (
+        ("--base", "FILE", "base motion as recorded (any instrument format), displacement"),
+        ("--base-column", "NAME", "its column, by name or number (1, the second)"),
+        ("--base-unit", "UNIT", "of that column, such as mm, or a sensitivity such as 0.5 V/mm"),
+    ):
+        parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
     parser.add_argument(
         "--theory-only", action="store_true", help="b_c and b_t alone, without simulation"
     )
@@ -66,15 +61,21 @@ def run(args: argparse.Namespace) -> int:
     picture = once(args.plot, "--plot")
     sheet = once(args.html, "--html")
     seed = whole(args.seed, "--seed", 1)
-    given = gather({o.symbol: getattr(args, o.symbol) for o in OPTIONS}, identified)
+    base = base_of(args)
+    texts = {o.symbol: getattr(args, o.symbol) for o in OPTIONS}
+    given = gather(texts, identified, recorded=base is not None)
     check_picture(picture)
     refuse_existing(picture, sheet, force=args.force)
     if sheet is not None and sheet.suffix.lower() not in (".html", ".htm"):
         raise VinesexpError(
             f"'{sheet.suffix}' is no page; name a file that ends in .html", file=sheet
         )
-    answer = design(given, simulate=not args.theory_only, seed=seed)
+    from vinesexp.design.ask import answered
+
+    answer = answered(given, simulate=not args.theory_only, seed=seed, base=base)
     if args.json:
+        from vinesexp.design.answer_json import answer_of
+
         print(json.dumps(answer_of(given, answer), indent=2))
     else:
         from vinesexp.design.answer_text import text_of
@@ -85,81 +86,40 @@ def run(args: argparse.Namespace) -> int:
         if path is not None:
             with writing(path, "be drawn"):
                 write(path, given, answer)
-    return 0
+    return 130 if answer.stopped else 0
 
 
-def design(given: Given, *, simulate: bool = True, seed: int = 1) -> Answer:
-    """Theory, and by simulation what to build for a base amplitude and what a release does.
+def base_of(args: argparse.Namespace) -> Measured | None:
+    """The recorded base, None where none is named.
 
     Raises
     ------
-    AnalysisError
-        Neither has an answer.
+    ParameterError
+        A column or unit without a file, or a file without its unit.
+    VinesexpError
+        The file cannot be read.
     """
-    from vinesexp.design.answer import Answer
-    from vinesexp.design.given_task import asked_of, release_of, task_of
-    from vinesexp.design.predictions import predict
+    file, column, unit = (
+        once(values, flag)
+        for values, flag in (
+            (args.base, "--base"), (args.base_column, "--base-column"),
+            (args.base_unit, "--base-unit"),
+        )
+    )  # fmt: skip
+    if file is None:
+        if column is not None or unit is not None:
+            raise ParameterError("is of a record; name its file with --base", where="--base-column")
+        return None
+    if unit is None:
+        raise ParameterError(
+            "the unit of the record is missing; give such as --base-unit mm (a displacement: an "
+            "acceleration has to be integrated and high-pass filtered before)", where="--base",
+        )  # fmt: skip
+    from vinesexp.excitation import Measured
+    from vinesexp.records.single_file import read_file
 
-    theory = predict(given)
-    falls = release_of(given, theory, seed=seed) if simulate else None
-    if "G" not in given or not simulate:
-        if theory.no_orbit and theory.b_t is None:
-            raise AnalysisError(theory.no_orbit)
-        return Answer(theory, None, falls)
-    from vinesexp.design.advice import advise
-
-    try:
-        return Answer(theory, advise(task_of(given), asked=asked_of(given), seed=seed), falls)
-    except AnalysisError as error:
-        if theory.no_orbit:
-            raise AnalysisError(f"{theory.no_orbit}; {error}") from None
-        raise
-
-
-def answer_of(given: Given, answer: Answer) -> dict[str, object]:
-    """One object for programs: the contract's keys first, then everything else."""
-    from vinesexp.design.answer_json import as_json, falls_as_json
-    from vinesexp.design.answer_warnings import remarks_of
-    from vinesexp.design.given_task import bands_given
-
-    theory, advice = answer.theory, answer.advice
-    found = theory.as_json() | dict.fromkeys(SIMULATED)
-    if advice is not None:
-        found |= as_json(advice)
-    found["inputs"] = {
-        o.symbol: [{"value": q.value, "std_error": q.std_error} for q in given[o.symbol]]
-        for o in OPTIONS
-        if o.symbol in given
-    }
-    for name, prediction in (("b_c", theory.b_c), ("b_t", theory.b_t)):
-        if prediction is not None:
-            found[name] = {
-                "low_mm": 1e3 * prediction.low,
-                "high_mm": 1e3 * prediction.high,
-                "std_error_mm": 1e3 * prediction.std_error,
-                "sensitivity_m_per_si": dict(prediction.gradient),
-                "sensitivity_published_m_per_si": dict(prediction.gradient_published),
-            }
-    if theory.no_orbit:
-        found["no_exact_b_c"] = theory.no_orbit
-    if theory.releases:
-        found["release"] = [
-            {
-                "level_mm": 1e3 * one.level,
-                "b_mm": 1e3 * one.b,
-                "low_mm": None if one.low is None else 1e3 * one.low,
-                "high_mm": None if one.high is None else 1e3 * one.high,
-                "time_s": one.time,
-                "bare_time_s": one.bare_time if one.bare_time < float("inf") else None,
-                "met_at_most": one.capture,
-            }
-            for one in theory.releases
-        ]
-    if answer.falls is not None:
-        found["release_simulated"] = falls_as_json(answer.falls)
-    found["bands_given_mm"] = [[1e3 * x.low, 1e3 * x.high] for _, x in bands_given(given)]
-    found["warnings"] = remarks_of(given, answer)
-    return found
+    found = read_file(file, {"base": (column or "1", unit)})
+    return Measured(found.channels["base"], found.sample_rate)
 
 
 def _sheet(path: Path, given: Given, answer: Answer) -> None:

@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vinesexp.design.absorber import Absorber, equal_mass_den_hartog, equal_mass_optimal
-from vinesexp.design.best_clearance import PERCENTILE, Effort, Found, scan_ends, search
+from vinesexp.design.best_clearance import Found, scan_ends, search
+from vinesexp.design.cliffs import Cliffs, cliffs_of
+from vinesexp.design.compared import percentile, resampled
 from vinesexp.design.ensemble import cut_short, responses
 from vinesexp.design.one_value_off import Changed, changes
 from vinesexp.design.operating_range import Range, operating_range
 from vinesexp.design.slow_sweep import Swept, slow_sweeps
-from vinesexp.design.task import Task, centre_starts, random_starts, wall_starts
+from vinesexp.design.task import Task, centre_starts, wall_starts
 from vinesexp.errors import AnalysisError
 from vinesexp.theory.optimal_clearance import b_c_exact, b_c_published
 from vinesexp.theory.orbits import Reduced, amplitudes_at, family
@@ -22,6 +24,8 @@ NEAR_B_C = (0.85, 0.9, 0.95, 0.98, 1.0)
 #: At least so many random starts tell the captured share of the robust clearance: its standard
 #: error is then 0.05 at most.
 SHARE_STARTS = 100
+#: Share of the bare amplitude below which nothing is called a gain.
+WORTH = 0.05
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,7 @@ class Judged:
         amplitude, both averaged over the phase at which the shaker starts.
     random_mean, random_p90, random_max : random starts: mean amplitude, its 90th percentile over
         starts, the largest amplitude of any start.
+    random_error : standard error of that percentile, from the number of starts.
     random_bare : mean amplitude of the oscillator alone over the same draws.
     captured, captured_rest : share of random starts, and of those from rest, that are captured.
     centre_mean : ball at rest in the middle of its cavity.
@@ -46,6 +51,7 @@ class Judged:
     rest_max: float
     random_mean: float
     random_p90: float
+    random_error: float
     random_max: float
     random_bare: float
     captured: float
@@ -65,6 +71,7 @@ class Advice:
     published, exact : b_c at the greatest level and the middle frequency; None: no stable orbit.
     orbit : amplitude of the exact orbit at 0.98 b_c, and what a start from rest gives there.
     sweeps : slow ones with the robust clearance, up and down.
+    cliffs : how far the robust clearance stands from a jump of the amplitude.
     asked, asked_sweeps : the same of a clearance that was asked for; None where none was.
     unchanged, changed : the robust clearance as it is, and with one value off.
     working : levels at which the robust clearance works.
@@ -81,6 +88,7 @@ class Advice:
     least_mean: Judged
     least_max: Judged
     robust: Judged
+    cliffs: Cliffs
     asked: Judged | None
     unchanged: Changed
     changed: list[Changed]
@@ -91,6 +99,17 @@ class Advice:
     asked_sweeps: tuple[Swept, Swept] | None
     watched: float
     seed: int
+
+    @property
+    def gain(self) -> float:
+        """Share of the bare amplitude that the best clearance takes, from rest or anywhere."""
+        rest = 1.0 - min(self.least_mean.rest_mean, self.robust.rest_mean) / self.bare_mean
+        return max(rest, 1.0 - self.robust.random_mean / self.robust.random_bare)
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether no clearance is worth building."""
+        return self.gain < WORTH
 
 
 def advise(task: Task, *, asked: float | None = None, seed: int = 1) -> Advice:
@@ -117,11 +136,9 @@ def advise(task: Task, *, asked: float | None = None, seed: int = 1) -> Advice:
     ends = low, high / min(task.ratios)  # of several balls the least one has to get as far
     marks = [] if exact is None else [share * exact for share in NEAR_B_C]
     found = search(task, ends=ends, marks=marks, seed=seed)
-    few, many = found.effort.fresh, max(2 * found.effort.fresh, SHARE_STARTS)
-    starts = {found.least_mean: few, found.least_max: few, found.robust: many}
-    if asked is not None:
-        starts[asked] = many
-    judged = {b: judge(task, b, found.effort, seed=seed + 2, starts=n) for b, n in starts.items()}
+    many = max(found.race.starts, SHARE_STARTS)
+    shown = {found.least_mean, found.least_max, found.robust}
+    judged = {b: judge(task, b, found, many) for b in (*shown, *([] if asked is None else [asked]))}
     unchanged, changed = changes(task, found.robust, found.effort, seed=seed + 3)
     return Advice(
         task=task,
@@ -136,6 +153,7 @@ def advise(task: Task, *, asked: float | None = None, seed: int = 1) -> Advice:
         least_mean=judged[found.least_mean],
         least_max=judged[found.least_max],
         robust=judged[found.robust],
+        cliffs=cliffs_of(task, found.robust, found.effort, seed=seed + 3),
         asked=None if asked is None else judged[asked],
         unchanged=unchanged,
         changed=changed,
@@ -160,21 +178,23 @@ def theory_of(task: Task, G: float, frequency: float) -> tuple[float, float | No
     return published, exact
 
 
-def judge(task: Task, b: float, effort: Effort, *, seed: int, starts: int) -> Judged:
-    """One clearance under fresh starts, `starts` of them random."""
-    rest = responses(wall_starts(task, b, phases=2 * effort.phases, shift=0.4))
-    drawn = random_starts(task, b, starts=starts, seed=seed)
-    anywhere = responses(drawn)
+def judge(task: Task, b: float, found: Found, starts: int) -> Judged:
+    """One clearance: from rest, and under the first `starts` of the random starts compared with."""
+    rest = responses(wall_starts(task, b, phases=2 * found.effort.phases, shift=0.4))
+    drawn = found.starts.drawn(b, starts)
+    anywhere = found.starts.of(b, starts)
+    means = anywhere.mean[:starts]
     centre = responses(centre_starts(task, b, phases=2))
     return Judged(
         b=b,
         rest_mean=float(task.average(rest.mean)),
         rest_max=float(task.worst(rest.largest)),
-        random_mean=float(anywhere.mean.mean()),
-        random_p90=float(np.percentile(anywhere.mean, PERCENTILE)),
-        random_max=float(anywhere.largest.max()),
+        random_mean=float(means.mean()),
+        random_p90=percentile(means),
+        random_error=float(resampled(means, 1).std()),
+        random_max=float(anywhere.largest[:starts].max()),
         random_bare=float(np.mean([task.bare_of(run) for run in drawn])),
-        captured=float(anywhere.captured.mean()),
+        captured=float(anywhere.captured[:starts].mean()),
         captured_rest=float(task.share(rest.captured)),
         centre_mean=float(task.average(centre.mean)),
         centre_touched=bool((centre.impacts_per_cycle > 0.0).any()),

@@ -9,10 +9,74 @@ import numpy as np
 
 from vinesexp.design.absorber import Absorber
 from vinesexp.design.advice import Advice, Judged
+from vinesexp.design.answer import Answer
 from vinesexp.design.answer_warnings import gaps_of, warnings_of
+from vinesexp.design.cliffs import Side
+from vinesexp.design.given_task import bands_given
+from vinesexp.design.inputs import OPTIONS, Given
 from vinesexp.design.one_value_off import Changed
+from vinesexp.design.recorded import Driven, UnderRecord
 from vinesexp.design.released import Falls
 from vinesexp.design.slow_sweep import Swept
+
+#: Contract keys of the simulation, null where there is none.
+SIMULATED = (
+    "least_mean_mm",
+    "least_max_mm",
+    "robust_mm",
+    "captured_share",
+    "amplitude_mean_mm",
+    "amplitude_max_mm",
+    "bare_amplitude_mm",
+    "tmd_amplitude_mm",
+)
+
+
+def answer_of(given: Given, answer: Answer) -> dict[str, object]:
+    """One object for programs: the contract's keys first, then everything else."""
+    theory, advice = answer.theory, answer.advice
+    found = theory.as_json() | dict.fromkeys(SIMULATED)
+    if advice is not None:
+        found |= as_json(advice)
+    found["inputs"] = {
+        o.symbol: [{"value": q.value, "std_error": q.std_error} for q in given[o.symbol]]
+        for o in OPTIONS
+        if o.symbol in given
+    }
+    for name, prediction in (("b_c", theory.b_c), ("b_t", theory.b_t)):
+        if prediction is not None:
+            found[name] = {
+                "low_mm": 1e3 * prediction.low,
+                "high_mm": 1e3 * prediction.high,
+                "std_error_mm": 1e3 * prediction.std_error,
+                "sensitivity_m_per_si": dict(prediction.gradient),
+                "sensitivity_published_m_per_si": dict(prediction.gradient_published),
+            }
+    if theory.no_orbit:
+        found["no_exact_b_c"] = theory.no_orbit
+    if theory.releases:
+        found["release"] = [
+            {
+                "level_mm": 1e3 * one.level,
+                "b_mm": 1e3 * one.b,
+                "low_mm": None if one.low is None else 1e3 * one.low,
+                "high_mm": None if one.high is None else 1e3 * one.high,
+                "time_s": one.time,
+                "bare_time_s": one.bare_time if one.bare_time < float("inf") else None,
+                "met_at_most": one.capture,
+            }
+            for one in theory.releases
+        ]
+    if theory.unreached:
+        found["release_unreached_mm"] = [1e3 * level for level in theory.unreached]
+    if answer.falls is not None:
+        found["release_simulated"] = falls_as_json(answer.falls)
+    found["bands_given_mm"] = [[1e3 * x.low, 1e3 * x.high] for _, x in bands_given(given)]
+    if answer.driven is not None:
+        found["recorded"] = driven_as_json(answer.driven)
+    found["headline"] = answer.headline
+    found["notes"] = found["warnings"] = answer.notes
+    return found
 
 
 def as_json(advice: Advice) -> Mapping[str, object]:
@@ -29,6 +93,13 @@ def as_json(advice: Advice) -> Mapping[str, object]:
         "tmd_amplitude_mm": _mm(advice.den_hartog.amplitude),
         "bare_mean_mm": _mm(advice.bare_mean),
         "clearance_ratios": list(task.ratios),
+        "hopeless": advice.hopeless,
+        "tolerance": task.tolerance,
+        "cliff": {
+            "narrower": _side(advice.cliffs.narrower),
+            "wider": _side(advice.cliffs.wider),
+        },
+        "tied_mm": [1e3 * b for b in advice.found.race.tied],
         "least_mean": _judged(advice.least_mean, advice),
         "least_max": _judged(advice.least_max, advice),
         "robust": _judged(robust, advice),
@@ -60,14 +131,18 @@ def as_json(advice: Advice) -> Mapping[str, object]:
     return found
 
 
+def _side(side: Side) -> dict[str, float | None]:
+    return {"clear": side.clear, "jump": side.jump, "amplitude_mm": _mm(side.amplitude)}
+
+
 def _mm(value: float | None) -> float | None:
     return None if value is None else 1e3 * value
 
 
 def _judged(one: Judged, advice: Advice) -> dict[str, object]:
     lengths = (
-        "b", "rest_mean", "rest_max", "random_mean", "random_p90", "random_max", "random_bare",
-        "centre_mean",
+        "b", "rest_mean", "rest_max", "random_mean", "random_p90", "random_error", "random_max",
+        "random_bare", "centre_mean",
     )  # fmt: skip
     others = ("captured", "captured_rest", "centre_touched")
     found: dict[str, object] = {f"{n}_mm": _mm(getattr(one, n)) for n in lengths}
@@ -108,6 +183,33 @@ def _absorber(one: Absorber) -> dict[str, float]:
     }
 
 
+def driven_as_json(driven: UnderRecord) -> dict[str, object]:
+    """A recorded base over clearance: every clearance tried, medians over the starts; mm."""
+
+    def row(one: Driven) -> dict[str, float | None]:
+        return {
+            "b_mm": 1e3 * one.b or None,
+            "rms_mm": 1e3 * float(np.median(one.rms)),
+            "peak_mm": 1e3 * float(np.median(one.peak)),
+            "peak_p90_mm": 1e3 * float(np.percentile(one.peak, 90.0)),
+            "rms_x_mm": 1e3 * float(np.median(one.rms_x)),
+            "peak_x_mm": 1e3 * float(np.median(one.peak_x)),
+            "impacts": float(np.median(one.impacts)),
+        }
+
+    return {
+        "duration_s": driven.duration,
+        "sample_rate_hz": driven.rate,
+        "base_peak_mm": 1e3 * driven.base_peak,
+        "base_rms_mm": 1e3 * driven.base_rms,
+        "least_rms_mm": 1e3 * driven.found[driven.least_rms].b,
+        "least_peak_mm": 1e3 * driven.found[driven.least_peak].b,
+        "hopeless": driven.hopeless,
+        "bare": row(driven.bare),
+        "clearances": [row(one) for one in driven.found],
+    }
+
+
 def falls_as_json(falls: Falls) -> dict[str, object]:
     """Releases by simulation: every clearance tried, and the fastest for each level."""
 
@@ -116,21 +218,27 @@ def falls_as_json(falls: Falls) -> dict[str, object]:
 
     rows = []
     for one in falls.found:
-        times = np.median(one.times, axis=0)
+        anywhere = one.anywhere()
+        times = np.median(anywhere.times, axis=0)
+        walled = np.median(one.times[one.at_wall], axis=0)
         rows.append(
             {
                 "b_mm": 1e3 * one.b,
                 "captured_share": one.share,
                 "median_time_s": [finite(float(t)) for t in times],
-                "worst_time_s": [finite(float(t)) for t in one.times.max(axis=0)],
-                "energy_dissipated_by_nes": float(np.median(one.dissipated)),
-                "pumping_time_s": float(np.median(one.pumping)),
-                "energy_left_after_pumping": float(np.median(one.left)),
+                "worst_time_s": [finite(float(t)) for t in anywhere.times.max(axis=0)],
+                "captured_share_at_wall": one.captured_share(at_wall=True),
+                "median_time_at_wall_s": [finite(float(t)) for t in walled],
+                "energy_dissipated_by_nes": float(np.median(anywhere.dissipated)),
+                "pumping_time_s": float(np.median(anywhere.pumping)),
+                "energy_left_after_pumping": float(np.median(anywhere.left)),
             }
         )
     return {
         "levels_mm": [1e3 * level for level in falls.levels],
         "asked_mm": None if falls.asked is None else 1e3 * falls.found[falls.asked].b,
         "fastest_mm": [1e3 * falls.found[i].b for i in falls.fastest],
+        "fastest_at_wall_mm": [1e3 * falls.found[i].b for i in falls.fastest_at_wall],
+        "bare_time_s": [finite(t) for t in falls.bare],
         "clearances": rows,
     }

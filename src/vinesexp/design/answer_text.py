@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from textwrap import wrap
+
+import numpy as np
 
 from vinesexp.design.answer import Answer
 from vinesexp.design.answer_warnings import remarks_of
@@ -16,6 +19,7 @@ from vinesexp.design.predictions import (
     single_values,
     start_amplitude,
 )
+from vinesexp.design.recorded import UnderRecord
 from vinesexp.rig import Oscillator
 from vinesexp.theory.intervals import ClearancePrediction
 
@@ -31,21 +35,30 @@ SYMBOLS = {
 def text_of(given: Given, answer: Answer) -> str:
     """Rig, what to build and what it gives, theory, sensitivities, warnings."""
     theory, advice = answer.theory, answer.advice
-    lines = ["Rig", *_rig_lines(given, theory)]
+    lines = [*wrap(answer.headline, 96), "", "Rig", *_rig_lines(given, theory)]
     if advice is not None:
-        lines += ["", "What to build (one-sided b), by exact event simulation"]
+        lines += ["", "Clearances (one-sided b), by exact event simulation"]
         lines += [*build_lines(advice), "", "The robust clearance with one value off"]
         lines += [*change_lines(advice), "", "Beside it"]
         lines += beside_lines(advice)
+    if answer.driven is not None:
+        lines += [
+            "",
+            "Under the recorded base, by exact event simulation",
+            *_driven_lines(answer.driven),
+        ]
     lines += ["", "Clearances of theory (one-sided b)"]
     lines.append(f"  {'':18}{'published':>12}{'exact':>12}   95 % interval of the exact value")
     lines += _clearance_lines(given, theory)
-    if theory.releases:
-        lines += ["", "Fastest clearance of the release, b*(level), by slow decay and its passage"]
-        lines += _release_lines(theory)
     if answer.falls is not None:
-        lines += ["", "The release by simulation, balls at rest anywhere in their cavities"]
-        lines += falls_lines(answer.falls)
+        lines += ["", "The release by simulation: fastest clearance to each level"]
+        lines += falls_lines(answer.falls, theory.releases)
+    elif theory.releases:
+        lines += [
+            "",
+            "Fastest clearance of the release, b*(level), if captured at once",
+        ]
+        lines += _release_lines(theory)
     lines += ["", "Sensitivities of the exact values", *_sensitivity_lines(given, theory)]
     remarks = remarks_of(given, answer)
     if theory.no_orbit:
@@ -53,6 +66,27 @@ def text_of(given: Given, answer: Answer) -> str:
     if remarks:
         lines += ["", "Note", *(f"  ! {remark}" for remark in remarks)]
     return "\n".join(lines)
+
+
+def _driven_lines(found: UnderRecord) -> list[str]:
+    """Deflection and motion over clearance, median over the starts."""
+    heads = ("b (mm)", "rms x - x_e", "peak x - x_e", "90 % below", "rms x", "peak x", "impacts")
+    lines = ["  " + "".join(f"{head:>14}" for head in heads)]
+    for number, one in enumerate([found.bare, *found.found]):
+        cells = ["none" if number == 0 else mm(one.b)]
+        cells += [mm(float(np.median(v))) for v in (one.rms, one.peak)]
+        cells.append(mm(float(np.percentile(one.peak, 90.0))))
+        cells += [mm(float(np.median(v))) for v in (one.rms_x, one.peak_x)]
+        cells.append(f"{float(np.median(one.impacts)):.0f}")
+        best = (number - 1 == found.least_rms, number - 1 == found.least_peak)
+        marks = [
+            word for word, is_best in zip(("least rms", "least peak"), best, strict=True) if is_best
+        ]
+        lines.append("  " + "".join(f"{c:>14}" for c in cells) + "   " + ", ".join(marks))
+    return [
+        *lines,
+        "  mm; medians over balls at rest anywhere in their cavities and at the walls",
+    ]
 
 
 def _rig_lines(given: Given, theory: Theory) -> list[str]:

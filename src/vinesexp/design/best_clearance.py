@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.design.compared import ASIDE, PERCENTILE, Race, SameStarts, percentile, race
 from vinesexp.design.ensemble import Responses, Run, duration_of, responses
 from vinesexp.design.task import Task, random_starts, wall_starts
 
@@ -28,8 +29,12 @@ CLOSER, MINIMA = 7, (2, 1)
 FINALISTS = 6
 #: Where a criterion jumps, two of them are a little narrower than the lowest: shares of it.
 SAFER = (0.95, 0.9)
-#: The lowest finalists are judged once more, by other starts; the worse judgement counts.
-CONFIRMED = 3
+#: Beside the best of those judged, where the least often stands against a jump: shares of it, the
+#: next round of them around what the last has found, while a round gains more than GAINED.
+BESIDE = ((0.98, 0.99, 1.01, 1.02, 1.035), (0.985, 0.993, 1.007, 1.015))
+GAINED = 0.005
+#: Starts at which a race between robust clearances ends, in those it begins with.
+LASTING = 4
 #: The search runs watch the settled motion for a shorter time, by this factor.
 HASTE = 2.0
 #: Rigs whose run takes this many cycles get 8 phases and 20 starts a clearance in the search;
@@ -40,8 +45,6 @@ CYCLES, FEWEST, MOST = 1500.0, 0.25, 3.0
 SERIES = 25.0
 #: Where a run is longer still, fewer clearances are scanned and looked at closer.
 LONG, COARSE_LONG, CLOSER_LONG = 6000.0, 22, 5
-#: Percentile that the robust clearance makes least.
-PERCENTILE = 90.0
 #: Standard errors of the share of starts by which a higher percentile is asked for in the search:
 #: it jumps where that share is captured, and the lowest of several noisy values is too low.
 MARGIN = 1.0
@@ -151,9 +154,8 @@ def least(
     fresh: Starts,
     criteria: Sequence[Criterion],
     looks: int,
-    again: Starts | None = None,
 ) -> Least:
-    """Scan, closer looks, fresh judgement, for criteria that share their starts.
+    """Scan, closer looks, fresh judgement and what lies beside it, for criteria that share starts.
 
     Parameters
     ----------
@@ -165,46 +167,45 @@ def least(
         What to make least.
     looks : int
         Clearances in a closer look at one minimum.
-    again : callable, optional
-        Runs that confirm the finalists of criteria that jump.
     """
+    curves, scan = scanned(grid, starts, criteria, looks)
+    lowest = [curve.b[np.argsort(curve.value)[:FINALISTS]] for curve in curves]
+    judged, _ = sampled(np.concatenate(lowest), fresh, criteria, 1.0)
+    for beside in BESIDE:
+        before = [float(curve.value.min()) for curve in judged]
+        least_of = [float(one.b[one.value.argmin()]) for one in judged]
+        b = np.unique([share * best for best in least_of for share in beside])
+        more, _ = sampled(b, fresh, criteria, 1.0)
+        judged = [one.joined(other) for one, other in zip(judged, more, strict=True)]
+        gains = [old - float(one.value.min()) for old, one in zip(before, judged, strict=True)]
+        if all(gain <= GAINED * old for gain, old in zip(gains, before, strict=True)):
+            break
+    return Least([float(one.b[one.value.argmin()]) for one in judged], curves, scan)
+
+
+def scanned(
+    grid: FloatArray, starts: Starts, criteria: Sequence[Criterion], looks: int
+) -> tuple[list[Curve], Responses]:
+    """What each criterion says of the grid and of closer looks at its minima; the grid's runs."""
     curves, scan = sampled(grid, starts, criteria, HASTE)
     for minima in MINIMA:
         b = np.concatenate([closer(curve, minima, looks) for curve in curves])
         looked, _ = sampled(b, starts, criteria, HASTE)
         curves = [c.joined(more) for c, more in zip(curves, looked, strict=True)]
-    lowest = [curve.b[np.argsort(curve.value)[:FINALISTS]] for curve in curves]
-    if again is not None:
-        keep = FINALISTS - len(SAFER)
-        lowest = [np.concatenate([b[:keep], np.multiply(b[0], SAFER)]) for b in lowest]
-    judged, _ = sampled(np.concatenate(lowest), fresh, criteria, 1.0)
-    if again is not None:
-        judged = [
-            confirmed(curve, again, rule) for curve, rule in zip(judged, criteria, strict=True)
-        ]
-    best = [float(one.b[one.value.argmin()]) for one in judged]
-    return Least(best, curves, scan)
-
-
-def confirmed(judged: Curve, again: Starts, rule: Criterion) -> Curve:
-    """The lowest of those judged, by other starts once more; the worse judgement counts.
-
-    Near a jump some of several candidates are low by luck of their starts: not twice.
-    """
-    few = np.sort(np.argsort(judged.value)[:CONFIRMED])
-    [more], _ = sampled(judged.b[few], again, [rule], 1.0)
-    return Curve(more.b, np.maximum(judged.value[few], more.value))
+    return curves, scan
 
 
 @dataclass(frozen=True)
 class Found:
-    """The three clearances (m) and what they were read from."""
+    """The three clearances (m) and what they were read from; `race` is that of the robust one."""
 
     least_mean: float
     least_max: float
     robust: float
     rest: Least
     random: Least
+    race: Race
+    starts: SameStarts
     grid: FloatArray
     effort: Effort
 
@@ -241,12 +242,27 @@ def search(
         [lambda found: task.average(found.mean), lambda found: task.worst(found.largest)],
         effort.closer,
     )
-    random = least(
-        grid,
-        lambda b: random_starts(task, b, starts=effort.starts, seed=seed),
-        lambda b: random_starts(task, b, starts=effort.fresh, seed=seed + 1),
-        [robust_criterion],
-        effort.closer,
-        again=lambda b: random_starts(task, b, starts=2 * effort.fresh, seed=seed + 5),
-    )
-    return Found(rest.b[0], rest.b[1], random.b[0], rest, random, grid, effort)
+    curves, scan = scanned(
+        grid, lambda b: random_starts(task, b, starts=effort.starts, seed=seed),
+        [robust_criterion], effort.closer,
+    )  # fmt: skip
+    [curve] = curves
+    lowest = curve.b[np.argsort(curve.value)[:FINALISTS]]
+    compared = SameStarts(task, seed=seed + 1, batch=effort.fresh)
+    # the others are in the race too: none of the three is called robust beside a better one
+    safer = [float(lowest[0]) * share for share in SAFER]
+    won = run_race([*lowest, *safer, *rest.b], compared, effort)
+    random = Least([won.b], curves, scan)
+    return Found(rest.b[0], rest.b[1], won.b, rest, random, won, compared, grid, effort)
+
+
+def run_race(clearances: Iterable[float], starts: SameStarts, effort: Effort) -> Race:
+    """The robust clearance of those that compete, and of what lies beside the first winner."""
+
+    def margin(b: float) -> float:
+        return max(percentile(starts.means(share * b, effort.fresh)) for share in ASIDE)
+
+    every = [float(b) for b in clearances]
+    first = race(every, starts, first=effort.fresh, most=effort.fresh)
+    every = [*first.tied, *(first.b * share for share in BESIDE[0])]
+    return race(every, starts, first=effort.fresh, most=LASTING * effort.fresh, margin=margin)

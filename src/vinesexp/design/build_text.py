@@ -21,9 +21,10 @@ def build_lines(advice: Advice) -> list[str]:
     for name, one in rows:
         lines.append(f"  {name:26}" + "".join(f"{c:>12}" for c in _rest_cells(one, advice)))
     heads = ("b (mm)", "mean", "90 % below", "largest", "less", "captured", "mid-cavity")
-    lines.append(f"  {'from random starts':26}" + "".join(f"{h:>12}" for h in heads))
+    wide = (12, 12, 18, 12, 12, 12, 12)
+    lines.append(f"  {'from random starts':26}" + _spread(heads, wide))
     for name, one in rows:
-        lines.append(f"  {name:26}" + "".join(f"{c:>12}" for c in _random_cells(one)))
+        lines.append(f"  {name:26}" + _spread(_random_cells(one, advice.hopeless), wide))
     if len(advice.task.ratios) > 1:
         for name, one in rows:
             each = ", ".join(mm(one.b * ratio) for ratio in advice.task.ratios)
@@ -33,7 +34,9 @@ def build_lines(advice: Advice) -> list[str]:
         f"  {mm(advice.bare_mean)} mm, of random starts over the same draws; captured: two",
         "  impacts a cycle or more, not modulated;",
         "  mid-cavity: mean with the ball at rest in the middle; least mean and least largest",
-        "  are averaged over the phase at which the shaker starts; robust: least 90th percentile",
+        "  are averaged over the phase at which the shaker starts; robust: least 90th percentile;",
+        f"  +-: two standard errors of {advice.found.race.starts} starts; every start has "
+        f"its own b within {100.0 * advice.task.tolerance:.2g} %",
     ]
     if len(set(advice.task.ratios)) > 1:
         lines.append("  b: of the largest cavity; the others keep their ratios to it")
@@ -42,6 +45,10 @@ def build_lines(advice: Advice) -> list[str]:
             "  captured: of the whole band, also where the motion is too small for the ball"
         )
     return lines
+
+
+def _spread(cells: tuple[str, ...], widths: tuple[int, ...]) -> str:
+    return "".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
 
 
 def _over(value: float, reference: float | None) -> str:
@@ -59,18 +66,18 @@ def _rest_cells(one: Judged, advice: Advice) -> tuple[str, ...]:
         mm(one.rest_mean),
         mm(one.rest_max),
         percent(1.0 - one.rest_mean / advice.bare_mean),
-        percent(one.captured_rest),
+        "-" if advice.hopeless else percent(one.captured_rest),
     )
 
 
-def _random_cells(one: Judged) -> tuple[str, ...]:
+def _random_cells(one: Judged, hopeless: bool) -> tuple[str, ...]:
     return (
         mm(one.b),
         mm(one.random_mean),
-        mm(one.random_p90),
+        f"{mm(one.random_p90)} +- {mm(2.0 * one.random_error)}",
         mm(one.random_max),
         percent(1.0 - one.random_mean / one.random_bare),
-        percent(one.captured),
+        "-" if hopeless else percent(one.captured),
         mm(one.centre_mean),
     )
 

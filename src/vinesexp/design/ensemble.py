@@ -94,6 +94,15 @@ class Responses:
         steady = self.largest <= STEADY * self.mean
         return steady & (self.impacts_per_cycle >= IMPACTS_PER_CYCLE * max(self.balls, 1))
 
+    def joined(self, more: Responses) -> Responses:
+        """These runs and more of them."""
+        return Responses(
+            np.concatenate([self.mean, more.mean]),
+            np.concatenate([self.largest, more.largest]),
+            np.concatenate([self.impacts_per_cycle, more.impacts_per_cycle]),
+            self.balls,
+        )
+
     def reshape(self, *shape: int) -> Responses:
         """The same runs in another shape."""
         return Responses(

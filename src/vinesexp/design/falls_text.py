@@ -3,38 +3,51 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from vinesexp.design.predictions import ReleaseLevel
 from vinesexp.design.released import Fall, Falls
 
 
-def falls_lines(falls: Falls) -> list[str]:
-    """Fastest clearance for each level, by all starts and by those captured, with measures."""
+def falls_lines(falls: Falls, theory: Sequence[ReleaseLevel] = ()) -> list[str]:
+    """Fastest clearance for each level, of balls anywhere and of balls at a wall, with measures."""
     levels = falls.levels
     lines = [
-        f"  {'to (mm)':>10}{'fastest b (mm)':>16}{'median (s)':>12}{'captured':>10}"
-        f"{'by captured (mm)':>18}{'median (s)':>12}"
+        f"  {'':10}{'without':>9}{'ball at rest anywhere':>32}{'ball at the pushing wall':>32}"
+        f"{'theory, if captured':>24}",
+        f"  {'to (mm)':>10}{'ball (s)':>9}"
+        + f"{'b (mm)':>12}{'median (s)':>11}{'captured':>9}" * 2
+        + f"{'b* (mm)':>14}{'(s)':>10}",
     ]
-    for k, level in enumerate(falls.levels):
-        best = falls.found[falls.fastest[k]]
-        cells = f"{1e3 * level:10.3f}{1e3 * best.b:16.3f}{_time(best.times[:, k])}"
-        cells += f"{f'{100 * best.share:.0f} %':>10}"
-        caught = _fastest_captured(falls, k)
-        if caught is not None:
-            times = caught.times[caught.captured > 0.0, k]
-            cells += f"{1e3 * caught.b:18.3f}{_time(times)}"
+    own = {round(one.level, 12): one for one in theory}
+    for k, level in enumerate(levels):
+        cells = f"{1e3 * level:10.3f}{_number(falls.bare[k]):>9}"
+        for at_wall, index in ((False, falls.fastest[k]), (True, falls.fastest_at_wall[k])):
+            best = falls.found[index]
+            share = f"{100 * best.captured_share(at_wall=at_wall):.0f} %"
+            if falls.helps(k, at_wall=at_wall):
+                time = _number(best.median(k, at_wall=at_wall))
+                cells += f"{1e3 * best.b:12.3f}{time:>11}{share:>9}"
+            else:
+                cells += f"{'none faster':>23}{'':9}"
+        of_theory = own.get(round(level, 12))
+        if of_theory is not None:
+            cells += f"{1e3 * of_theory.b:14.3f}{of_theory.time:10.2f}"
         lines.append(f"  {cells}")
     lines.append(
         f"  {'b (mm)':>10}{'captured':>10}{'pumping time (s)':>18}{'energy by NES':>15}"
         f"{'energy left then':>18}"
     )
-    shown = set(falls.fastest) | (set() if falls.asked is None else {falls.asked})
+    shown = {*falls.fastest, *falls.fastest_at_wall} | (
+        set() if falls.asked is None else {falls.asked}
+    )
     for i in sorted(shown):
-        one = falls.found[i]
+        one = falls.found[i].anywhere()
         times = ""
         if i == falls.asked:
-            times = f"   as given: {', '.join(_said(one.times[:, k]) for k in range(len(levels)))}"
+            times = f"   as given: {', '.join(_said(one, k) for k in range(len(levels)))}"
         lines.append(
             f"  {1e3 * one.b:10.3f}{f'{100 * one.share:.0f} %':>10}"
             f"{np.median(one.pumping):18.2f}{f'{100 * np.median(one.dissipated):.0f} %':>15}"
@@ -42,28 +55,18 @@ def falls_lines(falls: Falls) -> list[str]:
         )
     return [
         *lines,
-        "  medians over ball positions; pumping time: until the ball leaves two impacts per cycle,",
-        "  0 where less than half of the starts are captured; energy by NES: share of the released",
-        "  energy that impacts take; left: share left by then; of several balls b, capture and",
-        "  pumping time are those of the largest cavity",
+        "  medians over ball positions, anywhere or at the wall that pushes; captured: the share",
+        "  of them; theory: b*(level) of a ball captured at once, where a wall meets it wherever",
+        "  it rests; pumping time: until the ball leaves two impacts per cycle, 0 where fewer than",
+        "  half are captured; energy by NES: share of the energy that impacts take;",
+        "  left: share left by then; of several balls those of the largest cavity",
     ]
 
 
-def _fastest_captured(falls: Falls, k: int) -> Fall | None:
-    """The clearance whose captured starts are fastest to level k; None where none is captured."""
-    found = [one for one in falls.found if one.captured.any()]
-
-    def median(one: Fall) -> float:
-        return float(np.median(one.times[one.captured > 0.0, k]))
-
-    return min(found, key=median, default=None)
+def _said(one: Fall, level: int) -> str:
+    value = _number(one.median(level))
+    return value if value == "never" else f"{value} s"
 
 
-def _said(times: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
-    value = float(np.median(times))
-    return f"{value:.2f} s" if math.isfinite(value) else "never"
-
-
-def _time(times: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
-    value = float(np.median(times))
-    return f"{value:12.2f}" if math.isfinite(value) else f"{'never':>12}"
+def _number(seconds: float) -> str:
+    return f"{seconds:.2f}" if math.isfinite(seconds) else "never"

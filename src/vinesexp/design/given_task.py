@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from vinesexp.design.inputs import RIG, Given
 from vinesexp.design.predictions import LEVELS, Theory, start_amplitude
+from vinesexp.design.recorded import UnderRecord, under_record
 from vinesexp.design.released import Falls, released
 from vinesexp.design.task import Task
-from vinesexp.excitation import WeakDamping
+from vinesexp.excitation import Measured, WeakDamping
 from vinesexp.rig import NES, Oscillator
 from vinesexp.theory.multiple import Band, bands, design_clearances
+
+#: Tolerance of a cavity that is drilled, as a share of b.
+DRILLED = 0.01
 
 
 def task_of(given: Given) -> Task:
@@ -35,8 +39,14 @@ def task_of(given: Given) -> Task:
         ratios=ratios,
         friction=given.size("friction"),
         damping=damping_of(given),
+        tolerance=tolerance_of(given),
         std_errors={name: e for name, e in errors.items() if e},
     )
+
+
+def tolerance_of(given: Given) -> float:
+    """How exactly the cavity is built, as a share of b; that of a drilled one unless given."""
+    return given.one("tolerance").value if "tolerance" in given else DRILLED
 
 
 def ratios_of(given: Given) -> tuple[float, ...]:
@@ -92,6 +102,21 @@ def release_of(given: Given, theory: Theory, *, seed: int) -> Falls | None:
         levels=[share * x_m for share in LEVELS],
         marks=marks,
         asked=asked,
+        friction=given.size("friction"),
+        damping=damping_of(given),
+        seed=seed,
+    )
+
+
+def driven_of(given: Given, base: Measured, *, seed: int) -> UnderRecord:
+    """A recorded base over clearance by simulation."""
+    o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
+    masses, r = balls_of(given)
+    return under_record(
+        o,
+        list(zip(masses, r, ratios_of(given), strict=True)),
+        base,
+        asked=asked_of(given),
         friction=given.size("friction"),
         damping=damping_of(given),
         seed=seed,

@@ -49,6 +49,13 @@ BEYOND = (
     ),
     Option("coulomb", "--coulomb-damping", "force", "0.05 N", "N", ": dry friction of the mass"),
 )  # fmt: skip
+#: How what is designed will be built.
+BUILT = (
+    Option(
+        "tolerance", "--tolerance", "ratio", "1 %", "",
+        ": of the clearance as built, plus or minus; 0 for exactly (default 1 %)",
+    ),
+)  # fmt: skip
 #: Clearances that a person has in mind: judged besides those that are found.
 ASKED = (
     Option(
@@ -56,7 +63,7 @@ ASKED = (
         ", to be judged too; of several balls '23 mm; 34 mm', searched in that ratio",
     ),
 )  # fmt: skip
-OPTIONS = (*RIG, *EXCITATION, *BEYOND, *ASKED)
+OPTIONS = (*RIG, *EXCITATION, *BEYOND, *BUILT, *ASKED)
 _LISTS, _RANGES = ("m", "r", "b"), ("G", "frequency")
 #: What is read of identified.csv: a file typed in by hand needs no intervals and no records.
 _READ = ("parameter", "value", "std_error", "unit", "method")
@@ -97,7 +104,9 @@ class Given:
         return self.values[symbol][0].value, self.values[symbol][-1].value
 
 
-def gather(texts: Mapping[str, Sequence[str]], identified: Path | None = None) -> Given:
+def gather(
+    texts: Mapping[str, Sequence[str]], identified: Path | None = None, *, recorded: bool = False
+) -> Given:
     """Read what was written for each symbol; an option wins over the file.
 
     Parameters
@@ -106,6 +115,8 @@ def gather(texts: Mapping[str, Sequence[str]], identified: Path | None = None) -
         For each symbol the texts given for it, one per time the option was used.
     identified : path, optional
         An identified.csv, or the results folder it is in.
+    recorded : bool
+        Whether the excitation is a record of the base, which is not among the texts.
 
     Raises
     ------
@@ -126,11 +137,13 @@ def gather(texts: Mapping[str, Sequence[str]], identified: Path | None = None) -
                 raise ParameterError(error.problem, where=option.flag) from None
     if "v0" in given and "x0" not in given:
         given["x0"] = (Quantity(0.0, 0.0),)  # a blow: from rest with a velocity
-    _ask_for_missing(given)
+    _ask_for_missing(given, recorded)
     _refuse_unlike(given)
-    for option in BEYOND:
+    for option in (*BEYOND, *BUILT):
         if option.symbol in given and given[option.symbol][0].value < 0.0:
             raise ParameterError("expected zero or above", where=option.flag)
+    if "tolerance" in given and not given["tolerance"][0].value < 0.5:
+        raise ParameterError("expected less than 50 %", where="--tolerance")
     for symbol, other in (("G", None), ("x0", "v0")):
         moves = other in given and given[other][0].value != 0.0
         if symbol in given and any(q.value == 0.0 for q in given[symbol]) and not moves:
@@ -204,18 +217,18 @@ def parse_values(text: str, option: Option) -> tuple[Quantity, ...]:
     return (parse_quantity(text, option.quantity),)
 
 
-def _ask_for_missing(given: Mapping[str, tuple[Quantity, ...]]) -> None:
+def _ask_for_missing(given: Mapping[str, tuple[Quantity, ...]], recorded: bool) -> None:
     def wanted(options: list[Option]) -> str:
         return ", ".join(f"{o.flag} '{o.example}'" for o in options)
 
-    if "G" not in given and "x0" not in given:
+    if "G" not in given and "x0" not in given and not recorded:
         excitation = [o for o in EXCITATION if o.symbol in ("G", "x0")]
         missing = [o for o in RIG if o.symbol not in given]
         also = f"; also give {wanted(missing)}" if missing else ""
         raise ParameterError(
             f"nothing to design for: give {' or '.join(wanted([o]) for o in excitation)}{also}"
         )
-    symbols = {o.symbol for o in RIG} if "G" in given else {"r"}
+    symbols = {o.symbol for o in RIG} if "G" in given or recorded else {"r"}
     if "v0" in given:
         symbols |= {"M", "k1"}
     missing = [o for o in RIG if o.symbol in symbols and o.symbol not in given]

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vinesexp.design.best_clearance import PERCENTILE, Effort
+from vinesexp.design.best_clearance import Effort
+from vinesexp.design.compared import PERCENTILE
 from vinesexp.design.ensemble import responses
 from vinesexp.design.task import Task, random_starts, wall_starts
 

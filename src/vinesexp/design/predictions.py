@@ -43,6 +43,9 @@ class Theory:
     ----------
     b_c_published : without its interval, given also where no exact b_c exists.
     no_orbit : why there is no exact b_c, else empty.
+    releases : b*(level) of the levels at which a wall meets the ball wherever it rests.
+    unreached : the other levels, m: b* is wider there than the release is large, and most balls
+        would never be struck.
     """
 
     A_1: float
@@ -53,6 +56,7 @@ class Theory:
     no_orbit: str
     b_t: ClearancePrediction | None
     releases: list[ReleaseLevel]
+    unreached: list[float]
 
     def as_json(self) -> dict[str, object]:
         """The contract's keys; null where the excitation it needs was not given."""
@@ -118,6 +122,7 @@ def predict(given: Given) -> Theory:
     if "x0" in given:
         v0 = given.one("v0").value if "v0" in given else 0.0
         b_t = predict_transient(x0=abs(given.one("x0").value), v0=v0, values=values)
+    every = releases(given, values) if "x0" in given and len(values) == len(RIG) else []
     return Theory(
         A_1=float(A_1(value["r"])),
         A_2=float(A_2(value["r"])),
@@ -126,7 +131,8 @@ def predict(given: Given) -> Theory:
         b_c_published=published,
         no_orbit=no_orbit,
         b_t=b_t,
-        releases=releases(given, values) if "x0" in given and len(values) == len(RIG) else [],
+        releases=[one for one in every if one.capture >= 1.0],
+        unreached=[one.level for one in every if one.capture < 1.0],
     )
 
 

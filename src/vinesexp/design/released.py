@@ -10,25 +10,31 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.excitation import Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.simulation import simulate
 from vinesexp.theory.regime_definitions import activation_spells
 
-#: Clearances tried, and ball positions at each.
-CLEARANCES, STARTS = 15, 12
+#: Clearances tried at first, and between neighbours of the fastest of each level; ball positions
+#: anywhere, and how many more are at the wall that will push, each a little farther off it.
+CLEARANCES, CLOSER, STARTS, AT_WALL = 15, 3, 12, 4
 #: Ends of the clearances tried, shares of the release amplitude.
 ENDS = (0.25, 4.0)
+#: Where a start at a wall is: at it, and this share of b from it.
+OFF_WALL = 0.02
 #: A start is captured when its largest ball makes this share of two impacts a cycle from the third
 #: to the tenth cycle.
 CAPTURED = 0.9
 #: A release is followed for this many times 1/(zeta w0), and at most for so many cycles.
 FOLLOWED, LONGEST = 3.5, 600.0
+#: Share of the bare time by which a release has to be faster to be called so.
+WORTH = 0.05
 _PER_CYCLE = 8
 #: No damping beyond c1.
 VISCOUS = WeakDamping()
@@ -42,6 +48,7 @@ class Fall:
     ----------
     b : clearance (the largest, of several balls), m.
     times : to fall for good below each level; infinite where it never does; shape (starts, levels).
+    at_wall : which starts have their ball at a wall; the others have it anywhere.
     captured : whether the ball is captured from the start.
     dissipated : share of the energy at the release that impacts have taken at the end.
     pumping : pumping time; 0 where the ball was never captured.
@@ -50,15 +57,32 @@ class Fall:
 
     b: float
     times: FloatArray
+    at_wall: BoolArray
     captured: FloatArray
     dissipated: FloatArray
     pumping: FloatArray
     left: FloatArray
 
+    def anywhere(self) -> Fall:
+        """The starts with the ball anywhere alone."""
+        rows = ~self.at_wall
+        return Fall(
+            self.b, self.times[rows], self.at_wall[rows], self.captured[rows],
+            self.dissipated[rows], self.pumping[rows], self.left[rows],
+        )  # fmt: skip
+
     @property
     def share(self) -> float:
-        """Share of starts that are captured."""
-        return float(self.captured.mean())
+        """Share of balls at rest anywhere that are captured."""
+        return self.captured_share(at_wall=False)
+
+    def captured_share(self, *, at_wall: bool) -> float:
+        """Share of the balls anywhere, or of those at a wall, that are captured."""
+        return float(self.captured[self.at_wall == at_wall].mean())
+
+    def median(self, level: int, *, at_wall: bool = False) -> float:
+        """Median time to a level (by its number) over the balls anywhere, or at a wall, s."""
+        return float(np.median(self.times[self.at_wall == at_wall, level]))
 
 
 @dataclass(frozen=True)
@@ -69,14 +93,23 @@ class Falls:
     ----------
     levels : m.
     found : one entry per clearance tried.
-    fastest : for each level the clearance of least median time over all starts, as its index.
+    fastest, fastest_at_wall : for each level the clearance of least median time over balls at rest
+        anywhere, and over balls at a wall, as its index.
+    bare : time to each level without a ball, s; infinite where it is not reached.
     asked : index of a clearance that was asked for, if any.
     """
 
     levels: tuple[float, ...]
     found: list[Fall]
     fastest: tuple[int, ...]
+    fastest_at_wall: tuple[int, ...]
+    bare: tuple[float, ...]
     asked: int | None = None
+
+    def helps(self, level: int, *, at_wall: bool = False) -> bool:
+        """Whether any clearance is faster to a level than no ball, by a twentieth or more."""
+        best = self.found[(self.fastest_at_wall if at_wall else self.fastest)[level]]
+        return best.median(level, at_wall=at_wall) < (1.0 - WORTH) * self.bare[level]
 
 
 def released(
@@ -92,7 +125,7 @@ def released(
     damping: WeakDamping = VISCOUS,
     seed: int = 1,
 ) -> Falls:
-    """Simulate releases with balls at rest anywhere in their cavities.
+    """Simulate releases with balls at rest anywhere in their cavities, and at their walls.
 
     Parameters
     ----------
@@ -115,36 +148,67 @@ def released(
         Of the ball positions: the same at every clearance.
     """
     x_m = float(np.hypot(x0, v0 / oscillator.w0))
-    tried = np.unique(np.concatenate([x_m * np.geomspace(*ENDS, CLEARANCES), list(marks)]))
-    places = np.random.default_rng(seed).uniform(-0.999, 0.999, (STARTS, len(balls)))
-    places[0] = 0.999  # at the wall that pushes a ball released with the mass
+    rng = np.random.default_rng(seed)
+    places, at_wall = _places(len(balls), float(np.sign(v0 if v0 != 0.0 else -x0)), rng)
     decay = max(oscillator.zeta, 1e-9) * oscillator.w0
     duration = min(FOLLOWED / decay, LONGEST / oscillator.f0)
-    found = []
-    for b in tried:
-        nes = [NES(m=m, b=float(b) * part, r=r, friction=friction) for m, r, part in balls]
-        motions = [
-            simulate(
-                Rig(oscillator, nes),
-                None,
-                Release(x0, v0, [x0 + float(u) * n.b for u, n in zip(place, nes, strict=True)]),
-                duration=duration,
-                damping=damping,
-            )
-            for place in places
-        ]
-        found.append(_fall(float(b), motions, levels))
-    medians = np.array([np.median(one.times, axis=0) for one in found])
-    fastest = tuple(int(i) for i in np.argmin(medians, axis=0))
-    mine = None if asked is None else int(np.argmin(np.abs(tried - asked)))
-    return Falls(tuple(levels), found, fastest, mine)
+
+    def moving(nes: Sequence[NES], place: Sequence[float]) -> Motion:
+        y0 = [x0 + float(u) * n.b for u, n in zip(place, nes, strict=True)]
+        start = Release(x0, v0, y0)
+        return simulate(Rig(oscillator, nes), None, start, duration=duration, damping=damping)
+
+    def tried(b: float) -> Fall:
+        nes = [NES(m=m, b=b * part, r=r, friction=friction) for m, r, part in balls]
+        return _fall(b, [moving(nes, place) for place in places], at_wall, levels)
+
+    first = np.concatenate([x_m * np.geomspace(*ENDS, CLEARANCES), list(marks)])
+    found = [tried(float(b)) for b in np.unique(first)]
+    known = [one.b for one in found]
+    closer = {
+        float(b)
+        for at in (*_fastest(found, at_wall=False), *_fastest(found, at_wall=True))
+        for low, high in _neighbours(known, at)
+        for b in np.geomspace(low, high, CLOSER + 2)[1:-1]
+    }
+    found = sorted([*found, *map(tried, closer)], key=lambda one: one.b)
+    mine = None if asked is None else int(np.argmin([abs(one.b - asked) for one in found]))
+    return Falls(
+        levels=tuple(levels),
+        found=found,
+        fastest=_fastest(found, at_wall=False),
+        fastest_at_wall=_fastest(found, at_wall=True),
+        bare=tuple(_measures(moving((), ()), levels)[0]),
+        asked=mine,
+    )
 
 
-def _fall(b: float, motions: Sequence[Motion], levels: Sequence[float]) -> Fall:
+def _places(balls: int, heading: float, rng: np.random.Generator) -> tuple[FloatArray, BoolArray]:
+    """Where each ball is at rest, over its clearance: evenly anywhere, and at the wall that pushes.
+
+    That is the one behind a ball as the oscillator sets off, in the direction `heading`.
+    """
+    strata = (np.arange(STARTS)[:, None] + rng.uniform(size=(STARTS, balls))) / STARTS
+    anywhere = 2.0 * rng.permuted(strata, axis=0) - 1.0
+    walls = [np.full(balls, -heading * (1.0 - OFF_WALL * k)) for k in range(AT_WALL)]
+    return np.concatenate([anywhere, walls]), np.arange(STARTS + len(walls)) >= STARTS
+
+
+def _fastest(found: Sequence[Fall], *, at_wall: bool) -> tuple[int, ...]:
+    levels = range(found[0].times.shape[1])
+    return tuple(int(np.argmin([one.median(k, at_wall=at_wall) for one in found])) for k in levels)
+
+
+def _neighbours(known: Sequence[float], at: int) -> list[tuple[float, float]]:
+    near = known[max(at - 1, 0) : at + 2]
+    return list(pairwise(near))
+
+
+def _fall(b: float, motions: Sequence[Motion], at_wall: BoolArray, levels: Sequence[float]) -> Fall:
     rows = [_measures(motion, levels) for motion in motions]
     times, captured, dissipated, pumping, left = zip(*rows, strict=True)
     return Fall(
-        b=b, times=np.array(times), captured=np.array(captured, dtype=np.float64),
+        b=b, times=np.array(times), at_wall=at_wall, captured=np.array(captured, dtype=np.float64),
         dissipated=np.array(dissipated), pumping=np.array(pumping), left=np.array(left),
     )  # fmt: skip
 
@@ -165,6 +229,8 @@ def _measures(
     before, after = i["v_before"] - i["vy_before"], i["v_after"] - i["vy_after"]
     start = 0.5 * o.k1 * motion.release.x0**2 + 0.5 * o.M * motion.release.v0**2
     dissipated = float(np.sum(0.5 * reduced * (before**2 - after**2)) / start)
+    if not motion.rig.nes:
+        return times, False, 0.0, 0.0, 1.0
     own = i["nes"] == int(np.argmax([nes.b for nes in motion.rig.nes]))
     cycles = i["time"][own] * o.f0
     captured = bool(((cycles > 2.0) & (cycles < 10.0)).sum() >= CAPTURED * 16.0)

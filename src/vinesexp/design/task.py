@@ -18,6 +18,9 @@ from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.solver.simulation import simulate
 
+#: Steps of this share of a turn never meet again: evenly spread, whatever their number.
+GOLDEN = 0.6180339887498949
+
 
 @dataclass(frozen=True)
 class Task:
@@ -33,6 +36,8 @@ class Task:
     std_errors : of M, c1, k1, m, r, G, frequency (SI); what is missing is known exactly.
     friction : deceleration mu g of the balls on their floors, m/s^2.
     damping : of the oscillator beyond c1.
+    tolerance : of what is built, as a share of b: every start has a clearance of its own within it,
+        so that whatever is made least is made least over what a workshop delivers.
     """
 
     oscillator: Oscillator
@@ -44,6 +49,7 @@ class Task:
     std_errors: Mapping[str, float] = field(default_factory=dict)
     friction: float = 0.0
     damping: WeakDamping = VISCOUS
+    tolerance: float = 0.0
 
     def __post_init__(self) -> None:
         if not len(self.masses) == len(self.r) == len(self.ratios):
@@ -54,6 +60,8 @@ class Task:
         for name, (low, high) in (("levels", self.levels), ("frequencies", self.frequencies)):
             if not 0.0 < low <= high:
                 raise ParameterError(f"range of {name} {low:.6g} to {high:.6g}: expected 0 < low")
+        if not 0.0 <= self.tolerance < 0.5:
+            raise ParameterError(f"tolerance {self.tolerance:.6g}: expected from 0 to below 50 %")
 
     def rig(self, b: float) -> Rig:
         """The rig with its largest clearance b (m)."""
@@ -141,16 +149,22 @@ def wall_starts(task: Task, b: float, *, phases: int, shift: float = 0.0) -> lis
     One block of `phases` runs for each (level, frequency) of `Task.grid`; `shift` (of a step)
     moves the phases, so that a choice can be judged by phases it was not made with.
     """
-    rig = task.rig(b)
-    # neighbours at opposite walls
-    y0 = [nes.b * (-1.0) ** k for k, nes in enumerate(rig.nes)]
-    start = Release(y0=y0)
     angles = 2.0 * math.pi * (np.arange(phases) + shift) / phases
+    # evenly within the tolerance, in an order that has nothing to do with the phase
+    off = 2.0 * ((np.arange(phases) + 0.5 + shift) * GOLDEN % 1.0) - 1.0
+    rigs = [task.rig(b * (1.0 + task.tolerance * float(u))) for u in off]
     return [
-        Run(rig, Harmonic(amplitude=G, frequency=f, phase=float(angle)), start, task.damping)
+        Run(
+            rig, Harmonic(amplitude=G, frequency=f, phase=float(angle)), at_walls(rig), task.damping
+        )
         for G, f in task.grid()
-        for angle in angles
+        for rig, angle in zip(rigs, angles, strict=True)
     ]
+
+
+def at_walls(rig: Rig) -> Release:
+    """Everything at rest, neighbours among the balls at opposite walls."""
+    return Release(y0=[nes.b * (-1.0) ** k for k, nes in enumerate(rig.nes)])
 
 
 def centre_starts(task: Task, b: float, *, phases: int) -> list[Run]:
@@ -170,7 +184,10 @@ def random_starts(task: Task, b: float, *, starts: int, seed: int) -> list[Run]:
     n = len(task.masses)
     draws = rng.uniform(size=(starts, 5 + n))
     normal = rng.standard_normal((starts, 5 + 2 * n))
-    return [_random_start(task, b, u, z) for u, z in zip(draws, normal, strict=True)]
+    made = b * (1.0 + task.tolerance * rng.uniform(-1.0, 1.0, starts))
+    return [
+        _random_start(task, float(own), u, z) for own, u, z in zip(made, draws, normal, strict=True)
+    ]
 
 
 def _random_start(task: Task, b: float, u: FloatArray, z: FloatArray) -> Run:

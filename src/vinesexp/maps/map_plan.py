@@ -39,7 +39,11 @@ VALUES = {
         "share of the starts with two impacts per cycle or more and the largest amplitude below "
         "1.5 times the mean",
     ),
-    "impacts_per_cycle": ("1", "mean over the starts"),
+    "impacts_per_cycle": (
+        "1",
+        "mean over the starts; of a chatter every impact counts until the rest of it takes less "
+        "than 1e-8 of a radian",
+    ),
 }
 
 

@@ -62,6 +62,7 @@ def sheet_content(given: Given, answer: Answer) -> dict[str, Any]:
     remarks = remarks_of(given, answer)
     return {
         "version": __version__,
+        "headline": answer.headline,
         "inputs": _inputs(given),
         "theory": _theory(given, theory),
         "cards": [] if advice is None else _cards(advice),
@@ -128,8 +129,10 @@ def _card(name: str, meaning: str, one: Judged, advice: Advice) -> dict[str, str
         "mean": f"{1e3 * mean:.3g}",
         "largest": f"{1e3 * (one.random_max if robust else one.rest_max):.3g}",
         "less": f"{100 * (1 - mean / bare):.0f}",
-        "captured": f"{100 * (one.captured if robust else one.captured_rest):.0f}",
-        "starts": "random starts" if robust else "starts from rest",
+        "captured": ""
+        if advice.hopeless
+        else f"; captured {100 * (one.captured if robust else one.captured_rest):.0f} % of "
+        + ("random starts" if robust else "starts from rest"),
         "over": "–" if advice.exact is None else f"{one.b / advice.exact:.2f}",
     }
 
@@ -178,26 +181,30 @@ def _beside(advice: Advice) -> list[tuple[str, str]]:
 
 
 def _releases(answer: Answer) -> list[tuple[str, ...]]:
-    if answer.falls is None:
+    """Level, time without a ball; b, time, captured of balls anywhere and at a wall; theory."""
+    falls = answer.falls
+    if falls is None:
         return []
     theory = {round(one.level, 12): one for one in answer.theory.releases}
     rows: list[tuple[str, ...]] = []
-    for k, level in enumerate(answer.falls.levels):
-        best = answer.falls.found[answer.falls.fastest[k]]
+    for k, level in enumerate(falls.levels):
         own = theory.get(round(level, 12))
-        time = float(np.median(best.times[:, k]))
-        rows.append(
-            (
-                f"{1e3 * level:.3g}",
-                "–" if own is None else f"{1e3 * own.b:.4g}",
-                f"{1e3 * best.b:.4g}",
-                f"{time:.3g}" if np.isfinite(time) else "never",
-                f"{100 * best.share:.0f} %",
-                f"{float(np.median(best.pumping)):.3g}",
-                f"{100 * float(np.median(best.dissipated)):.0f} %",
-            )
-        )
+        cells = [f"{1e3 * level:.3g}", _time(falls.bare[k])]
+        for at_wall, index in ((False, falls.fastest[k]), (True, falls.fastest_at_wall[k])):
+            best = falls.found[index]
+            if falls.helps(k, at_wall=at_wall):
+                share = 100 * best.captured_share(at_wall=at_wall)
+                time = _time(best.median(k, at_wall=at_wall))
+                cells += [f"{1e3 * best.b:.4g}", time, f"{share:.0f} %"]
+            else:
+                cells += ["none faster", "", ""]
+        cells.append("–" if own is None else f"{1e3 * own.b:.4g}; {own.time:.3g} s")
+        rows.append(tuple(cells))
     return rows
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.3g}" if np.isfinite(seconds) else "never"
 
 
 def curve_markup(curve: DesignCurve) -> str:

@@ -1,0 +1,100 @@
+"""The answer to what was asked: by theory, and by simulation what to build."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vinesexp.design.advice import advise
+from vinesexp.design.answer import Answer
+from vinesexp.design.given_task import asked_of, driven_of, release_of, task_of
+from vinesexp.design.inputs import OPTIONS, Given, gather
+from vinesexp.design.predictions import predict
+from vinesexp.errors import AnalysisError, ParameterError
+from vinesexp.excitation import Measured
+
+#: A value with its unit as text ("32 g"), a number in SI, or several of them.
+Value = str | float | Sequence[str | float]
+
+
+def answered(
+    given: Given, *, simulate: bool = True, seed: int = 1, base: Measured | None = None
+) -> Answer:
+    """Theory, and by simulation what to build for a base amplitude and what a release does.
+
+    What was found before an interrupt is in the answer, which says so.
+
+    Raises
+    ------
+    AnalysisError
+        Neither has an answer.
+    """
+    theory = predict(given)
+    falls, driven, advice = None, None, None
+    if not simulate:
+        if theory.no_orbit and theory.b_t is None:
+            raise AnalysisError(theory.no_orbit)
+        return Answer(given, theory, None, None)
+    try:
+        driven = None if base is None else driven_of(given, base, seed=seed)
+        falls = release_of(given, theory, seed=seed)
+        if "G" in given:
+            advice = advise(task_of(given), asked=asked_of(given), seed=seed)
+    except AnalysisError as error:
+        if theory.no_orbit:
+            raise AnalysisError(f"{theory.no_orbit}; {error}") from None
+        raise
+    except KeyboardInterrupt:
+        return Answer(given, theory, advice, falls, driven, stopped=True)
+    return Answer(given, theory, advice, falls, driven)
+
+
+def design(
+    *, simulate: bool = True, seed: int = 1, base: Measured | None = None, **values: Value
+) -> Answer:
+    """What clearance to build and what it gives: `vinesexp design` as an object.
+
+    Parameters
+    ----------
+    simulate : bool
+        False: b_c and b_t alone.
+    seed : int
+        Of the random starts.
+    base : Measured, optional
+        Base motion as recorded, in place of base_amplitude or besides.
+    **values
+        ``mass``, ``damping``, ``stiffness``, ``nes_mass``, ``restitution`` and an excitation,
+        ``base_amplitude`` or ``release``; the options of the command by their names. Numbers are
+        in SI; texts have a unit and may have an error (``"4.7 +- 0.05 kg"``). A pair is a range of
+        base_amplitude or frequency; several of nes_mass, restitution or clearance are one per ball.
+
+    Returns
+    -------
+    Answer
+        ``headline`` and ``notes`` in words, ``advice``, ``falls`` and ``theory`` in numbers,
+        ``text()`` as the command shows it, ``as_dict()`` as ``--json`` gives it.
+
+    Raises
+    ------
+    ParameterError
+        A name that is no option, a value without meaning, or one that is missing.
+    AnalysisError
+        Nothing has an answer.
+
+    Examples
+    --------
+    >>> answer = design(mass=4.7, damping=3.02, stiffness=1.147e4, nes_mass="32 g",
+    ...                 restitution=0.6, base_amplitude=0.25e-3, simulate=False)
+    >>> round(1e3 * answer.theory.b_c.exact, 3), answer.as_dict()["b_c_published_mm"] > 33.9
+    (33.923, True)
+    """
+    options = {option.flag[2:].replace("-", "_"): option for option in OPTIONS}
+    texts = {}
+    for name, value in values.items():
+        if name not in options:
+            raise ParameterError(f"design({name}=...): expected one of {', '.join(options)}")
+        option = options[name]
+        many = [value] if isinstance(value, str | float | int) else list(value)
+        words = [x if isinstance(x, str) else f"{float(x)!r} {option.unit}".strip() for x in many]
+        texts[option.symbol] = [(":" if option.symbol in ("G", "frequency") else "; ").join(words)]
+    given = gather(texts, recorded=base is not None)
+    return answered(given, simulate=simulate, seed=seed, base=base)

@@ -1,0 +1,171 @@
+"""What clearance is best under a base motion as it was recorded: an earthquake, a machine, noise.
+
+There is no settled motion and no orbit: the measures are the peak and the rms of the whole record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.excitation import Measured, Release, WeakDamping
+from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.solver.simulation import simulate
+
+#: Clearances tried at first, and between neighbours of the best; balls anywhere, and at a wall.
+CLEARANCES, CLOSER, STARTS, AT_WALL = 12, 2, 6, 2
+#: Ends of the clearances tried, shares of the peak deflection without a ball.
+ENDS = (0.1, 4.0)
+#: Points a cycle of the natural frequency at which the motion is looked at, and fewest in all.
+PER_CYCLE, FEWEST = 24, 256
+#: Share of the rms without a ball below which nothing is called a gain.
+WORTH = 0.05
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What one clearance does under the record, one entry per start of the balls; m.
+
+    Attributes
+    ----------
+    b : clearance (the largest, of several balls).
+    rms, peak : of the deflection x - x_e over the whole record.
+    rms_x, peak_x : of x itself.
+    impacts : number of them.
+    """
+
+    b: float
+    rms: FloatArray
+    peak: FloatArray
+    rms_x: FloatArray
+    peak_x: FloatArray
+    impacts: FloatArray
+
+
+@dataclass(frozen=True)
+class UnderRecord:
+    """Clearances under a recorded base.
+
+    Attributes
+    ----------
+    duration, rate : of the record, s and Hz. base_rms, base_peak : m.
+    bare : without a ball.
+    found : one entry per clearance, sorted.
+    least_rms, least_peak : index of the clearance with the least median rms, and of that with the
+        least 90th percentile of the peak.
+    asked : index of a clearance that was asked for, if any.
+    """
+
+    duration: float
+    rate: float
+    base_rms: float
+    base_peak: float
+    bare: Driven
+    found: list[Driven]
+    least_rms: int
+    least_peak: int
+    asked: int | None = None
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether no clearance takes a twentieth off the rms or the peak."""
+        rms = float(np.median(self.found[self.least_rms].rms))
+        peak = float(np.median(self.found[self.least_peak].peak))
+        kept = 1.0 - WORTH
+        better = rms <= kept * self.bare.rms[0] or peak <= kept * self.bare.peak[0]
+        return not bool(better)
+
+
+def under_record(
+    oscillator: Oscillator,
+    balls: Sequence[tuple[float, float, float]],
+    base: Measured,
+    *,
+    asked: float | None = None,
+    friction: float = 0.0,
+    damping: WeakDamping | None = None,
+    seed: int = 1,
+) -> UnderRecord:
+    """Simulate a recorded base over clearance, balls at rest anywhere and at a wall.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        At rest at first.
+    balls : sequence of (m, r, ratio)
+        Mass (kg), restitution and clearance over the largest, of each NES.
+    base : Measured
+        Displacement of the base, m.
+    asked : float, optional
+        A clearance that is tried besides, m.
+    friction, damping
+        As in `released.released`.
+    seed : int
+        Of the ball positions: the same at every clearance.
+    """
+    rng, n = np.random.default_rng(seed), len(balls)
+    strata = (np.arange(STARTS)[:, None] + rng.uniform(size=(STARTS, n))) / STARTS
+    places = [*(2.0 * rng.permuted(strata, axis=0) - 1.0)]
+    places += [np.full(n, side) for side in np.linspace(1.0, -1.0, AT_WALL)]
+
+    def tried(b: float) -> Driven:
+        nes = [NES(m=m, b=b * part, r=r, friction=friction) for m, r, part in balls]
+        starts = [
+            Release(y0=[float(u) * one.b for u, one in zip(p, nes, strict=True)]) for p in places
+        ]
+        return _driven(Rig(oscillator, nes), b, base, starts, damping)
+
+    bare = _driven(Rig(oscillator), 0.0, base, [Release()], damping)
+    marks = [] if asked is None else [asked]
+    grid = np.concatenate([float(bare.peak[0]) * np.geomspace(*ENDS, CLEARANCES), marks])
+    found = [tried(float(b)) for b in np.unique(grid)]
+    near = {
+        float(b)
+        for best in (_least_rms(found), _least_peak(found))
+        for low, high in pairwise([one.b for one in found][max(best - 1, 0) : best + 2])
+        for b in np.geomspace(low, high, CLOSER + 2)[1:-1]
+    }
+    found = sorted([*found, *map(tried, near)], key=lambda one: one.b)
+    samples = np.asarray(base.samples)
+    return UnderRecord(
+        duration=base.duration,
+        rate=base.sample_rate,
+        base_rms=float(np.sqrt(np.mean(samples**2))),
+        base_peak=float(np.abs(samples).max()),
+        bare=bare,
+        found=found,
+        least_rms=_least_rms(found),
+        least_peak=_least_peak(found),
+        asked=None if asked is None else int(np.argmin([abs(one.b - asked) for one in found])),
+    )
+
+
+def _least_rms(found: Sequence[Driven]) -> int:
+    return int(np.argmin([np.median(one.rms) for one in found]))
+
+
+def _least_peak(found: Sequence[Driven]) -> int:
+    return int(np.argmin([np.percentile(one.peak, 90.0) for one in found]))
+
+
+def _driven(
+    rig: Rig, b: float, base: Measured, starts: Sequence[Release], damping: WeakDamping | None
+) -> Driven:
+    count = max(int(PER_CYCLE * rig.oscillator.f0 * base.duration), FEWEST)
+    t = np.linspace(0.0, base.duration, count)
+    rows = []
+    for start in starts:
+        motion = simulate(rig, base, start, base.duration, damping=damping)
+        x, x_e = motion.at(t)[0], motion.base(t)[0]
+        z = x - x_e
+        rows.append(
+            (
+                np.sqrt(np.mean(z**2)), np.abs(z).max(), np.sqrt(np.mean(x**2)), np.abs(x).max(),
+                len(motion.impacts["time"]),
+            )
+        )  # fmt: skip
+    return Driven(b, *np.array(rows, dtype=np.float64).T)

@@ -1,0 +1,133 @@
+"""What is said first: reachable starts, how far the cliff, that nothing helps."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import vinesexp
+from vinesexp import NES, Oscillator, Release, Rig, simulate
+from vinesexp.design import best_clearance, slow_sweep
+from vinesexp.design.advice import advise
+from vinesexp.design.answer import Answer
+from vinesexp.design.best_clearance import Effort
+from vinesexp.design.build_text import build_lines
+from vinesexp.design.cliffs import cliffs_of
+from vinesexp.design.headline import build_this, nothing_helps
+from vinesexp.design.released import released
+from vinesexp.design.task import Task, random_starts, wall_starts
+
+TABLE_2 = {"mass": 4.7, "damping": 3.02, "stiffness": 1.147e4, "nes_mass": 0.032}
+OSCILLATOR = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+
+
+def median_time(b: float, places: np.ndarray, level: float) -> float:
+    """From the motion itself: when the amplitude falls below the level for good."""
+    times = []
+    for u in places:
+        rig = Rig(OSCILLATOR, [NES(m=0.032, b=b, r=0.6)])
+        motion = simulate(rig, None, Release(0.02, 0.0, [0.02 + u * b]), 8.0)
+        t = np.linspace(0.0, 8.0, 4001)
+        x, v = motion.at(t)
+        above = np.flatnonzero(np.hypot(x, v / OSCILLATOR.w0) > level)
+        times.append(t[min(above[-1] + 1, 4000)])
+    return float(np.median(times))
+
+
+def test_a_printed_time_is_one_that_the_median_ball_keeps() -> None:
+    """Table 2, 20 to 10 mm: theory's 87 mm in 0.67 s strikes one ball in four; bare 2.16 s."""
+    falls = released(OSCILLATOR, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=[0.01])
+    best = falls.found[falls.fastest[0]]
+    assert falls.bare[0] == pytest.approx(2.16, abs=0.02)
+    others = np.random.default_rng(99).uniform(-1.0, 1.0, 30)
+    seen = median_time(best.b, others, 0.01)
+    assert best.median(0) == pytest.approx(seen, rel=0.2)
+    assert seen < 1.6
+    walled = falls.found[falls.fastest_at_wall[0]]
+    assert walled.median(0, at_wall=True) == pytest.approx(
+        median_time(walled.b, np.array([1.0]), 0.01), rel=0.05
+    )
+
+
+def test_theory_alone_prints_no_clearance_at_which_balls_are_never_struck() -> None:
+    answer = vinesexp.design(**TABLE_2, restitution=0.6, release=0.02, simulate=False)
+    assert answer.theory.unreached[0] == pytest.approx(0.01)
+    assert all(one.b <= 0.02 for one in answer.theory.releases)
+    assert "most balls would never be struck" in answer.headline
+    assert answer.as_dict()["headline"] == answer.headline
+    assert answer.text().replace("\n", " ").startswith(answer.headline)
+
+
+def test_starts_are_spread_over_what_a_workshop_delivers() -> None:
+    task = Task(OSCILLATOR, (0.032,), (0.6,), (2.5e-4,) * 2, (7.862,) * 2, tolerance=0.02)
+    walls = np.array([run.rig.nes[0].b for run in wall_starts(task, 0.03, phases=40)])
+    anywhere = np.array([run.rig.nes[0].b for run in random_starts(task, 0.03, starts=40, seed=1)])
+    for b in (walls, anywhere):
+        assert np.abs(b / 0.03 - 1.0).max() <= 0.02
+        assert b.std() / 0.03 == pytest.approx(0.02 / np.sqrt(3.0), rel=0.3)
+    exact = replace(task, tolerance=0.0)
+    again = random_starts(exact, 0.03, starts=40, seed=1)
+    assert {run.rig.nes[0].b for run in again} == {0.03}
+    first = random_starts(task, 0.03, starts=40, seed=1)
+    assert [run.base for run in again] == [run.base for run in first]
+
+
+def test_the_end_of_the_orbit_is_a_cliff_as_far_away_as_it_is() -> None:
+    """b_c exact is 33.92 mm: 2.5 % beyond 33.1 mm the starts from rest are lost."""
+    task = Task(OSCILLATOR, (0.032,), (0.6,), (2.5e-4,) * 2, (OSCILLATOR.f0,) * 2, tolerance=0.01)
+    found = cliffs_of(task, 0.0331, Effort(2, 4, 8, 8, 3), seed=1)
+    assert found.wider.jump is not None
+    assert found.wider.clear <= 0.025 < found.wider.jump <= 0.05
+    assert found.wider.amplitude > 1.25 * 0.0053
+    assert found.narrower.jump is None
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (("COARSE", 8), ("CLOSER", 2), ("FINALISTS", 3), ("MOST", 0.2)):
+        monkeypatch.setattr(best_clearance, name, value)
+    monkeypatch.setattr(slow_sweep, "MOST_CYCLES", 600.0)
+    monkeypatch.setattr("vinesexp.design.advice.SHARE_STARTS", 30)
+
+
+@pytest.mark.usefixtures("small")
+def test_a_rig_that_no_ball_helps_is_said_first() -> None:
+    heavy = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.1)
+    task = Task(heavy, (0.002,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01)
+    advice = advise(task)
+    assert advice.hopeless
+    assert nothing_helps(advice)[0].startswith("No clearance helps: of those from")
+    assert not any("100 %" in line for line in build_lines(advice)), "captured, and no gain"
+
+
+@pytest.mark.usefixtures("small")
+def test_what_to_build_has_tolerance_cliff_and_damper_in_words() -> None:
+    o = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.01)
+    task = Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01)
+    advice = advise(task)
+    words = " ".join(build_this(advice))
+    assert words.startswith("Build a one-sided clearance b of ")
+    assert "+- 1 %" in words
+    assert "A tuned mass damper of the same mass would leave" in words
+    assert "less than the ball" in words
+    assert "rises by no quarter" in words or "jumps by a quarter" in words
+    low = {one.random_p90 for one in (advice.least_mean, advice.least_max)}
+    error = advice.robust.random_error
+    assert advice.robust.random_p90 <= min(low) + 3.0 * error, "its definition is the least"
+
+
+def test_the_answer_is_an_object_with_the_values_that_were_given() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        answer = vinesexp.design(
+            **{**TABLE_2, "nes_mass": "32 g"}, restitution=0.6, base_amplitude=(1.5e-4, 2.5e-4),
+            tolerance=0.02, simulate=False,
+        )  # fmt: skip
+    assert isinstance(answer, Answer)
+    assert answer.given.ends("G") == (1.5e-4, 2.5e-4)
+    assert answer.given.one("tolerance").value == 0.02
+    with pytest.raises(vinesexp.VinesexpError, match=r"design\(weight=\.\.\.\): expected one of"):
+        vinesexp.design(weight=4.7)
