@@ -33,7 +33,10 @@ _HOME = {
     "VinesexpError": "vinesexp.errors",
 }
 
-__all__ = sorted([*_HOME, "__version__"])
+#: A room that is also a question: ``vinesexp.design(...)``.
+_ROOMS = ("design",)
+
+__all__ = sorted([*_HOME, *_ROOMS, "__version__"])
 
 
 def __getattr__(name: str) -> Any:
@@ -43,6 +46,8 @@ def __getattr__(name: str) -> Any:
         return version("vinesexp")
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
+    if name in _ROOMS:
+        return import_module(f"vinesexp.{name}")
     raise AttributeError(f"module 'vinesexp' has no attribute '{name}'")
 
 

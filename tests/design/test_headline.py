@@ -113,7 +113,7 @@ def test_what_to_build_has_tolerance_cliff_and_damper_in_words() -> None:
     assert "+- 1 %" in words
     assert "A tuned mass damper of the same mass would leave" in words
     assert "less than the ball" in words
-    assert "rises by no quarter" in words or "jumps by a quarter" in words
+    assert "rises by less than a quarter" in words or "jumps by a quarter" in words
     low = {one.random_p90 for one in (advice.least_mean, advice.least_max)}
     error = advice.robust.random_error
     assert advice.robust.random_p90 <= min(low) + 3.0 * error, "its definition is the least"

@@ -9,9 +9,25 @@ import numpy as np
 from vinesexp.design.advice import Advice
 from vinesexp.design.answer import Answer
 from vinesexp.design.cliffs import Side
-from vinesexp.design.numbers_text import mm, percent
+from vinesexp.design.numbers_text import percent
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
+
+
+def mm(length: float) -> str:
+    """An amplitude (m) in mm, as exactly as it is known to a reader: three digits.
+
+    Examples
+    --------
+    >>> mm(0.0103921), clearance(0.0339234)
+    ('10.4', '33.92')
+    """
+    return f"{1e3 * length:.3g}"
+
+
+def clearance(length: float) -> str:
+    """A clearance (m) in mm, as exactly as it is built: four digits."""
+    return f"{1e3 * length:.4g}"
 
 
 def headline_of(answer: Answer) -> str:
@@ -32,7 +48,7 @@ def headline_of(answer: Answer) -> str:
         for name, found in (("b_c", answer.theory.b_c), ("b_t", answer.theory.b_t)):
             if found is not None:
                 said.append(
-                    f"{name} = {mm(found.exact)} mm (published formula: {mm(found.published)})."
+                    f"{name} = {clearance(found.exact)} mm (published formula: {clearance(found.published)})."
                 )
         said.append("Which starts reach these clearances only a simulation tells.")
     if answer.falls is None and answer.theory.unreached:
@@ -47,7 +63,7 @@ def headline_of(answer: Answer) -> str:
 def build_this(advice: Advice) -> list[str]:
     """A clearance with its tolerance, what it gives, how far the cliff, what else there is."""
     best, task = advice.robust, advice.task
-    each = "; ".join(mm(best.b * ratio) for ratio in dict.fromkeys(task.ratios))
+    each = "; ".join(clearance(best.b * ratio) for ratio in dict.fromkeys(task.ratios))
     tolerance = f" +- {100.0 * task.tolerance:.2g} %" if task.tolerance else ""
     at = _between(task.levels, 1e3, "mm"), _between(task.frequencies, 1.0, "Hz")
     said = [
@@ -61,13 +77,13 @@ def build_this(advice: Advice) -> list[str]:
     if advice.least_mean.rest_mean < 0.8 * best.random_mean:
         said.append(
             f"Where nothing but rest with the ball at a wall is to be expected, b = "
-            f"{mm(advice.least_mean.b)} mm leaves {mm(advice.least_mean.rest_mean)} mm, and "
+            f"{clearance(advice.least_mean.b)} mm leaves {mm(advice.least_mean.rest_mean)} mm, and "
             f"{mm(advice.least_mean.random_mean)} mm over random starts."
         )
     tied = advice.found.race.tied
     if len(tied) > 1:
         said.append(
-            f"Clearances from {mm(tied[0])} to {mm(tied[-1])} mm are equal within the error of "
+            f"Clearances from {clearance(tied[0])} to {clearance(tied[-1])} mm are equal within the error of "
             f"{advice.found.race.starts} starts; this one has the widest margin of them."
         )
     said.append(_cliff(advice))
@@ -79,7 +95,7 @@ def nothing_helps(advice: Advice) -> list[str]:
     grid, best = advice.found.grid, advice.robust
     taken = max(advice.gain, 0.0)
     return [
-        f"No clearance helps: of those from {mm(float(grid[0]))} to {mm(float(grid[-1]))} mm the "
+        f"No clearance helps: of those from {clearance(float(grid[0]))} to {clearance(float(grid[-1]))} mm the "
         f"best takes {percent(taken)} off the bare amplitude of {mm(best.random_bare)} mm.",
         f"The ball has {100.0 * advice.task.eps:.2g} % of the mass, the damping ratio is "
         f"{advice.task.oscillator.zeta:.2g}.",
@@ -92,7 +108,7 @@ def _cliff(advice: Advice) -> str:
     words = [_side(name, side) for name, side in sides if side.jump is not None]
     if not words:
         least = min(side.clear for _, side in sides)
-        return f"The amplitude rises by no quarter within {percent(least)} of it on either side."
+        return f"Within {percent(least)} on either side the amplitude rises by less than a quarter."
     clear = [name for name, side in sides if side.jump is None]
     rest = f"; {clear[0]} it does not within 10 %" if clear else ""
     return f"The amplitude jumps by a quarter or more {' and '.join(words)}{rest}."
@@ -126,9 +142,9 @@ def driven(found: UnderRecord) -> list[str]:
     if found.hopeless:
         return [f"Under {record} no clearance takes 5 % off the deflection x - x_e ({without})."]
     return [
-        f"Under {record} a clearance of {mm(rms.b)} mm leaves the least rms of the deflection "
+        f"Under {record} a clearance of {clearance(rms.b)} mm leaves the least rms of the deflection "
         f"x - x_e, {mm(float(np.median(rms.rms)))} mm (median over balls at rest anywhere and at "
-        f"the walls); {mm(peak.b)} mm the least peak, below "
+        f"the walls); {clearance(peak.b)} mm the least peak, below "
         f"{mm(float(np.percentile(peak.peak, 90.0)))} mm for nine of ten; {without}."
     ]
 
@@ -145,7 +161,7 @@ def releases(falls: Falls) -> list[str]:
         )
     ways = [
         f"to {mm(falls.levels[k])} mm in {_time(falls.found[i].median(k))} with b = "
-        f"{mm(falls.found[i].b)} mm (without a ball {_time(falls.bare[k])})"
+        f"{clearance(falls.found[i].b)} mm (without a ball {_time(falls.bare[k])})"
         for k, i in enumerate(falls.fastest)
         if k in helped
     ]
@@ -153,7 +169,7 @@ def releases(falls: Falls) -> list[str]:
         said.append(f"Released, the median ball at rest somewhere brings it {'; '.join(ways)}.")
     walls = [
         f"to {mm(falls.levels[k])} mm in {_time(falls.found[i].median(k, at_wall=True))} with b = "
-        f"{mm(falls.found[i].b)} mm"
+        f"{clearance(falls.found[i].b)} mm"
         for k, i in enumerate(falls.fastest_at_wall)
         if k in walled
     ]
