@@ -24,29 +24,3 @@ class Answer:
     falls: Falls | None
     driven: UnderRecord | None = None
     stopped: bool = False
-
-    @property
-    def headline(self) -> str:
-        """What to build and what it gives, or that nothing helps, in one paragraph."""
-        from vinesexp.design.headline import headline_of
-
-        return headline_of(self)
-
-    @property
-    def notes(self) -> list[str]:
-        """What a reader would otherwise be misled by."""
-        from vinesexp.design.answer_warnings import remarks_of
-
-        return remarks_of(self.given, self)
-
-    def text(self) -> str:
-        """The answer as the command shows it."""
-        from vinesexp.design.answer_text import text_of
-
-        return text_of(self.given, self)
-
-    def as_dict(self) -> dict[str, object]:
-        """The answer as ``--json`` gives it."""
-        from vinesexp.design.answer_json import answer_of
-
-        return answer_of(self.given, self)

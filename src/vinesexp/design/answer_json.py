@@ -10,9 +10,10 @@ import numpy as np
 from vinesexp.design.absorber import Absorber
 from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.answer import Answer
-from vinesexp.design.answer_warnings import gaps_of, warnings_of
+from vinesexp.design.answer_warnings import gaps_of, remarks_of, warnings_of
 from vinesexp.design.cliffs import Side
 from vinesexp.design.given_task import bands_given
+from vinesexp.design.headline import headline_of
 from vinesexp.design.inputs import OPTIONS, Given
 from vinesexp.design.one_value_off import Changed
 from vinesexp.design.recorded import Driven, UnderRecord
@@ -74,8 +75,8 @@ def answer_of(given: Given, answer: Answer) -> dict[str, object]:
     found["bands_given_mm"] = [[1e3 * x.low, 1e3 * x.high] for _, x in bands_given(given)]
     if answer.driven is not None:
         found["recorded"] = driven_as_json(answer.driven)
-    found["headline"] = answer.headline
-    found["notes"] = found["warnings"] = answer.notes
+    found["headline"] = headline_of(answer)
+    found["notes"] = found["warnings"] = remarks_of(given, answer)
     return found
 
 

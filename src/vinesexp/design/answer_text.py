@@ -12,6 +12,7 @@ from vinesexp.design.answer_warnings import remarks_of
 from vinesexp.design.build_text import beside_lines, build_lines, change_lines
 from vinesexp.design.falls_text import falls_lines
 from vinesexp.design.given_task import bands_given
+from vinesexp.design.headline import headline_of
 from vinesexp.design.inputs import BEYOND, EXCITATION, RIG, Given
 from vinesexp.design.numbers_text import mm
 from vinesexp.design.predictions import (
@@ -35,7 +36,7 @@ SYMBOLS = {
 def text_of(given: Given, answer: Answer) -> str:
     """Rig, what to build and what it gives, theory, sensitivities, warnings."""
     theory, advice = answer.theory, answer.advice
-    lines = [*wrap(answer.headline, 96), "", "Rig", *_rig_lines(given, theory)]
+    lines = [*wrap(headline_of(answer), 96), "", "Rig", *_rig_lines(given, theory)]
     if advice is not None:
         lines += ["", "Clearances (one-sided b), by exact event simulation"]
         lines += [*build_lines(advice), "", "The robust clearance with one value off"]

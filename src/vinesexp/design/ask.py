@@ -6,7 +6,11 @@ from collections.abc import Sequence
 
 from vinesexp.design.advice import advise
 from vinesexp.design.answer import Answer
+from vinesexp.design.answer_json import answer_of
+from vinesexp.design.answer_text import text_of
+from vinesexp.design.answer_warnings import remarks_of
 from vinesexp.design.given_task import asked_of, driven_of, release_of, task_of
+from vinesexp.design.headline import headline_of
 from vinesexp.design.inputs import OPTIONS, Given, gather
 from vinesexp.design.predictions import predict
 from vinesexp.errors import AnalysisError, ParameterError
@@ -16,9 +20,31 @@ from vinesexp.excitation import Measured
 Value = str | float | Sequence[str | float]
 
 
+class Design(Answer):
+    """The answer, and the ways to show it."""
+
+    @property
+    def headline(self) -> str:
+        """What to build and what it gives, or that nothing helps, in one paragraph."""
+        return headline_of(self)
+
+    @property
+    def notes(self) -> list[str]:
+        """What a reader would otherwise be misled by."""
+        return remarks_of(self.given, self)
+
+    def text(self) -> str:
+        """The answer as the command shows it."""
+        return text_of(self.given, self)
+
+    def as_dict(self) -> dict[str, object]:
+        """The answer as ``--json`` gives it."""
+        return answer_of(self.given, self)
+
+
 def answered(
     given: Given, *, simulate: bool = True, seed: int = 1, base: Measured | None = None
-) -> Answer:
+) -> Design:
     """Theory, and by simulation what to build for a base amplitude and what a release does.
 
     What was found before an interrupt is in the answer, which says so.
@@ -33,7 +59,7 @@ def answered(
     if not simulate:
         if theory.no_orbit and theory.b_t is None:
             raise AnalysisError(theory.no_orbit)
-        return Answer(given, theory, None, None)
+        return Design(given, theory, None, None)
     try:
         driven = None if base is None else driven_of(given, base, seed=seed)
         falls = release_of(given, theory, seed=seed)
@@ -44,13 +70,13 @@ def answered(
             raise AnalysisError(f"{theory.no_orbit}; {error}") from None
         raise
     except KeyboardInterrupt:
-        return Answer(given, theory, advice, falls, driven, stopped=True)
-    return Answer(given, theory, advice, falls, driven)
+        return Design(given, theory, advice, falls, driven, stopped=True)
+    return Design(given, theory, advice, falls, driven)
 
 
 def design(
     *, simulate: bool = True, seed: int = 1, base: Measured | None = None, **values: Value
-) -> Answer:
+) -> Design:
     """What clearance to build and what it gives: `vinesexp design` as an object.
 
     Parameters
@@ -69,7 +95,7 @@ def design(
 
     Returns
     -------
-    Answer
+    Design
         ``headline`` and ``notes`` in words, ``advice``, ``falls`` and ``theory`` in numbers,
         ``text()`` as the command shows it, ``as_dict()`` as ``--json`` gives it.
 

@@ -48,7 +48,8 @@ def headline_of(answer: Answer) -> str:
         for name, found in (("b_c", answer.theory.b_c), ("b_t", answer.theory.b_t)):
             if found is not None:
                 said.append(
-                    f"{name} = {clearance(found.exact)} mm (published formula: {clearance(found.published)})."
+                    f"{name} = {clearance(found.exact)} mm (published: "
+                    f"{clearance(found.published)})."
                 )
         said.append("Which starts reach these clearances only a simulation tells.")
     if answer.falls is None and answer.theory.unreached:
@@ -83,8 +84,8 @@ def build_this(advice: Advice) -> list[str]:
     tied = advice.found.race.tied
     if len(tied) > 1:
         said.append(
-            f"Clearances from {clearance(tied[0])} to {clearance(tied[-1])} mm are equal within the error of "
-            f"{advice.found.race.starts} starts; this one has the widest margin of them."
+            f"Clearances from {clearance(tied[0])} to {clearance(tied[-1])} mm are equal within "
+            f"the error of {advice.found.race.starts} starts; this one has the widest margin."
         )
     said.append(_cliff(advice))
     return [*said, damper(advice)]
@@ -95,8 +96,8 @@ def nothing_helps(advice: Advice) -> list[str]:
     grid, best = advice.found.grid, advice.robust
     taken = max(advice.gain, 0.0)
     return [
-        f"No clearance helps: of those from {clearance(float(grid[0]))} to {clearance(float(grid[-1]))} mm the "
-        f"best takes {percent(taken)} off the bare amplitude of {mm(best.random_bare)} mm.",
+        f"No clearance helps: from {clearance(float(grid[0]))} to "
+        f"{clearance(float(grid[-1]))} mm the best takes {percent(taken)} off the bare amplitude of {mm(best.random_bare)} mm.",
         f"The ball has {100.0 * advice.task.eps:.2g} % of the mass, the damping ratio is "
         f"{advice.task.oscillator.zeta:.2g}.",
         damper(advice),
@@ -142,9 +143,9 @@ def driven(found: UnderRecord) -> list[str]:
     if found.hopeless:
         return [f"Under {record} no clearance takes 5 % off the deflection x - x_e ({without})."]
     return [
-        f"Under {record} a clearance of {clearance(rms.b)} mm leaves the least rms of the deflection "
-        f"x - x_e, {mm(float(np.median(rms.rms)))} mm (median over balls at rest anywhere and at "
-        f"the walls); {clearance(peak.b)} mm the least peak, below "
+        f"Under {record} a clearance of {clearance(rms.b)} mm leaves the least rms of the "
+        f"deflection x - x_e, {mm(float(np.median(rms.rms)))} mm (median over balls at rest "
+        f"anywhere and at the walls); {clearance(peak.b)} mm the least peak, below "
         f"{mm(float(np.percentile(peak.peak, 90.0)))} mm for nine of ten; {without}."
     ]
 

@@ -12,6 +12,7 @@ import numpy as np
 from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.answer import Answer
 from vinesexp.design.answer_warnings import remarks_of
+from vinesexp.design.headline import headline_of
 from vinesexp.design.inputs import OPTIONS, Given
 from vinesexp.design.one_value_off import CHANGES, Changed
 from vinesexp.design.predictions import Theory, start_amplitude
@@ -62,7 +63,7 @@ def sheet_content(given: Given, answer: Answer) -> dict[str, Any]:
     remarks = remarks_of(given, answer)
     return {
         "version": __version__,
-        "headline": answer.headline,
+        "headline": headline_of(answer),
         "inputs": _inputs(given),
         "theory": _theory(given, theory),
         "cards": [] if advice is None else _cards(advice),
