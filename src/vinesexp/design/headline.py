@@ -97,7 +97,8 @@ def nothing_helps(advice: Advice) -> list[str]:
     taken = max(advice.gain, 0.0)
     return [
         f"No clearance helps: from {clearance(float(grid[0]))} to "
-        f"{clearance(float(grid[-1]))} mm the best takes {percent(taken)} off the bare amplitude of {mm(best.random_bare)} mm.",
+        f"{clearance(float(grid[-1]))} mm the best takes {percent(taken)} off the bare "
+        f"amplitude of {mm(best.random_bare)} mm.",
         f"The ball has {100.0 * advice.task.eps:.2g} % of the mass, the damping ratio is "
         f"{advice.task.oscillator.zeta:.2g}.",
         damper(advice),
