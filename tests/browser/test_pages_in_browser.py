@@ -129,6 +129,25 @@ def test_the_list_is_filtered_by_test_regime_and_outcome(ask):
     assert rows == 1
 
 
+def test_tables_of_the_report_are_sorted_by_a_click(ask):
+    script = """
+    for (const details of document.querySelectorAll("details")) details.open = true;
+    const table = [...document.querySelectorAll("#periodic .wide table")].pop();
+    const heads = [...table.rows[0].cells], at = heads.findIndex(h => h.textContent.includes("mean amplitude"));
+    const column = () => [...table.rows].slice(1).map(row => parseFloat(row.cells[at].textContent));
+    const before = column();
+    heads[at].querySelector("button").click(); const up = column(), said = heads[at].getAttribute("aria-sort");
+    heads[at].querySelector("button").click();
+    return [before, up, column(), said];
+    """  # noqa: E501
+    before, up, down, said = ask("report.html", script)
+    known = [v for v in before if v is not None]
+    assert len(known) > 3
+    assert [v for v in up if v is not None] == sorted(known)
+    assert [v for v in down if v is not None] == sorted(known, reverse=True)
+    assert said == "ascending"
+
+
 def test_a_refused_record_says_why(ask):
     assert "stands" in ask("records.html", READY + "return byId('tables').innerText", at="#broken")
 

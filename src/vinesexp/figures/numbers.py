@@ -47,6 +47,23 @@ def _written(value: float, half: float, unit: str, *, digits: int) -> str:
     return f"({text})·10⁻{str(power).translate(_SUPERSCRIPTS)}{shown}" if power else text + shown
 
 
+def difference(value: float, std_error: float, unit: str) -> str:
+    """A difference with its sign; a ratio (unit 1) in percent.
+
+    Examples
+    --------
+    >>> difference(0.312, 0.021, "mm"), difference(-0.0123, 0.002, "1"), difference(0.5, 0.0, "g")
+    ('+0.312 ± 0.041 mm', '-1.23 ± 0.39 %', '+0.5 g')
+    """
+    if unit == "1":
+        value, std_error, unit = 100.0 * value, 100.0 * std_error, "%"
+    half = COVERAGE_95 * std_error
+    if not math.isfinite(half) or half <= 0.0:
+        return f"{value:+.3g} {unit}"
+    places = max(1 - math.floor(math.log10(half) + 1e-9), 0)
+    return f"{value:+.{places}f} ± {half:.{places}f} {unit}"
+
+
 def plus_minus_brief(value: float, std_error: float, unit: str = "") -> str:
     """As `plus_minus`, for a line read at a glance: five digits of the value at the most.
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig
+from vinesexp.figures.collect.stated_inputs import input_rows
 from vinesexp.figures.gallery import listed
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.readers.parts import file_of
@@ -40,6 +41,7 @@ from vinesexp.report.published import published_rows
 from vinesexp.report.regime_rows import regimes_by_test
 from vinesexp.report.rendering import rendered
 from vinesexp.report.replay_verdict import replay_verdict
+from vinesexp.report.stated_rows import stated_rows, stated_sentence
 from vinesexp.report.summaries import MOST_ROWS, files_beside, sections_of_tests
 from vinesexp.report.verdict import (
     headline,
@@ -81,6 +83,7 @@ def build_report(campaign: Campaign, results: Path, out: Path) -> Path:
 def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     """Everything the template shows, finished."""
     tables = _tables(results)
+    inputs = input_rows(results)
     parameters = identified_table(tables["identified"])
     known = {row["name"]: row["value"] for row in parameters}
     return {
@@ -97,6 +100,8 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "replay": replay_verdict(tables["replay"], tables["checks"]),
         "published": published_rows(campaign, tables),
         **problem_lists(tables["checks"]),
+        "stated": stated_rows(inputs),
+        "stated_sentence": stated_sentence(inputs),
         **_inputs(campaign, results),
         "files": files_beside(results, [table.name for table in TABLES]),
         "most": MOST_ROWS,

@@ -18,6 +18,7 @@ from vinesexp.figures.collect.motions_on_manifold import draw_manifold
 from vinesexp.figures.collect.regimes_of_tests import draw_regimes
 from vinesexp.figures.collect.replays import draw_replay
 from vinesexp.figures.collect.ringdowns import draw_ringdowns
+from vinesexp.figures.collect.stated_inputs import draw_inputs, input_rows
 from vinesexp.figures.draw.amplitude_over_clearance import (
     Interval,
     Reached,
@@ -59,6 +60,7 @@ def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     yield from draw_manifold(campaign, results, regimes, rig)
     yield from draw_ringdowns(campaign, results, identified)
     yield from draw_replay(campaign, results, regimes)
+    yield from draw_inputs(input_rows(results))
     values = {
         row["parameter"]: plus_minus(float(row["value"]), float(row["std_error"]), row["unit"])
         for row in identified

@@ -1,0 +1,79 @@
+"""What the records say of stated values: its part of the report, and its figure."""
+
+import pytest
+
+from vinesexp.figures.collect import stated_inputs
+from vinesexp.figures.collect.stated_inputs import draw_inputs, input_rows
+from vinesexp.records.tables import Column, Table, write_rows
+from vinesexp.report.page import page_content
+from vinesexp.report.rendering import rendered
+from vinesexp.report.stated_rows import stated_sentence
+
+NUMBERS = ("stated", "stated_error", "found", "found_error")
+INPUTS = Table("inputs", "identify", (
+    Column("item", ""), Column("record", ""), Column("unit", ""),
+    *(Column(name, "", "", "number") for name in NUMBERS),
+    Column("verdict", ""),
+))  # fmt: skip
+
+
+def row(item: str, record: str, stated: float, found: float, verdict: str, unit: str = "mm"):
+    return {
+        "item": item, "record": record, "unit": unit, "stated": stated, "stated_error": 0.05,
+        "found": found, "found_error": 0.02, "verdict": verdict,
+    }  # fmt: skip
+
+
+@pytest.fixture
+def results(full, monkeypatch):
+    monkeypatch.setattr(stated_inputs, "TABLES", (INPUTS,))
+    rows = [
+        row("clearance", "p_33", 33.0, 33.01, "ok"),
+        row("clearance", "p_34", 34.0, 34.4, "off"),
+        row("base gain", "", 1.0, 1.0, "not tested", "1"),
+    ]
+    write_rows(full.results / "inputs.csv", INPUTS, rows)
+    yield full
+    (full.results / "inputs.csv").unlink()
+
+
+def test_the_part_stands_behind_the_identified_values_and_names_what_is_off(results):
+    page = rendered(
+        "vinesexp.report", "report.html.j2", page_content(results.campaign, results.results)
+    )
+    assert page.index('id="identified"') < page.index('id="stated"') < page.index('id="problems"')
+    assert "the records contradict 1, agree with 1, and do not test 1" in page
+    part = page[page.index('id="stated"') :]
+    part = part[: part.index("</section>")]
+    assert part.index("clearance, p_34") < part.index("clearance, p_33")
+    assert "+0.400 ± 0.039 mm" in part
+    assert "contradicted: the analysis takes what was found" in part
+
+
+def test_a_campaign_without_the_table_has_no_such_part(full):
+    assert input_rows(full.results) == []
+    assert page_content(full.campaign, full.results)["stated"] == []
+
+
+def test_the_figure_has_a_line_an_input(results):
+    ((figure, entry),) = draw_inputs(input_rows(results.results))
+    (axis,) = figure.axes
+    names = [text.get_text() for text in axis.get_yticklabels()]
+    assert names == ["clearance, p_34", "clearance, p_33", "base gain"]
+    assert entry.section == "inputs"
+    low, high = axis.get_xlim()
+    assert low < -8.0 < 8.0 < high  # 0.4 mm is eight standard uncertainties
+
+
+def test_thousands_of_errors_off_still_show_the_others(results):
+    rows = [{k: str(v) for k, v in row("mass", "", 4.7, 40.0, "off", "kg").items()}]
+    rows += input_rows(results.results)
+    ((figure, _),) = draw_inputs(rows)
+    assert figure.axes[0].get_xscale() == "symlog"
+
+
+def test_the_sentence_counts():
+    assert stated_sentence([]) == (
+        "Of 0 values that campaign.yaml and records.csv state, the records contradict none, agree "
+        "with 0, and do not test 0."
+    )
