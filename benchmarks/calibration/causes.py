@@ -31,7 +31,7 @@ CAUSES: Mapping[str, str] = {
     "knocks": r"knock|spikes that are no impacts",
     "clearance": r"clearance_mm (of|is|in|that)|true value of clearance_mm|clearances [-+\d]",
     "rows exchanged": r"exchanged|swapped|interchanged",
-    "twice": r"clearance_mm (that )?is [12][.\d]* times|total travel",
+    "twice": r"clearance_mm (that )?is [12][.\d]* times",
     "diameter": (
         r"clearance_mm in all records|clearance_mm that is off by one length|clearances [-+\d]"
     ),

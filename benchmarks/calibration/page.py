@@ -37,15 +37,20 @@ _READ = """\
 How to read it: intervals that are as wide as they say hold the truth in 68 and 95 %. Stated over
 rms error is that of all campaigns together, then 1 over the rms of z, in which every campaign has
 its own width. What is named is read from the texts of warnings
-(`benchmarks/calibration/causes.py`): a text that offers rivals names all of them and states none. Half of the mistakes are held back: the
-package was not tuned with them."""
+(`benchmarks/calibration/causes.py`): a text that offers rivals names all of them and states none.
+Half of the mistakes are held back: the package was not tuned with them."""
+
+
+_RULE = "|---|---|---|---|---|---|"
 
 
 def summary(found: Sequence[Outcome]) -> str:
     """The table of the yardsticks, in Markdown."""
     drawn = [o for o in found if o["family"] in _DRAWN]
-    lines = ["| | wanted | plain | effects | unknown effects | all |", "|---|---|---|---|---|---|"]
-    lines += [_row(name, wanted, of, drawn) for name, wanted, of in _ROWS] if drawn else []
+    lines = []
+    if drawn:
+        lines = ["| | wanted | plain | effects | unknown effects | all |", _RULE]
+        lines += [_row(name, wanted, of, drawn) for name, wanted, of in _ROWS]
     for family, words in (("open mistake", "open"), ("held mistake", "held back")):
         own = [o for o in found if o["family"] == family]
         if own:

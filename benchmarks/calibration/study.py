@@ -30,7 +30,7 @@ _RECORD_STEPS = ("ingest_record", "condition_record", "find_impacts", "estimate_
 #: Of these the results are taken from an earlier run with `reuse`, whatever the code was.
 _KEPT_STEPS = _RECORD_STEPS[:3]
 #: What a verdict in inputs.csv says of an input that is as stated.
-_NOTHING_SAID = ("", "ok", "agrees")
+_NOTHING_SAID = ("", "ok", "agrees", "not tested")
 _END = ", end of two impacts per cycle"
 
 

@@ -32,6 +32,12 @@ def test_a_phase_at_the_oscillation_alone_is_one_line_and_no_lag():
     assert "1.7 degrees behind the displacement (median of 3 records)" in check.detail
 
 
+def test_a_sensor_with_a_corner_shows_nothing_across():
+    found = [estimate("accelerometer_corner", 0.2, 1e-2, f"r{i}") for i in range(6)]
+    found += [estimate("accelerometer_across", 0.03, 1e-3, "r7")]
+    assert [check.check for check in remarks(found)] == ["corner"]
+
+
 @pytest.mark.parametrize(("with_corner", "said"), [(4, True), (1, False)])
 def test_a_corner_that_few_records_show_is_none(with_corner, said):
     """Hum or a low rate turns the phase of one record; a sensor has its corner in all of them."""

@@ -70,7 +70,8 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
     if corners:  # elsewhere the phase at one frequency may be the corner's
         shown = {e.records[0] for e in corners}
         lags = [e for e in lags if e.records[0] in shown]
-    across = [e for e in found if e.parameter == "accelerometer_across"]
+    # A sensor is AC-coupled in all records or in none: where it is, its phase is no other motion.
+    across = [e for e in found if e.parameter == "accelerometer_across" and not corners]
     if across:  # of a record without impacts nobody can tell
         shown = {e.records[0] for e in across}
         lags = [e for e in lags if e.records[0] in shown]
