@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vinesexp
-from vinesexp.errors import RecordError
+from vinesexp.errors import RecordError, VinesexpError
 from vinesexp.identification.estimate import Estimate, nothing, write_estimates
 from vinesexp.records.checks import Check, write_checks
 from vinesexp.records.result_paths import ResultPaths
@@ -112,3 +112,20 @@ def test_results_records_rigs_and_motions_show_themselves(folder: Path):
     motion = vinesexp.simulate(rig, None, vinesexp.Release(x0=0.01), duration=2.0)
     assert "b = 34 mm" in rig._repr_html_()
     assert "<polyline" in motion._repr_html_()
+
+
+@pytest.mark.parametrize("table", ["regimes", "identified", "checks", "impacts/b34"])
+@pytest.mark.parametrize("damage", [b"", b"\x00\xff\xfe", b"no,such\n1,2,3\n"])
+def test_a_damaged_table_is_one_line(folder, table, damage):
+    (folder / f"{table}.csv").write_bytes(damage)
+    with pytest.raises(VinesexpError, match=r"\.csv"):
+        vinesexp.open_results(folder).record("b34") if "/" in table else (
+            vinesexp.open_results(folder).table(table)
+        )
+
+
+def test_a_damaged_record_is_one_line(folder):
+    path = folder / "records/b34.nc"
+    path.write_bytes(path.read_bytes()[:3000])
+    with pytest.raises(RecordError, match=r"b34\.nc.*remove it and run again"):
+        vinesexp.open_results(folder).record("b34")

@@ -16,8 +16,9 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vinesexp.errors import RecordError, nearest
+from vinesexp.errors import RecordError, TableError, nearest
 from vinesexp.identification.estimate import NOTHING, read_estimates
+from vinesexp.records.result_columns import TABLES
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_dataset
 
@@ -145,14 +146,14 @@ class Results:
         ------
         RecordError
             There is no such table.
+        TableError
+            It is damaged, with the line.
         """
-        import pandas
-
         path = self.folder / f"{name}.csv"
         if not path.is_file():
             known = [found.stem for found in sorted(self.folder.glob("*.csv"))]
             raise RecordError(f"has no table '{name}'; {nearest(name, known)}", file=self.folder)
-        return pandas.read_csv(path)
+        return _frame(path, name)
 
     @property
     def record_names(self) -> list[str]:
@@ -228,11 +229,29 @@ def record_results(
         id=id,
         measured=open_dataset(paths.record(id)),
         conditioned=open_dataset(paths.conditioned(id)),
-        impacts=pandas.read_csv(paths.impacts(id)),
+        impacts=_frame(paths.impacts(id), "impacts"),
         regime=regime,
         checks=checks,
         estimates=pandas.DataFrame(rows, columns=columns),
     )
+
+
+def _frame(path: Path, name: str) -> pandas.DataFrame:
+    """A table as pandas reads it; TableError where it is another one, or damaged."""
+    import pandas
+
+    try:
+        found = pandas.read_csv(path)
+    except (ValueError, OSError) as error:
+        said = " ".join(str(error).split())
+        raise TableError(f"cannot be read ({said}); run the workflow again", file=path) from None
+    for table in (table for table in TABLES if table.name == name):
+        if table.columns[0].name not in found:
+            raise TableError(
+                f"has no column '{table.columns[0].name}'; run the {table.step} step again",
+                file=path,
+            )
+    return found
 
 
 def open_results(folder: str | Path) -> Results:

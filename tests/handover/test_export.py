@@ -3,6 +3,7 @@
 import csv
 import hashlib
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import scipy.io
 from vinesexp.cli import main
 from vinesexp.records.file_attributes import write_refused
 from vinesexp.records.ingest import read_channels
-from vinesexp.records.result_columns import IDENTIFIED, IMPACTS
+from vinesexp.records.result_columns import IDENTIFIED, IMPACTS, RECORD_REGIMES
 from vinesexp.records.schema import Channel
 from vinesexp.records.store import create_record
 from vinesexp.records.tables import write_rows
@@ -42,7 +43,27 @@ def results(tmp_path: Path) -> Path:
             scale = 1.0 if kind == "records" else 0.5
             writer.append({"displacement": scale * X, "acceleration": scale * A})
     write_refused(folder / "records/lost.nc", "raw/lost.csv: is empty")
+    regimes = [{**dict.fromkeys(RECORD_REGIMES.names), "record": id} for id in ("b34", "lost")]
+    write_rows(folder / "regimes.csv", RECORD_REGIMES, regimes)
     return folder
+
+
+def test_what_is_handed_on_is_what_the_table_names(results, tmp_path):
+    """A record that left the campaign may have left its file."""
+    shutil.copyfile(results / "records/b34.nc", results / "records/gone.nc")
+    assert main(["export", str(results), str(tmp_path / "out")]) == 0
+    assert not list((tmp_path / "out").glob("gone*"))
+
+
+@pytest.mark.parametrize("keep", [0, 3000, 200_000])
+def test_a_damaged_record_is_left_out_and_named(keep, results, tmp_path, capsys):
+    path = results / "records/b34.nc"
+    path.write_bytes(path.read_bytes()[:keep])
+    assert main(["export", str(results), str(tmp_path / "out")]) == 0
+    shown = capsys.readouterr().out
+    assert "b34: left out" in shown
+    assert "run again" in shown
+    assert not list((tmp_path / "out").glob("b34*"))
 
 
 def test_matlab_gets_channels_units_and_impacts(results, tmp_path, capsys):

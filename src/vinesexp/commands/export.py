@@ -10,8 +10,9 @@ from pathlib import Path
 from vinesexp.commands.options import writing
 from vinesexp.errors import RecordError, VinesexpError, nearest
 from vinesexp.handover.crate import NAME, Described, write_crate
-from vinesexp.handover.formats import WRITERS, names_in
+from vinesexp.handover.formats import WRITERS
 from vinesexp.records.campaign import Campaign, load_campaign
+from vinesexp.records.refusal import is_of_the_machine
 from vinesexp.records.result_columns import WHERE
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
@@ -58,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _asked(results: Path, wanted: Sequence[str] | None) -> list[str]:
-    known = list(names_in(results))
+    known = open_results(results).record_names  # not the folder, which may hold more
     for name in wanted or ():
         if name not in known:
             raise RecordError(f"has no record '{name}'; {nearest(name, known)}", file=results)
@@ -101,8 +102,11 @@ def _records(args: argparse.Namespace, names: Sequence[str]) -> list[Described]:
     paths, write = ResultPaths(args.results), WRITERS[args.format]
     found = []
     for name in names:
-        with open_record(paths.record(name)) as measured:
-            refused, about = measured.refused, measured.attributes
+        try:
+            with open_record(paths.record(name)) as measured:
+                refused, about = measured.refused, measured.attributes
+        except RecordError as error:  # one damaged file: the others are handed on
+            refused = str(error)
         if refused is not None:
             print(f"{name}: left out: {refused}")
             continue
@@ -114,8 +118,18 @@ def _records(args: argparse.Namespace, names: Sequence[str]) -> list[Described]:
             )
         )
         path = paths.conditioned(name) if args.conditioned else paths.record(name)
-        with open_record(path) as view:
-            for file in write(view, paths.impacts(name), args.out, name):
-                kind = "impacts" if file.name.endswith(".impacts.csv") else "channels"
-                found.append(Described(file, f"{kind} of record {name}, SI", sources))
+        try:
+            with open_record(path) as view:
+                written = list(write(view, paths.impacts(name), args.out, name))
+        except (RecordError, KeyError, RuntimeError, OSError) as error:
+            if isinstance(error, OSError) and is_of_the_machine(error):
+                raise
+            said = " ".join(str(error).split())
+            print(f"{name}: left out: {path} is damaged ({said}); remove it and run again")
+            for half in args.out.glob(f"{name}.*"):
+                half.unlink()
+            continue
+        for file in written:
+            kind = "impacts" if file.name.endswith(".impacts.csv") else "channels"
+            found.append(Described(file, f"{kind} of record {name}, SI", sources))
     return found

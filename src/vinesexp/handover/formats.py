@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -140,8 +140,3 @@ Writer = Callable[[RecordView, Path, Path, str], list[Path]]
 
 #: Formats by their name on the command line.
 WRITERS: Mapping[str, Writer] = {"mat": write_mat, "csv": write_csv, "uff": write_uff}
-
-
-def names_in(folder: Path) -> Iterator[str]:
-    """Records of a results folder, those without samples included."""
-    yield from sorted(path.stem for path in (folder / "records").glob("*.nc"))

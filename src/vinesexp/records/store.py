@@ -174,10 +174,16 @@ class RecordView:
             raise RecordError(
                 f"cannot be read as a record ({error}); remove it and run again", file=self.path
             ) from None
-        self.attributes: dict[str, Any] = {
-            name: value.item() if isinstance(value, np.generic) else value
-            for name, value in self._file.attrs.items()
-        }
+        try:
+            self.attributes: dict[str, Any] = {
+                name: value.item() if isinstance(value, np.generic) else value
+                for name, value in self._file.attrs.items()
+            }
+        except (OSError, KeyError, RuntimeError) as error:
+            self._file.close()
+            raise RecordError(
+                f"cannot be read as a record ({error}); remove it and run again", file=self.path
+            ) from None
         self.refused: str | None = self.attributes.get("refused")
         self.roles: tuple[str, ...] = tuple(name for name in self._file if name != "time")
         self.sample_rate = float(self.attributes.get("sample_rate_hz", np.nan))
@@ -288,7 +294,13 @@ def open_record(path: Path) -> RecordView:
 
 
 def open_dataset(path: Path) -> xarray.Dataset:
-    """The record as a lazy `xarray.Dataset`, for interactive work and the figures."""
+    """The record as a lazy `xarray.Dataset`, for interactive work; RecordError where it is none."""
     import xarray
 
-    return xarray.open_dataset(path, engine="h5netcdf")
+    try:
+        return xarray.open_dataset(path, engine="h5netcdf")
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        said = " ".join(str(error).split())
+        raise RecordError(
+            f"cannot be read as a record ({said}); remove it and run again", file=path
+        ) from None
