@@ -182,8 +182,10 @@ class Session:
             named = {file.resolve(): r for r in campaign.records for file in r.files}
             record = named.get(path.resolve())
             if record is not None:
+                analysed = self.seen[record.id].state == "done"
                 self._due(record)
-                self.status.newest = self.status.newest or record.id
+                if analysed and self.seen[record.id].state == "waiting":  # measured once more
+                    self.status.newest = record.id
                 return
             digest = self._digest(path)
             for other in campaign.records:
@@ -287,8 +289,6 @@ class Session:
             write_whole(self._note(record), json.dumps({"key": key}))
         seen.view = look_at_record(record, paths=self.paths)
         seen.state = "done"
-        if not self.status.newest:
-            self.status.newest = record.id
         self.status.campaign_stale = True
         self._say("")
 

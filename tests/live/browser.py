@@ -1,0 +1,106 @@
+"""A headless Chromium that is driven as a person would: open, ask, click, look."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import itertools
+import json
+import shutil
+import subprocess
+import time
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+from tornado.websocket import WebSocketClientConnection, websocket_connect
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+
+async def _connected(address: str) -> WebSocketClientConnection:
+    return await websocket_connect(address, max_message_size=1 << 28)
+
+
+class Browser:
+    """One tab, by the protocol of the developer tools."""
+
+    def __init__(self, profile: Path, *, width: int = 1000, dark: bool = False) -> None:
+        assert CHROMIUM is not None
+        self._loop = asyncio.new_event_loop()
+        self._process = subprocess.Popen(
+            [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+             f"--user-data-dir={profile}", "--remote-debugging-port=0", "about:blank"],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        said = profile / "DevToolsActivePort"
+        end = time.monotonic() + 60.0
+        while not (said.is_file() and said.read_text().count("\n")) and time.monotonic() < end:
+            time.sleep(0.1)
+        port = said.read_text().split()[0]
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/json", timeout=30) as answer:
+            tab = next(one for one in json.load(answer) if one["type"] == "page")
+        self._numbers = itertools.count(1)
+        self._socket = self._loop.run_until_complete(_connected(tab["webSocketDebuggerUrl"]))
+        scheme = "dark" if dark else "light"
+        feature = [{"name": "prefers-color-scheme", "value": scheme}]
+        self.tell("Emulation.setEmulatedMedia", features=feature)
+        self.tell(
+            "Emulation.setDeviceMetricsOverride",
+            width=width, height=1200, deviceScaleFactor=1, mobile=width < 600,
+        )  # fmt: skip
+
+    def tell(self, method: str, **values: Any) -> dict[str, Any]:
+        """One command of the protocol."""
+        return self._loop.run_until_complete(self._tell(method, values))
+
+    async def _tell(self, method: str, values: dict[str, Any]) -> dict[str, Any]:
+        number = next(self._numbers)
+        await self._socket.write_message(
+            json.dumps({"id": number, "method": method, "params": values})
+        )
+        while True:
+            message = await asyncio.wait_for(self._socket.read_message(), 120.0)
+            assert message is not None, "the browser has gone"
+            answer = json.loads(message)
+            if answer.get("id") == number:
+                assert "error" not in answer, answer
+                return answer["result"]
+
+    def open(self, address: str) -> None:
+        """Go to a page."""
+        self.tell("Page.navigate", url=address)
+
+    def ask(self, script: str) -> Any:
+        """What an expression, or an awaited one, is in the page."""
+        answer = self.tell(
+            "Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True
+        )
+        assert "exceptionDetails" not in answer, answer["exceptionDetails"]
+        return answer["result"].get("value")
+
+    def until(self, script: str, *, seconds: float = 60.0) -> Any:
+        """Wait for an expression to be true."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if found := self.ask(script):
+                return found
+            time.sleep(0.1)
+        raise AssertionError(f"never true: {script}\n{self.ask('document.body.innerText')}")
+
+    def picture(self, path: Path) -> None:
+        """The whole page as a PNG."""
+        height = self.ask("document.documentElement.scrollHeight")
+        width = self.ask("innerWidth")
+        shot = self.tell(
+            "Page.captureScreenshot", captureBeyondViewport=True,
+            clip={"x": 0, "y": 0, "width": width, "height": height, "scale": 1},
+        )  # fmt: skip
+        path.write_bytes(base64.b64decode(shot["data"]))
+
+    def close(self) -> None:
+        """End it."""
+        self._socket.close()
+        self._process.terminate()
+        self._process.wait(30)
+        self._loop.close()
