@@ -10,16 +10,10 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("tornado")  # with bokeh, of which the browser's protocol uses it
-from browser import CHROMIUM, Browser  # noqa: E402
+from vinesexp.live.server import serve
+from vinesexp.live.session import Session
 
-from vinesexp.live.server import serve  # noqa: E402
-from vinesexp.live.session import Session  # noqa: E402
-
-pytestmark = [
-    pytest.mark.long,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium"),
-]
+pytestmark = pytest.mark.long
 
 AXE = Path(os.environ.get("AXE_CORE", "node_modules/axe-core/axe.min.js"))
 
@@ -50,9 +44,11 @@ EDIT = """
 })"""
 
 
-def test_a_record_appears_and_two_browsers_correct_its_row(page, bench, texts, tmp_path):
+def test_a_record_appears_and_two_browsers_correct_its_row(
+    page, bench, texts, tmp_path, browser_of
+):
     session, address = page
-    one, two = Browser(tmp_path / "one"), Browser(tmp_path / "two", width=400, dark=True)
+    one, two = browser_of(tmp_path / "one"), browser_of(tmp_path / "two", width=400, dark=True)
     try:
         for browser in (one, two):
             browser.open(address)

@@ -27,7 +27,7 @@ async function draw() {
   byId("figures").innerHTML = figures.map(([svg, caption]) => {
     const words = document.createElement("figcaption");
     words.textContent = caption;
-    return `<figure>${svg}${words.outerHTML}</figure>`;
+    return `<figure tabindex="0">${svg}${words.outerHTML}</figure>`;
   }).join("");
   document.body.dataset.figures = key;
 }
