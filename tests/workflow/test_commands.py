@@ -76,7 +76,7 @@ def test_a_mistake_in_config_is_one_line(workflow, config, words):
     workflow.tiny_campaign()
     (workflow.folder / "site/pages").mkdir(parents=True)
     (workflow.folder / "site/report.html").write_text("mine")
-    entries = ["campaign=data/tiny", config] if config.startswith("results") else [config]
+    entries = [config] if config.startswith("cam") else ["campaign=data/tiny", config]
     result = workflow.run("-n", "--config", *entries, "--workflow-profile", "none")
     assert result.returncode == 1
     reported = [line for line in result.stderr.splitlines() if line.startswith("vinesexp:")]

@@ -24,8 +24,9 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 try:
     CAMPAIGN_FOLDER, PATHS = read_config(config)
+    KEEPS_CHANNELS = keeps_channels(config)
     CAMPAIGN = load_campaign(CAMPAIGN_FOLDER)
-    STUDY = Study(CAMPAIGN, PATHS, keeps_channels=keeps_channels(config))
+    STUDY = Study(CAMPAIGN, PATHS, keeps_channels=KEEPS_CHANNELS)
     BATCHES = batches_of(config, cores=workflow.cores, records=len(CAMPAIGN.records))
     if (CAMPAIGN_FOLDER / "scene.yaml").is_file():
         from vinesexp.laboratory.simulated_files import scene_of_campaign
