@@ -71,7 +71,10 @@ def test_the_wheel_runs_a_campaign_in_an_empty_folder(site, workflow, tmp_path):
 def test_options_go_on_to_snakemake():
     home = workflow_home()
     command = snakemake_command(Path("a"), ["-n", "--config", "results=x", "--cores", "3"])
-    assert command[-6:] == ["--config", "campaign=a", "results=x", "-n", "--cores", "3"]
+    assert command[3:6] == ["--config", "campaign=a", "results=x"]
+    assert command[-3:] == ["-n", "--cores", "3"]
+    asked = snakemake_command(Path("a"), ["results/a/impacts/b.csv", "--cores", "3"])
+    assert asked[asked.index("results/a/impacts/b.csv") - 2] == "--workflow-profile"
     assert command[command.index("--workflow-profile") + 1] == str(home / "profiles/default")
     for words in (["--workflow-profile", "slurm"], ["--workflow-profile=slurm"]):
         assert snakemake_command(Path("a"), words)[-1].endswith(str(home / "profiles/slurm"))

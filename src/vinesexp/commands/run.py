@@ -58,8 +58,8 @@ def snakemake_command(campaign: Path, options: Sequence[str]) -> list[str]:
     Examples
     --------
     >>> command = snakemake_command(Path("mytests"), ["-n", "--config", "results=out"])
-    >>> command[command.index("--config") + 1 :]
-    ['campaign=mytests', 'results=out', '-n']
+    >>> command[command.index("--config") + 1 : command.index("--snakefile")]
+    ['campaign=mytests', 'results=out']
     """
     rest, config = _without_config(options)
     for option in rest:
@@ -75,10 +75,12 @@ def snakemake_command(campaign: Path, options: Sequence[str]) -> list[str]:
         config, rest, moved = *_elsewhere(config, rest), True
     folder = campaign.resolve() if moved else campaign
     home = workflow_home()
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(home / "workflow/Snakefile")]
+    # Entries of --config end with the next option: a file that is asked for must not follow them.
+    command = [sys.executable, "-m", "snakemake", "--config", f"campaign={folder}", *config]
+    command += ["--snakefile", str(home / "workflow/Snakefile")]
     if not any(o.partition("=")[0] == "--workflow-profile" for o in rest):
         command += ["--workflow-profile", str(home / "profiles/default")]
-    return [*command, "--config", f"campaign={folder}", *config, *_own_profile(rest, home)]
+    return [*command, *_own_profile(rest, home)]
 
 
 def _elsewhere(config: Sequence[str], rest: Sequence[str]) -> tuple[list[str], list[str]]:
