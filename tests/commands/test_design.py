@@ -312,3 +312,19 @@ def test_a_release_alone_is_simulated_and_told_by_its_measures(
     assert answer["robust_mm"] is None
     assert main(["design", *words]) == 0
     assert "pumping time (s)" in capsys.readouterr().out
+
+
+def test_much_work_is_stated_before_it_is_begun(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("vinesexp.design.ask.advise", stop)
+    many = {**RIG, "--nes-mass": "; ".join(["0.1 g"] * 500), "--base-amplitude": "0.25 mm"}
+    words = [w for pair in many.items() for w in pair]
+    assert main(["design", *words]) == 130
+    said = capsys.readouterr()
+    assert re.search(r"[\d,]+ runs, about .* impacts: about ", said.err)
+    assert "stopped before its end" in said.out.replace("\n", " ")
+    assert "b_c, G = 0.25 mm" in said.out

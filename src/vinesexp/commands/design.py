@@ -17,6 +17,7 @@ from vinesexp.commands.options import (
     whole,
     writing,
 )
+from vinesexp.commands.progress import announce
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
 from vinesexp.errors import ParameterError, VinesexpError
 
@@ -25,6 +26,10 @@ if TYPE_CHECKING:
     from vinesexp.design.answer import Answer
     from vinesexp.excitation import Measured
     from vinesexp.figures.draw.design_curve import DesignCurve
+
+
+#: s of work from which on it is said beforehand.
+SHORT = 10.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -70,8 +75,11 @@ def run(args: argparse.Namespace) -> int:
         raise VinesexpError(
             f"'{sheet.suffix}' is no page; name a file that ends in .html", file=sheet
         )
-    from vinesexp.design.ask import answered
+    from vinesexp.design.ask import answered, workload
 
+    work = None if args.theory_only else workload(given)
+    if work is not None and work.seconds > SHORT:
+        announce(work)
     answer = answered(given, simulate=not args.theory_only, seed=seed, base=base)
     if args.json:
         from vinesexp.design.answer_json import answer_of

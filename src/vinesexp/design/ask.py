@@ -9,6 +9,8 @@ from vinesexp.design.answer import Answer
 from vinesexp.design.answer_json import answer_of
 from vinesexp.design.answer_text import text_of
 from vinesexp.design.answer_warnings import remarks_of
+from vinesexp.design.best_clearance import SERIES, Effort
+from vinesexp.design.ensemble import Workload, workload_of
 from vinesexp.design.given_task import asked_of, driven_of, release_of, task_of
 from vinesexp.design.headline import headline_of
 from vinesexp.design.inputs import OPTIONS, Given, gather
@@ -72,6 +74,20 @@ def answered(
     except KeyboardInterrupt:
         return Design(given, theory, advice, falls, driven, stopped=True)
     return Design(given, theory, advice, falls, driven)
+
+
+def workload(given: Given) -> Workload | None:
+    """What the simulation for a base amplitude will cost; None where there is none."""
+    if "G" not in given:
+        return None
+    task = task_of(given)
+    c = len(task.grid())
+    b, f = task.bare(*task.middle()), 0.5 * sum(task.frequencies)
+    effort = Effort.of(task, b)
+    looks = effort.coarse + 9 * effort.closer + 26
+    runs = looks * (effort.phases * c + effort.starts) + 60 * effort.phases * c + 30 * effort.fresh
+    one = workload_of(task.rig(b), f, runs)
+    return Workload(runs, one.impacts * len(task.masses) * (1.0 if task.plain else SERIES))
 
 
 def design(

@@ -158,9 +158,13 @@ class Workload:
     runs: int
     impacts: float
 
+    @property
+    def seconds(self) -> float:
+        """About how long it takes on all cores, s."""
+        return self.impacts * PER_IMPACT / (os.cpu_count() or 1)
+
     def __str__(self) -> str:
-        seconds = self.impacts * PER_IMPACT / (os.cpu_count() or 1)
-        return f"{self.runs:,} runs, about {self.impacts:.2g} impacts: {_in_words(seconds)}"
+        return f"{self.runs:,} runs, about {self.impacts:.2g} impacts: {_in_words(self.seconds)}"
 
 
 def workload_of(rig: Rig, frequency: float, runs: int) -> Workload:
