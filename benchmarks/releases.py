@@ -19,7 +19,7 @@ from vinesexp.design.predictions import LEVELS
 from vinesexp.design.released import FOLLOWED, LONGEST, _measures, released
 from vinesexp.theory.transient import Decaying, best_clearance
 
-SEED, OTHERS = 70_000, 30
+SEED, OTHERS = 80_000, 30
 X_M, F_0 = 0.02, 8.0
 
 

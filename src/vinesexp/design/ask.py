@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 
 from vinesexp.design.advice import advise
@@ -15,8 +16,9 @@ from vinesexp.design.given_task import asked_of, driven_of, release_of, task_of
 from vinesexp.design.headline import headline_of
 from vinesexp.design.inputs import OPTIONS, Given, gather
 from vinesexp.design.predictions import predict
-from vinesexp.errors import AnalysisError, ParameterError
+from vinesexp.errors import AnalysisError, ParameterError, RigWarning
 from vinesexp.excitation import Measured
+from vinesexp.rig import NES, Oscillator, Rig
 
 #: A value with its unit as text ("32 g"), a number in SI, or several of them.
 Value = str | float | Sequence[str | float]
@@ -57,16 +59,19 @@ def answered(
         Neither has an answer.
     """
     theory = predict(given)
+    warn_of(given)
     falls, driven, advice = None, None, None
     if not simulate:
         if theory.no_orbit and theory.b_t is None:
             raise AnalysisError(theory.no_orbit)
         return Design(given, theory, None, None)
     try:
-        driven = None if base is None else driven_of(given, base, seed=seed)
-        falls = release_of(given, theory, seed=seed)
-        if "G" in given:
-            advice = advise(task_of(given), asked=asked_of(given), seed=seed)
+        with warnings.catch_warnings():  # of clearances that only the search tries
+            warnings.simplefilter("ignore", RigWarning)
+            driven = None if base is None else driven_of(given, base, seed=seed)
+            falls = release_of(given, theory, seed=seed)
+            if "G" in given:
+                advice = advise(task_of(given), asked=asked_of(given), seed=seed)
     except AnalysisError as error:
         if theory.no_orbit:
             raise AnalysisError(f"{theory.no_orbit}; {error}") from None
@@ -74,6 +79,14 @@ def answered(
     except KeyboardInterrupt:
         return Design(given, theory, advice, falls, driven, stopped=True)
     return Design(given, theory, advice, falls, driven)
+
+
+def warn_of(given: Given) -> None:
+    """Make the rig that was given: it warns of slips of units."""
+    if all(symbol in given for symbol in ("M", "c1", "k1", "m")):
+        o = Oscillator(M=given.one("M").value, c1=given.one("c1").value, k1=given.one("k1").value)
+        b = [q.value for q in given["b"]] if "b" in given else [1e-9]
+        Rig(o, [NES(m=q.value, b=b[k % len(b)], r=0.0) for k, q in enumerate(given["m"])])
 
 
 def workload(given: Given) -> Workload | None:
