@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vinesexp.identification.combine import BEST, COMBINED
+from vinesexp.identification.estimate import BEST, COMBINED
 from vinesexp.laboratory.rehearsal import rehearse
 from vinesexp.units import COVERAGE_95
 

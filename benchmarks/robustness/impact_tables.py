@@ -18,6 +18,8 @@ from benchmarks.robustness.rig import Body, Drive
 
 from vinesexp.identification.estimate import Estimate
 from vinesexp.records.campaign import Campaign, Known, Record
+from vinesexp.records.schema import Channel
+from vinesexp.records.uncertainties import Uncertainties
 from vinesexp.signals.impacts.find import Impacts, no_impacts
 from vinesexp.units import Quantity
 
@@ -115,10 +117,17 @@ def tables_of(
             Estimate("accelerometer_gain", gain, 1e-4, "1", "channels", (name,)) for name in tables
         ]
     campaign = Campaign(
-        folder=Path(), name="c", title="c", known=Known(nes_mass=(Quantity(body.m),)),
-        channels={}, time=None, sample_rate=None, bandpass=None, records=tuple(records),
+        folder=Path(), name="c", title="c",
+        known=Known(nes_mass=(Quantity(body.m),), uncertainties=Uncertainties()),
+        channels=_CHANNELS, time=None, sample_rate=None, bandpass=None, records=tuple(records),
     )  # fmt: skip
     return found, campaign, tables
+
+
+_CHANNELS = {
+    role: Channel(role, role, role, 1.0, sensitivity=False)
+    for role in ("displacement", "acceleration")
+}
 
 
 @cache

@@ -14,9 +14,7 @@ from benchmarks.robustness.end_of_orbit import stays, true_end
 from vinesexp.clearance.comparison import END, Comparison
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig
-from vinesexp.identification.collision_model import EFFECTS
-from vinesexp.identification.combine import COMBINED
-from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.estimate import COMBINED, Estimate
 from vinesexp.pipeline import CampaignResult, analyse_campaign
 from vinesexp.records.campaign import Campaign, load_campaign
 from vinesexp.records.result_paths import ResultPaths
@@ -30,7 +28,8 @@ END_KNOWN = 1e-3
 _BOUNDS = ("or more", "or less", "edge", "beyond", "at least", "at most", "below", "above")
 #: Rows of identified.csv on ball, walls and contact.
 EFFECT_ROWS = (
-    "r_wall_plus", "r_wall_minus", "jump_ratio", "r_effective", "nes_mass_effective", *EFFECTS
+    "r_wall_plus", "r_wall_minus", "r_effective", "nes_mass_effective", "r_speed_slope",
+    "friction", "tilt", "contact_time", "rolling",
 )  # fmt: skip
 
 

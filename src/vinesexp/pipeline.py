@@ -201,8 +201,11 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
     from vinesexp.identification.amplitude_law import write_levels
     from vinesexp.identification.budget import budget_rows, write_budget
     from vinesexp.identification.estimate import read_estimates, write_identified
+    from vinesexp.identification.joint.whole import write_rig
     from vinesexp.identification.whole_campaign import identify_campaign
     from vinesexp.records.checks import write_checks
+    from vinesexp.records.result_columns import INPUTS
+    from vinesexp.records.tables import write_rows
     from vinesexp.signals.impacts.impact_table import read_impacts
 
     campaign = campaign_seen_by("identify", campaign)
@@ -218,6 +221,8 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
     }
     whole = identify_campaign(found, campaign, impacts)
     write_identified(paths.identified, whole.rows)
+    write_rows(paths.inputs, INPUTS, whole.inputs)
+    write_rig(paths.rig, whole.rig)
     write_budget(paths.rig_budget, budget_rows(whole.sources))
     write_levels(paths.level_values, whole.levels, whole.rows)
     write_checks(paths.identify_checks, whole.checks)
@@ -226,22 +231,33 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
 
 def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:
     """Measured beside predicted clearances, clearances.csv; what is odd; budget.csv."""
+    from vinesexp.clearance.as_found import as_found
     from vinesexp.clearance.clearance_budget import clearance_budget
     from vinesexp.clearance.comparison import compare, write_clearances
     from vinesexp.identification.budget import write_budget
+    from vinesexp.identification.joint.whole import read_rig
     from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import BASE, BUDGET, DECAY_TIMES, IDENTIFIED, LEVEL_VALUES
+    from vinesexp.records.result_columns import (
+        BASE,
+        BUDGET,
+        DECAY_TIMES,
+        IDENTIFIED,
+        INPUTS,
+        LEVEL_VALUES,
+    )
     from vinesexp.records.result_columns import RECORD_REGIMES as REGIMES
     from vinesexp.records.tables import read_rows
 
     campaign = campaign_seen_by("compare", campaign)
+    campaign = as_found(campaign, read_rows(paths.inputs, INPUTS))
+    joint = read_rig(paths.rig)
     identified, regimes = read_rows(paths.identified, IDENTIFIED), read_rows(paths.regimes, REGIMES)
     times, base = read_rows(paths.decay_times, DECAY_TIMES), read_rows(paths.base, BASE)
     levels = read_rows(paths.level_values, LEVEL_VALUES)
-    rows, checks = compare(campaign, identified, regimes, times, base, levels)
+    rows, checks = compare(campaign, identified, regimes, times, base, levels, joint)
     write_clearances(paths.clearances, rows)
     budget = read_rows(paths.rig_budget, BUDGET)
-    more = clearance_budget(campaign, identified, budget, regimes, times, base, levels)
+    more = clearance_budget(campaign, identified, budget, regimes, times, base, levels, joint)
     write_budget(paths.budget, [*budget, *more])
     write_checks(paths.compare_checks, checks)
     return rows
@@ -249,13 +265,15 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
 
 def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
     """Every record simulated again with the identified rig and its measured base, replay.csv."""
+    from vinesexp.clearance.as_found import as_found
     from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import BASE, IDENTIFIED, RECORD_REGIMES
+    from vinesexp.records.result_columns import BASE, IDENTIFIED, INPUTS, RECORD_REGIMES
     from vinesexp.records.tables import read_rows
     from vinesexp.replay.campaign_replay import replay_campaign
     from vinesexp.replay.replay_table import replay_checks, write_replay
 
     campaign = campaign_seen_by("replay", campaign)
+    campaign = as_found(campaign, read_rows(paths.inputs, INPUTS))
     rows, cycles = replay_campaign(
         campaign,
         identified=read_rows(paths.identified, IDENTIFIED),

@@ -10,8 +10,8 @@ import pytest
 
 from vinesexp.clearance.predicted import IdentifiedRig, at_level
 from vinesexp.identification.amplitude_law import law_rows, level_rows, level_values
-from vinesexp.identification.combine import weigh
 from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.records.campaign import Campaign, Known, Record
 from vinesexp.records.uncertainties import EXACT
 from vinesexp.units import Quantity
@@ -65,7 +65,7 @@ def swings() -> list[Estimate]:
 
 def test_each_level_has_the_values_of_its_own_amplitude():
     found = [*ringdown("rd_1"), *ringdown("rd_2"), *swings()]
-    whole = weigh(found, campaign())
+    whole = identify_campaign(found, campaign(), {})
     assert [level.base_amplitude for level in whole.levels] == list(LEVELS)
     for level in whole.levels:
         assert level.amplitude == LEVELS[level.base_amplitude]
@@ -101,7 +101,7 @@ def test_a_frequency_that_slips_in_proportion_to_amplitude_is_no_spring():
 
 def test_where_nothing_depends_on_amplitude_there_is_no_level_and_no_law():
     found = [*ringdown("rd_1", law=False), *ringdown("rd_2", law=False), *swings()]
-    whole = weigh(found, campaign())
+    whole = identify_campaign(found, campaign(), {})
     assert whole.levels == ()
     assert not [e for e in whole.rows if e.method == "ring-downs"]
 

@@ -11,12 +11,12 @@ import pytest
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.amplitude_law import law_rows
-from vinesexp.identification.combine import weigh
 from vinesexp.identification.damping_law import Decay
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.least_squares import covariance_of, least_squares
 from vinesexp.identification.ringdown import ring_down
 from vinesexp.identification.ringdown_result import oscillation_at
+from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.records.campaign import Campaign, Known, Record
 from vinesexp.records.uncertainties import EXACT
 
@@ -100,7 +100,7 @@ def test_a_value_with_an_error_of_more_than_half_of_it_is_left_out_and_said():
         Estimate("f0", 1062.9, 45756.0, "Hz", "likelihood", ("ring",)),
         Estimate("zeta", 0.01, 1e-4, "1", "likelihood", ("ring",)),
     ]
-    whole = weigh(found, campaign)
+    whole = identify_campaign(found, campaign, {})
     assert {e.parameter for e in whole.rows} == {"zeta"}
     assert any("1063 +- 4.6e+04 Hz" in check.detail for check in whole.checks)
 

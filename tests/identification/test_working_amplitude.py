@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vinesexp.identification.combine import weigh
 from vinesexp.identification.damping_law import Decay, logs_and_phases
 from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.records.schema import Campaign, Known, Record
 from vinesexp.records.store import create_record, open_record
 
@@ -74,7 +74,7 @@ def bent(tmp_path_factory):
 
 @pytest.mark.parametrize("A", [2e-3, 5e-3, 12e-3])
 def test_values_are_those_at_the_amplitude_of_the_periodic_tests(bent, A):
-    whole = weigh([*bent, *working(A)], campaign(periodic=(2.5e-4,)))
+    whole = identify_campaign([*bent, *working(A)], campaign(periodic=(2.5e-4,)), {})
     for name, truth in zip(("f0", "zeta"), true(A), strict=True):
         found = whole.source(name).total
         assert found.value == pytest.approx(truth, rel={"f0": 2e-5, "zeta": 5e-3}[name])
@@ -85,7 +85,9 @@ def test_values_are_those_at_the_amplitude_of_the_periodic_tests(bent, A):
 
 
 def test_the_interval_holds_all_levels_that_were_tested(bent):
-    whole = weigh([*bent, *working(3e-3, 9e-3)], campaign(periodic=(1.5e-4, 2.5e-4)))
+    whole = identify_campaign(
+        [*bent, *working(3e-3, 9e-3)], campaign(periodic=(1.5e-4, 2.5e-4)), {}
+    )
     for i, name in enumerate(("f0", "zeta")):
         low, high = whole.source(name).total.interval()
         assert low < true(3e-3)[i] < high
@@ -95,23 +97,25 @@ def test_the_interval_holds_all_levels_that_were_tested(bent):
 
 def test_the_best_test_of_a_level_counts(bent):
     """Several clearances at one base amplitude: b_c is where the mass moves least."""
-    whole = weigh([*bent, *working(4e-3, 15e-3)], campaign(periodic=(2.5e-4, 2.5e-4)))
+    whole = identify_campaign(
+        [*bent, *working(4e-3, 15e-3)], campaign(periodic=(2.5e-4, 2.5e-4)), {}
+    )
     assert whole.source("zeta").total.value == pytest.approx(true(4e-3)[1], rel=5e-3)
 
 
 def test_without_periodic_tests_the_releases_count(bent):
-    whole = weigh(bent, campaign(transients=(0.016,)))
+    whole = identify_campaign(bent, campaign(transients=(0.016,)), {})
     middle = math.sqrt(0.5) * 0.016
     assert whole.source("zeta").total.value == pytest.approx(true(middle)[1], rel=5e-3)
 
 
 def test_ring_downs_of_different_releases_do_not_disagree(bent):
-    checks = weigh([*bent, *working(5e-3)], campaign(periodic=(2.5e-4,))).checks
+    checks = identify_campaign([*bent, *working(5e-3)], campaign(periodic=(2.5e-4,)), {}).checks
     assert not [c for c in checks if c.check == "agreement"]
 
 
 def test_what_depends_on_amplitude_is_reported(bent):
-    checks = weigh([*bent, *working(5e-3)], campaign(periodic=(2.5e-4,))).checks
+    checks = identify_campaign([*bent, *working(5e-3)], campaign(periodic=(2.5e-4,)), {}).checks
     damping = [c for c in checks if c.check == "damping"]
     spring = [c for c in checks if c.check == "spring"]
     assert {c.record for c in damping} == {c.record for c in spring} == {"d0", "d1"}
@@ -123,7 +127,7 @@ def test_what_depends_on_amplitude_is_reported(bent):
 def test_a_spring_that_softens_is_said_to(tmp_path):
     soft = Decay(0.0, 0.3, W, alpha=0.32, kappa=-0.01 / 0.02**2)
     found = [*decays(tmp_path, soft), *working(2e-3)]
-    checks = weigh(found, campaign(periodic=(2.5e-4,))).checks
+    checks = identify_campaign(found, campaign(periodic=(2.5e-4,)), {}).checks
     assert all("the spring softens" in c.detail for c in checks if c.check == "spring")
     assert [c for c in checks if c.check == "spring"]
 
@@ -132,7 +136,7 @@ def test_a_sweep_is_moved_by_what_the_ring_downs_show(bent):
     swept = [
         Estimate("zeta", true(0.015)[1], 1e-6, "1", "sweep", ("p0",), amplitude=0.015),
     ]
-    whole = weigh([*bent, *swept, *working(5e-3)], campaign(periodic=(2.5e-4,)))
+    whole = identify_campaign([*bent, *swept, *working(5e-3)], campaign(periodic=(2.5e-4,)), {})
     row = next(e for e in whole.rows if (e.parameter, e.method) == ("zeta", "sweep"))
     assert row.value == pytest.approx(true(5e-3)[1], rel=5e-3)
     assert row.std_error > 0.2 * abs(true(0.015)[1] - true(5e-3)[1])
@@ -140,7 +144,7 @@ def test_a_sweep_is_moved_by_what_the_ring_downs_show(bent):
 
 def test_a_plain_decay_is_left_alone(tmp_path):
     found = [*decays(tmp_path, PLAIN), *working(5e-3)]
-    whole = weigh(found, campaign(periodic=(2.5e-4,)))
+    whole = identify_campaign(found, campaign(periodic=(2.5e-4,)), {})
     own = [e for e in found if (e.parameter, e.method) == ("zeta", "likelihood")]
     assert whole.source("zeta").parts == {}
     assert min(e.value for e in own) <= whole.source("zeta").estimate.value

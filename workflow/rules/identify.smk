@@ -19,7 +19,9 @@ rule identify:
         PLAN.before("identify", PATHS.identified),
     output:
         table(PATHS.identified),
+        table(PATHS.inputs),
         table(PATHS.level_values),
+        PATHS.rig,
         PATHS.rig_budget,
         PATHS.identify_checks,
     log:

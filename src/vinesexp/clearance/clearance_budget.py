@@ -17,6 +17,7 @@ from vinesexp.clearance.predicted import (
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import COLLISIONS, rows_of
+from vinesexp.identification.joint.whole import RigPosterior
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.tables import Value
 
@@ -31,6 +32,7 @@ def clearance_budget(
     times: Rows,
     base: Rows,
     values: Rows = (),
+    joint: RigPosterior | None = None,
 ) -> list[dict[str, Value]]:
     """Rows of each b_c and b_t, contributions in m.
 
@@ -41,9 +43,9 @@ def clearance_budget(
         Rows of identified.csv, of the rig's own budget, of regimes.csv, decay_times.csv, base.csv
         and level_values.csv.
     """
-    rig = identified_rig(identified, campaign.known)
+    rig = identified_rig(identified, campaign.known, joint)
     predictions = [
-        (f"b_c, {level.name}", partial(predicted_b_c, own, base=level.base))
+        (f"b_c, {level.name}", partial(predicted_b_c, own, base=level.base, level=level.nominal))
         for level in periodic_levels(campaign, regimes, base, identified)
         for own in (at_level(rig, values, G=level.nominal),)
     ]
@@ -57,7 +59,9 @@ def clearance_budget(
             found: Predicted = predict()
         except AnalysisError:
             continue
-        parts = divided(found.parts, rig, budget)
+        parts = (
+            found.parts if name.startswith("b_c") and joint else divided(found.parts, rig, budget)
+        )
         rows += rows_of(name, parts, unit=1e-3, name_of_unit=" mm")
     return rows
 

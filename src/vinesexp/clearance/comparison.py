@@ -32,6 +32,7 @@ from vinesexp.clearance.predicted import (
 )
 from vinesexp.clearance.settled import may_not_have_settled, settling_check
 from vinesexp.errors import AnalysisError
+from vinesexp.identification.joint.whole import RigPosterior
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
 from vinesexp.records.result_columns import CLEARANCES
@@ -66,8 +67,6 @@ class Comparison:
     measured_mm, measured_low_mm, measured_high_mm : the clearance and the tried ones around it,
         by their own uncertainty farther away; one of those is None where nothing was tried beyond,
         and `bound` says so.
-    offset_mm : true less stated clearance, where the flights of the balls show one; what is
-        measured is as the sheet has it.
     published_mm, exact_mm, predicted_low_mm, predicted_high_mm : b_c or b_t.
     error_percent : the exact prediction against the measured clearance; None for a bound, and for
         a release, whose fastest clearance b_t does not predict.
@@ -89,7 +88,6 @@ class Comparison:
     kind: str = ""
     records: str = ""
     bound: str = ""
-    offset_mm: float | None = None
 
 
 def compare(
@@ -99,6 +97,7 @@ def compare(
     times: Rows = (),
     base: Rows = (),
     amplitudes: Rows = (),
+    joint: RigPosterior | None = None,
 ) -> tuple[list[Comparison], list[Check]]:
     """Measured against predicted, level by level, and what cannot be compared and why.
 
@@ -107,14 +106,15 @@ def compare(
     campaign : Campaign
     identified, regimes, times, base, amplitudes : sequences of mappings
         Rows of identified.csv, regimes.csv, decay_times.csv, base.csv and level_values.csv.
+    joint : RigPosterior, optional
+        How the errors of the identified values and of the base go together.
 
     Returns
     -------
     rows, checks
         A level that cannot be measured keeps its row, with empty cells, and a check says why.
     """
-    rig = identified_rig(identified, campaign.known)
-    offset = _offset(identified)
+    rig = identified_rig(identified, campaign.known, joint)
 
     def reach(b: float) -> float:
         return COVERAGE_95 * campaign.known.uncertainties.clearance.of(b)
@@ -124,14 +124,16 @@ def compare(
     for level in periodic_levels(campaign, regimes, base, identified):
         checks += _base_checks(campaign, level, base)
         own = at_level(rig, amplitudes, G=level.nominal)
-        predicted = _predicted(checks, level.name, partial(predicted_b_c, own, base=level.base))
+        predicted = _predicted(
+            checks, level.name, partial(predicted_b_c, own, base=level.base, level=level.nominal)
+        )
         tests = _settled(checks, level, own, predicted)
         for name, kind, find in (
             (level.name, LOWEST, lowest_amplitude),
             (level.name + END, PERMANENT_END, end_of_permanent),
         ):
             optimum = _measured(checks, "periodic", name, tests, find, reach)
-            row = _row("periodic", name, kind, optimum, predicted, offset=offset)
+            row = _row("periodic", name, kind, optimum, predicted)
             rows.append(replace(row, base_amplitude_mm=1e3 * level.G))
     # Without f0 the time between two samples of the amplitude is unknown: no ties.
     resolution = 0.5 / rig.f0.value if rig.f0 else 0.0
@@ -142,14 +144,8 @@ def compare(
             partial(fastest, resolution=resolution),
             reach,
         )
-        rows.append(_row("transient", release.name, FASTEST, optimum, predicted, offset=offset))
+        rows.append(_row("transient", release.name, FASTEST, optimum, predicted))
     return rows, [*_absent(campaign, rig, rows), *dict.fromkeys(checks)]
-
-
-def _offset(identified: Rows) -> float | None:
-    """True less stated clearance of all tests, m, where the flights show one."""
-    found = [row for row in identified if row["parameter"] == "clearance_offset"]
-    return float(found[0]["value"]) if found else None
 
 
 def _base_checks(campaign: Campaign, level: Periodic, base: Rows) -> list[Check]:
@@ -157,7 +153,6 @@ def _base_checks(campaign: Campaign, level: Periodic, base: Rows) -> list[Check]
     records = [record for record in campaign.records if record.id in ids]
     return base_checks(
         level.name,
-        level.nominal,
         {record.frequency[0] for record in records if record.frequency},
         level.base,
         [row for row in base if row["record"] in ids],
@@ -233,10 +228,8 @@ def _row(
     kind: str,
     optimum: Optimum | None,
     predicted: Predicted | None,
-    *,
-    offset: float | None,
 ) -> Comparison:
-    row = Comparison(test, level, kind=kind, offset_mm=None if offset is None else 1e3 * offset)
+    row = Comparison(test, level, kind=kind)
     if optimum:
         row = replace(
             row,
@@ -256,7 +249,7 @@ def _row(
         )
     # b_t says where a release starts on the SIM, not which clearance is fastest to a level
     if optimum and predicted and not optimum.bound and kind != FASTEST:
-        error = 100.0 * (predicted.exact / (optimum.clearance + (offset or 0.0)) - 1.0)
+        error = 100.0 * (predicted.exact / optimum.clearance - 1.0)
         row = replace(row, error_percent=error)
     return row
 

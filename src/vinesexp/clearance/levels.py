@@ -11,8 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from vinesexp.clearance.base_choice import felt_of
-from vinesexp.clearance.level_base import LevelBase, base_of_level
+from vinesexp.clearance.level_base import LevelBase, base_of_level, found_base
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.tables import number
 from vinesexp.theory.regime_definitions import Regime
@@ -99,8 +98,7 @@ def periodic_levels(
     ----------
     campaign : Campaign
     regimes, base, identified : sequences of mappings
-        Rows of regimes.csv, base.csv and identified.csv; the last for what the mass felt of the
-        base, where its channel contradicts the sheet.
+        Rows of regimes.csv, base.csv and identified.csv; the last for the base amplitudes found.
     """
     measured = {row["record"]: row for row in base}
     groups: dict[float, list[tuple[Record, Tested]]] = {}
@@ -124,7 +122,7 @@ def periodic_levels(
             {record.frequency[0] for record in records if record.frequency},
             [measured[record.id] for record in records if record.id in measured],
             inputs=campaign.known.uncertainties,
-            felt=felt_of(identified, {record.id for record in records}),
+            found=found_base(identified, {record.id for record in records}),
         )
         levels.append(Periodic(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
     return levels

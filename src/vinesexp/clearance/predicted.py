@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.budget import BASE, FREQUENCY, RELEASE
+from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
+from vinesexp.identification.joint.whole import RigPosterior
 from vinesexp.records.campaign import Known
 from vinesexp.records.uncertainties import EXACT, Uncertainties
 from vinesexp.rig import RIG_VALUES
@@ -60,6 +61,8 @@ class IdentifiedRig:
     rolling : share s of the floor's motion that a ball takes which rolls. It moves as one of mass
         m (1 - s) that slides in a cavity of clearance b/(1 - s) on a mass M + s m: exactly, as the
         ball's place less s times that of the mass, over 1 - s, moves uniformly between the walls.
+    joint : how the errors of all these and of the base amplitudes go together, where all records
+        were estimated at once.
     """
 
     values: Mapping[str, Quantity]
@@ -68,6 +71,7 @@ class IdentifiedRig:
     inputs: Uncertainties = EXACT
     effective: tuple[str, ...] = ()
     rolling: float = 0.0
+    joint: RigPosterior | None = None
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -105,7 +109,9 @@ class IdentifiedRig:
         return covariance
 
 
-def identified_rig(identified: Sequence[Mapping[str, str]], known: Known) -> IdentifiedRig:
+def identified_rig(
+    identified: Sequence[Mapping[str, str]], known: Known, joint: RigPosterior | None = None
+) -> IdentifiedRig:
     """The `combined` rows of identified.csv and the weighed ball.
 
     Where a ball rubs or a contact lasts, the effective r and mass of the ball take their places:
@@ -134,8 +140,9 @@ def identified_rig(identified: Sequence[Mapping[str, str]], known: Known) -> Ide
         values["m"] = Quantity((1.0 - rolling) * m.value, (1.0 - rolling) * m.std_error)
         effective += ["M", "m"]
     return IdentifiedRig(
-        values, found.get("f0"), found.get("zeta"), known.uncertainties, tuple(effective), rolling
-    )
+        values, found.get("f0"), found.get("zeta"), known.uncertainties, tuple(effective), rolling,
+        joint,
+    )  # fmt: skip
 
 
 def found_rolling(identified: Sequence[Mapping[str, str]]) -> float:
@@ -180,10 +187,11 @@ class Predicted:
     parts: Mapping[str, float] = field(default_factory=dict)
 
 
-def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
+def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float | None = None) -> Predicted:
     """b_c for the base of a level; the errors of the base are part of the interval.
 
-    Without a frequency that the tests share, the oscillator's own is taken.
+    Without a frequency that the tests share, the oscillator's own is taken. `level` is the base
+    amplitude as stated, m, by which the joint errors are known.
 
     Raises
     ------
@@ -214,8 +222,56 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase) -> Predicted:
         moves[BASE] = abs(exact(base.G.value + base.G.std_error, at) - found.exact)
     if f is not None and f.std_error:
         moves[FREQUENCY] = abs(exact(base.G.value, f.value + f.std_error) - found.exact)
+    by_G = (exact(base.G.value * (1.0 + _STEP), at) - found.exact) / _STEP
+    if rig.joint is not None and level is not None:
+        return _of_joint(found, rig, rig.joint, level=level, by_G=by_G, moves=moves)
     parts = {**_parts(rig, found.gradient), **moves}
     return _of_cavity(found, rig, error=math.hypot(*moves.values()), parts=parts)
+
+
+_STEP = 1e-3  # of G, for its derivative
+
+
+def _of_joint(
+    found: ClearancePrediction, rig: IdentifiedRig, joint: RigPosterior, *, level: float,
+    by_G: float, moves: Mapping[str, float],
+) -> Predicted:  # fmt: skip
+    """A clearance whose interval holds how the errors of everything it depends on go together."""
+    by = {name: found.gradient[name] * rig.values[name].value for name in rig.values}
+    name = f"G:{1e3 * level:.6g}"
+    gradient = {
+        "M": by["M"] + by["c1"] + by["k1"], "f0": by["c1"] + 2.0 * by["k1"], "zeta": by["c1"],
+        "r": found.gradient["r"], "m": by["m"], name: by_G,
+    }  # fmt: skip
+    # At the amplitude of a level f0 and zeta are less sure than over all of them together.
+    own = {"f0": rig.f0, "zeta": rig.zeta}
+    variance = joint.part(gradient)
+    for key, quantity in own.items():
+        whole = joint.of(key)
+        if quantity is not None and whole is not None:
+            more = (quantity.std_error / quantity.value) ** 2 - (whole[1] / whole[0]) ** 2
+            variance += max(more, 0.0) * gradient[key] ** 2
+    frequency = moves.get(FREQUENCY, 0.0)
+    if name not in joint.names:  # nothing but the test log knows the base
+        variance += moves.get(BASE, 0.0) ** 2
+    parts = {
+        label: math.sqrt(max(joint.part(gradient, covariance), 0.0))
+        for label, covariance in joint.parts.items()
+    }
+    parts = {label: part for label, part in parts.items() if part > 1e-3 * math.sqrt(variance)}
+    inputs = math.hypot(*parts.values()) if parts else 0.0
+    if inputs > math.sqrt(variance):
+        parts = {label: part * math.sqrt(variance) / inputs for label, part in parts.items()}
+    rest = math.sqrt(max(variance - sum(part**2 for part in parts.values()), 0.0))
+    error = math.hypot(math.sqrt(variance), frequency)
+    s = 1.0 - rig.rolling
+    return Predicted(
+        s * found.published,
+        s * found.exact,
+        s * max(found.exact - COVERAGE_95 * error, 0.0),
+        s * (found.exact + COVERAGE_95 * error),
+        {name: s * part for name, part in {**parts, RECORDS: rest, FREQUENCY: frequency}.items()},
+    )
 
 
 def _of_cavity(

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from vinesexp.identification.average import Mean, weighted_mean
 from vinesexp.identification.estimate import Estimate
 from vinesexp.records.result_columns import BUDGET
 from vinesexp.records.tables import Value, write_rows
@@ -73,63 +72,6 @@ class Source:
         """The estimate with the standard error of everything."""
         error = math.hypot(self.estimate.std_error, *self.parts.values())
         return replace(self.estimate, std_error=error)
-
-
-def combined_source(sources: Sequence[Source], *, method: str) -> tuple[Source, Mean]:
-    """Sources of one parameter as one; parts of one name add up with their signs.
-
-    What the mean is wider by than records and inputs explain is its part `DISAGREEMENT`.
-    """
-    totals = [source.total for source in sources]
-    mean = weighted_mean([e.value for e in totals], [e.std_error for e in totals])
-    names = dict.fromkeys(name for source in sources for name in source.parts)
-    parts = {
-        name: sum(
-            float(w) * source.parts.get(name, 0.0)
-            for w, source in zip(mean.weights, sources, strict=True)
-        )
-        for name in names
-    }
-    own = math.hypot(
-        *(
-            float(w) * source.estimate.std_error
-            for w, source in zip(mean.weights, sources, strict=True)
-        )
-    )
-    if mean.spread > 0.0:
-        explained = math.hypot(own, *parts.values())
-        parts[DISAGREEMENT] = math.sqrt(max(mean.error**2 - explained**2, 0.0))
-    first = totals[0]
-    records = tuple(dict.fromkeys(name for e in totals for name in e.records))
-    value = Estimate(first.parameter, mean.value, own, first.unit, method, records)
-    return Source(value, parts), mean
-
-
-def product(
-    parameter: str, value: float, unit: str, factors: Sequence[tuple[Source, float]], *, method: str
-) -> Source:
-    """A product of powers of independent estimates, such as k1 = M (2 pi f0)^2.
-
-    Parameters
-    ----------
-    parameter, value, unit, method
-        Of the product.
-    factors : sequence of (Source, float)
-        Each factor with its power.
-    """
-    own = 0.0
-    parts: dict[str, float] = {}
-    for source, power in factors:
-        scale = power * value / source.estimate.value if source.estimate.value else 0.0
-        own = math.hypot(own, scale * source.estimate.std_error)
-        for name, part in source.parts.items():
-            # What disagrees about one factor has nothing to do with what disagrees about another.
-            key = f"{name}: {source.estimate.parameter}" if name == DISAGREEMENT else name
-            parts[key] = parts.get(key, 0.0) + scale * part
-    records = tuple(
-        dict.fromkeys(name for source, _ in factors for name in source.estimate.records)
-    )
-    return Source(Estimate(parameter, value, own, unit, method, records), parts)
 
 
 def budget_rows(sources: Sequence[Source]) -> list[dict[str, Value]]:

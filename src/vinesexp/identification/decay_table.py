@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.identification.combine import counted
-from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.estimate import Estimate, counted
 from vinesexp.records.store import open_record
 from vinesexp.records.tables import Value
 from vinesexp.signals.cycles import cycle_amplitudes

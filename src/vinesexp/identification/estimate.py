@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign import Record
 from vinesexp.records.result_columns import IDENTIFIED
 from vinesexp.records.tables import Value, write_rows
 from vinesexp.units import COVERAGE_95
+
+#: Method of the values that predictions use.
+COMBINED = "combined"
+#: The methods of single records that count; the cheaper ones are shown beside them. A record has
+#: an ``envelope`` only where it stands in for a likelihood that failed.
+BEST = ("likelihood", "envelope", "sweep", "impacts", "drop")
 
 #: Parameter name of a record that gave nothing; its `note` is the reason.
 NOTHING = "nothing"
@@ -38,6 +45,8 @@ class Estimate:
         What a person should know of it; becomes a row of checks.csv.
     amplitude : float or None
         Amplitude of motion at which the value holds, m, where it may depend on it.
+    data : mapping, optional
+        What a later step needs beside the value.
 
     Examples
     --------
@@ -54,6 +63,7 @@ class Estimate:
     records: tuple[str, ...] = ()
     note: str = ""
     amplitude: float | None = None
+    data: Mapping[str, Any] | None = None
 
     def interval(self) -> tuple[float, float]:
         """95 % interval."""
@@ -85,6 +95,20 @@ def estimates_of(
         Estimate(name, float(value), float(error), unit, method, (record.id,))
         for name, value, error, unit in rows
     ]
+
+
+def counted(found: Sequence[Estimate]) -> list[Estimate]:
+    """The estimates of single records that the combined values are made of.
+
+    Whoever shows a value of one record shows one of these: the others are cheaper methods, for
+    comparison. Values that depend on amplitude hold at their `amplitude`.
+    """
+    return [e for e in found if e.method in BEST]
+
+
+def combined(rows: Sequence[Estimate], parameter: str) -> Estimate | None:
+    """The combined row of a parameter."""
+    return next((e for e in rows if e.parameter == parameter and e.method == COMBINED), None)
 
 
 def write_estimates(path: Path, estimates: Iterable[Estimate]) -> None:

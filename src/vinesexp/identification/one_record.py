@@ -11,6 +11,7 @@ from typing import Any
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.decay_record import estimates_of_decay
+from vinesexp.identification.driven_motion import DRIVEN, driven_motion
 from vinesexp.identification.estimate import NOTHING, Estimate, estimates_of, nothing
 from vinesexp.identification.impact_estimates import impact_estimates
 from vinesexp.identification.oscillation import displacement_of, frequency_of_motion
@@ -51,7 +52,8 @@ def estimate_record(
         Parameters `f0`, `zeta`, `M`, `r` (with a number for several NESs); `f0_added` and
         `zeta_added` where a mass was added, the same with `_at` over amplitude;
         `damping_linear`, `damping_quadratic`, `damping_coulomb`, `stiffening`, `frequency_slope`
-        and `beat` of a decay; `working_amplitude` and `base_harmonic` of a periodic test;
+        and `beat` of a decay; `working_amplitude`, `base_seen`, `base_frequency` and `driven` of
+        a periodic test;
         `accelerometer_gain` and `channel_lag` of the channels, `accelerometer_corner` of one that
         is AC-coupled, `accelerometer_across` of one that shows motion across its axis;
         `integrated_phase` where the displacement is the integral of the acceleration; `content`,
@@ -103,8 +105,8 @@ def _by_test(
         return found + estimates_of_decay(record, view, frequency)
     if record.clearance:
         found += _swing(record, view, frequency)
-        found += _harmonic(record, view, frequency)
         table = read_impacts(impacts)
+        found += _driven(record, view, table, frequency)
         if "displacement" in view.roles or not table.n:
             return found + impact_estimates(record, known, table, frequency, agreement)
         return found + _without_laser(record, known, view, table, frequency)
@@ -151,14 +153,28 @@ def _swing(record: Record, view: RecordView, frequency: float) -> list[Estimate]
     )
 
 
-def _harmonic(record: Record, view: RecordView, frequency: float) -> list[Estimate]:
-    """Second harmonic of the base in a periodic test, over its amplitude."""
-    if record.test != "periodic" or "base" not in view.roles:
+def _driven(record: Record, view: RecordView, impacts: Impacts, frequency: float) -> list[Estimate]:
+    """The base of a periodic test: as its channel shows it, and as the mass answers it."""
+    if record.test != "periodic":
         return []
-    base = base_of(view, frequency=frequency)
-    if base is None:
-        return []
-    return estimates_of(record, "base", [("base_harmonic", base.harmonic_2, 0.0, "1")])
+    found = []
+    stated = sum(record.frequency) / 2.0 if record.frequency else None
+    base = base_of(view, frequency=stated or frequency) if "base" in view.roles else None
+    if base is not None:
+        rows = [
+            ("base_seen", base.amplitude, base.amplitude_error, "m"),
+            ("base_frequency", base.frequency, base.frequency_error, "Hz"),
+        ]
+        found += estimates_of(record, "base channel", rows)
+    if "displacement" in view.roles:
+        motion = driven_motion(view, impacts.time_s, frequency=frequency, stated=stated)
+        if motion is not None:
+            count = float(motion.flights)
+            found.append(
+                Estimate(DRIVEN, count, 0.0, "1", "motion of the mass", (record.id,),
+                         data=motion.as_lists())
+            )  # fmt: skip
+    return found
 
 
 def _drop(record: Record, impacts: Impacts) -> list[Estimate]:

@@ -9,7 +9,6 @@ from vinesexp.identification.average import DISAGREES
 from vinesexp.identification.estimate import Estimate
 from vinesexp.records.checks import Check
 
-_GAIN_MATTERS = 0.01
 _HEIGHT_MATTERS = 0.1  # what a table that answers, or a spring that is not straight, may do
 _LAG_MATTERS = 2e-5  # s
 
@@ -47,7 +46,7 @@ def _of_sweeps(found: Sequence[Estimate]) -> list[Check]:
 
 
 def _channels(found: Sequence[Estimate]) -> list[Check]:
-    """Sign, gain and lag of the accelerometer beside the laser, where they are off."""
+    """Sign and lag of the accelerometer beside the laser, where they are off."""
     checks = []
     for e in found:
         sure = abs(e.value) > 5.0 * e.std_error
@@ -57,14 +56,6 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
                 "Turn the sensitivity of one of them round"
             )
             checks.append(Check(e.records[0], "sign", "warning", detail))
-        off = abs(abs(e.value) - 1.0)
-        if e.parameter == "accelerometer_gain" and off > max(5.0 * e.std_error, _GAIN_MATTERS):
-            detail = (
-                f"the acceleration is {abs(e.value):.4g} times the second derivative of the "
-                "displacement: one sensitivity is wrong, or the channels are not what they are "
-                "said to be"
-            )
-            checks.append(Check(e.records[0], "gain", "warning", detail))
     corners = _of_most([e for e in found if e.parameter == "accelerometer_corner"], found)
     lags = [e for e in found if e.parameter == "channel_lag"]
     if corners:  # elsewhere the phase at one frequency may be the corner's

@@ -1,22 +1,77 @@
-"""All records together: impacts held against one another first, then everything combined."""
+"""All records together: identified.csv, inputs.csv and what is to be said, from one joint model."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from vinesexp.identification.base_felt import felt_bases
-from vinesexp.identification.combine import Identified, weigh
-from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.impact_consistency import consistent_impacts
-from vinesexp.identification.untested import untested
+from vinesexp.identification.admissible import possible, without_copies
+from vinesexp.identification.amplitude_law import LevelValues, law_rows, level_values
+from vinesexp.identification.average import mean_of
+from vinesexp.identification.budget import Source
+from vinesexp.identification.driven_motion import DRIVEN, driven_from
+from vinesexp.identification.estimate import COMBINED, NOTHING, Estimate
+from vinesexp.identification.joint.unknowns import Posterior
+from vinesexp.identification.joint.whole import (
+    Answer,
+    RigPosterior,
+    answer_of,
+    effective,
+    rig_posterior,
+)
+from vinesexp.identification.joint.words import cause_checks
+from vinesexp.identification.remarks import remarks
+from vinesexp.identification.working_amplitude import at_working_amplitude
 from vinesexp.records.campaign import Campaign
+from vinesexp.records.checks import Check
+from vinesexp.records.result_columns import Verdict
+from vinesexp.records.tables import Value
 from vinesexp.signals.impacts.impact_table import Impacts
+
+_METHODS = ("log decrement", "likelihood", "envelope", "half power", "sweep")
+_IMPACTS = "impacts"
+#: Stated uncertainties by which the records have to differ from a value to call it off ...
+_OFF = 4.0
+#: ... and the share of a stated uncertainty that has to be left of it to say anything.
+_SHOWN = 0.9
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What a campaign says of the rig.
+
+    Attributes
+    ----------
+    rows : list of Estimate
+        Of identified.csv: a row a method, the combined one, effects of ball and contact.
+    checks : list of Check
+    sources : list of Source
+        The combined values and what their errors are made of (budget.csv).
+    levels : tuple of LevelValues
+        f0 and zeta at each base amplitude, where they depend on it (level_values.csv).
+    inputs : list of dict
+        Rows of inputs.csv.
+    rig : RigPosterior or None
+        What predictions take, with its covariance.
+    """
+
+    rows: list[Estimate]
+    checks: list[Check]
+    sources: list[Source]
+    levels: tuple[LevelValues, ...] = ()
+    inputs: tuple[dict[str, Value], ...] = ()
+    rig: RigPosterior | None = None
+
+    def source(self, parameter: str) -> Source | None:
+        """The combined value of a parameter with the parts of its error."""
+        return next((s for s in self.sources if s.estimate.parameter == parameter), None)
 
 
 def identify_campaign(
     found: Sequence[Estimate], campaign: Campaign, impacts: Mapping[str, Impacts]
 ) -> Identified:
-    """Rows of identified.csv and what is to be said about them.
+    """Estimate the rig, ball, contact and what was stated from all records at once.
 
     Parameters
     ----------
@@ -24,21 +79,338 @@ def identify_campaign(
         Of all records (`identification.one_record.estimate_record`).
     campaign : Campaign
     impacts : mapping
-        Record id to its impact table; records without one are taken as they are.
+        Record id to its impact table.
 
     Returns
     -------
     Identified
-        Its rows hold, after the rig's parameters, what ball and contact do beyond the model, and
-        what the mass felt of the base.
+        Parameters that cannot be known are absent; a check says which and why.
     """
-    consistent = consistent_impacts(found, campaign, impacts)
-    whole = weigh(consistent.estimates, campaign)
-    rows = [*whole.rows, *consistent.effects]
-    rows += felt_bases(rows, campaign, impacts)
+    excluded = {record.id for record in campaign.records if record.exclude}
+    used = [e for e in found if not excluded & set(e.records)]
+    used, checks = without_copies(used, campaign)
+    checks += _silent(used, campaign)
+    copies = {check.record for check in checks if check.check == "copy"}
+    used, impossible = possible([e for e in used if e.parameter != NOTHING])
+    working = at_working_amplitude(used, campaign)
+    checks += [*impossible, *working.checks]
+    driven = {e.records[0]: driven_from(e.data) for e in used if e.parameter == DRIVEN and e.data}
+    own = {name: table for name, table in impacts.items() if name not in copies | excluded}
+    answer = answer_of(working.estimates, campaign, own, driven, working.spread)
+    rows = _by_method(working.estimates)
+    if answer is None:
+        return Identified(rows, [*checks, *_absent(rows), *remarks(used)], [])
+    sources = _combined(answer)
+    rows += _masses(answer, campaign)
+    rows += _restitutions(answer, working.estimates)
+    rows += [source.total for source in sources]
+    rows += _effects(answer, campaign)
+    rows += _bases(answer, campaign)
+    have = {s.estimate.parameter: s.total for s in sources}
+    levels: tuple[LevelValues, ...] = ()
+    if working.amplitude is not None and {"f0", "zeta"} <= set(have):
+        alone = {
+            name: math.sqrt(max(have[name].std_error ** 2 - working.spread.get(name, 0.0) ** 2, 0))
+            for name in ("f0", "zeta")
+        }
+        f0, zeta = have["f0"], have["zeta"]
+        levels = tuple(level_values(used, campaign, f0, zeta, working.amplitude, alone))
+        rows += law_rows(used, f0, zeta, working.amplitude)
+    inputs = tuple(_inputs(answer, campaign))
+    said = [*cause_checks(answer.judged), *_contradicted(inputs, answer)]
     return Identified(
         rows,
-        [*consistent.checks, *whole.checks, *untested(rows, campaign)],
-        whole.sources,
-        whole.levels,
+        [*checks, *said, *_absent(rows), *remarks(used)],
+        sources,
+        levels,
+        inputs,
+        rig_posterior(answer, campaign),
     )
+
+
+def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
+    """Records that give nothing; no warning where impacts are few and others give r."""
+    known = any(e.parameter == "r" or e.parameter.startswith("r_") for e in found)
+    with_ball = {record.id for record in campaign.records if record.clearance}
+    return [
+        Check(
+            e.records[0], "identification",
+            "ok" if known and e.records[0] in with_ball else "warning", e.note,
+        )
+        for e in found
+        if e.parameter == NOTHING
+    ]  # fmt: skip
+
+
+def _by_method(found: Sequence[Estimate]) -> list[Estimate]:
+    """f0 and zeta by each method alone, and r by drops: the cheaper ones for comparison."""
+    rows = []
+    for parameter, methods in (("f0", _METHODS), ("zeta", _METHODS), ("r", ("drop",))):
+        for method in methods:
+            own = [e for e in found if e.parameter == parameter and e.method == method]
+            if own:
+                rows.append(mean_of(own, method=method)[0])
+    return rows
+
+
+#: Combined values as sums of unknowns, by name: what they are the logarithm of, and their unit.
+_LOGARITHMS: Mapping[str, tuple[Mapping[str, float], float, str]] = {
+    "f0": ({"ln_f0": 1.0}, 1.0, "Hz"),
+    "zeta": ({"ln_zeta": 1.0}, 1.0, "1"),
+    "M": ({"ln_M": 1.0}, 1.0, "kg"),
+    "c1": ({"ln_M": 1.0, "ln_f0": 1.0, "ln_zeta": 1.0}, 4.0 * math.pi, "N s/m"),
+    "k1": ({"ln_M": 1.0, "ln_f0": 2.0}, 4.0 * math.pi**2, "N/m"),
+}
+_UNKNOWN = 0.5  # relative error from which on a value is none
+
+
+def _combined(answer: Answer) -> list[Source]:
+    """M, c1, k1, f0, zeta and each r, with what their errors are made of."""
+    posterior = answer.posterior
+    found = []
+    for name, (terms, factor, unit) in _LOGARITHMS.items():
+        if not all(term in posterior for term in terms):
+            continue
+        value, error = posterior.of(terms)
+        if error < _UNKNOWN:
+            size = factor * math.exp(value)
+            found.append(_source(answer, name, size, unit, terms, size))
+    for name in [n for n in posterior.names if n == "r" or n.startswith("r_")]:
+        value, error = posterior.of({name: 1.0})
+        if error < _UNKNOWN * value:
+            found.append(_source(answer, name, value, "1", {name: 1.0}, 1.0))
+    if not any(s.estimate.parameter == "r" for s in found):
+        several = [s for s in found if s.estimate.parameter.startswith("r_")]
+        if several:  # only tests with several balls: r is what they have in common
+            mean = mean_of([s.total for s in several], method=COMBINED)[0]
+            alike = Estimate("r", mean.value, mean.std_error, "1", COMBINED, mean.records)
+            found.append(Source(alike))
+    return found
+
+
+def _source(
+    answer: Answer, name: str, value: float, unit: str, terms: Mapping[str, float], scale: float
+) -> Source:
+    """A combined value with the part of each input in its error."""
+    v = answer.posterior.vector(terms)
+    whole = float(v @ answer.posterior.covariance @ v)
+    parts = {
+        label: scale * math.sqrt(max(float(v @ covariance @ v), 0.0))
+        for label, covariance in answer.parts.items()
+    }
+    total_error = scale * math.sqrt(max(whole, 0.0))
+    inputs = math.hypot(*parts.values()) if parts else 0.0
+    if inputs > total_error > 0.0:  # inputs that hold one another: each counts for less
+        parts = {label: part * total_error / inputs for label, part in parts.items()}
+        inputs = total_error
+    own = math.sqrt(max(total_error**2 - inputs**2, 0.0))
+    parts = {label: part for label, part in parts.items() if part > 1e-3 * total_error}
+    own = math.sqrt(max(total_error**2 - sum(p * p for p in parts.values()), own**2))
+    records = answer.records_of(terms)
+    return Source(Estimate(name, value, own, unit, COMBINED, records), parts)
+
+
+def _masses(answer: Answer, campaign: Campaign) -> list[Estimate]:
+    """M, c1 and k1 by each way there is to M."""
+    ways: list[tuple[str, Posterior]] = []
+    kinds = {block.kind for block in answer.observed.blocks}
+    loads = {r.added_mass or 0.0 for r in campaign.records if r.test == "ringdown"}
+    if answer.observed.loads and len(loads) > 1:
+        ways.append(("added mass", answer.without("flights", "weighed")))
+    if "flights" in kinds and campaign.known.nes_mass:
+        ways.append((_IMPACTS, answer.without("loaded", "weighed")))
+    rows = []
+    for method, posterior in ways:
+        for name in ("M", "c1", "k1"):
+            terms, factor, unit = _LOGARITHMS[name]
+            if all(term in posterior for term in terms):
+                value, error = posterior.of(terms)
+                if error < _UNKNOWN:
+                    size = factor * math.exp(value)
+                    records = answer.records_of({"ln_M": 1.0})
+                    rows.append(Estimate(name, size, size * error, unit, method, records))
+    mass = campaign.known.mass
+    if mass is not None:
+        error = mass.std_error or campaign.known.uncertainties.mass.of(mass.value)
+        rows.append(Estimate("M", mass.value, error, "kg", "weighed"))
+    return rows
+
+
+def _restitutions(answer: Answer, found: Sequence[Estimate]) -> list[Estimate]:
+    """r by impacts, without the drop tests."""
+    kinds = {block.kind for block in answer.observed.blocks}
+    if "flights" not in kinds:
+        return []
+    posterior = answer.without("drop") if "drop" in kinds else answer.posterior
+    rows = []
+    for name in [n for n in posterior.names if n == "r" or n.startswith("r_")]:
+        value, error = posterior.of({name: 1.0})
+        if error < _UNKNOWN * value:
+            rows.append(Estimate(name, value, error, "1", _IMPACTS, answer.records_of({name: 1.0})))
+    return rows
+
+
+_ROWS = {"slope": ("r_speed_slope", "s/m"), "friction": ("friction", "m/s^2"),
+         "tilt": ("tilt", "m/s^2"), "contact": ("contact_time", "s"), "rolling": ("rolling", "1"),
+         }  # fmt: skip
+
+
+def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
+    """Rows on ball, walls and contact, of effects that the records ask for."""
+    posterior = answer.posterior
+    ids = tuple(dict.fromkeys(record for record, _ in answer.observed.collisions))
+    rows = []
+    for weighed in answer.judged.found:
+        name = weighed.cause.about
+        if weighed.cause.kind != "effect" or name not in posterior:
+            continue
+        value, error = posterior.of({name: 1.0})
+        if name == "wall":
+            for wall, sign in (("plus", 0.5), ("minus", -0.5)):
+                r, r_error = posterior.of({"r": 1.0, "wall": sign})
+                rows.append(Estimate(f"r_wall_{wall}", r, r_error, "1", _IMPACTS, ids))
+        elif name in _ROWS:
+            rows.append(Estimate(_ROWS[name][0], value, error, _ROWS[name][1], _IMPACTS, ids))
+        if name == "slope":
+            speed = next(iter(answer.observed.collisions.values())).speed
+            rows.append(Estimate("r_speed", speed, 0.0, "m/s", _IMPACTS, ids))
+    ball = "ln_m" if "ln_m" in posterior else "ln_m:1"
+    of_r, of_m = effective(answer, ball)
+    if len(of_r) > 1:
+        value, error = posterior.of(of_r)
+        rows.append(Estimate("r_effective", value, error, "1", _IMPACTS, ids))
+    if len(of_m) > 1 and campaign.known.nes_mass:
+        value, error = posterior.of(of_m)
+        size = campaign.known.nes_mass[0].value * math.exp(value)
+        rows.append(Estimate("nes_mass_effective", size, size * error, "kg", _IMPACTS, ids))
+    return rows
+
+
+def _bases(answer: Answer, campaign: Campaign) -> list[Estimate]:
+    """Base amplitude of each level as all records together show it."""
+    rows = []
+    for level, name in answer.observed.levels.items():
+        value, error = answer.posterior.of({name: 1.0})
+        size = level * math.exp(value)
+        ids = tuple(
+            r.id for r in campaign.records
+            if r.test == "periodic" and r.base_amplitude
+            and abs(r.base_amplitude / level - 1.0) < 1e-6
+        )  # fmt: skip
+        rows.append(Estimate("base_amplitude", size, size * error, "m", "motion of the mass", ids))
+    return rows
+
+
+def _absent(rows: Sequence[Estimate]) -> list[Check]:
+    """What is not in the table, and what it would take."""
+    reasons = {
+        "f0": "no free decay and no sweep without NES that could be used",
+        "zeta": "no free decay and no sweep without NES that could be used",
+        "M": (
+            "not weighed (known.mass), no ring-down with added mass beside one without, "
+            "no impacts of a ball of known mass (known.nes_mass)"
+        ),
+        "r": "no drop test and no test with an NES that shows ten impacts or more",
+    }
+    present = {e.parameter for e in rows}
+    checks = [
+        Check("", "identification", "warning", f"{name} is not known: {reason}")
+        for name, reason in reasons.items()
+        if name not in present
+    ]
+    if not {"k1", "c1"} <= present:
+        lacking = ", ".join(name for name in ("M", "f0", "zeta") if name not in present)
+        detail = f"k1 and c1 are not known: they need {lacking}"
+        checks.append(Check("", "identification", "warning", detail))
+    return checks
+
+
+def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
+    """Rows of inputs.csv: each thing that was stated, and what the records say of it."""
+    o = answer.observed
+    rows = []
+    for (record, number), (name, stated) in o.clearances.items():
+        terms = {name: 1.0, "clearance offset": 1.0, "clearance scale": stated}
+        item = "clearance" if number == 0 else f"clearance of ball {number}"
+        rows.append(_input(answer, item, (record,), "mm", 1e3, stated, terms, log=False))
+    for level, name in o.levels.items():
+        ids = tuple(
+            r.id for r in campaign.records
+            if r.base_amplitude and abs(r.base_amplitude / level - 1.0) < 1e-6
+        )  # fmt: skip
+        rows.append(_input(answer, "base_amplitude", ids, "mm", 1e3, level, {name: 1.0}, log=True))
+    for load, name in o.loads.items():
+        ids = tuple(r.id for r in campaign.records if r.added_mass == load)
+        factor = math.exp(answer.posterior.of({"load scale": 1.0})[0])
+        row = _input(answer, "added_mass", ids, "g", 1e3, load, {name: 1.0}, log=False)
+        found = row["found"]
+        assert isinstance(found, float)
+        rows.append(row | {"found": found * factor})
+    for place, mass in enumerate(campaign.known.nes_mass, start=1):
+        name = "ln_m" if len(campaign.known.nes_mass) == 1 else f"ln_m:{place}"
+        if name in answer.posterior:
+            item = "nes_mass" if name == "ln_m" else f"nes_mass of ball {place}"
+            rows.append(_input(answer, item, (), "g", 1e3, mass.value, {name: 1.0}, log=True))
+    if campaign.known.mass is not None:
+        mass = campaign.known.mass
+        terms, constant = {"ln_M": 1.0}, -math.log(mass.value)
+        rows.append(
+            _input(answer, "mass", (), "kg", 1.0, mass.value, terms, log=True, constant=constant)
+        )
+    for (role, setup), name in o.gains.items():
+        item = f"{role} gain" + (f" of {setup}" if setup else "")
+        rows.append(_input(answer, item, (), "1", 1.0, 1.0, {name: 1.0}, log=True))
+    return rows
+
+
+def _contradicted(inputs: Sequence[Mapping[str, Value]], answer: Answer) -> list[Check]:
+    """One line for each kind of input that the records contradict, where no cause says it."""
+    causes = " ".join(w.cause.about for w in answer.judged.found if w.sure or w.rivals)
+    groups: dict[str, list[Mapping[str, Value]]] = {}
+    for row in inputs:
+        if row["verdict"] == Verdict.OFF.value:
+            groups.setdefault(str(row["item"]), []).append(row)
+    checks = []
+    for item, rows in groups.items():
+        if item.replace("nes_mass", "ball mass").replace("_", " ") in causes:
+            continue
+        first, more = rows[0], f" and of {len(rows) - 1} more" if len(rows) > 1 else ""
+        detail = (
+            f"{item} of {first['record'] or 'the campaign'}{more}: stated {first['stated']:.5g} "
+            f"{first['unit']}, the records show {first['found']:.5g} +- "
+            f"{first['found_error']:.2g}; the analysis takes what was found (inputs.csv)"
+        )
+        checks.append(Check("", "test log", "warning", detail.replace(" 1,", ",")))
+    return checks
+
+
+def _input(
+    answer: Answer, item: str, records: tuple[str, ...], unit: str, size: float, stated: float,
+    terms: Mapping[str, float], *, log: bool, constant: float = 0.0,
+) -> dict[str, Value]:  # fmt: skip
+    """One row: stated beside found; `terms` are its error, or the logarithm of a factor."""
+    value, error = answer.posterior.of(terms, constant)
+    priors = answer.observed.beliefs.priors
+    own = math.hypot(*(f * priors[n].error for n, f in terms.items() if n in priors))
+    if log:
+        found, found_error = stated * math.exp(value), stated * math.exp(value) * error
+        stated_error = stated * own
+    else:
+        found, found_error, stated_error = stated + value, error, own
+    verdict = Verdict.OK
+    named = {
+        n for w in answer.judged.found if w.sure and not w.rivals and w.cause.direction
+        for n in w.cause.direction.terms
+    }  # fmt: skip
+    apart = abs(found - stated)
+    if apart > _OFF * math.hypot(stated_error, found_error) or (
+        named & set(terms) and apart > _OFF * found_error
+    ):
+        verdict = Verdict.OFF
+    elif found_error > _SHOWN * stated_error:
+        verdict = Verdict.NOT_TESTED
+    return {
+        "item": item, "record": ";".join(records), "unit": unit, "stated": size * stated,
+        "stated_error": size * stated_error, "found": size * found,
+        "found_error": size * found_error, "verdict": verdict.value,
+    }  # fmt: skip

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vinesexp.identification.combine import combined
-from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.estimate import Estimate, combined
 from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.laboratory.campaign_files import campaign_text, records_text
 from vinesexp.laboratory.scene import Scene, load_scene, simulate_group

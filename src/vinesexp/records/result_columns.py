@@ -5,7 +5,17 @@ Names are a contract with users: they are added to, never changed.
 
 from __future__ import annotations
 
+from enum import Enum
+
 from vinesexp.records.tables import Column, Table
+
+
+class Verdict(Enum):
+    """What the records say of something that was stated."""
+
+    OK = "ok"
+    NOT_TESTED = "not tested"
+    OFF = "off"
 
 
 def _number(name: str, unit: str, meaning: str, form: str = "", *, needed: bool = True) -> Column:
@@ -49,6 +59,19 @@ IDENTIFIED = Table("identified", "identify", (
     Column("unit", "SI; 1 for a ratio"),
     Column("method", "how it was found; combined: what predictions use"),
     Column("records", "ids of the records it came from, separated by semicolons"),
+))  # fmt: skip
+
+#: What the records say of what was stated: one row an input.
+INPUTS = Table("inputs", "identify", (
+    Column("item", "clearance, base_amplitude, added_mass, nes_mass, mass, gain of a channel"),
+    Column("record", "ids of the records that it was stated for; empty: the whole campaign"),
+    Column("unit", "of the four numbers; 1 for a gain, shown over true"),
+    _number("stated", "", "in campaign.yaml or records.csv", ".7g"),
+    _number("stated_error", "", "standard uncertainty, stated or the default", ".3g"),
+    _number("found", "", "by all records together, what was stated included", ".7g"),
+    _number("found_error", "", "standard error", ".3g"),
+    Column("verdict", "ok; not tested: the records add nothing to what was stated; off: they "
+           "contradict it, and the analysis takes what was found"),
 ))  # fmt: skip
 
 BUDGET = Table("budget", "compare", (
@@ -167,8 +190,6 @@ CLEARANCES = Table("clearances", "compare", (
     Column("records", "ids of the records it came from, separated by semicolons", needed=False),
     Column("bound", "empty; 'at most', 'at least' or 'open' where the best clearance is at the "
            "edge of what was tried", needed=False),
-    _number("offset_mm", "mm", "true less stated clearance, where flights show one; measured_mm is "
-            "as stated", ".6g", needed=False),
 ))  # fmt: skip
 
 #: Every record beside what the identified rig does from several starts: one row a number.
@@ -241,6 +262,7 @@ COLLECTED = {
 TABLES = (
     IMPACTS,
     IDENTIFIED,
+    INPUTS,
     BUDGET,
     LEVEL_VALUES,
     RECORD_REGIMES,
@@ -261,6 +283,7 @@ TABLES = (
 WHERE = {
     "impacts": ("impacts/RECORD.csv", "When and how hard the ball hit: one row an impact."),
     "identified": ("identified.csv", "What the rig is: one row a parameter and method."),
+    "inputs": ("inputs.csv", "What the records say of what was stated: one row an input."),
     "budget": ("budget.csv", "What the errors of identified.csv are made of."),
     "level_values": ("level_values.csv", "f0, zeta, c1 and k1 at the amplitude of each level."),
     "regimes": ("regimes.csv", "How each record moves: one row a record."),

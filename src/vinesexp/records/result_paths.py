@@ -96,6 +96,16 @@ class ResultPaths:
         return self.folder / "steps" / "compare.csv"
 
     @property
+    def inputs(self) -> Path:
+        """What the records say of what was stated."""
+        return self.folder / "inputs.csv"
+
+    @property
+    def rig(self) -> Path:
+        """The rig's values with their joint covariance, for predictions."""
+        return self.folder / "steps" / "rig.json"
+
+    @property
     def rig_budget(self) -> Path:
         """What the errors of identified.csv are made of."""
         return self.folder / "steps" / "budget.csv"

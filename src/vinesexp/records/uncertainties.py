@@ -52,6 +52,8 @@ class Uncertainties:
         Of the instrument: 50 parts in a million.
     remounting : Tolerance
         Of f0, from one screwing-on of a mass to the next: 1 part in 10,000.
+    damping : Tolerance
+        Of zeta, likewise: 1 %.
     template : Tolerance
         Of the area under an impact's pulse, by which its velocity jump is scaled: 0.5 %.
     model : Tolerance
@@ -69,6 +71,7 @@ class Uncertainties:
     release: Tolerance = Tolerance(absolute=2e-4)
     clock: Tolerance = Tolerance(relative=5e-5)
     remounting: Tolerance = Tolerance(relative=1e-4)
+    damping: Tolerance = Tolerance(relative=0.01)
     template: Tolerance = Tolerance(relative=0.005)
     model: Tolerance = Tolerance(relative=1e-3)
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.clearance.base_choice import felt_of
-from vinesexp.clearance.level_base import LevelBase, base_of_level
+from vinesexp.clearance.level_base import LevelBase, base_of_level, found_base
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.result_paths import ResultPaths
@@ -178,7 +177,7 @@ def _base(
         frequencies,
         [own] if own is not None else [],
         inputs=EXACT,
-        felt=felt_of(identified, {record.id}),
+        found=found_base(identified, {record.id}),
     )
 
 

@@ -108,8 +108,9 @@ def drive_of(
     settle = max(_SETTLES * decay, _FEWEST_CYCLES / base.frequency.value)
     sine = Harmonic(base.G.value, base.frequency.value)
     if samples is not None:
-        if base.channel:  # of a sensitivity that the mass contradicts, only the shape is right
-            samples = replace(samples, x=samples.x * (base.G.value / base.channel))
+        fitted, _ = _sine_and_rest(samples, sine.frequency)
+        if fitted.amplitude > 0.0:  # the shape is the channel's, the amplitude that of all records
+            samples = replace(samples, x=samples.x * (base.G.value / fitted.amplitude))
         fitted, rest = _sine_and_rest(samples, sine.frequency)
         if rest > NO_SINE * sine.amplitude:
             moved, begin = _led_in(samples, fitted, settle)

@@ -19,7 +19,7 @@ from vinesexp.rig import NES, Oscillator, Rig
 #: Rows of identified.csv on ball and contact, and on damping and spring.
 OF_BALL = (
     "r_wall_plus", "r_wall_minus", "r_speed_slope", "r_speed", "friction", "tilt",
-    "clearance_offset", "contact_time", "r_effective", "nes_mass_effective", "rolling",
+    "contact_time", "r_effective", "nes_mass_effective", "rolling",
 )  # fmt: skip
 OF_OSCILLATOR = (
     "damping_linear", "damping_quadratic", "damping_coulomb", "stiffening", "f0_small",
@@ -129,7 +129,7 @@ def _ball(m: float, b: float, r: float, of: Mapping[str, float]) -> NES:
     r = r - slope * of.get("r_speed", 0.0)
     return NES(
         m=slides * m,
-        b=(b + of.get("clearance_offset", 0.0)) / slides,
+        b=b / slides,
         r=_share(r + half),
         r_minus=_share(r - half) if half else None,
         r_slope=slope,

@@ -11,6 +11,10 @@ from vinesexp.records.tables import number
 Row = Mapping[str, str]
 
 
+#: Width of the interval of b_c, over b_c, up to which it can agree or disagree with anything.
+DECIDES = 0.1
+
+
 def within(row: Row) -> str:
     """Where a measured clearance lies for sure, from the tried ones around it; empty if unknown.
 
@@ -66,13 +70,17 @@ def agreement(lowest: Row, end: Row) -> tuple[str, bool | None]:
     low = number(row["measured_low_mm"])
     high = number(row["measured_high_mm"])
     bound = low is None or high is None
-    off = number(row.get("offset_mm", "")) or 0.0
-    if off:
-        what = f"{what} (clearances {off:+.2g} mm off the sheet, as the flights show, allowed for)"
-    low = low + off if low is not None else 0.0
-    high = high + off if high is not None else math.inf
+    low = low if low is not None else 0.0
+    high = high if high is not None else math.inf
     reach = float(row["predicted_low_mm"]), float(row["predicted_high_mm"])
     exact = float(row["exact_mm"])
+    width = (reach[1] - reach[0]) / exact
+    if width > DECIDES:
+        return (
+            f"cannot decide: the 95 % interval of b_c is {100.0 * width:.0f} % wide; the error "
+            "budget says what would narrow it most",
+            None,
+        )
     if reach[0] <= high and reach[1] >= low:
         if bound:
             return f"{what} {within(row)}: b_c is not tested further", None

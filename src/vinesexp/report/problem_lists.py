@@ -1,11 +1,10 @@
-"""What the checks found, in the parts of the page: problems, remarks, limits, untested things."""
+"""What the checks found, in the parts of the page: problems, remarks, limits."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vinesexp.identification.untested import UNTESTED
 from vinesexp.report.summaries import grouped
 
 Row = Mapping[str, str]
@@ -21,8 +20,7 @@ def problem_lists(checks: Sequence[Row]) -> dict[str, Any]:
     -------
     dict
         ``problems`` of records, worst first; ``limits``, problems of no single record; ``notes``,
-        what is worth knowing and no problem; ``untested``, what the values rest on that no record
-        tests; ``refused`` and ``excluded``, how many records.
+        what is worth knowing and no problem; ``refused`` and ``excluded``, how many records.
 
     Examples
     --------
@@ -37,8 +35,7 @@ def problem_lists(checks: Sequence[Row]) -> dict[str, Any]:
     return {
         "problems": grouped(sorted(of_records, key=lambda row: SEVERITY[row["outcome"]])),
         "limits": [row for row in problems if not row["record"]],
-        "notes": [row for row in found if row["check"] not in ("ingest", UNTESTED)],
-        "untested": [row for row in found if row["check"] == UNTESTED],
+        "notes": [row for row in found if row["check"] != "ingest"],
         "refused": _records(problems, "refused"),
         "excluded": _records(problems, "excluded"),
     }

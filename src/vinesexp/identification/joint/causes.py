@@ -1,0 +1,534 @@
+"""What may be otherwise than stated: effects and mistakes as hypotheses, weighed by the records.
+
+Each cause is a direction in the space of unknowns with a prior for how far. Its evidence against
+what is believed so far follows from the expansion of the log-likelihood in one small product
+(`gain_of`), so that all causes are weighed, and rivals beside them. A cause is named only if it
+is possible, significant, better than every rival of another kind, and predicts the records left
+out better than its rivals and than none; else its values are averaged over, and nothing is named.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.identification.joint.observations import Observed
+from vinesexp.identification.joint.unknowns import (
+    Beliefs,
+    Direction,
+    Posterior,
+    Prior,
+    Quadratic,
+    posterior_of,
+    total,
+)
+
+#: Factors by which a stated length is a multiple of the true one, and what makes it so.
+FACTORS = {
+    2.0: "the total travel, a diameter or a peak-to-peak value in place of the half",
+    0.5: "half of what it should be",
+    math.sqrt(2.0): "an amplitude in place of an rms value",
+    1.0 / math.sqrt(2.0): "an rms value in place of the amplitude",
+    10.0: "a factor of ten (cm for mm)",
+    0.1: "a factor of ten (mm for cm)",
+    25.4: "mm in place of inches",
+    1.0 / 25.4: "inches in place of mm",
+    1000.0: "a factor of 1000 (a unit with its prefix)",
+    1e-3: "a factor of 1000 (a unit with its prefix)",
+    9.80665: "m/s^2 in place of g",
+    1.0 / 9.80665: "g in place of m/s^2",
+}
+#: Widths of causes, as a lab would meet them.
+_WIDTHS = {
+    "wall": 0.05,
+    "slope": 0.05,
+    "friction": 0.3,
+    "tilt": 0.1,
+    "contact": 1e-3,
+}
+_ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
+#: What none of the causes would explain: scatter from record to record, as standard deviations.
+_SCATTER = {"own r": (3e-3, 3e-2), "own momentum": (1e-2, 1e-1), "clearance": (3e-4, 3e-3),
+            "own base": (1e-2, 1e-1), "own f0": (1e-3, 1e-2), "own zeta": (0.05, 0.3)}  # fmt: skip
+#: Prior odds of an effect of ball and contact, of a mistake, of a scatter without a cause.
+_ODDS = {"effect": 0.05, "mistake": 0.01, "drift": 0.01, "scatter": 0.003}
+_ENOUGH = 3.0  # natural logarithm of the odds from which on a cause is believed
+_RIVAL = 4.0  # of the evidence by which another explains nearly as well
+_EXPLAINS = 2.0  # by which a rival's evidence falls when the best cause is believed
+_SURE = 4.0  # standard errors of a cause that is named
+_MOST = 5  # causes of one campaign
+_NO_WORSE = 1.0  # logarithm of the odds of the records left out: chance
+#: A law is only so true: beside it a cause counts from this share of what the first explained.
+_LAW = 0.005
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Something that may be otherwise than the plain model and the test log say.
+
+    Attributes
+    ----------
+    key : unique name; its coefficient becomes an unknown of this name.
+    kind : ``effect``, ``mistake``, ``drift`` or ``scatter``.
+    about : what it concerns: an effect's name, ``clearance``, ``base amplitude``, ...
+    direction : where it moves the unknowns; None for scatter.
+    members : how many causes of this family there are: they share its prior odds.
+    positive : whether its coefficient cannot be negative.
+    wider : unknowns whose prior a scatter widens, and by how much.
+    records : those it concerns; empty: all.
+    factor : stated over true, where it is a factor.
+    """
+
+    key: str
+    kind: str
+    about: str
+    direction: Direction | None
+    members: int = 1
+    positive: bool = False
+    wider: Mapping[str, float] = field(default_factory=dict)
+    records: tuple[str, ...] = ()
+    factor: float | None = None
+
+    @property
+    def log_odds(self) -> float:
+        return math.log(_ODDS[self.kind] / self.members)
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """One believed cause: its evidence, and those that explain the records as well.
+
+    Attributes
+    ----------
+    cause : Cause
+    log_odds : posterior against without it.
+    value, error : of its coefficient.
+    rivals : causes that explain the records nearly as well in its place.
+    sure : possible, significant, found before anything unexplained, and better at predicting
+        the records left out than without it.
+    """
+
+    cause: Cause
+    log_odds: float
+    value: float
+    error: float
+    rivals: tuple[Cause, ...]
+    sure: bool
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What is believed of a campaign.
+
+    Attributes
+    ----------
+    beliefs : priors with the causes believed.
+    posterior : of the unknowns, causes put into them, averaged over further causes.
+    found : the believed causes in the order in which they were found.
+    """
+
+    beliefs: Beliefs
+    posterior: Posterior
+    found: tuple[Weighed, ...]
+
+
+def believed(beliefs: Beliefs, cause: Cause) -> Beliefs:
+    """Priors with one more cause."""
+    if cause.direction is None:
+        return beliefs.wider(cause.wider)
+    return beliefs.believing(cause.key, cause.direction)
+
+
+def judge(data: Quadratic, observed: Observed, possible: Sequence[Cause]) -> Judged:
+    """Believe one cause after another, the best first, while the records ask for it.
+
+    Parameters
+    ----------
+    data : Quadratic
+        Log-likelihood of the records near the point where they are explained best.
+    observed : Observed
+        For the priors.
+    possible : sequence of Cause
+    """
+    beliefs = observed.beliefs
+    chosen: list[tuple[Cause, tuple[Cause, ...]]] = []
+    first = 0.0
+    left = list(possible)
+    while len(chosen) < _MOST:
+        base = posterior_of(data, beliefs)
+        tried = [(score(data, beliefs, base, cause), cause) for cause in left]
+        tried.sort(key=lambda one: -one[0])
+        if not tried or tried[0][0] < max(_ENOUGH, _LAW * first):
+            break
+        best, cause = tried[0]
+        first = max(first, best)
+        after = believed(beliefs, cause)
+        chosen.append((cause, _rivals(data, after, tried, cause)))
+        beliefs = after
+        left = [one for one in left if one.key != cause.key and not _same(one, cause)]
+    chosen, beliefs = _without_needless(data, observed.beliefs, chosen)
+    found = _weighed(data, observed.beliefs, chosen)
+    rivals = [
+        _with(observed.beliefs, [c for c, _ in chosen if c is not cause] + [rival])
+        for cause, others in chosen
+        for rival in others
+    ]
+    return Judged(beliefs, _averaged(data, beliefs, left, rivals), found)
+
+
+_Chosen = list[tuple[Cause, tuple[Cause, ...]]]
+
+
+def _with(beliefs: Beliefs, causes: Sequence[Cause]) -> Beliefs:
+    for cause in causes:
+        beliefs = believed(beliefs, cause)
+    return beliefs
+
+
+def _without_needless(data: Quadratic, plain: Beliefs, chosen: _Chosen) -> tuple[_Chosen, Beliefs]:
+    """Causes that the others make needless go: they were steps on the way."""
+    while chosen:
+        whole = posterior_of(data, _with(plain, [c for c, _ in chosen])).log_evidence
+        odds = [
+            whole + cause.log_odds
+            - posterior_of(data, _with(plain, [c for c, _ in chosen if c is not cause]))
+            .log_evidence
+            for cause, _ in chosen
+        ]  # fmt: skip
+        worst = int(np.argmin(odds))
+        if odds[worst] >= _ENOUGH:
+            break
+        chosen = [one for i, one in enumerate(chosen) if i != worst]
+    return chosen, _with(plain, [c for c, _ in chosen])
+
+
+def _weighed(data: Quadratic, plain: Beliefs, chosen: _Chosen) -> tuple[Weighed, ...]:
+    """Each believed cause with its evidence beside all others."""
+    beliefs = _with(plain, [c for c, _ in chosen])
+    whole = posterior_of(data, beliefs)
+    found, scattered = [], False
+    for cause, rivals in chosen:
+        without = _with(plain, [c for c, _ in chosen if c is not cause])
+        odds = whole.log_evidence - posterior_of(data, without).log_evidence + cause.log_odds
+        scattered = scattered or cause.kind == "scatter"
+        value, error = whole.of({cause.key: 1.0}) if cause.direction else (0.0, 0.0)
+        sure = (
+            not scattered
+            and cause.direction is not None
+            and abs(value) > _SURE * error
+            and _possible(cause, value)
+            and _predicts(data, without, beliefs)
+        )
+        found.append(Weighed(cause, odds, value, error, rivals, sure))
+    return tuple(found)
+
+
+def _possible(cause: Cause, value: float) -> bool:
+    """Whether a lab could have it: no negative friction, no ball that rolls more than it can."""
+    if cause.positive and value < 0.0:
+        return False
+    return not (cause.about == "rolling" and not _LEAST_ROLLING < value < _MOST_ROLLING)
+
+
+_LEAST_ROLLING, _MOST_ROLLING = 0.15, 0.42
+
+
+def _same(a: Cause, b: Cause) -> bool:
+    """Whether two causes say the same of the same thing: one of them is enough."""
+    if a.about != b.about or a.kind != b.kind or a.direction is None or b.direction is None:
+        return False
+    keys = set(a.direction.terms) | set(b.direction.terms)
+    u = np.array([a.direction.terms.get(k, 0.0) for k in keys])
+    v = np.array([b.direction.terms.get(k, 0.0) for k in keys])
+    size = float(np.linalg.norm(u) * np.linalg.norm(v))
+    return bool(size > 0.0 and abs(float(u @ v)) > 0.999 * size)
+
+
+def _rivals(
+    data: Quadratic, after: Beliefs, tried: Sequence[tuple[float, Cause]], best: Cause
+) -> tuple[Cause, ...]:
+    """Causes nearly as good that the best one makes needless: either explains the records."""
+    near = [
+        (odds, other) for odds, other in tried[1:]
+        if odds > max(tried[0][0] - _RIVAL, 0.0) and not _same(other, best)
+    ]  # fmt: skip
+    if not near:
+        return ()
+    base = posterior_of(data, after)
+    return tuple(
+        other for odds, other in near if score(data, after, base, other) < odds - _EXPLAINS
+    )
+
+
+def score(data: Quadratic, beliefs: Beliefs, base: Posterior, cause: Cause) -> float:
+    """Logarithm of the odds for a cause beside what is believed so far."""
+    if cause.direction is None:
+        wide = posterior_of(data, beliefs.wider(cause.wider))
+        return wide.log_evidence - base.log_evidence + cause.log_odds
+    gain, value, error = gain_of(data, beliefs, base, cause.direction)
+    if cause.positive:  # the share of the posterior over that of the prior that is possible
+        prior = cause.direction.prior
+        before = _above_zero(prior.value / prior.error)
+        gain += math.log(max(_above_zero(value / error), 1e-300) / before)
+    return gain + cause.log_odds
+
+
+def _above_zero(z: float) -> float:
+    return 0.5 * math.erfc(-z / math.sqrt(2.0))
+
+
+def gain_of(
+    data: Quadratic, beliefs: Beliefs, base: Posterior, direction: Direction
+) -> tuple[float, float, float]:
+    """Log evidence that a direction adds, with value and error of its coefficient."""
+    v = np.array([direction.terms.get(name, 0.0) for name in data.names])
+    V = beliefs.directions(data.names)
+    slope = float(v @ (data.gradient - data.information @ (V @ base.values - data.at)))
+    # what is left of the direction when everything else follows it: a sum of squares, since the
+    # difference of two large numbers would be all rounding
+    follows = base.covariance @ (V.T @ (data.information @ v))
+    left = v - V @ follows
+    held = follows / beliefs.widths(data.names)
+    curvature = float(left @ data.information @ left + held @ held)
+    prior = direction.prior
+    w = 1.0 / prior.error**2
+    value = (slope + prior.value * w) / (curvature + w)
+    gain = 0.5 * (
+        (slope + prior.value * w) ** 2 / (curvature + w)
+        - prior.value**2 * w
+        - math.log1p(curvature / w)
+    )
+    return gain, value, 1.0 / math.sqrt(curvature + w)
+
+
+def _predicts(data: Quadratic, without: Beliefs, with_it: Beliefs) -> bool:
+    """Whether records left out, one after another, are predicted better with a cause."""
+    gain = 0.0
+    whole = [posterior_of(data, beliefs).log_evidence for beliefs in (without, with_it)]
+    for record in data.of_record:
+        rest = data.without(record)
+        parts = [posterior_of(rest, beliefs).log_evidence for beliefs in (without, with_it)]
+        gain += (whole[1] - parts[1]) - (whole[0] - parts[0])
+    return gain > -_NO_WORSE
+
+
+def _averaged(
+    data: Quadratic, beliefs: Beliefs, left: Sequence[Cause], rivals: Sequence[Beliefs]
+) -> Posterior:
+    """The posterior averaged over one more cause of those left, and over rivals, by their odds."""
+    base = posterior_of(data, beliefs)
+    n = len(data.names)
+    found = total(base, beliefs)
+    weights, values, spreads = [1.0], [found.values[:n]], [found.covariance[:n, :n]]
+    tried = sorted(((score(data, beliefs, base, c), c.key) for c in left), reverse=True)
+    by_key = {c.key: c for c in left}
+    others = [
+        (odds, believed(beliefs, by_key[key]))
+        for odds, key in tried[:_AVERAGED]
+        if odds > _NEGLIGIBLE
+    ]
+    for other in rivals:
+        others.append((posterior_of(data, other).log_evidence - base.log_evidence, other))
+    for odds, more in others:
+        own = total(posterior_of(data, more), more)
+        weights.append(math.exp(min(odds, 5.0)))
+        values.append(own.values[:n])
+        spreads.append(own.covariance[:n, :n])
+    share = np.array(weights) / sum(weights)
+    mean = np.sum([s * v for s, v in zip(share, values, strict=True)], axis=0)
+    covariance = np.sum(
+        [
+            s * (V + np.outer(v - mean, v - mean))
+            for s, v, V in zip(share, values, spreads, strict=True)
+        ],
+        axis=0,
+    )
+    return Posterior(data.names, mean, covariance, base.log_evidence)
+
+
+_AVERAGED, _NEGLIGIBLE = 12, -6.0
+
+
+def possible_causes(observed: Observed, clearances: FloatArray | None = None) -> list[Cause]:
+    """Every effect and mistake that this campaign could show."""
+    causes = [
+        *_effects(observed), *_of_clearances(observed), *_of_levels(observed),
+        *_of_masses(observed), *_of_gains(observed), *_of_order(observed), *_scatters(observed),
+    ]  # fmt: skip
+    names = set(observed.names)
+    return [c for c in causes if c.direction is None or names & set(c.direction.terms)]
+
+
+def _effects(o: Observed) -> list[Cause]:
+    found = [
+        Cause(f"effect {name}", "effect", name, Direction({name: 1.0}, Prior(0.0, width)),
+              positive=name in ("friction", "contact"))
+        for name, width in _WIDTHS.items()
+    ]  # fmt: skip
+    rolls = Direction({"rolling": 1.0}, Prior(_ROLLS, _ROLLS_BY))
+    return [*found, Cause("effect rolling", "effect", "rolling", rolls, positive=True)]
+
+
+def _factors(
+    key: str, kind: str, about: str, terms: Mapping[str, float], *, log: bool
+) -> list[Cause]:
+    """A quantity stated as a multiple of the true one; `terms` is its logarithm or its scale."""
+    causes = []
+    for factor in FACTORS:
+        off = -math.log(factor) if log else 1.0 / factor - 1.0
+        causes.append(
+            Cause(f"{key} x {factor:.4g}", kind, about,
+                  Direction(terms, Prior(off, 0.003)), members=2 * len(FACTORS), factor=factor)
+        )  # fmt: skip
+    return causes
+
+
+def _of_clearances(o: Observed) -> list[Cause]:
+    if not o.clearances:
+        return []
+    every = {"clearance scale": 1.0}
+    found = _factors("clearance", "mistake", "clearance", every, log=False)
+    found.append(
+        Cause("clearance scale +", "mistake", "clearance", Direction(every, Prior(0.0, 0.1)))
+    )
+    found.append(
+        Cause("clearance offset +", "mistake", "clearance",
+              Direction({"clearance offset": 1.0}, Prior(0.0, 8e-3)))
+    )  # fmt: skip
+    items = list(o.clearances.items())
+    n = len(items)
+    for (record, _), (name, _stated) in items:
+        found.append(
+            Cause(f"one {name}", "mistake", "clearance", Direction({name: 1.0}, Prior(0.0, 5e-3)),
+                  members=n, records=(record,))
+        )  # fmt: skip
+    for i, ((a, _), (name_a, b_a)) in enumerate(items):
+        for (c, _), (name_c, b_c) in items[i + 1 :]:
+            if abs(b_a - b_c) > 1e-4:
+                terms = {name_a: b_c - b_a, name_c: b_a - b_c}
+                found.append(
+                    Cause(f"exchanged {name_a}, {name_c}", "mistake", "clearance",
+                          Direction(terms, Prior(1.0, 1e-3)), members=n * n // 2 + 1,
+                          records=(a, c))
+                )  # fmt: skip
+    return found
+
+
+def _of_levels(o: Observed) -> list[Cause]:
+    names = list(o.levels.values())
+    if not names:
+        return []
+    every = dict.fromkeys(names, 1.0)
+    found = _factors("base", "mistake", "base amplitude", every, log=True)
+    found.append(Cause("base +", "mistake", "base amplitude", Direction(every, Prior(0.0, 0.3))))
+    if len(names) > 1:
+        found += [
+            Cause(f"one {name}", "mistake", "base amplitude",
+                  Direction({name: 1.0}, Prior(0.0, 0.3)), members=len(names))
+            for name in names
+        ]  # fmt: skip
+    return found
+
+
+def _of_masses(o: Observed) -> list[Cause]:
+    found = []
+    for name in [n for n in o.names if n.split(":")[0] == "ln_m"]:
+        found += _factors(name, "mistake", "ball mass", {name: 1.0}, log=True)
+        found.append(
+            Cause(f"{name} +", "mistake", "ball mass", Direction({name: 1.0}, Prior(0.0, 0.3)))
+        )
+    if o.loads:
+        scale = {"load scale": 1.0}
+        found += _factors("load", "mistake", "added mass", scale, log=True)
+        found.append(
+            Cause("load scale +", "mistake", "added mass", Direction(scale, Prior(0.0, 0.2)))
+        )
+        offset = dict.fromkeys(o.loads.values(), 1.0)
+        if len(o.loads) > 1:
+            found += [
+                Cause(f"one {name}", "mistake", "added mass",
+                      Direction({name: 1.0}, Prior(0.0, 0.2 * load)), members=len(o.loads))
+                for load, name in o.loads.items()
+            ]  # fmt: skip
+        found.append(
+            Cause("load offset +", "mistake", "added mass", Direction(offset, Prior(0.0, 0.05)))
+        )
+    return found
+
+
+def _of_gains(o: Observed) -> list[Cause]:
+    found = []
+    for (role, setup), name in o.gains.items():
+        about = f"{role} gain" + (f" of setup {setup}" if setup else "")
+        found += [
+            Cause(c.key, c.kind, c.about, Direction({name: 1.0}, Prior(-c.direction.prior.value,
+                  0.003)), members=c.members, factor=c.factor)
+            for c in _factors(name, "mistake", about, {name: 1.0}, log=True)
+            if c.direction is not None
+        ]  # fmt: skip
+        found.append(Cause(f"{name} +", "mistake", about, Direction({name: 1.0}, Prior(0.0, 0.2))))
+    momenta = [name for name in o.names if name.startswith("own momentum: ")]
+    if momenta:
+        found.append(
+            Cause("jumps +", "effect", "jumps",
+                  Direction(dict.fromkeys(momenta, 1.0), Prior(0.0, 0.2)))
+        )  # fmt: skip
+    if "pulse area" in o.names:
+        found.append(
+            Cause("pulse area +", "effect", "pulse area",
+                  Direction({"pulse area": 1.0}, Prior(0.0, 0.2)))
+        )  # fmt: skip
+    return found
+
+
+_DRIFTS = {"own r": ("r", 0.05), "own gain": ("displacement gain", 0.05), "own f0": ("f0", 5e-3)}
+
+
+def _of_order(o: Observed) -> list[Cause]:
+    """What drifts along the campaign, or changes after a record."""
+    found = []
+    place = {record: i for i, record in enumerate(o.order)}
+    for prefix, (about, width) in _DRIFTS.items():
+        names = sorted(
+            (n for n in o.names if n.startswith(f"{prefix}: ")),
+            key=lambda n: place[_record_of(n, place)],
+        )
+        if len(names) < 4:
+            continue
+        at = np.array([float(place[_record_of(n, place)]) for n in names])
+        line = (at - at.mean()) / max(float(np.ptp(at)), 1.0)
+        found.append(
+            Cause(f"drift of {about}", "drift", about,
+                  Direction(dict(zip(names, line.tolist(), strict=True)), Prior(0.0, width)))
+        )  # fmt: skip
+        for k in range(2, len(names) - 1):
+            later = names[k:]
+            found.append(
+                Cause(f"change of {about} from {_record_of(later[0], place)}", "drift", about,
+                      Direction(dict.fromkeys(later, 1.0), Prior(0.0, width)),
+                      members=len(names), records=(_record_of(later[0], place),))
+            )  # fmt: skip
+    return found
+
+
+def _record_of(name: str, place: Mapping[str, int]) -> str:
+    """Record of an unknown called ``own r: b34`` or, of the second ball, ``own r: b34:2``."""
+    rest = name.partition(": ")[2]
+    return rest if rest in place else rest.rpartition(":")[0]
+
+
+def _scatters(o: Observed) -> list[Cause]:
+    found = []
+    for prefix, widths in _SCATTER.items():
+        names = [n for n in o.names if n.startswith(f"{prefix}: ")]
+        if len(names) > 1:
+            found += [
+                Cause(f"scatter of {prefix} {width:g}", "scatter", prefix, None,
+                      wider=dict.fromkeys(names, width))
+                for width in widths
+            ]  # fmt: skip
+    return found

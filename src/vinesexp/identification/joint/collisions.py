@@ -1,0 +1,224 @@
+"""Collisions of one ball in one record as observations of the joint model.
+
+At each impact two laws hold: relative speed after over before is r, and the mass gains the momentum
+that the ball loses. The ball's speeds are those of its flights between the walls, and every effect
+of ball and contact moves them in its own way:
+
+    friction on the floor, mu g    the ball arrives slower and had left faster by mu g T/2
+    tilt, an acceleration g_t      + g_t T/2 at the end, - g_t T/2 at the beginning
+    clearance                      2 b/T more between walls, at both ends
+    contact of duration tau        the way took T - tau: tau/T of the relative speed more
+    rolling, a share s             + s (v - mean v of the mass) at either end
+
+The sensors move them too: gains of displacement and acceleration, a common lateness of the
+displacement, slopes whose change reads off by a share, and velocities on either side of an
+impact off by a share of the jump.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.arrays import BoolArray, FloatArray, IntArray
+from vinesexp.identification.flights import Flights
+from vinesexp.identification.joint.unknowns import Local
+
+#: Local quantities of the collisions of a record, in order.
+LOCALS = (
+    "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
+    "wall", "slope", "friction", "tilt", "contact", "rolling",
+)  # fmt: skip
+#: Effects of ball and contact among them, with their units.
+EFFECTS = {
+    "wall": "1",
+    "slope": "s/m",
+    "friction": "m/s^2",
+    "tilt": "m/s^2",
+    "contact": "s",
+    "rolling": "1",
+}
+_IMAGINARY = 1e-30  # step of a derivative without cancellation
+_FREEDOM = 4.0  # of Student's distribution: how much an outlier counts
+_TINY = 1e-9
+_LEAST, _MOST = 0.4, 6.0  # variance of a mean over that of independent collisions
+_PARTS = 3  # groups by the duration of a flight, before and after
+_APART = 60.0  # errors of a time that durations have to differ by to be parted
+_FEWEST = 10
+_READ = (1e-4, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Collisions:
+    """Collisions of one ball in one record with the errors that their own scatter shows.
+
+    Attributes
+    ----------
+    flights : Flights
+    x, x_before, x_after : arrays (n,)
+        Displacement at the impact, at the one before, at the one after, m.
+    omega2 : float
+        Square of the circular frequency of the motion, 1/s^2.
+    speed : float
+        m/s; r is that at this relative speed where it depends on it.
+    known : bool array (3, n)
+        Where there is a bounce, a momentum by displacement, a momentum by acceleration.
+    scatter : array (3,)
+        Of single collisions, m/s.
+    means : arrays (groups, n), three of them
+        Weights that make means over collisions alike of each equation.
+    sigma : array (3, groups)
+        Standard errors of these means, m/s; infinite where there is none.
+    """
+
+    flights: Flights
+    x: FloatArray
+    x_before: FloatArray
+    x_after: FloatArray
+    omega2: float
+    speed: float
+    known: BoolArray
+    scatter: FloatArray
+    means: tuple[FloatArray, FloatArray, FloatArray]
+    sigma: FloatArray
+
+    def rest(self, p: Complex) -> Complex:
+        """Residuals of the three equations, m/s, shape (3, n)."""
+        f = self.flights
+        r, ln_eps, g_x, g_a, reading, share, late, b, wall, slope, rub, tilt, contact, roll = p
+        scale = np.exp(-g_x)
+        middle = f.v_before + 0.5 * f.jump
+        way_before = self.x - self.x_before + late * (middle - f.v_previous)
+        way_after = self.x_after - self.x + late * (f.v_next - middle)
+        by_laser = f.jump_displacement * scale * np.exp(-reading)
+        by_pulse = f.jump_acceleration * np.exp(-g_a)
+        of_laser, of_pulse = self._weights()
+        jump = np.where(of_laser > 0.0, by_laser, 0.0) * of_laser
+        jump = jump + np.where(of_pulse > 0.0, by_pulse, 0.0) * of_pulse
+        middle = (middle - late * self.omega2 * self.x) * scale + share * jump
+        v_before, v_after = middle - 0.5 * jump, middle + 0.5 * jump
+        T_before, T_after, s = f.time_before, f.time_after, f.side
+        u_before = way_before * scale / T_before - 2.0 * s * b / T_before
+        u_after = way_after * scale / T_after + 2.0 * s * b / T_after
+        carried_before = u_before - 0.5 * (f.v_previous * scale + v_before)
+        carried_after = u_after - 0.5 * (v_after + f.v_next * scale)
+        rolled_before = v_before - u_before - 2.0 * s * b / T_before
+        rolled_after = v_after - u_after + 2.0 * s * b / T_after
+        u_before = (
+            u_before + 0.5 * (rub * s + tilt) * T_before + contact * carried_before / T_before
+            + roll * rolled_before
+        )  # fmt: skip
+        u_after = (
+            u_after + 0.5 * (rub * s - tilt) * T_after + contact * carried_after / T_after
+            + roll * rolled_after
+        )  # fmt: skip
+        before, after = v_before - u_before, v_after - u_after
+        speed = before * np.sign(before.real)
+        own_r = r + 0.5 * wall * s + slope * (speed - self.speed)
+        eps = np.exp(ln_eps)
+        gained = eps * (u_after - u_before)
+        # in the units of the readings, whose noise it is: a gain of zero would else explain all
+        laser, pulse = np.exp(g_x), np.exp(g_a)
+        return np.stack(
+            [(after + own_r * before) * laser, (by_laser + gained) * laser,
+             (by_pulse + gained) * pulse]
+        )  # fmt: skip
+
+    def _weights(self) -> tuple[FloatArray, FloatArray]:
+        """Weights of laser and accelerometer in the jump, by the scatter of their momentum."""
+        weights = self.known[1:] / self.scatter[1:, np.newaxis] ** 2
+        weights = weights / weights.sum(axis=0)
+        return weights[0], weights[1]
+
+    def mean_rest(self, p: Complex) -> Complex:
+        """Residuals averaged over collisions alike, shape (3 groups,)."""
+        rest = np.where(self.known, self.rest(p), 0.0)
+        return np.concatenate([m @ part for m, part in zip(self.means, rest, strict=True)])
+
+    def look(self, p: FloatArray) -> Local:
+        """Information about the local quantities, gradient and log-likelihood."""
+        sigma = self.sigma.ravel()
+        used = np.isfinite(sigma)
+        rest = self.mean_rest(p.astype(np.complex128)).real[used] / sigma[used]
+        columns = []
+        for i in range(p.size):
+            moved = p.astype(np.complex128)
+            moved[i] += 1j * _IMAGINARY
+            columns.append(self.mean_rest(moved).imag[used] / sigma[used] / _IMAGINARY)
+        J = np.stack(columns, axis=1)
+        return J.T @ J, -J.T @ rest, -0.5 * float(rest @ rest)
+
+
+def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collisions:
+    """The collisions averaged over those alike, with the errors that their scatter shows.
+
+    Measured quantities stand on both sides of each law, so that single collisions that differ by
+    noise alone would be fitted by whatever goes with that noise. Means over collisions that are
+    alike hold true differences only. Outliers count less, by Student's distribution; neighbours
+    share a flight, which changes what a mean is worth.
+
+    Parameters
+    ----------
+    c : Collisions
+    p : array (13,)
+        Local quantities near which the scatter is looked at.
+    time_error : float
+        Standard error of the time of an impact, s.
+    """
+    groups = _alike(c.flights, time_error)
+    count = int(groups.max()) + 1
+    member = groups[np.newaxis, :] == np.arange(count)[:, np.newaxis]
+    rest = np.where(c.known, c.rest(p.astype(np.complex128)).real, np.nan)
+    means, sigma, scatter = [], np.full((3, count), np.inf), np.ones(3)
+    for k, part in enumerate(rest):
+        good = np.isfinite(part)
+        if good.sum() < _FEWEST:
+            means.append(np.zeros(member.shape))
+            continue
+        centre = np.array([_median(part[own & good]) for own in member])[groups]
+        off = np.where(good, part - centre, 0.0)
+        scatter[k] = 1.4826 * float(np.median(np.abs(off[good]))) + _TINY
+        weight = np.where(good, (_FREEDOM + 1.0) / (_FREEDOM + (off / scatter[k]) ** 2), 0.0)
+        own = member * weight
+        total = own.sum(axis=1)
+        means.append(own / np.maximum(total, 1e-300)[:, np.newaxis])
+        worth = _of_neighbours(off[good] / scatter[k])
+        used = (member & good).sum(axis=1) > 0
+        single = scatter[k] * np.sqrt(worth * (own**2).sum(axis=1)) / np.maximum(total, 1e-300)
+        size = np.abs(c.flights.v_before - c.flights.u_before if k == 0 else c.flights.jump)
+        floor = _READ[k] * (member @ size) / member.sum(axis=1)
+        sigma[k] = np.where(used, np.hypot(single, floor), np.inf)
+    return replace(c, scatter=scatter, means=(means[0], means[1], means[2]), sigma=sigma)
+
+
+def _median(values: FloatArray) -> float:
+    return float(np.median(values)) if values.size else 0.0
+
+
+def _alike(f: Flights, time_error: float) -> IntArray:
+    """Number of the group of each collision: one wall, flights of like duration.
+
+    Durations part collisions only where they differ by much more than their errors.
+    """
+    label = (f.side > 0.0).astype(np.int64)
+    for durations in (f.time_before, f.time_after):
+        low, high = np.percentile(durations, [5.0, 95.0])
+        parts = int(np.clip((high - low) / (_APART * max(time_error, 1e-9)), 1, _PARTS))
+        edges = np.quantile(durations, np.arange(1, parts) / parts)
+        label = label * _PARTS + np.searchsorted(edges, durations)
+    return np.asarray(np.unique(label, return_inverse=True)[1], dtype=np.int64)
+
+
+def _of_neighbours(z: FloatArray) -> float:
+    """Variance of a mean over that of independent residuals, from the first correlations."""
+    z = np.clip(z, -4.0, 4.0)
+    z = z - z.mean()
+    power = float(z @ z)
+    if z.size < _FEWEST or power <= 0.0:
+        return 1.0
+    rho = [float(z[:-k] @ z[k:]) / power for k in (1, 2, 3, 4)]
+    return float(np.clip(1.0 + 2.0 * sum(rho), _LEAST, _MOST))

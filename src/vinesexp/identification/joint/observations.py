@@ -1,0 +1,470 @@
+"""What a campaign gives the joint model: unknowns with their priors, and blocks of observations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.identification.driven_motion import DrivenMotion
+from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.flights import Flights, flights_of
+from vinesexp.identification.joint.collisions import EFFECTS, Collisions, with_errors
+from vinesexp.identification.joint.unknowns import Beliefs, Block, Local, Prior, Sum
+from vinesexp.records.campaign import Campaign, Record
+from vinesexp.signals.impacts.impact_table import Impacts
+
+#: Methods of single records that count; the cheaper ones are shown beside them.
+COUNTED = ("likelihood", "envelope", "sweep")
+#: Relative standard uncertainty of a base amplitude that nobody measured: the display of a shaker.
+SHEET_BASE = 0.02
+#: Wide enough to say nothing, in logarithms, ratios and m.
+_WIDE, _WIDE_R = 10.0, 0.5
+#: ln of the mass of an oscillator in a lab, kg, and its spread: parts factors of 1000, no more.
+_ORDINARY_M = (math.log(3.0), 2.0)
+#: What velocities beside an impact may be off by, as a share of the jump: contact, mount, filter.
+_SHARE = 2e-3
+#: Lateness of the displacement that no channel shows, s.
+_LATE = 1e-5
+#: What the model of the displacement beside an impact leaves in r and in the momentum of a record.
+_OWN_R, _OWN_EPS, _OWN_GAIN = 1e-4, 3e-4, 5e-4
+#: So many times more where the amplitude falls from impact to impact.
+_RELEASED = 3.0
+#: The same of the base that the mass answers to, relative: harmonics, a channel that is late.
+_OWN_BASE = 1e-3
+_FEWEST = 10  # collisions of a record
+_ENOUGH = 150  # more add nothing to what a whole record may be off by
+_TINY = 1e-9
+_ROBUST = 4.0  # degrees of freedom of Student's distribution, for single values of records
+_AIR = 1e-3  # of r from a drop: air, table
+
+
+@dataclass(frozen=True)
+class Observed:
+    """A campaign as the joint model sees it.
+
+    Attributes
+    ----------
+    names : the unknowns.
+    beliefs : their priors.
+    blocks : observations.
+    start : values to start from.
+    balls : name of each restitution and ln m of a ball to the clearance groups that it is in.
+    clearances : (record, number of the ball) to the name of its own error and its stated value, m.
+    levels : stated base amplitude, m, to the name of its logarithm's error.
+    loads : stated added mass, kg, to the name of its error.
+    gains : channel (role, setup) to the name of the logarithm of its gain.
+    collisions : (record, ball) to the collisions.
+    order : ids of the records in the order of records.csv.
+    mass : ball mass that ln_m is counted from, kg, by number (0: the only one).
+    """
+
+    names: tuple[str, ...]
+    beliefs: Beliefs
+    blocks: tuple[Block, ...]
+    start: FloatArray
+    clearances: Mapping[tuple[str, int], tuple[str, float]]
+    levels: Mapping[float, str]
+    loads: Mapping[float, str]
+    gains: Mapping[tuple[str, str], str]
+    collisions: Mapping[tuple[str, int], Collisions]
+    order: tuple[str, ...]
+
+
+@dataclass
+class _Builder:
+    """Collects unknowns and blocks."""
+
+    campaign: Campaign
+    priors: dict[str, Prior] = field(default_factory=dict)
+    start: dict[str, float] = field(default_factory=dict)
+    blocks: list[Block] = field(default_factory=list)
+    clearances: dict[tuple[str, int], tuple[str, float]] = field(default_factory=dict)
+    levels: dict[float, str] = field(default_factory=dict)
+    loads: dict[float, str] = field(default_factory=dict)
+    gains: dict[tuple[str, str], str] = field(default_factory=dict)
+    collisions: dict[tuple[str, int], Collisions] = field(default_factory=dict)
+    sums: dict[tuple[str, int], tuple[Sum, ...]] = field(default_factory=dict)
+
+    def add(self, name: str, value: float, error: float, start: float | None = None) -> str:
+        if name not in self.priors:
+            self.priors[name] = Prior(value, max(error, _TINY))
+            self.start[name] = value if start is None else start
+        return name
+
+    def gain(self, record: Record, role: str) -> str:
+        """Logarithm of the gain of a channel; channels of one setup share it."""
+        error = getattr(self.campaign.known.uncertainties, role).of(1.0)
+        stated = self.campaign.setup_of(record).channels.get(role)
+        if stated is not None and stated.gain_error is not None:
+            error = stated.gain_error
+        key = (role, record.setup)
+        self.gains[key] = self.add(":".join(filter(None, (f"gain {role}", record.setup))), 0, error)
+        return self.gains[key]
+
+
+def observe(
+    found: Sequence[Estimate],
+    campaign: Campaign,
+    impacts: Mapping[str, Impacts],
+    driven: Mapping[str, DrivenMotion],
+    spread: Mapping[str, float],
+) -> Observed:
+    """Unknowns, priors and blocks of a campaign.
+
+    Parameters
+    ----------
+    found : sequence of Estimate
+        Of single records, f0 and zeta at the amplitude of the periodic tests.
+    campaign : Campaign
+    impacts, driven : mapping
+        Record id to its impact table, and to its motion between impacts.
+    spread : mapping
+        `f0`, `zeta`: standard uncertainty from the range of amplitudes at which the tests work.
+    """
+    b = _Builder(campaign)
+    _rig(b, found, spread)
+    _decays(b, found)
+    _start_mass(b, found)
+    _sensors(b, found)
+    f0 = math.exp(b.start["ln_f0"]) if "ln_f0" in b.start else None
+    for record in sorted(campaign.records, key=lambda one: one.id):
+        if record.exclude or record.id not in impacts:
+            continue
+        _flights(b, record, impacts[record.id], f0)
+    for record in sorted(campaign.records, key=lambda one: one.id):
+        if not record.exclude:
+            _base(b, record, found, driven.get(record.id))
+    _drops(b, found)
+    _share_speed(b)
+    names = tuple(b.priors)
+    return Observed(
+        names, Beliefs(b.priors), tuple(b.blocks), np.array([b.start[name] for name in names]),
+        b.clearances, b.levels, b.loads, b.gains, b.collisions,
+        tuple(record.id for record in campaign.records),
+    )  # fmt: skip
+
+
+def gaussian(value: FloatArray, covariance: FloatArray, freedom: float = _ROBUST
+             ) -> _Gaussian:  # fmt: skip
+    """Look of a block whose local quantities were observed with normal errors, robustly."""
+    return _Gaussian(value, np.asarray(np.linalg.inv(covariance), dtype=np.float64), freedom)
+
+
+@dataclass(frozen=True)
+class _Gaussian:
+    """Observed local quantities; one far off counts less, by Student's distribution."""
+
+    value: FloatArray
+    information: FloatArray
+    freedom: float
+
+    def __call__(self, p: FloatArray) -> Local:
+        rest = self.value - p
+        gradient = self.information @ rest
+        return self.information, gradient, -0.5 * float(rest @ gradient)
+
+
+def _rig(b: _Builder, found: Sequence[Estimate], spread: Mapping[str, float]) -> None:
+    known = b.campaign.known
+    inputs = known.uncertainties
+    alone = {
+        name: [e for e in found if e.parameter == name and e.method in COUNTED]
+        for name in ("f0", "zeta", "f0_added", "zeta_added")
+    }
+    for name in ("f0", "zeta"):
+        values = [e.value for e in alone[name]] or [e.value for e in alone[f"{name}_added"]]
+        values = [v for v in values if v > 0.0]
+        if values:
+            start = math.log(float(np.median(values)))
+            b.add(f"ln_{name}", start, _WIDE)
+            extra = spread.get(name, 0.0) / math.exp(start)
+            b.add(f"amplitude {name}", 0.0, extra)
+    b.add("clock", 0.0, inputs.clock.of(1.0))
+    if known.mass is not None:
+        error = known.mass.std_error or inputs.mass.of(known.mass.value)
+        b.add("ln_M", math.log(known.mass.value), error / known.mass.value)
+    else:
+        balls = [mass.value for mass in known.nes_mass]
+        b.add("ln_M", *_ORDINARY_M, start=math.log(100.0 * balls[0]) if balls else None)
+    b.add("load scale", 0.0, 0.0)
+
+
+def _ball(b: _Builder, number: int) -> tuple[str, float]:
+    """Name of ln(m/stated) of a ball, and the stated mass, kg (1 kg where it was not weighed)."""
+    masses = b.campaign.known.nes_mass
+    inputs = b.campaign.known.uncertainties
+    if not masses:
+        return b.add("ln_m", 0.0, _WIDE), 1.0
+    place = min(number, len(masses)) - 1
+    mass = masses[place]
+    error = mass.std_error or inputs.nes_mass.of(mass.value)
+    name = "ln_m" if len(masses) == 1 else f"ln_m:{place + 1}"
+    return b.add(name, 0.0, error / mass.value), mass.value
+
+
+def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
+    """f0 and zeta of each decay or sweep, with its mounting and its added mass."""
+    if "ln_f0" not in b.priors:
+        return
+    inputs = b.campaign.known.uncertainties
+    loads = {record.id: record.added_mass or 0.0 for record in b.campaign.records}
+    for kind in ("f0", "zeta"):
+        own = [
+            e for e in found
+            if e.parameter in (kind, f"{kind}_added") and e.method in COUNTED and e.value > 0.0
+        ]  # fmt: skip
+        mount = inputs.remounting if kind == "f0" else inputs.damping
+        for e in own:
+            record = e.records[0]
+            load = loads.get(record, 0.0)
+            error = max(e.std_error / e.value, _TINY)
+            sums = [
+                {f"ln_{kind}": 1.0, f"amplitude {kind}": 1.0,
+                 b.add(f"mounting {kind}: {1e3 * load:g} g", 0.0, mount.of(1.0)): 1.0,
+                 b.add(f"own {kind}: {record}", 0.0, 0.0): 1.0},
+                {"ln_M": 1.0},
+                {"load scale": 1.0},
+            ]  # fmt: skip
+            if kind == "f0":
+                sums[0]["clock"] = -1.0
+            if load:
+                b.loads[load] = b.add(f"load: {1e3 * load:g} g", 0.0, inputs.added_mass.of(load))
+                sums.append({b.loads[load]: 1.0})
+            else:
+                sums.append({})
+            b.blocks.append(
+                Block(record, "loaded" if load else "decay", tuple((s, 0.0) for s in sums),
+                      _Decay(math.log(e.value), error, load))
+            )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Decay:
+    """ln f or ln zeta of a decay: both go with (M + added)^-1/2."""
+
+    value: float
+    error: float
+    load: float
+
+    def __call__(self, p: FloatArray) -> Local:
+        unloaded, ln_M, ln_scale, error = p
+        added = (self.load + error) * math.exp(ln_scale) if self.load else 0.0
+        share = added * math.exp(-ln_M)
+        share = max(share, -0.9)
+        model = unloaded - 0.5 * math.log1p(share)
+        d = -0.5 / (1.0 + share)
+        by_added = d * math.exp(ln_scale - ln_M) if self.load else 0.0
+        J = np.array([1.0, -d * share, d * share, by_added])
+        rest = self.value - model
+        w = 1.0 / self.error**2
+        return w * np.outer(J, J), w * J * rest, -0.5 * w * rest * rest
+
+
+def _start_mass(b: _Builder, found: Sequence[Estimate]) -> None:
+    """Where ln M starts: the line over added masses, else M by the impacts of single records."""
+    own = [e for e in found if e.parameter in ("f0", "f0_added") and e.method in COUNTED]
+    loads = {record.id: record.added_mass or 0.0 for record in b.campaign.records}
+    loaded = np.array([loads.get(e.records[0], 0.0) for e in own])
+    by_impacts = [e.value for e in found if e.parameter == "M" and e.method == "impacts"]
+    if len(set(loaded.tolist())) > 1:
+        slope, offset = np.polyfit(loaded, [1.0 / e.value**2 for e in own], 1)
+        if slope > 0.0 and offset > 0.0:
+            b.start["ln_M"] = math.log(offset / slope)
+    elif by_impacts and b.campaign.known.mass is None:
+        b.start["ln_M"] = math.log(float(np.median(by_impacts)))
+
+
+def _flights(b: _Builder, record: Record, impacts: Impacts, f0: float | None) -> None:
+    """Collisions of every ball of a record."""
+    frequency = f0 or float(np.mean(record.frequency or (0.0,)))
+    period = 1.0 / frequency if frequency else math.inf
+    several = len(record.clearance) > 1
+    integrated = "displacement" not in b.campaign.setup_of(record).channels
+    for number, stated in enumerate(record.clearance, start=1):
+        flights = flights_of(impacts, nes=number, b=stated, period=period)
+        whole = np.isfinite(flights.v_before + flights.v_previous + flights.v_next + flights.jump)
+        flights = flights.keep(whole)
+        if flights.index.size < _FEWEST:
+            continue
+        stride = 2 * (flights.index.size // (2 * _ENOUGH)) + 1  # odd: both walls
+        flights = flights.keep(np.arange(flights.index.size) % stride == 0)
+        _group(b, record, impacts, flights, number if several else 0, stated, frequency, integrated)
+
+
+def _group(
+    b: _Builder, record: Record, impacts: Impacts, flights: Flights, number: int, stated: float,
+    frequency: float, integrated: bool,
+) -> None:  # fmt: skip
+    inputs = b.campaign.known.uncertainties
+    suffix = f"_{number}" if number else ""
+    tag = f"{record.id}{':' + str(number) if number else ''}"
+    r = b.add(f"r{suffix}", 0.6, _WIDE_R)
+    ln_m, mass = _ball(b, max(number, 1))
+    role = "acceleration" if integrated else "displacement"
+    g_x = b.gain(record, role)
+    jumps = {g_x: 1.0, b.add("pulse area", 0.0, inputs.template.of(1.0)): 1.0}
+    if not integrated and "acceleration" in b.campaign.setup_of(record).channels:
+        jumps = {b.gain(record, "acceleration"): 1.0, "pulse area": 1.0}
+    u = inputs.clearance.of(stated)
+    own = b.add(f"clearance: {tag}", 0.0, u)
+    b.clearances[record.id, number] = own, stated
+    for name in EFFECTS:
+        b.add(name, 0.0, 0.0)
+    loose = _RELEASED if record.test == "transient" else 1.0
+    collisions = collisions_of(flights, impacts, omega2=(2.0 * math.pi * frequency) ** 2)
+    local = (
+        {r: 1.0, b.add(f"own r: {tag}", 0.0, loose * _OWN_R): 1.0},
+        {ln_m: 1.0, "ln_M": -1.0, b.add(f"own momentum: {tag}", 0.0, loose * _OWN_EPS): 1.0},
+        {g_x: 1.0, b.add(f"own gain: {record.id}", 0.0, _OWN_GAIN * (loose - 1.0)): 1.0},
+        jumps,
+        {b.add("jump reading", 0.0, inputs.template.of(1.0)): 1.0},
+        {b.add("share", 0.0, _SHARE): 1.0},
+        {b.add("late", 0.0, _LATE): 1.0},
+        {b.add("clearance scale", 0.0, 0.0): stated, b.add("clearance offset", 0.0, u): 1.0,
+         own: 1.0},
+        *({name: 1.0} for name in EFFECTS),
+    )  # fmt: skip
+    constants = [0.0] * len(local)
+    constants[1] = math.log(mass)
+    constants[7] = stated
+    start = np.zeros(len(local))
+    start[0], start[1], start[7] = 0.6, math.log(mass) - b.start["ln_M"], stated
+    late = float(np.median(impacts.time_error_s[flights.index]))
+    collisions = with_errors(collisions, start, time_error=late)
+    b.collisions[record.id, number] = collisions
+    b.sums[record.id, number] = tuple(zip(local, constants, strict=True))
+
+
+def _share_speed(b: _Builder) -> None:
+    """Blocks of the flights; r that depends on speed is that at one speed for all records."""
+    if not b.collisions:
+        return
+    speed = float(np.median([c.speed for c in b.collisions.values()]))
+    for key, own in b.collisions.items():
+        b.collisions[key] = replace(own, speed=speed)
+        b.blocks.append(Block(key[0], "flights", b.sums[key], b.collisions[key].look))
+
+
+def collisions_of(flights: Flights, impacts: Impacts, *, omega2: float) -> Collisions:
+    """Collisions of the flights of one ball; their errors are rough until `with_errors`."""
+    x = impacts.x_m[flights.index]
+    # u = (x - side b - (x_before + side b))/T: what is left of it is the way of the mass
+    way = 2.0 * flights.side * flights.clearance
+    before = x - (flights.u_before * flights.time_before + way)
+    after = x + flights.u_after * flights.time_after - way
+    jump = flights.jump_acceleration
+    both = np.isfinite(jump) & np.isfinite(flights.jump)
+    sign = np.sign((jump[both] * flights.jump[both]).sum()) or 1.0
+    flights = replace(flights, jump_acceleration=sign * jump)
+    speed = np.abs(flights.v_before - flights.u_before)
+    nothing = ~np.isfinite(flights.jump_displacement) & ~np.isfinite(jump)
+    by_laser = np.where(nothing, flights.jump, flights.jump_displacement)
+    flights = replace(flights, jump_displacement=by_laser)
+    known = np.stack([np.isfinite(flights.jump), np.isfinite(by_laser), np.isfinite(jump)])
+    none = np.zeros((0, x.size))
+    return Collisions(
+        flights, x, before, after, omega2, float(np.median(speed)), known, np.ones(3),
+        (none, none, none), np.zeros((3, 0)),
+    )  # fmt: skip
+
+
+def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
+    """Accelerometer beside the laser over the oscillation: ratio of their gains."""
+    for e in found:
+        if e.parameter != "accelerometer_gain" or not e.records:
+            continue
+        record = b.campaign.record(e.records[0])
+        if record.exclude or not record.clearance or not e.value:
+            continue
+        sums = ({b.gain(record, "acceleration"): 1.0, b.gain(record, "displacement"): -1.0}, 0.0)
+        error = max(e.std_error / abs(e.value), 3e-4)
+        b.blocks.append(
+            Block(record.id, "channels", (sums,),
+                  gaussian(np.array([math.log(abs(e.value))]), np.array([[error**2]])))
+        )  # fmt: skip
+
+
+def _base(
+    b: _Builder, record: Record, found: Sequence[Estimate], driven: DrivenMotion | None
+) -> None:
+    """Base amplitude of a periodic record: test log, base channel, what the mass answers to."""
+    if record.test != "periodic" or not record.base_amplitude:
+        return
+    level = next(
+        (one for one in b.levels if abs(one / record.base_amplitude - 1.0) < 1e-6),
+        record.base_amplitude,
+    )
+    inputs = b.campaign.known.uncertainties
+    stated = SHEET_BASE if inputs.base.of(1.0) else 0.0
+    b.levels[level] = b.add(f"base: {1e3 * level:g} mm", 0.0, stated)
+    here = {b.levels[level]: 1.0}
+    for e in found:
+        if e.parameter == "base_seen" and e.records == (record.id,) and e.value > 0.0:
+            seen = math.log(e.value / level)
+            error = max(e.std_error / e.value, 1e-5)
+            sums = ({**here, b.gain(record, "base"): 1.0,
+                     b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0}, 0.0)  # fmt: skip
+            b.blocks.append(
+                Block(record.id, "base channel", (sums,),
+                      gaussian(np.array([seen]), np.array([[error**2]])))
+            )  # fmt: skip
+    if driven is None or "ln_f0" not in b.priors or "ln_zeta" not in b.priors:
+        return
+    f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
+    value, error = driven.base(f0=f0, zeta=zeta)
+    if not value > 4.0 * error:
+        return
+    role = "displacement"
+    answered = (
+        {"ln_f0": 1.0, "clock": -1.0,
+         b.add("mounting f0: periodic tests", 0.0, inputs.remounting.of(1.0)): 1.0},
+        {"ln_zeta": 1.0, b.add("mounting zeta: periodic tests", 0.0, inputs.damping.of(1.0)): 1.0},
+        {**here, b.gain(record, role): 1.0, b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0},
+    )  # fmt: skip
+    b.blocks.append(
+        Block(
+            record.id, "base", tuple((s, 0.0) for s in answered), _Answer(driven, math.log(level))
+        )
+    )
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """The base as the mass answers it, for an oscillator of local (ln f0, ln zeta, ln base)."""
+
+    driven: DrivenMotion
+    ln_level: float
+
+    def __call__(self, p: FloatArray) -> Local:
+        value, error = self.driven.base(f0=math.exp(p[0]), zeta=math.exp(p[1]))
+        moved = [
+            math.log(self.driven.base(f0=math.exp(p[0] + d), zeta=math.exp(p[1] + z))[0] / value)
+            / _STEP
+            for d, z in ((_STEP, 0.0), (0.0, _STEP))
+        ]
+        J = np.array([-moved[0], -moved[1], 1.0])
+        rest = math.log(value) - self.ln_level - p[2]
+        w = 1.0 / (error / value) ** 2
+        return w * np.outer(J, J), w * J * rest, -0.5 * w * rest * rest
+
+
+_STEP = 1e-6  # of ln f0 and ln zeta
+
+
+def _drops(b: _Builder, found: Sequence[Estimate]) -> None:
+    """r of drop tests: the ball's own, if the ball met walls elsewhere or not."""
+    drops = [e for e in found if e.parameter == "r" and e.method == "drop"]
+    model = b.campaign.known.uncertainties.model.of(1.0)
+    for e in drops:
+        name = b.add("r", 0.6, _WIDE_R)
+        off = b.add("drop", 0.0, model * e.value)
+        sums = ({name: 1.0, off: 1.0}, 0.0)
+        error = max(e.std_error, 1e-6)
+        b.blocks.append(
+            Block(e.records[0], "drop", (sums,),
+                  gaussian(np.array([e.value]), np.array([[error**2]])))
+        )  # fmt: skip

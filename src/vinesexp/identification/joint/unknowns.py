@@ -1,0 +1,286 @@
+"""One estimate of everything that a campaign depends on, from everything it holds.
+
+Unknowns stand side by side under a name: the rig, ball and contact, what the test log says, the
+sensors. Every observation is a `Block` that depends on a few local quantities, each of them a sum
+of unknowns; what the lab stated is a prior, an observation like any other. The blocks are
+summarised by their information about the local quantities, so that a hypothesis about the
+campaign costs one small linear system (`causes.py`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+
+#: A local quantity as a sum of unknowns: name to coefficient, and what is added.
+Sum = tuple[Mapping[str, float], float]
+#: Information of a block about its local quantities, gradient and value of its log-likelihood.
+Local = tuple[FloatArray, FloatArray, float]
+
+_STEPS = 40
+_CLOSE = 1e-3  # of a posterior standard deviation: converged
+_HALVED = 12  # times that a step is halved
+_LARGEST = 3.0  # largest step of a logarithm or a ratio in one iteration
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of an unknown before the records: value and standard uncertainty."""
+
+    value: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Block:
+    """Observations of one kind in one record.
+
+    Attributes
+    ----------
+    record : id; empty for what belongs to no single record.
+    kind : ``decay``, ``loaded`` (a decay with added mass), ``flights``, ``base``,
+        ``base channel``, ``channels``, ``drop``.
+    sums : the local quantities.
+    look : local values to information and gradient.
+    """
+
+    record: str
+    kind: str
+    sums: tuple[Sum, ...]
+    look: Callable[[FloatArray], Local]
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """Log-likelihood of all blocks near one point: gradient and information, record by record.
+
+    Attributes
+    ----------
+    names : the unknowns.
+    at : their values at which it was expanded.
+    gradient, information : arrays (n,), (n, n)
+    of_record : record id to the part of each that its blocks contribute.
+    """
+
+    names: tuple[str, ...]
+    at: FloatArray
+    gradient: FloatArray
+    information: FloatArray
+    of_record: Mapping[str, tuple[FloatArray, FloatArray]]
+    log_likelihood: float = 0.0
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.names)}
+
+    def without(self, record: str) -> Quadratic:
+        """The same without the blocks of one record."""
+        g, information = self.of_record[record]
+        return replace(self, gradient=self.gradient - g, information=self.information - information)
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """A normal distribution of the unknowns.
+
+    Attributes
+    ----------
+    names : tuple of str
+    values, covariance : arrays (n,), (n, n)
+    log_evidence : of the records under the priors, but for a constant.
+    """
+
+    names: tuple[str, ...]
+    values: FloatArray
+    covariance: FloatArray
+    log_evidence: float = 0.0
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.names)}
+
+    def of(self, terms: Mapping[str, float], constant: float = 0.0) -> tuple[float, float]:
+        """Value and standard error of a sum of unknowns; unknown names count as zero."""
+        v = self.vector(terms)
+        return float(v @ self.values) + constant, math.sqrt(max(float(v @ self.covariance @ v), 0))
+
+    def vector(self, terms: Mapping[str, float]) -> FloatArray:
+        """Coefficients of a sum of unknowns."""
+        v = np.zeros(len(self.names))
+        for name, factor in terms.items():
+            if name in self.index:
+                v[self.index[name]] += factor
+        return v
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.index
+
+
+@dataclass(frozen=True)
+class Direction:
+    """What a cause adds to the unknowns: a coefficient with a prior, times a direction."""
+
+    terms: Mapping[str, float]
+    prior: Prior
+
+
+@dataclass(frozen=True)
+class Beliefs:
+    """Priors of all unknowns, and the causes that are believed beside them.
+
+    Attributes
+    ----------
+    priors : name to prior.
+    causes : name to direction; their coefficients become unknowns of that name.
+    """
+
+    priors: Mapping[str, Prior]
+    causes: Mapping[str, Direction] = field(default_factory=dict)
+
+    def wider(self, errors: Mapping[str, float]) -> Beliefs:
+        """The same with other standard uncertainties for some unknowns."""
+        priors = dict(self.priors)
+        for name, error in errors.items():
+            if name in priors:
+                priors[name] = replace(priors[name], error=max(error, priors[name].error))
+        return replace(self, priors=priors)
+
+    def exact(self, names: Iterable[str]) -> Beliefs:
+        """The same with some unknowns known exactly."""
+        priors = dict(self.priors)
+        for name in names:
+            priors[name] = replace(priors[name], error=_EXACT * priors[name].error)
+        return replace(self, priors=priors)
+
+    def directions(self, names: tuple[str, ...]) -> FloatArray:
+        """Unknowns as sums of their own parts and of the coefficients of the causes."""
+        columns = [np.eye(len(names))]
+        columns += [
+            np.array([[direction.terms.get(name, 0.0)] for name in names])
+            for direction in self.causes.values()
+        ]
+        return np.concatenate(columns, axis=1)
+
+    def _every(self, names: tuple[str, ...]) -> list[Prior]:
+        return [self.priors[n] for n in names] + [d.prior for d in self.causes.values()]
+
+    def means(self, names: tuple[str, ...]) -> FloatArray:
+        """Prior values of the unknowns' own parts and of the coefficients of the causes."""
+        return np.array([prior.value for prior in self._every(names)])
+
+    def widths(self, names: tuple[str, ...]) -> FloatArray:
+        """Prior standard uncertainties of the same."""
+        return np.array([prior.error for prior in self._every(names)])
+
+    def believing(self, name: str, direction: Direction) -> Beliefs:
+        """The same with one more cause."""
+        return replace(self, causes={**self.causes, name: direction})
+
+
+_EXACT = 1e-4  # of an uncertainty: as good as none, and no matrix becomes singular
+
+
+def expand(blocks: Sequence[Block], names: tuple[str, ...], at: FloatArray) -> Quadratic:
+    """Gradient and information of all blocks at a point."""
+    index = {name: i for i, name in enumerate(names)}
+    n = len(names)
+    of_record: dict[str, tuple[FloatArray, FloatArray]] = {}
+    value = 0.0
+    for block in blocks:
+        used = sorted({index[name] for terms, _ in block.sums for name in terms})
+        place = {i: k for k, i in enumerate(used)}
+        A = np.zeros((len(block.sums), len(used)))
+        local = np.empty(len(block.sums))
+        for row, (terms, constant) in enumerate(block.sums):
+            local[row] = constant
+            for name, factor in terms.items():
+                A[row, place[index[name]]] += factor
+                local[row] += factor * at[index[name]]
+        information, gradient, own = block.look(local)
+        value += own
+        g, whole = of_record.setdefault(block.record, (np.zeros(n), np.zeros((n, n))))
+        g[used] += A.T @ gradient
+        whole[np.ix_(used, used)] += A.T @ information @ A
+    gradient = np.sum([g for g, _ in of_record.values()], axis=0) if of_record else np.zeros(n)
+    information = (
+        np.sum([w for _, w in of_record.values()], axis=0) if of_record else np.zeros((n, n))
+    )
+    return Quadratic(names, at, gradient, information, of_record, value)
+
+
+def posterior_of(data: Quadratic, beliefs: Beliefs) -> Posterior:
+    """Posterior under priors and causes, and the evidence for them, in closed form.
+
+    The log-likelihood is taken as the quadratic that it is near the point of expansion.
+    """
+    V = beliefs.directions(data.names)
+    mean, width = beliefs.means(data.names), beliefs.widths(data.names)
+    # scaled by the prior widths: the prior is the unit matrix
+    H = width[:, None] * (V.T @ data.information @ V) * width
+    start = data.at - V @ mean
+    g = width * (V.T @ (data.gradient + data.information @ start))
+    C = np.linalg.cholesky(H + np.eye(width.size))
+    half = np.linalg.solve(C, g)
+    inverse = np.linalg.inv(C)
+    z = inverse.T @ half
+    fit = float(0.5 * half @ half - data.gradient @ start - 0.5 * start @ data.information @ start)
+    log_evidence = fit - float(np.log(np.diag(C)).sum())
+    covariance = width[:, None] * (inverse.T @ inverse) * width
+    names = data.names + tuple(beliefs.causes)
+    return Posterior(names, mean + width * z, covariance, log_evidence)
+
+
+def total(found: Posterior, beliefs: Beliefs) -> Posterior:
+    """The posterior with what the causes add put into the unknowns themselves."""
+    n = len(found.names) - len(beliefs.causes)
+    T = np.eye(len(found.names))
+    T[:n] = beliefs.directions(found.names[:n])
+    return replace(found, values=T @ found.values, covariance=T @ found.covariance @ T.T)
+
+
+def fit(
+    blocks: Sequence[Block], names: tuple[str, ...], beliefs: Beliefs, start: FloatArray
+) -> Quadratic:
+    """Most probable unknowns by Gauss and Newton, and the log-likelihood expanded there.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+    names : tuple of str
+        The unknowns.
+    beliefs : Beliefs
+    start : array (n,)
+    """
+    V = beliefs.directions(names)
+    mean, width = beliefs.means(names), beliefs.widths(names)
+    parts = mean.copy()
+    parts[: start.size] += start - V @ mean
+    data = expand(blocks, names, V @ parts)
+
+    def value(data: Quadratic, parts: FloatArray) -> float:
+        return data.log_likelihood - 0.5 * float((((parts - mean) / width) ** 2).sum())
+
+    here = -math.inf
+    for _ in range(_STEPS):
+        aim = posterior_of(data, beliefs)
+        step = aim.values - parts
+        size = np.sqrt(np.maximum(np.diag(aim.covariance), 1e-300))
+        share = min(1.0, _LARGEST / max(float(np.abs(V @ step).max()), 1e-300))
+        for _ in range(_HALVED):
+            tried = expand(blocks, names, V @ (parts + share * step))
+            there = value(tried, parts + share * step)
+            if there >= here - 1e-6 * abs(here):
+                break
+            share *= 0.5
+        else:
+            return data
+        parts, data, here = parts + share * step, tried, there
+        if float(np.abs(share * step / size).max()) < _CLOSE:
+            break
+    return data

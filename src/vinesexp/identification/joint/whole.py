@@ -1,0 +1,317 @@
+"""The joint model of a campaign: from single records and the test log to one answer."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.errors import RecordError
+from vinesexp.identification.driven_motion import DrivenMotion
+from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.joint.causes import Judged, Weighed, judge, possible_causes
+from vinesexp.identification.joint.observations import Observed, observe
+from vinesexp.identification.joint.unknowns import (
+    Beliefs,
+    Posterior,
+    Quadratic,
+    fit,
+    posterior_of,
+    total,
+)
+from vinesexp.records.campaign import Campaign
+from vinesexp.records.uncertainties import EXACT
+from vinesexp.signals.impacts.impact_table import Impacts
+
+_ROUNDS = 2  # of choosing causes and fitting with them
+_ANY_CLEARANCE = 0.5  # share by which a clearance may be wrong while causes are looked for
+_ANY_LOAD = 3.0  # ln of a factor of all added masses
+#: Share of a law's correction that no law of friction or of a contact is truer than.
+_LAW = 0.1
+_HIDDEN = ("friction", "contact")  # effects that r and the ball's mass can stand for
+
+#: Inputs by the unknowns that they are a prior of.
+INPUTS = {
+    "clock": "clock",
+    "load": "added mass",
+    "mounting f0": "remounting",
+    "mounting zeta": "remounting",
+    "ln_m": "ball mass",
+    "gain displacement": "displacement gain",
+    "gain acceleration": "acceleration gain",
+    "gain base": "base gain",
+    "pulse area": "template",
+    "jump reading": "template",
+    "clearance": "clearance",
+    "clearance offset": "clearance",
+    "clearance scale": "clearance",
+    "drop": "model",
+    "amplitude f0": "amplitude",
+    "amplitude zeta": "amplitude",
+    "base": "base amplitude",
+}
+
+
+@dataclass(frozen=True)
+class RigPosterior:
+    """What predictions take: ln M, ln f0, ln zeta, r, ln m and ln G of each level.
+
+    Attributes
+    ----------
+    names : ``M``, ``f0``, ``zeta``, ``r``, ``m``, ``G:0.25`` (mm as stated) ...
+    values : of the quantities themselves, SI.
+    covariance : of their logarithms, of r itself.
+    parts : input to the covariance that would go if this input were exact.
+    """
+
+    names: tuple[str, ...]
+    values: FloatArray
+    covariance: FloatArray
+    parts: Mapping[str, FloatArray]
+
+    def part(self, gradient: Mapping[str, float], covariance: FloatArray | None = None) -> float:
+        """Variance of a function whose derivatives by these (by logarithms, by r) are given."""
+        g = np.array([gradient.get(name, 0.0) for name in self.names])
+        return float(g @ (self.covariance if covariance is None else covariance) @ g)
+
+    def of(self, name: str) -> tuple[float, float] | None:
+        """Value and standard error of one of them; None where it is not known."""
+        if name not in self.names:
+            return None
+        i = self.names.index(name)
+        error = math.sqrt(max(float(self.covariance[i, i]), 0.0))
+        return float(self.values[i]), error * (1.0 if name == "r" else float(self.values[i]))
+
+
+def write_rig(path: Path, rig: RigPosterior | None) -> None:
+    """steps/rig.json; an empty object where nothing is known."""
+    found = {} if rig is None else {
+        "names": rig.names, "values": rig.values.tolist(), "covariance": rig.covariance.tolist(),
+        "parts": {name: part.tolist() for name, part in rig.parts.items()},
+    }  # fmt: skip
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(found) + "\n", encoding="utf-8")
+
+
+def read_rig(path: Path) -> RigPosterior | None:
+    """What `write_rig` wrote.
+
+    Raises
+    ------
+    RecordError
+        The file is missing or damaged.
+    """
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if not found:
+            return None
+        return RigPosterior(
+            tuple(found["names"]), np.array(found["values"]), np.array(found["covariance"]),
+            {name: np.array(part) for name, part in found["parts"].items()},
+        )  # fmt: skip
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise RecordError(
+            f"is no identified rig ({error}); run the identify step again", file=path
+        ) from None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Everything that the joint model says.
+
+    Attributes
+    ----------
+    observed : unknowns, priors and blocks.
+    data : log-likelihood where it is largest.
+    judged : causes, and the posterior of all unknowns.
+    """
+
+    observed: Observed
+    data: Quadratic
+    judged: Judged
+
+    @property
+    def posterior(self) -> Posterior:
+        return self.judged.posterior
+
+    def effect(self, name: str) -> Weighed | None:
+        """The cause that an effect of ball and contact is, where it is believed."""
+        return next(
+            (
+                w for w in self.judged.found
+                if w.cause.about == name and w.cause.kind == "effect"
+            ),
+            None,
+        )  # fmt: skip
+
+    @cached_property
+    def parts(self) -> dict[str, FloatArray]:
+        """Input to the covariance of all unknowns that would go if its prior were exact."""
+        return _parts(self)
+
+    def records_of(self, terms: Mapping[str, float]) -> tuple[str, ...]:
+        """Records whose observations depend on any of some unknowns."""
+        found = {
+            block.record
+            for block in self.observed.blocks
+            if any(name in terms for sums, _ in block.sums for name in sums)
+        }
+        return tuple(record for record in self.observed.order if record in found)
+
+    def without(self, *kinds: str) -> Posterior:
+        """Posterior from all blocks but those of some kinds."""
+        blocks = [b for b in self.observed.blocks if b.kind not in kinds]
+        beliefs = self.judged.beliefs
+        if "weighed" in kinds:
+            beliefs = beliefs.wider({"ln_M": _ANY_LOAD})
+        data = fit(blocks, self.observed.names, beliefs, self.data.at)
+        return total(posterior_of(data, beliefs), beliefs)
+
+
+def answer_of(
+    found: Sequence[Estimate],
+    campaign: Campaign,
+    impacts: Mapping[str, Impacts],
+    driven: Mapping[str, DrivenMotion],
+    spread: Mapping[str, float],
+) -> Answer | None:
+    """Estimate all unknowns of a campaign, and weigh what may be otherwise than stated.
+
+    Parameters
+    ----------
+    found : sequence of Estimate
+        Of single records, f0 and zeta at the amplitude of the periodic tests.
+    campaign : Campaign
+    impacts, driven : mapping
+        Record id to its impact table and its motion between impacts.
+    spread : mapping
+        `f0`, `zeta`: standard uncertainty from the range of amplitudes at which the tests work.
+
+    Returns
+    -------
+    Answer or None
+        None where no record says anything of the rig.
+    """
+    observed = observe(found, campaign, impacts, driven, spread)
+    if not observed.blocks:
+        return None
+    wide = observed.beliefs.wider(
+        {name: _ANY_CLEARANCE * b for name, b in observed.clearances.values()}
+        | {"load scale": _ANY_LOAD}
+    )
+    data = fit(observed.blocks, observed.names, wide, observed.start)
+    # With `uncertainties: exact` the test log is no evidence that could be wrong.
+    exact = campaign.known.uncertainties == EXACT
+    causes = [c for c in possible_causes(observed) if not (exact and c.kind == "mistake")]
+    for _ in range(_ROUNDS):
+        judged = judge(data, observed, causes)
+        start = judged.posterior.values[: len(observed.names)]
+        data = fit(observed.blocks, observed.names, judged.beliefs, start)
+    judged = replace(judged, posterior=_only_so_true(data, observed, judged))
+    return Answer(observed, data, judged)
+
+
+def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Posterior:
+    """The posterior with what the laws of friction and contact may be wrong by."""
+    found = judged.posterior
+    covariance = found.covariance
+    for weighed in judged.found:
+        if weighed.cause.kind != "effect" or weighed.cause.about not in _HIDDEN:
+            continue
+        causes = {k: d for k, d in judged.beliefs.causes.items() if k != weighed.cause.key}
+        plain = Beliefs(judged.beliefs.priors, causes)
+        without = total(posterior_of(data, plain), plain)
+        shift = _LAW * (found.values - without.values[: found.values.size])
+        covariance = covariance + np.outer(shift, shift)
+    return replace(found, covariance=covariance)
+
+
+def effective(answer: Answer, ball: str) -> tuple[dict[str, float], dict[str, float]]:
+    """r and ln m with which a plain rig moves as this one, as sums of unknowns.
+
+    What friction and a contact that lasts take from the ball is in its apparent r and mass: the
+    values that a fit without these effects would give.
+    """
+    r, m = {"r": 1.0}, {ball: 1.0}
+    index = answer.data.index
+    flights = [b.record for b in answer.observed.blocks if b.kind == "flights"]
+    if "r" not in index or ball not in index or not flights:
+        return r, m
+    H = np.sum([answer.data.of_record[record][1] for record in dict.fromkeys(flights)], axis=0)
+    two = [index["r"], index[ball]]
+    inner = H[np.ix_(two, two)]
+    if not np.linalg.cond(inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)))) < 1e8:
+        return r, m
+    for name in _HIDDEN:
+        if answer.effect(name) is not None:
+            by_r, by_m = np.linalg.solve(inner, H[two, index[name]])
+            r[name] = float(by_r)
+            if name == "contact":
+                m[name] = float(by_m)
+    return r, m
+
+
+def rig_posterior(answer: Answer, campaign: Campaign) -> RigPosterior:
+    """Values that predictions take, with their joint covariance and what it is made of."""
+    posterior = answer.posterior
+    ball = "ln_m" if "ln_m" in posterior else "ln_m:1"
+    r, m = effective(answer, ball)
+    masses = campaign.known.nes_mass
+    stated = math.log(masses[0].value) if masses else 0.0
+    wanted: dict[str, tuple[Mapping[str, float], float]] = {
+        "M": ({"ln_M": 1.0}, 0.0),
+        "f0": ({"ln_f0": 1.0}, 0.0),
+        "zeta": ({"ln_zeta": 1.0}, 0.0),
+        "r": (r, 0.0),
+        "m": (m, stated),
+        **{
+            f"G:{1e3 * level:.6g}": ({name: 1.0}, math.log(level))
+            for level, name in answer.observed.levels.items()
+        },
+    }
+    wanted = {
+        name: (terms, constant)
+        for name, (terms, constant) in wanted.items()
+        if all(term in posterior for term in terms)
+    }
+    T = np.array([posterior.vector(terms) for terms, _ in wanted.values()])
+    values = T @ posterior.values + np.array([constant for _, constant in wanted.values()])
+    for i, name in enumerate(wanted):
+        values[i] = values[i] if name == "r" else math.exp(values[i])
+    parts = {name: T @ whole @ T.T for name, whole in answer.parts.items()}
+    return RigPosterior(tuple(wanted), values, T @ posterior.covariance @ T.T, parts)
+
+
+def _parts(answer: Answer) -> dict[str, FloatArray]:
+    """Input to the covariance of all unknowns that would go if its prior alone were exact."""
+    beliefs, names = answer.judged.beliefs, answer.observed.names
+    n = len(names)
+    whole = total(posterior_of(answer.data, beliefs), beliefs).covariance[:n, :n]
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        label = input_of(name)
+        if label is not None and beliefs.priors[name].error > 1e-8:
+            groups.setdefault(label, []).append(name)
+    found = {}
+    for label, own in groups.items():
+        sharper = beliefs.exact(own)
+        left = total(posterior_of(answer.data, sharper), sharper).covariance[:n, :n]
+        found[label] = whole - left
+    return found
+
+
+def input_of(name: str) -> str | None:
+    """The input that an unknown's prior states; None for what no lab states.
+
+    Examples
+    --------
+    >>> input_of("clearance: b34"), input_of("ln_m:2"), input_of("own r: b34")
+    ('clearance', 'ball mass', None)
+    """
+    return INPUTS.get(name.partition(":")[0])

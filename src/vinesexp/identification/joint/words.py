@@ -1,0 +1,202 @@
+"""What the joint model found, in words for checks.csv: causes, rivals, what is not explained."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from vinesexp.identification.joint.causes import FACTORS, Cause, Judged, Weighed
+from vinesexp.records.checks import Check
+
+#: Where each thing that is stated stands.
+_PLACES = {
+    "clearance": "clearance_mm",
+    "base amplitude": "base_amplitude_mm",
+    "ball mass": "known.nes_mass",
+    "added mass": "added_mass_g",
+}
+#: How a cause is called beside another that explains the records as well.
+_NAMES = {
+    "wall": "walls of different r",
+    "slope": "r that depends on impact speed",
+    "friction": "friction of the ball on its floor",
+    "tilt": "a cavity that slopes",
+    "contact": "a contact that lasts",
+    "rolling": "a ball that rolls",
+    "pulse area": "a pulse of the accelerometer whose area is off (a contact that rings)",
+    "jumps": "jumps of velocity that both sensors show wrong (a local mode)",
+}
+_SCATTERED = {
+    "own r": "r differs from record to record",
+    "own momentum": "the jumps of the mass differ from record to record from what the ball loses",
+    "clearance": "the clearances scatter by more than their stated uncertainty",
+    "own base": "the motion of the mass asks for another base in each record",
+    "own f0": "f0 differs from record to record by more than mounting does",
+    "own zeta": "zeta differs from record to record by more than mounting does",
+}
+
+
+def cause_checks(judged: Judged) -> list[Check]:
+    """One row for each cause that is named, for rivals, and for what nothing explains."""
+    checks = []
+    for weighed in judged.found:
+        record = weighed.cause.records[0] if len(weighed.cause.records) == 1 else ""
+        if weighed.cause.direction is None:
+            checks.append(Check("", "not explained", "warning", _unexplained(weighed)))
+        elif weighed.sure and not weighed.rivals:
+            checks.append(Check(record, "cause", "warning", said(weighed)))
+        elif weighed.rivals:
+            names = " or ".join(
+                dict.fromkeys(called(c) for c in (weighed.cause, *weighed.rivals[:3]))
+            )
+            detail = (
+                f"the records contradict what was stated; either explains them: {names}. The "
+                "values and their errors hold all of these"
+            )
+            checks.append(Check("", "either", "warning", detail))
+        else:
+            detail = (
+                f"not explained: the records differ from the plain model as {called(weighed.cause)}"
+                " would make them, but records left out are not predicted better so; the errors "
+                "hold it"
+            )
+            checks.append(Check("", "not explained", "warning", detail))
+    return checks
+
+
+def _unexplained(weighed: Weighed) -> str:
+    return (
+        f"not explained: {_SCATTERED[weighed.cause.about]}, and no effect and no mistake that is "
+        "known explains it; the errors hold this scatter"
+    )
+
+
+def called(cause: Cause) -> str:
+    """A cause in a few words.
+
+    Examples
+    --------
+    >>> called(Cause("effect tilt", "effect", "tilt", None))
+    'a cavity that slopes'
+    """
+    if cause.kind == "effect":
+        return _NAMES[cause.about]
+    place = _PLACES.get(cause.about, f"the {cause.about}")
+    if cause.kind == "drift":
+        after = f" from {cause.records[0]} on" if cause.records else " along the campaign"
+        return f"{cause.about} that changes{after}"
+    if cause.key.startswith("exchanged"):
+        return f"clearance_mm of {cause.records[0]} and {cause.records[1]} exchanged"
+    if cause.records:
+        return f"{place} of {', '.join(cause.records)} that is wrong"
+    if cause.factor is not None:
+        return f"{place} that is {cause.factor:.4g} times the true value"
+    if cause.key.startswith("one "):
+        return f"{place} that is wrong ({cause.key.partition(': ')[2]})"
+    if "offset" in cause.key:
+        return f"{place} that is off by one length or mass throughout"
+    return f"{place} that is off by one factor throughout"
+
+
+def said(weighed: Weighed) -> str:
+    """A cause that is named, with its size and what to do."""
+    cause, value, error = weighed.cause, weighed.value, weighed.error
+    if cause.kind == "effect":
+        return _EFFECTS[cause.about](value, error)
+    if cause.kind == "drift":
+        return _drift(cause, value, error)
+    place = _PLACES.get(cause.about, f"the sensitivity of the {cause.about.removesuffix(' gain')}")
+    if cause.key.startswith("exchanged"):
+        return (
+            f"clearance_mm of {cause.records[0]} and {cause.records[1]} are exchanged: the flights "
+            "of each are those of the other's clearance; the analysis has them turned round. "
+            "Correct records.csv"
+        )
+    if cause.factor is not None:
+        why = FACTORS[cause.factor]
+        return (
+            f"{place} is {cause.factor:.4g} times the true value in all records ({why}): the "
+            "flights and the motion of the mass show it; the analysis takes the values found. "
+            f"Correct {place}"
+        )
+    if "offset" in cause.key or cause.key.startswith("one "):
+        unit, size = ("mm", 1e3) if cause.about == "clearance" else ("g", 1e3)
+        if cause.about == "base amplitude":
+            return _by_share(place, value, error, cause)
+        where = "in all records" if "offset" in cause.key else f"in {_place_of(cause)}"
+        return (
+            f"the true value of {place} {where} is {size * value:+.3g} +- {size * error:.2g} "
+            f"{unit} from what is stated; the analysis takes the values found. Measure it again "
+            "and correct it"
+        )
+    return _by_share(place, value, error, cause)
+
+
+def _place_of(cause: Cause) -> str:
+    return ", ".join(cause.records) or cause.key.partition(": ")[2]
+
+
+def _by_share(place: str, value: float, error: float, cause: Cause) -> str:
+    share = value if "scale" in cause.key and cause.about == "clearance" else math.expm1(value)
+    what = "shows" if cause.about.endswith("gain") or " gain of" in cause.about else "is truly"
+    return (
+        f"{place}: it {what} {1.0 + share:.4g} +- {error:.2g} times what is stated; the analysis "
+        "takes the value found. Check it and correct it"
+    )
+
+
+def _drift(cause: Cause, value: float, error: float) -> str:
+    name = cause.about
+    size = (
+        f"{value:+.3g} +- {error:.2g}"
+        if name == "r"
+        else f"{100 * value:+.3g} +- {100 * error:.2g} %"
+    )
+    if cause.records:
+        return (
+            f"{name} changes by {size} with record {cause.records[0]} and stays so, in the order "
+            "of records.csv: something was changed, worked loose or warmed up; values hold both"
+        )
+    return (
+        f"{name} drifts by {size} from the first record to the last, in the order of records.csv "
+        "(wear, temperature, something that works loose); values are those of the middle"
+    )
+
+
+_EFFECTS: Mapping[str, Callable[[float, float], str]] = {
+    "wall": lambda v, e: (
+        f"the two walls differ: r at the wall where x - y = +b is larger than at the other by "
+        f"{v:.3g} +- {e:.2g}; r is their mean, which is what b_c takes"
+    ),
+    "slope": lambda v, e: (
+        f"r depends on impact speed: it changes by {v:.3g} +- {e:.2g} for every m/s; r holds at "
+        "the usual speed of these tests"
+    ),
+    "friction": lambda v, e: (
+        f"the ball rubs on its floor: friction slows it by mu g = {v:.3g} +- {e:.2g} m/s^2 between "
+        "the walls; r allows for it, and b_c is predicted with r_effective, in which it is"
+    ),
+    "tilt": lambda v, e: (
+        f"the cavity slopes: the ball is pulled along it by {v:.3g} +- {e:.2g} m/s^2 (tilt of "
+        f"{abs(v) / 9.80665 * 57.2958:.2g} degrees); r allows for it"
+    ),
+    "contact": lambda v, e: (
+        f"a contact lasts {1e3 * v:.3g} +- {1e3 * e:.2g} ms in which the ball gets no further; r "
+        "allows for it, and b_c is predicted with r_effective and nes_mass_effective"
+    ),
+    "rolling": lambda v, e: (
+        f"the ball rolls: its floor takes it along by {v:.3g} +- {e:.2g} of the floor's own motion "
+        "(2/7 of a solid ball that never slips); b_c is predicted for a ball that does so"
+    ),
+    "jumps": lambda v, e: (
+        f"the jumps of velocity that both sensors show are {math.exp(-v):.3f} +- {e:.2g} times "
+        "those that the ball's momentum makes: a local mode, or a part that answers each impact; "
+        "M by impacts allows for it"
+    ),
+    "pulse area": lambda v, e: (
+        f"the jumps of velocity that the accelerometer shows are {math.exp(v):.3f} +- {e:.2g} "
+        "times those of the displacement, while both show the same oscillation: the area of its "
+        "pulse is off (a contact that rings, its mount, or a local mode); the momentum of the ball "
+        "counts"
+    ),
+}

@@ -1,0 +1,82 @@
+"""Estimates that disagree: the cause is named from what differs between them."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.whole_campaign import identify_campaign
+from vinesexp.records.schema import Campaign, Known, Record
+from vinesexp.units import Quantity
+
+F0, ZETA = 7.862, 6.5e-3
+CLEARANCES = {f"b{b}": 1e-3 * b for b in (15, 20, 25, 30, 35, 40)}
+
+
+def combine(found, where):
+    """Rows of identified.csv and checks."""
+    whole = identify_campaign(found, where, {})
+    return whole.rows, whole.checks
+
+
+def campaign(*, decays=(), clearances=None):
+    records = [Record(name, Path(name), "ringdown") for name in decays]
+    records += [
+        Record(name, Path(name), "periodic", clearance=(b,), base_amplitude=2.5e-4)
+        for name, b in (CLEARANCES if clearances is None else clearances).items()
+    ]
+    known = Known(None, (Quantity(0.032),))
+    return Campaign(Path("c"), "c", "c", known, {}, None, None, None, tuple(records))
+
+
+def decays(values, **more):
+    return [
+        Estimate("f0", f0, 1e-6, "Hz", "likelihood", (f"d{i}",), **more)
+        for i, f0 in enumerate(values)
+    ]
+
+
+def hits(parameter, values, error):
+    return [
+        Estimate(parameter, value, error, "kg" if parameter == "M" else "1", "impacts", (name,))
+        for name, value in zip(CLEARANCES, values, strict=True)
+    ]
+
+
+def warnings(found, where):
+    return [c.detail for c in combine(found, where)[1] if c.outcome == "warning"]
+
+
+def said(found, where, word):
+    return [detail for detail in warnings(found, where) if word in detail]
+
+
+def test_copies_of_a_record_are_counted_once_and_named():
+    names = ("d0", "d1", "d2")
+    found = [
+        replace(e, std_error=1e-3) for e in decays([F0 - 1e-3, F0 + 1e-3, F0 + 1e-3])
+    ]  # fmt: skip
+    digests = [
+        Estimate("content", 1.0, 0.0, "1", "samples", (name,), note)
+        for name, note in zip(names, ("one", "two", "two"), strict=True)
+    ]
+    rows, checks = combine([*digests, *found], campaign(decays=names))
+    f0 = next(e for e in rows if (e.parameter, e.method) == ("f0", "combined"))
+    assert f0.records == ("d0", "d1")
+    assert f0.value == pytest.approx(F0)
+    assert f0.std_error == pytest.approx(1e-3 / math.sqrt(2))
+    copy = next(c for c in checks if c.check == "copy")
+    assert (copy.record, copy.outcome) == ("d2", "warning")
+    assert "same samples as d1; counted once" in copy.detail
+    assert "differs" not in copy.detail
+
+
+def test_a_copy_with_another_row_is_said_to_have_one():
+    where = campaign(decays=("d0",), clearances={"b30": 0.03})
+    found = [
+        Estimate("content", 1.0, 0.0, "1", "samples", (name,), "same") for name in ("d0", "b30")
+    ]
+    copy = next(c for c in combine(found, where)[1] if c.check == "copy")
+    assert "what records.csv says of the two differs" in copy.detail
