@@ -223,9 +223,9 @@ def _far(outcome: Outcome, name: str) -> str:
 def page(found: Sequence[Outcome], before: Sequence[Outcome]) -> str:
     """The page in Markdown."""
     drawn = [o for o in found if o["family"] in _DRAWN]
-    measured = f"{len(drawn)} campaigns by the present code"
+    measured = f"{len(drawn)} campaigns by the joint model of the campaign"
     if len(drawn) < 300:
-        measured += "; 300 are meant, and the same command goes on"
+        measured += "; 300 are meant, and the same command goes on: shares of so few are rough"
     parts = [
         "# Calibration: intervals, causes, mistakes",
         "",
