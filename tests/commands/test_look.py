@@ -14,11 +14,13 @@ RATE, N = 1000.0, 8000
 T = np.arange(N) / RATE
 RNG = np.random.default_rng(3)
 BASE = 0.2 * np.sin(2 * np.pi * 8.0 * T) + 1e-4 * RNG.standard_normal(N)
-LASER = 3.0 * np.sin(2 * np.pi * 8.0 * T) * (1.0 + 0.5 * np.sin(2 * np.pi * 0.4 * T))
-LASER += 1e-3 * RNG.standard_normal(N)
+SWING = 3.0 * np.sin(2 * np.pi * 8.0 * T) * (1.0 + 0.5 * np.sin(2 * np.pi * 0.4 * T))
 SHOCKS = np.zeros(N)
 SHOCKS[60::125] = 40.0
-ACC = -2.5 * LASER + np.convolve(SHOCKS, np.hanning(7), "same") + 0.05 * RNG.standard_normal(N)
+ACC = -2.5 * SWING + np.convolve(SHOCKS, np.hanning(7), "same") + 0.05 * RNG.standard_normal(N)
+W = 2 * np.pi * np.fft.rfftfreq(N, 1.0 / RATE)
+LASER = np.fft.irfft(np.fft.rfft(ACC) / np.where(W > 12.0, -(W**2), np.inf), N) * 3000.0
+LASER += 1e-3 * RNG.standard_normal(N)
 
 
 @pytest.fixture

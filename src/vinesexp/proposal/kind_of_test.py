@@ -24,6 +24,7 @@ _SCATTER = 0.1  # of the logarithm of a sweep's frequency from cycle to cycle
 _PIECES, _ENDS = 48, 12  # of a record; those at either end that a hand may be in
 _LAST = 0.8  # of a decay: a ball hits before that, too
 _LOUDER = 2.5  # times the usual level of a record
+_CYCLES = 3  # in a record of an oscillation
 _AROUND = 64  # samples at least that a shock is compared with
 
 
@@ -41,6 +42,12 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
         return "drop", {}, heard
     if columns.get("sound") is x:
         return OPEN, {}, "no bounces heard in it"
+    if not a.rate and not x.rate:
+        return (
+            OPEN,
+            {},
+            "nothing says how fast it was sampled: no record in time, or one without times",
+        )
     hits = has_shocks(a.finite, _period(file))
     if not _stands_out(x) and (base is None or not _stands_out(base)):
         if hits:
@@ -251,4 +258,6 @@ def _stands_out(column: ColumnView) -> bool:
     _, amplitudes = column.spectrum()
     if len(amplitudes) < 8:
         return False
+    if int(np.argmax(amplitudes[1:])) + 1 < _CYCLES:
+        return False  # a slope, not an oscillation
     return float(amplitudes[1:].max()) > 40.0 * float(np.median(amplitudes))

@@ -16,7 +16,7 @@ import numpy as np
 
 from vinesexp.identification.heard_bounces import bounces_heard
 from vinesexp.proposal.survey import ColumnView, FileView, is_called_time
-from vinesexp.proposal.traits import Traits, traits_of
+from vinesexp.proposal.traits import Traits, derivative_of, duration, is_pulse, traits_of
 from vinesexp.units import UNITS
 
 _NAMES = {
@@ -67,8 +67,13 @@ def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
             timed = column.unit in UNITS["time"] or is_called_time(column.name)
             if not (timed or other):
                 places.setdefault(label_of(column), []).append((file, column))
-    left = _without_other_axes(places)
     guesses: dict[str, Guess] = {}
+    for label in [label for label in places if _is_force(label, places)]:
+        guesses[label] = Guess(
+            "force", "it rests but for brief pulses of one sign: a hammer", False
+        )
+        del places[label]
+    left = _without_other_axes(places)
     for role in _NAMES:
         found = {
             label: guess
@@ -96,6 +101,21 @@ def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
             rest.remove(heard)
     open_roles = set(_NAMES) - {guess.role for guess in guesses.values()} - {"sound"}
     return guesses | _by_physics(files, rest, open_roles)
+
+
+def _is_force(label: str, places: Mapping[str, Places]) -> bool:
+    """Whether a channel may be the force of a hammer: its pulses stand beside what rings."""
+    own = places[label]
+    units = {column.unit for _, column in own}
+    if units <= set(UNITS["force"]):
+        return True
+    if len(places) < 2 or units & (set(UNITS["displacement"]) | set(UNITS["acceleration"])):
+        return False
+    if not all(is_pulse(column) for _, column in own):
+        return False
+    # The blow is over while what it hit still rings.
+    rest = [duration(c) for one in places if one != label for _, c in places[one]]
+    return all(2 * duration(column) < min(rest, default=0) for _, column in own)
 
 
 def _without_other_axes(places: Mapping[str, Places]) -> list[str]:
@@ -182,11 +202,12 @@ def _by_physics(
             for role in ("acceleration", "base")
         }
         if len(traits) >= 2:
-            _vote(traits, votes, allowed)
+            columns = {label_of(c): c for c in file.signals if label_of(c) in traits}
+            _vote(traits, votes, allowed, columns)
     guesses: dict[str, Guess] = {}
     rest = list(labels)
     reasons = {
-        "acceleration": "more of it lies above the strongest motion, as in a second derivative",
+        "acceleration": "it is another channel times the frequency squared, in size and phase",
         "base": "it rests or keeps its amplitude where the others ring",
     }
     for role in ("acceleration", "base"):
@@ -228,16 +249,19 @@ def _vote(
     traits: Mapping[str, Traits],
     votes: Mapping[str, Counter[str]],
     allowed: Mapping[str, set[str]],
+    columns: Mapping[str, ColumnView],
 ) -> None:
     """Add what one file says; `allowed` are the channels whose units permit each role."""
     loud = {label: t for label, t in traits.items() if not t.quiet}
-    quiet = [label for label, t in traits.items() if t.quiet]
+    quiet = [label for label, t in traits.items() if t.quiet and not t.doubled]
     by_roughness = sorted(loud, key=lambda label: loud[label].rough)
     if len(by_roughness) >= 2:
         first, second = by_roughness[-1], by_roughness[-2]
         clear = loud[first].rough > 3.0 * loud[second].rough
         if clear and first in allowed["acceleration"]:
-            votes["acceleration"][first] += 1
+            laws = [derivative_of(columns[first], columns[one]) for one in by_roughness[:-1]]
+            if any(law is not None and law.is_second for law in laws):
+                votes["acceleration"][first] += 1
     if len(quiet) == 1 and loud and quiet[0] in allowed["base"]:
         votes["base"][quiet[0]] += 1
     elif len(loud) >= 2 and not quiet:

@@ -98,7 +98,7 @@ def open_source(path: Path) -> Source:
         )
     suffix = file.suffix.lower()
     known = ", ".join(reader.NAME for reader in READERS)
-    other = foreign.name_of(head)
+    other = foreign.name_of(head, suffix)
     if other is not None:
         raise RecordError(
             f"is {other}, which is not read; export the record as CSV or one of: {known}",

@@ -18,7 +18,18 @@ _MAGIC = (
 )
 
 
-def name_of(head: bytes) -> str | None:
+#: Programs and the way to a table out of them; the beginning of the file after blanks.
+_MADE_BY = (
+    (b"|CF,", "an imc FAMOS file (in FAMOS: File > Export > ASCII or MATLAB)"),
+    (b"<phyphox", "a phyphox state (in phyphox: Export data > CSV or Excel)"),
+    (b"<?xml", "an XML document"),
+    (b"<!DOCTYPE", "a web page"),
+    (b"<html", "a web page"),
+)
+_CATMAN = (b"\x90\x13", b"\x91\x13", b"\x92\x13", b"\x93\x13", b"\x94\x13")  # 5008 to 5012
+
+
+def name_of(head: bytes, suffix: str = "") -> str | None:
     """What the file is, in words, or None where its first bytes say nothing.
 
     Examples
@@ -28,6 +39,16 @@ def name_of(head: bytes) -> str | None:
     >>> name_of(b"time,CH1\\n0,1\\n") is None
     True
     """
+    begin = head.removeprefix(b"\xef\xbb\xbf").lstrip()
+    if suffix == ".cap" and head.startswith(b"PK\x03\x04"):
+        return "a PASCO Capstone file (in Capstone: File > Export Data)"
+    if suffix == ".bin" and head.startswith(_CATMAN):
+        return "an HBM catman file (in catman: export as ASCII or MATLAB)"
+    if b"<phyphox" in head[:400]:
+        begin = b"<phyphox"
+    for magic, name in _MADE_BY:
+        if begin.startswith(magic):
+            return name
     if head[4:8] == b"ftyp":
         return "an MPEG-4 file (.m4a, .mp4)"
     for magic, name in _MAGIC:

@@ -19,6 +19,7 @@ from vinesexp.records.readers.source import Column
 from vinesexp.records.readers.stamps import is_stamp
 
 HEAD = 1 << 17  # bytes looked at: far more than any preamble
+_TAIL = 1 << 15  # the same of what stands behind the data
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)", re.IGNORECASE)
 _NEWLINE = re.compile(r"\r\n|\n|\r")
@@ -52,6 +53,10 @@ class Layout:
         Why the names cannot be paired with the columns; empty where they are.
     quoted : bool
         Whether cells of data stand in quotes.
+    behind : tuple of str
+        Lines after the last row that are no data: what programs write when they end.
+    end : int
+        Bytes of the file up to them; 0 where there are none.
     """
 
     encoding: str
@@ -64,6 +69,8 @@ class Layout:
     width: int = 0
     unpaired: str = ""
     quoted: bool = False
+    behind: tuple[str, ...] = ()
+    end: int = 0
 
     def cells(self, line: str) -> list[str]:
         """The cells of one line, without the blanks around them."""
@@ -131,7 +138,10 @@ def find_body(path: Path) -> tuple[Layout, Body]:
     lines = _NEWLINE.split(text)
     if not whole and len(lines) > 1:
         lines.pop()  # cut short by the end of the head
+    behind, end = _behind(path, encoding)
     filled = [line for line in lines if line.strip()]
+    if whole and behind:
+        filled = filled[: -len(behind)]
     if not filled:
         raise RecordError(
             "no line of numbers found; export the record as columns of numbers", file=path
@@ -140,7 +150,51 @@ def find_body(path: Path) -> tuple[Layout, Body]:
     layout = _delimiter_and_decimal(path, tail, filled, encoding)
     if any('"' in line for line in tail):
         layout = replace(layout, quoted=True)
+    layout = replace(layout, behind=tuple(behind), end=end)
     return layout, _body(path, layout, lines, tail)
+
+
+def _behind(path: Path, encoding: str) -> tuple[list[str], int]:
+    """Lines without data after the last row of data, and the byte at which they begin.
+
+    They are no row to any delimiter; where no line at the end is one, words belong to the rows.
+    """
+    size = path.stat().st_size
+    if encoding == "utf-16":
+        return [], 0
+    with path.open("rb") as stream:
+        stream.seek(max(size - _TAIL, 0))
+        raw = stream.read()
+    lines = re.split(rb"(?<=\n)|(?<=\r)(?!\n)", raw)
+    found: list[str] = []
+    end = size
+    for line in reversed(lines):
+        text = line.decode("utf-8" if encoding.startswith("utf-8") else encoding, "replace").strip()
+        if text and _is_row(text):
+            return (found[::-1], end) if found else ([], 0)
+        if text:
+            found.append(text)
+        end -= len(line)
+    return [], 0
+
+
+def _is_row(line: str) -> bool:
+    """Whether most of a line's cells are numbers or stamps, to some delimiter.
+
+    Examples
+    --------
+    >>> _is_row("0,12;5,3;"), _is_row("# Completed @Tue Aug 01 23:15:29 GMT+08:00 2017")
+    (True, False)
+    """
+    if line.startswith(("#", "%", "//")):
+        return False
+    for delimiter, decimal in _CANDIDATES:
+        layout = Layout("", delimiter, decimal, quoted='"' in line)
+        cells = [cell for cell in layout.cells(line) if cell]
+        values = sum(layout.is_value(cell) or is_stamp(cell) for cell in cells)
+        if 2 * values > len(cells):
+            return True
+    return False
 
 
 def _decode(raw: bytes) -> tuple[str, str]:
@@ -194,6 +248,11 @@ def _one_or_two(path: Path, layout: Layout, tail: list[str], filled: list[str]) 
 
 def _body(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> Body:
     rows = [layout.cells(line) if line.strip() else [] for line in lines]
+    kept = len(rows)
+    for _ in layout.behind:
+        kept = next((i for i in range(kept - 1, -1, -1) if any(rows[i])), 0)
+    if layout.behind and lines[kept:] and lines[kept].strip() == layout.behind[0]:
+        rows, lines = rows[:kept], lines[:kept]  # the head is the whole file
     numeric, stamps = _columns_of_data(layout, tail)
     if not numeric or max(numeric) >= _WIDEST:
         raise RecordError(

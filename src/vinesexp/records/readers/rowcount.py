@@ -8,6 +8,7 @@ passes of plain counting over the bytes find them: 2 ns a byte.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,7 @@ def require_whole_rows(path: Path, layout: Layout) -> int:
         return _slowly(path, layout)
     count = 0
     line = 0
-    for chunk in whole_lines(path):
+    for chunk in whole_lines(path, layout.end):
         codes, ends = codes_and_ends(chunk)
         cells, filled, odd = _count(codes, ends, layout)
         lines = np.arange(line, line + len(ends))
@@ -47,12 +48,17 @@ def require_whole_rows(path: Path, layout: Layout) -> int:
     return count
 
 
-def whole_lines(path: Path) -> Iterator[bytes]:
-    """The file in pieces that end with a line; lone carriage returns become line feeds."""
+def whole_lines(path: Path, end: int = 0) -> Iterator[bytes]:
+    """The file in pieces that end with a line; lone carriage returns become line feeds.
+
+    Up to byte `end`, where that is not 0.
+    """
     rest = b""
     lone: bool | None = None
+    left = end or path.stat().st_size
     with path.open("rb") as stream:
-        while chunk := stream.read(_CHUNK):
+        while chunk := stream.read(min(_CHUNK, left)):
+            left -= len(chunk)
             if lone is None:
                 lone = b"\n" not in chunk and b"\r" in chunk
             chunk = rest + (chunk.replace(b"\r", b"\n") if lone else chunk)
@@ -104,14 +110,22 @@ def _per_line(marked: NDArray[np.bool_], ends: NDArray[np.int64]) -> NDArray[np.
 
 def _slowly(path: Path, layout: Layout) -> int:
     count = 0
+    last = _lines_of_data(path, layout)
     with path.open(encoding=layout.encoding, errors="replace") as stream:
-        for number, line in enumerate(stream, start=1):
+        for number, line in enumerate(islice(stream, last), start=1):
             if number > layout.first and line.strip():
                 count += 1
                 odd = "\0" in line or line.count('"') % 2
                 if odd or len(layout.cells(line)) > layout.width:
                     _judge(path, layout, line.encode(), number)
     return count
+
+
+def _lines_of_data(path: Path, layout: Layout) -> int | None:
+    """Lines up to the last row; None where nothing stands behind it."""
+    if not layout.end:
+        return None
+    return sum(len(codes_and_ends(chunk)[1]) for chunk in whole_lines(path, layout.end))
 
 
 def _judge(path: Path, layout: Layout, raw: bytes, line: int) -> None:

@@ -69,6 +69,12 @@ class TextSource:
         self.time_column: int | None = None
         self.stated_rows: int | None = None
         self._rows_found: int | None = None
+        if self.layout.behind:
+            count = len(self.layout.behind)
+            shown = self.layout.behind[0][:60]
+            self.losses = (
+                f"{count} line{'s' * (count > 1)} behind the last row hold no data ('{shown}')",
+            )
         self._first_stamps: dict[int, str] = {}
         lines = [list(cells) for cells in self.layout.preamble]
         if labview.recognises(lines):
@@ -131,6 +137,7 @@ class TextSource:
                 header=None,
                 names=[f"c{column}" for column in wanted],  # numbers would mean positions
                 usecols=wanted,
+                nrows=self._rows_found,
                 index_col=False,
                 skiprows=layout.first,
                 skipinitialspace=True,
@@ -148,7 +155,7 @@ class TextSource:
     def _patient(self, wanted: list[int], done: int, rows: int) -> Iterator[Floats]:
         """Blocks from row `done` on, cell by cell: words of overload, dates and times of day."""
         lines: list[tuple[int, list[str]]] = []
-        for number, line in islice(self._rows(), done, None):
+        for number, line in islice(self._rows(), done, self._rows_found):
             lines.append((number, self.layout.cells(line)))
             if len(lines) == rows:
                 yield self._values(wanted, lines)

@@ -1,0 +1,77 @@
+"""f0 and zeta of a decay from its turning points, in numpy alone: nothing of the package."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+_NOISE = 4.0  # times the scatter at the end of a record that a turning point stands out by
+_FEWEST = 5  # periods
+
+
+@dataclass(frozen=True)
+class Fit:
+    """f (Hz) and zeta over the decay, and how far its halves differ from the whole."""
+
+    f: float
+    f_spread: float
+    zeta: float
+    zeta_spread: float
+    periods: int
+
+
+def fit(times: NDArray[np.float64], values: NDArray[np.float64]) -> Fit | None:
+    """Periods by zero crossings, damping by the logarithm of half swings; None without a decay."""
+    good = np.isfinite(times) & np.isfinite(values)
+    t, x = times[good], values[good]
+    if t.size < 50 or not np.all(np.diff(t) >= 0.0) or np.ptp(x) == 0.0:
+        return None
+    step = float(np.median(np.diff(t)))
+    if step <= 0.0:
+        return None
+    even = np.arange(t[0], t[-1], step)
+    if even.size > 4_000_000 or even.size < 50:
+        return None
+    y = np.interp(even, t, x)
+    y = y - y.mean()
+    power = np.abs(np.fft.rfft(y * np.hanning(y.size)))
+    frequency = np.fft.rfftfreq(y.size, step)
+    power[frequency < 3.0 / (even[-1] - even[0])] = 0.0
+    f = float(frequency[np.argmax(power)])
+    if f <= 0.0 or f > 0.25 / step:
+        return None
+    spectrum = np.fft.rfft(y)
+    spectrum[(frequency < 0.5 * f) | (frequency > 1.6 * f)] = 0.0
+    y = np.fft.irfft(spectrum, y.size)
+    signs = np.signbit(y)
+    at = np.flatnonzero(signs[1:] != signs[:-1])
+    crossings = even[at] + step * y[at] / (y[at] - y[at + 1])
+    tops = np.array([np.abs(y[a + 1 : b + 1]).max() for a, b in pairwise(at)])
+    if tops.size < 4 * _FEWEST:
+        return None
+    begin = int(np.argmax(tops[: tops.size // 2])) + 2
+    floor = _NOISE * float(np.median(tops[-max(tops.size // 10, 3) :]))
+    below = np.flatnonzero(tops[begin:] < min(floor, 0.5 * tops[begin]))
+    end = begin + int(below[0]) if below.size else tops.size
+    if end - begin < 2 * _FEWEST:
+        return None
+    parts = [(begin, end), (begin, (begin + end) // 2), ((begin + end) // 2, end)]
+    found = []
+    for first, last in parts:
+        place = 0.5 * (crossings[first:last] + crossings[first + 1 : last + 1])
+        slope = np.polyfit(place, np.log(tops[first:last]), 1)[0]
+        here = 0.5 * (last - first) / (crossings[last] - crossings[first])
+        found.append((here, -slope / (2.0 * np.pi * here)))
+    (f, zeta), *halves = found
+    if not zeta > 0.0:
+        return None
+    return Fit(
+        f,
+        max(abs(h[0] - f) for h in halves),
+        zeta,
+        max(abs(h[1] - zeta) for h in halves),
+        (end - begin) // 2,
+    )

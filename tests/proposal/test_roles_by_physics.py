@@ -1,0 +1,57 @@
+"""Roles of channels without unit and telling name: by what supports them, or left open."""
+
+import numpy as np
+
+from vinesexp.proposal.kind_of_test import OPEN, describe_test
+from vinesexp.proposal.roles import guess_roles
+from vinesexp.proposal.survey import view_file
+from vinesexp.records.readers.foreign import name_of
+
+RNG = np.random.default_rng(5)
+T = np.arange(3000) / 30.0
+
+
+def looked_at(path, names, *columns):
+    np.savetxt(path, np.stack(columns, 1), delimiter=",", header=names, comments="", fmt="%.7g")
+    view = view_file(path)
+    return view, {label: guess.role for label, guess in guess_roles([view]).items()}
+
+
+def test_the_other_coordinate_of_a_swing_is_neither_acceleration_nor_base(tmp_path):
+    angle = 0.5 * np.exp(-0.01 * T) * np.cos(2 * np.pi * 0.9 * T)
+    x, y = np.sin(angle), 1.0 - np.cos(angle)
+    noise = 2e-3 * RNG.standard_normal((2, T.size))
+    _, roles = looked_at(tmp_path / "a.csv", "t,P,Q", T, x + noise[0], y + noise[1])
+    assert "acceleration" not in roles.values()
+    assert "base" not in roles.values()
+
+
+def test_the_force_of_a_hammer_is_no_displacement(tmp_path):
+    t = np.arange(20000) / 20000.0
+    force = 250.0 * np.exp(-(((t - 0.1) / 5e-4) ** 2)) + 0.1 * RNG.standard_normal(t.size)
+    late = (t - 0.1).clip(0.0)
+    ring = 30.0 * np.where(t > 0.1, np.exp(-8.0 * late) * np.sin(2 * np.pi * 210.0 * late), 0.0)
+    ring += 0.02 * RNG.standard_normal(t.size)
+    _, roles = looked_at(tmp_path / "a.csv", "t,P,Q", t, force, ring)
+    assert roles["P"] == "force"
+    assert roles["Q"] != "force"
+
+
+def test_a_table_without_times_is_no_test(tmp_path):
+    f = np.arange(5001.0)
+    response = 1.0 / (1.0 - (f / 900.0) ** 2 + 0.02j * f / 900.0)
+    view, _ = looked_at(tmp_path / "a.csv", "n,P,Q", f, response.real, response.imag)
+    assert describe_test(view, guess_roles([view]))[0] == OPEN
+
+
+def test_a_value_that_only_falls_is_no_decay(tmp_path):
+    loss = 1.0 / (1.0 + T) + 1e-3 * RNG.standard_normal(T.size)
+    view, _ = looked_at(tmp_path / "a.csv", "t,loss", T, loss)
+    assert describe_test(view, guess_roles([view]))[0] == OPEN
+
+
+def test_files_of_other_programs_are_named_with_their_export():
+    assert "FAMOS" in (name_of(b"|CF,2,1,1;|CK,1,3,1,1;") or "")
+    assert "Export" in (name_of(b"PK\x03\x04data", ".cap") or "")
+    assert "catman" in (name_of(b"\x94\x13\x00\x00", ".bin") or "")
+    assert "phyphox" in (name_of(b'<?xml version="1.0"?>\n<phyphox version="1.7">') or "")

@@ -1,0 +1,67 @@
+"""Lines that are no data behind the last row: what programs write when they end."""
+
+import numpy as np
+import pytest
+
+from vinesexp.records.readers import open_source
+
+T = np.arange(771) / 50.0
+VALUES = np.stack([T, np.cos(T), np.sin(T), 0.1 * T], axis=1)
+PHONE = "# Completed @Tue Aug 01 23:15:29 GMT+08:00 2017"
+
+
+def written(path, separator, behind, values=VALUES, end="\n"):
+    rows = [separator.join(f"{value:.4f}" for value in row) for row in values]
+    names = separator.join(["Time (s)", "ax", "ay", "az"])
+    path.write_bytes(end.join([names, *rows, *behind]).encode() + end.encode())
+    return open_source(path)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("separator", [",", "\t", ";", "  "])
+@pytest.mark.parametrize(
+    "behind",
+    [
+        [PHONE],
+        ["", PHONE, ""],
+        ["end of file"],
+        ["***End_of_Data***", "Operator: A. Person", "Saved 2017-08-01, 23:15"],
+        ["Stopped", *(f"remark no. {k}, of some words" for k in range(60))],
+    ],
+)
+def test_columns_and_rows_are_all_there(behind, separator, end, tmp_path):
+    source = written(tmp_path / "a.txt", separator, behind, end=end)
+    assert len(source.columns) == 4
+    if separator.strip():
+        assert [column.name for column in source.columns][1:] == ["ax", "ay", "az"]
+    found = np.concatenate(list(source.blocks([0, 1, 2, 3], rows=100)))
+    np.testing.assert_allclose(found, np.round(VALUES, 4), atol=1e-12)
+    words = [line for line in behind if line]
+    assert source.losses == (
+        f"{len(words)} line{'s' * (len(words) > 1)} behind the last row hold no data "
+        f"('{words[0][:60]}')",
+    )
+
+
+def test_behind_a_long_file(tmp_path):
+    many = np.tile(VALUES, (20, 1))
+    many[:, 0] = np.arange(len(many)) / 50.0
+    source = written(tmp_path / "a.csv", ",", [PHONE], values=many)
+    assert sum(len(block) for block in source.blocks([1])) == len(many)
+
+
+def test_behind_quoted_cells_and_stamps(tmp_path):
+    rows = [f'"{k}";"2024-03-05 10:00:{k % 60:02d}";"{k / 7:.3f}"' for k in range(100)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(['"n";"date";"x"', *rows, '"Total time";"";"done"', ""]))
+    source = open_source(path)
+    assert [column.name for column in source.columns] == ["n", "date", "x"]
+    assert sum(len(block) for block in source.blocks([2])) == 100
+
+
+def test_rows_of_words_and_a_number_are_rows(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("sensor,value\n" + "".join(f"left,{k}.5\n" for k in range(50)))
+    source = open_source(path)
+    assert source.losses == ()
+    assert sum(len(block) for block in source.blocks([1])) == 50
