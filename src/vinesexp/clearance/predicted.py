@@ -126,7 +126,7 @@ def identified_rig(
         name: found[name] for name in ("M", "c1", "k1", "r") if name in found
     }
     if known.nes_mass:
-        values["m"] = known.nes_mass[0]
+        values["m"] = found.get("m", known.nes_mass[0])
     effective = []
     for row in identified:
         name = {"r_effective": "r", "nes_mass_effective": "m"}.get(row["parameter"])

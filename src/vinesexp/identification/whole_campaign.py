@@ -20,7 +20,7 @@ from vinesexp.identification.joint.whole import (
     effective,
     rig_posterior,
 )
-from vinesexp.identification.joint.words import cause_checks
+from vinesexp.identification.joint.words import cause_checks, odd_checks
 from vinesexp.identification.remarks import remarks
 from vinesexp.identification.working_amplitude import at_working_amplitude
 from vinesexp.records.campaign import Campaign
@@ -105,6 +105,7 @@ def identify_campaign(
     rows += _restitutions(answer, working.estimates)
     rows += [source.total for source in sources]
     rows += _effects(answer, campaign)
+    rows += _ball(answer, campaign)
     rows += _bases(answer, campaign)
     have = {s.estimate.parameter: s.total for s in sources}
     levels: tuple[LevelValues, ...] = ()
@@ -117,7 +118,9 @@ def identify_campaign(
         levels = tuple(level_values(used, campaign, f0, zeta, working.amplitude, alone))
         rows += law_rows(used, f0, zeta, working.amplitude)
     inputs = tuple(_inputs(answer, campaign))
-    said = [*cause_checks(answer.judged), *_contradicted(inputs, answer)]
+    said = [
+        *cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(inputs, answer)
+    ]  # fmt: skip
     return Identified(
         rows,
         [*checks, *said, *_absent(rows), *remarks(used)],
@@ -286,6 +289,17 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
     return rows
 
 
+def _ball(answer: Answer, campaign: Campaign) -> list[Estimate]:
+    """Mass of the first ball as all records show it: predictions take it with M."""
+    masses, posterior = campaign.known.nes_mass, answer.posterior
+    name = "ln_m" if "ln_m" in posterior else "ln_m:1"
+    if not masses or name not in posterior:
+        return []
+    value, error = posterior.of({name: 1.0})
+    size = masses[0].value * math.exp(value)
+    return [Estimate("m", size, size * error, "kg", COMBINED, answer.records_of({name: 1.0}))]
+
+
 def _bases(answer: Answer, campaign: Campaign) -> list[Estimate]:
     """Base amplitude of each level as all records together show it."""
     rows = []
@@ -403,7 +417,10 @@ def _input(
         for n in w.cause.direction.terms
     }  # fmt: skip
     apart = abs(found - stated)
-    if apart > _OFF * math.hypot(stated_error, found_error) or (
+    explained = not any(
+        not w.sure and not w.rivals for w in answer.judged.found
+    )  # else what was found may be made of something else
+    if (explained and apart > _OFF * math.hypot(stated_error, found_error)) or (
         named & set(terms) and apart > _OFF * found_error
     ):
         verdict = Verdict.OFF

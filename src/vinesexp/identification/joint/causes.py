@@ -437,7 +437,9 @@ def _of_levels(o: Observed) -> list[Cause]:
 def _of_masses(o: Observed) -> list[Cause]:
     found = []
     for name in [n for n in o.names if n.split(":")[0] == "ln_m"]:
-        found += _factors(name, "mistake", "ball mass", {name: 1.0}, log=True)
+        # its unit is written beside it: no factor of 1000 goes unseen
+        every = _factors(name, "mistake", "ball mass", {name: 1.0}, log=True)
+        found += [c for c in every if c.factor is not None and 0.05 < c.factor < 20.0]
         found.append(
             Cause(f"{name} +", "mistake", "ball mass", Direction({name: 1.0}, Prior(0.0, 0.3)))
         )

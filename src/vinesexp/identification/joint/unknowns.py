@@ -186,6 +186,24 @@ class Beliefs:
 _EXACT = 1e-4  # of an uncertainty: as good as none, and no matrix becomes singular
 
 
+def local_values(block: Block, names: tuple[str, ...], at: FloatArray) -> FloatArray:
+    """The local quantities of a block where the unknowns are `at`."""
+    value = dict(zip(names, at.tolist(), strict=True))
+    return np.array([c + sum(f * value[n] for n, f in terms.items()) for terms, c in block.sums])
+
+
+@dataclass(frozen=True)
+class Tempered:
+    """A block that counts for less: its log-likelihood divided by a factor."""
+
+    look: Callable[[FloatArray], Local]
+    factor: float
+
+    def __call__(self, p: FloatArray) -> Local:
+        information, gradient, value = self.look(p)
+        return information / self.factor, gradient / self.factor, value / self.factor
+
+
 def expand(blocks: Sequence[Block], names: tuple[str, ...], at: FloatArray) -> Quadratic:
     """Gradient and information of all blocks at a point."""
     index = {name: i for i, name in enumerate(names)}

@@ -64,6 +64,19 @@ def cause_checks(judged: Judged) -> list[Check]:
     return checks
 
 
+def odd_checks(odd: Mapping[str, float]) -> list[Check]:
+    """One row for each record whose flights fit far worse than those of the others."""
+    return [
+        Check(
+            record, "not explained", "warning",
+            "not explained: the flights of this record miss what all others show by "
+            f"{math.sqrt(factor):.0f} times the usual; they hardly count. Lost samples, a channel "
+            "with another clock, a ball that lies still or impacts found twice do that",
+        )
+        for record, factor in sorted(odd.items())
+    ]  # fmt: skip
+
+
 def _unexplained(weighed: Weighed) -> str:
     return (
         f"not explained: {_SCATTERED[weighed.cause.about]}, and no effect and no mistake that is "
