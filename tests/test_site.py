@@ -123,3 +123,10 @@ def test_only_indented_blocks_after_an_empty_line_are_equations():
     assert found.count("<math>") == 1
     assert '<span class="number">(2)</span>' in found
     assert "- a\n    b" in found
+
+
+def test_the_picture_of_the_readme_is_of_the_shipped_campaign():
+    """Made anew by python -m benchmarks.readme_figure, after a run of the twin."""
+    from benchmarks.readme_figure import PICTURE, digest
+
+    assert f"data/twin {digest(REPOSITORY / 'data/twin')}".encode() in PICTURE.read_bytes()

@@ -18,7 +18,7 @@ from vinesexp.records.store import open_record
 from vinesexp.records.tables import number, read_rows
 from vinesexp.units import COVERAGE_95
 
-#: Share of the error below which a difference of the same data is none that anyone could see.
+#: With the same data, a difference below this share of the error counts as none.
 _UNSEEN = 0.05
 #: Relative difference of numbers that are printed alike, and of ones that have no error.
 _EQUAL, _CLOSE = 1e-9, 1e-5

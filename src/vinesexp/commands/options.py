@@ -31,7 +31,7 @@ def add_values(
             dest=option.symbol,
             metavar="VALUE",
             action="append",
-            help=f"{before}such as '{option.example}'{option.note}",
+            help=f"{before}such as '{option.example}'{option.note}".replace("%", "%%"),
         )
 
 

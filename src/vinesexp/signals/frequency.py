@@ -29,8 +29,8 @@ def dominant_frequency(
     """Frequency of the strongest oscillation, drift and noise put aside.
 
     Of the lines of the Hann-windowed spectrum that stand out of the lines around them, the one with
-    the largest velocity: drift is strong in displacement and weak in velocity, and noise, however
-    strong at high frequencies, stands out nowhere. Good to a few hundredths of 1/duration; a place
+    the largest velocity. Drift is strong in displacement and weak in velocity; noise has no line
+    that is much stronger than its neighbours. Good to a few hundredths of 1/duration; a place
     to start from, not an estimate of f0.
 
     Parameters
