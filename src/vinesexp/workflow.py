@@ -296,6 +296,8 @@ class Planner:
         remove_leftovers(self.paths.folder, written=self.paths.every_file(self.study.records))
         for path in self.paths.notes_of_others(self.study.records):
             Notes(path, self.study.roots).remove()
+        for left in self.paths.batches.glob("*.*of*"):  # of a run that was killed
+            left.unlink(missing_ok=True)
         return True
 
     def end(self) -> None:
