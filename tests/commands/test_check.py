@@ -57,7 +57,7 @@ def write_campaign(folder, n):
     (folder / "records.csv").write_text(f"record,file,test\n{rows}\n")
     for k in range(n):
         x = "\n".join(f"{math.cos(0.5 * i + k):.4f}" for i in range(200))
-        (folder / f"r{k}.csv").write_text(f"x\n{x}\n" if k != 3 else f"x\n{x}\noops\n")
+        (folder / f"r{k}.csv").write_text(f"x\n{x}\n" if k != 3 else f"x\n{x}\noops\n{x}\n")
 
 
 def test_many_records_are_looked_at_side_by_side_and_told_in_their_order(tmp_path, capsys):

@@ -9,6 +9,8 @@ from vinesexp.identification.average import DISAGREES
 from vinesexp.identification.estimate import Estimate
 from vinesexp.records.checks import Check
 
+#: Gain of one channel beside the other from which on it is none; smaller ones are in inputs.csv.
+_OTHER_CHANNEL = 0.5
 _HEIGHT_MATTERS = 0.1  # what a table that answers, or a spring that is not straight, may do
 _LAG_MATTERS = 2e-5  # s
 
@@ -56,6 +58,14 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
                 "Turn the sensitivity of one of them round"
             )
             checks.append(Check(e.records[0], "sign", "warning", detail))
+        off = abs(abs(e.value) - 1.0)
+        if e.parameter == "accelerometer_gain" and off > max(5.0 * e.std_error, _OTHER_CHANNEL):
+            detail = (
+                f"the acceleration is {abs(e.value):.4g} times the second derivative of the "
+                "displacement: the channels are not what they are said to be, or a sensitivity is "
+                "far off"
+            )
+            checks.append(Check(e.records[0], "gain", "warning", detail))
     corners = _of_most([e for e in found if e.parameter == "accelerometer_corner"], found)
     lags = [e for e in found if e.parameter == "channel_lag"]
     if corners:  # elsewhere the phase at one frequency may be the corner's

@@ -324,7 +324,8 @@ def _averaged(
     n = len(data.names)
     found = total(base, beliefs)
     weights, values, spreads = [1.0], [found.values[:n]], [found.covariance[:n, :n]]
-    tried = sorted(((score(data, beliefs, base, c), c.key) for c in left), reverse=True)
+    tested = [c for c in left if _is_tested(data, beliefs, base, c)]
+    tried = sorted(((score(data, beliefs, base, c), c.key) for c in tested), reverse=True)
     by_key = {c.key: c for c in left}
     others = [
         (odds, believed(beliefs, by_key[key]))
@@ -348,6 +349,17 @@ def _averaged(
         axis=0,
     )
     return Posterior(data.names, mean, covariance, base.log_evidence)
+
+
+def _is_tested(data: Quadratic, beliefs: Beliefs, base: Posterior, cause: Cause) -> bool:
+    """Whether the records say anything of how far a cause goes; else only its prior would."""
+    if cause.direction is None:
+        return True
+    error = gain_of(data, beliefs, base, cause.direction)[2]
+    return error < _SHOWN * cause.direction.prior.error or cause.factor is not None
+
+
+_SHOWN = 0.5  # of its prior width that the records have to leave of a cause
 
 
 _AVERAGED, _NEGLIGIBLE = 12, -6.0

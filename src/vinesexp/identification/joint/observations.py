@@ -33,6 +33,8 @@ _LATE = 1e-5
 _OWN_R, _OWN_EPS, _OWN_GAIN = 1e-4, 3e-4, 5e-4
 #: So many times more where the amplitude falls from impact to impact.
 _RELEASED = 3.0
+#: The same where the displacement is the integral of the acceleration, whose phase is less sure.
+_INTEGRATED = 15.0
 #: The same of the base that the mass answers to, relative: harmonics, a channel that is late.
 _OWN_BASE = 1e-3
 _FEWEST = 10  # collisions of a record
@@ -315,6 +317,8 @@ def _group(
     for name in EFFECTS:
         b.add(name, 0.0, 0.0)
     loose = _RELEASED if record.test == "transient" else 1.0
+    if integrated:
+        loose = _INTEGRATED
     collisions = collisions_of(flights, impacts, omega2=(2.0 * math.pi * frequency) ** 2)
     local = (
         {r: 1.0, b.add(f"own r: {tag}", 0.0, loose * _OWN_R): 1.0},
