@@ -62,7 +62,7 @@ def library_versions(name: str) -> dict[str, str]:
     Examples
     --------
     >>> sorted(library_versions("vinesexp.signals.filters"))
-    ['numpy', 'scipy']
+    ['numpy']
     """
     own = [part for path in _reached(name) if path.suffix == ".py" for part in _named(_tree(path))]
     roots = {part.partition(".")[0] for part in own} - {_PACKAGE} - sys.stdlib_module_names

@@ -34,7 +34,7 @@ def test_rows_are_read_and_seen_by_the_report_alone(tmp_path: Path) -> None:
         PublishedValue("r", "0.60", source="T2"),
     )
     assert campaign_seen_by("report", loaded).published == loaded.published
-    for step in ("identify", "compare", "replay", "figures", "impacts"):
+    for step in ("identify", "compare", "replay", "figures_results", "impacts"):
         assert campaign_seen_by(step, loaded).published == ()
 
 

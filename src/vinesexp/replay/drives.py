@@ -29,6 +29,7 @@ _POINTS = 48  # a cycle, of a base that is taken sample by sample
 _OVER = 4.0  # cycles in which the sine goes over into the measured base
 #: Amplitude of what is no sine, over that of the sine, from which on the base is taken as measured.
 NO_SINE = 0.01
+_SAME = 1e-3  # of an amplitude: what two ways of reading one channel differ by
 #: A periodic replay goes on for this many lengths of the record: where motion is chaotic, a record
 #: is one draw of many.
 WINDOWS = 3
@@ -109,7 +110,9 @@ def drive_of(
     sine = Harmonic(base.G.value, base.frequency.value)
     if samples is not None:
         fitted, _ = _sine_and_rest(samples, sine.frequency)
-        if fitted.amplitude > 0.0:  # the shape is the channel's, the amplitude that of all records
+        if (
+            abs(base.G.value / max(fitted.amplitude, 1e-300) - 1.0) > _SAME
+        ):  # the shape is the channel's, the amplitude that of all records
             samples = replace(samples, x=samples.x * (base.G.value / fitted.amplitude))
         fitted, rest = _sine_and_rest(samples, sine.frequency)
         if rest > NO_SINE * sine.amplitude:
