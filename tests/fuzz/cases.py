@@ -9,7 +9,7 @@ import time
 import traceback
 import warnings
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from .in_process import no_child
@@ -41,7 +41,22 @@ class Outcome:
 
 
 def run_case(case: str, folder: Path, *, child: bool = True) -> Outcome:
-    """Run a case in `folder`, which is emptied before; binary files in a child process or not."""
+    """Run a case in `folder`, which is emptied before; binary files in a child process or not.
+
+    A slow case runs a second time: the first to meet a compiled function waits for its compilation.
+    """
+    outcome = _run_once(case, folder, child=child)
+    if outcome.seconds > SLOW:
+        outcome = _run_once(case, folder, child=child)
+        if outcome.seconds > SLOW:
+            detail = f"{outcome.seconds:.1f} s of the processor\n{outcome.detail}"
+            outcome = replace(outcome, word="FOUND", detail=detail)
+    if outcome.word == "FOUND" and not child:
+        return run_case(case, folder)
+    return outcome
+
+
+def _run_once(case: str, folder: Path, *, child: bool) -> Outcome:
     target, _, number = case.partition(":")
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
@@ -54,12 +69,7 @@ def run_case(case: str, folder: Path, *, child: bool = True) -> Outcome:
             word = TARGETS[target](rng, folder)
     except Exception:
         word, detail = "FOUND", traceback.format_exc()
-    seconds = _used() - started
-    if seconds > SLOW:
-        word, detail = "FOUND", f"{seconds:.1f} s of the processor\n{detail}"
-    if word == "FOUND" and not child:
-        return run_case(case, folder)
-    return Outcome(case, word, detail, seconds)
+    return Outcome(case, word, detail, _used() - started)
 
 
 def _used() -> float:

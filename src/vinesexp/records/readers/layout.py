@@ -172,6 +172,8 @@ def _behind(path: Path, encoding: str) -> tuple[list[str], int]:
         text = line.decode("utf-8" if encoding.startswith("utf-8") else encoding, "replace").strip()
         if text and _is_row(text):
             return (found[::-1], end) if found else ([], 0)
+        if "\0" in text:  # what a logger leaves that lost its power is no footer
+            return [], 0
         if text:
             found.append(text)
         end -= len(line)
