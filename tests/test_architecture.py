@@ -3,19 +3,21 @@
 import ast
 import itertools
 import re
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 import vinesexp
+from vinesexp.codedigest import _statements, _tree
 
 ROOT = Path(vinesexp.__file__).parent
 REPOSITORY = Path(__file__).parents[1]
 
 #: From the ground up; a module imports from its own floor or from one below.
 FLOORS = (
-    {"errors", "arrays", "public_names", "whole_files", "caches"},
+    {"errors", "arrays", "public_names", "whole_files", "caches", "threads"},
     {"units", "rig", "excitation"},
     {"settings"},
     {"theory", "solver", "records"},
@@ -44,10 +46,11 @@ def name_of(path: Path) -> str:
 MODULES = {name_of(path): path for path in sorted(ROOT.rglob("*.py"))}
 
 
+@cache
 def imported(path: Path) -> set[str]:
     """Modules of the package that a file names in its imports, those inside functions too."""
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in _statements(_tree(path)):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -61,7 +64,10 @@ def imported(path: Path) -> set[str]:
     return found - {""}
 
 
-IMPORTS = {name: imported(path) - {name} for name, path in MODULES.items()}
+@cache
+def imports() -> dict[str, set[str]]:
+    """Modules that each module imports."""
+    return {name: imported(path) - {name} for name, path in MODULES.items()}
 
 
 def floor_of(module: str) -> int:
@@ -72,7 +78,7 @@ def floor_of(module: str) -> int:
 def test_no_module_imports_from_a_higher_floor():
     rising = [
         (name, other)
-        for name, others in IMPORTS.items()
+        for name, others in imports().items()
         if name
         for other in others
         if floor_of(other) > floor_of(name)
@@ -82,7 +88,7 @@ def test_no_module_imports_from_a_higher_floor():
 
 def test_no_circle_of_files():
     try:
-        TopologicalSorter(IMPORTS).prepare()
+        TopologicalSorter(imports()).prepare()
     except CycleError as error:
         pytest.fail(f"files that import one another in a circle: {error.args[1]}")
 

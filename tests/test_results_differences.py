@@ -72,6 +72,15 @@ def test_the_same_records_have_the_same_error_and_a_smaller_difference_counts(tm
         assert verdicts(a, b)["M"] == verdict
 
 
+def test_only_records_of_the_tables_count_as_sources(tmp_path):
+    """What a person left in the folder of the records is no record of the campaign."""
+    a, b = (write_results(tmp_path / name) for name in "ab")
+    (b / "records/mine.nc").write_text("notes of a person", encoding="utf-8")
+    found = compare_results(a, b)
+    assert found.same_data
+    assert (found.shared, found.of_b) == (1, 1)
+
+
 def test_numbers_that_are_alike_are_the_same_and_a_bound_is_a_change(tmp_path):
     a = write_results(tmp_path / "a")
     b = write_results(tmp_path / "b", source="t")

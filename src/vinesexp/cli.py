@@ -13,6 +13,7 @@ from typing import Any
 
 from vinesexp.caches import keep_caches_writable
 from vinesexp.errors import RigWarning, VinesexpError, shown
+from vinesexp.threads import one_thread_each
 
 #: Commands, each a module of vinesexp.commands with add_arguments(parser) and run(args).
 COMMANDS = {
@@ -59,6 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     words = list(sys.argv[1:] if arguments is None else arguments)
     command = next((word for word in words if word in COMMANDS), None)
+    one_thread_each()
     keep_caches_writable()
     warnings.showwarning = partial(_in_one_line, command, warnings.showwarning)
     try:

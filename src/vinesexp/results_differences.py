@@ -54,8 +54,11 @@ def compare_results(a: Path, b: Path) -> Differences:
 def _sources(folder: Path) -> set[str]:
     """Digests of the instrument files behind a results folder."""
     found: set[str] = set()
-    for path in sorted((folder / "records").glob("*.nc")):
-        with open_record(path) as view:
+    paths = ResultPaths(folder)
+    for row in read_rows(paths.regimes, RECORD_REGIMES):
+        if not paths.record(row["record"]).is_file():
+            continue  # a run that kept only its final results
+        with open_record(paths.record(row["record"])) as view:
             found |= set(filter(None, str(view.attributes.get("source_sha256", "")).split(";")))
     return found
 

@@ -49,9 +49,17 @@ def report(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
 def bundle(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
     """Put the results into one zip."""
+    from vinesexp.records.freshness import Notes
     from vinesexp.report.bundle import write_bundle
 
-    write_bundle(paths.folder, paths.bundle)
+    roots = {"results": paths.folder, "campaign": campaign.folder}
+    written: list[Path] = []
+    for id in (None, *(record.id for record in campaign.records)):
+        for file in paths.kept_notes(id):
+            notes = Notes(file, roots)
+            for step in notes.steps:
+                written += [*notes.files(step), paths.log(step, id)]
+    write_bundle(paths.folder, written, paths.bundle)
     return []
 
 

@@ -27,6 +27,7 @@ from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign, Record
 from vinesexp.records.step_inputs import step_text
 from vinesexp.supervised import on_all, on_each
+from vinesexp.threads import one_thread_each
 
 
 @dataclass(frozen=True)
@@ -289,6 +290,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--log", type=Path, required=True)
     parser.add_argument("--output", type=Path, nargs="+", required=True)
     given = parser.parse_args(arguments)
+    one_thread_each()
     try:
         study = Study(load_campaign(given.campaign), ResultPaths(given.results))
         return _run(study, given)

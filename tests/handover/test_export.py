@@ -66,6 +66,20 @@ def test_a_damaged_record_is_left_out_and_named(keep, results, tmp_path, capsys)
     assert not list((tmp_path / "out").glob("b34*"))
 
 
+def test_a_damaged_record_takes_no_file_of_another_along(results, tmp_path):
+    """`b34` and `b34.2` share the beginning of their files' names."""
+    regimes = [{**dict.fromkeys(RECORD_REGIMES.names), "record": id} for id in ("b34.2", "b34")]
+    write_rows(results / "regimes.csv", RECORD_REGIMES, regimes)
+    for file in ("records/b34.nc", "impacts/b34.csv"):
+        source = results / file
+        shutil.copyfile(source, source.with_stem("b34.2"))
+    damaged = results / "records/b34.nc"
+    damaged.write_bytes(damaged.read_bytes()[:200_000])
+    assert main(["export", str(results), str(tmp_path / "out")]) == 0
+    left = {path.name for path in (tmp_path / "out").iterdir() if path.name.startswith("b34")}
+    assert left == {"b34.2.csv", "b34.2.impacts.csv"}
+
+
 def test_matlab_gets_channels_units_and_impacts(results, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["export", str(results), str(out), "--format", "mat", "--title", "Spring"]) == 0

@@ -7,7 +7,7 @@ rule figures_records:
     output:
         PATHS.figures("records"),
     log:
-        PATHS.log("figures", "records"),
+        PATHS.log("figures_records"),
     message:
         "figures    of the records"
     shell:
@@ -24,7 +24,7 @@ rule figures_results:
     output:
         PATHS.figures("results"),
     log:
-        PATHS.log("figures", "results"),
+        PATHS.log("figures_results"),
     message:
         "figures    of the results"
     shell:

@@ -6,6 +6,7 @@ import argparse
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from vinesexp.commands.options import writing
 from vinesexp.errors import RecordError, VinesexpError, nearest
@@ -119,15 +120,14 @@ def _records(args: argparse.Namespace, names: Sequence[str]) -> list[Described]:
         )
         path = paths.conditioned(name) if args.conditioned else paths.record(name)
         try:
-            with open_record(path) as view:
-                written = list(write(view, paths.impacts(name), args.out, name))
+            with open_record(path) as view, TemporaryDirectory(dir=args.out, prefix=".") as half:
+                made = write(view, paths.impacts(name), Path(half), name)
+                written = [file.replace(args.out / file.name) for file in made]
         except (RecordError, KeyError, RuntimeError, OSError) as error:
             if isinstance(error, OSError) and is_of_the_machine(error):
                 raise
             said = " ".join(str(error).split())
             print(f"{name}: left out: {path} is damaged ({said}); remove it and run again")
-            for half in args.out.glob(f"{name}.*"):
-                half.unlink()
             continue
         for file in written:
             kind = "impacts" if file.name.endswith(".impacts.csv") else "channels"

@@ -63,6 +63,12 @@ class ResultPaths:
         made = self.folder / "steps" / f"{step}.made.json"
         return made if id is None else self._step(id, "made.json")
 
+    def kept_notes(self, id: str | None = None) -> list[Path]:
+        """Where the notes of every step lie: on record `id`, or on all records."""
+        if id is not None:
+            return [self._step(id, "made.json")]
+        return sorted((self.folder / "steps").glob("*.made.json"))
+
     def batch(self, step: str, batch: str) -> Path:
         """Says that a step has gone through a batch of records; there while a run needs it."""
         return self.batches / f"{step}.{batch}"

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import wraps
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -52,12 +53,11 @@ keep_caches_writable()  # numba asks for its folder when a function is marked
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-def _stamp() -> tuple[tuple[str, int, int], ...]:
-    """Name, time of change and size of every compiled module."""
+def _stamp() -> str:
+    """Digest of the text of every compiled module: a file that is touched or copied keeps it."""
     here = Path(__file__).parent
-    files = [here / f"{name}.py" for name in MODULES]
-    stats = [(file.name, file.stat()) for file in files if file.exists()]
-    return tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in stats)
+    texts = ((here / f"{name}.py").read_bytes() for name in MODULES)
+    return sha256(b"\0".join(texts)).hexdigest()
 
 
 _STAMP = _stamp()

@@ -30,15 +30,13 @@ from importlib import import_module
 from pathlib import Path
 
 from vinesexp.records.readers.guarded_child import serve
+from vinesexp.threads import VARIABLES
 
 _NUMBER = struct.Struct("<i")
 _LONGEST = 1 << 16  # bytes of a request
 #: Libraries start threads of their own unless they are told not to.
 ONE_THREAD = {
-    "OPENBLAS_NUM_THREADS": "1",
-    "OMP_NUM_THREADS": "1",
-    "MKL_NUM_THREADS": "1",
-    "VECLIB_MAXIMUM_THREADS": "1",
+    **dict.fromkeys(VARIABLES, "1"),
     "NUMEXPR_MAX_THREADS": "1",
     "JE_ARROW_MALLOC_CONF": "background_thread:false",
     "ARROW_IO_THREADS": "1",
