@@ -35,7 +35,7 @@ def record_text(
     host = Oscillator(M=RIG.M + mass, c1=RIG.c1, k1=RIG.k1)
     rig = Rig(host, nes=[NES(m=0.032, b=b, r=0.6)] if b else [])
     drive = Harmonic(amplitude=G, frequency=7.862) if G else None
-    start = Release(x0=release, y0=[-0.999 * b] if b else [])
+    start = Release(x0=release, y0=[release - 0.999 * b] if b else [])
     motion = simulate(rig, drive, start, duration=wait + seconds)
     t = np.arange(round(seconds * RATE)) / RATE
     x, v = motion.at(wait + t)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from vinesexp.clearance.level_base import LevelBase
 from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, predicted_b_c
 from vinesexp.errors import AnalysisError
 from vinesexp.units import Quantity
+
+if TYPE_CHECKING:
+    from vinesexp.theory.orbits import Reduced
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +28,7 @@ def amplitude_curve(
     record is, from `low` up to the exact b_c; empty where that is below `low` or unknown.
     """
     from vinesexp.theory.optimal_clearance import b_c_exact
-    from vinesexp.theory.orbits import Reduced, amplitudes_at, family
+    from vinesexp.theory.orbits import Reduced
 
     if rig.missing:
         return np.empty(0), np.empty(0)
@@ -38,11 +41,7 @@ def amplitude_curve(
         return np.empty(0), np.empty(0)
     b = np.linspace(low, min(high, end), 60)
     p = Reduced.of_rig(frequency=frequency, **values)
-    orbit = family(amplitudes_at(b / (1.0 - rig.rolling) / G, p)[1], p)
-    swing = _half_swing(
-        orbit.x, orbit.v_after, orbit.phase, zeta=float(p.zeta), Omega=float(p.Omega)
-    )
-    return b, G * swing
+    return b, G * orbit_swing(b / (1.0 - rig.rolling) / G, p)
 
 
 def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -> float | None:
@@ -56,30 +55,27 @@ def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -
     except AnalysisError:
         return None
     b, swing = amplitude_curve(rig, G=G, frequency=frequency, low=0.5 * end, high=end)
-    if not b.size or (i := int(np.argmin(swing))) in (0, b.size - 1):
+    if not np.all(np.isfinite(swing)) or not b.size:
+        return None
+    if (i := int(np.argmin(swing))) in (0, b.size - 1):
         return None
     a0, a1, a2 = swing[i - 1 : i + 2]
     return float(b[i] + 0.5 * (b[1] - b[0]) * (a0 - a2) / (a0 - 2.0 * a1 + a2))
 
 
-def _half_swing(
-    x: Floats, v: Floats, phase: NDArray[np.complex128], *, zeta: float, Omega: float
-) -> Floats:
-    """Largest |x| between two impacts of the symmetric orbit, in units w0 = 1, G = 1.
+def orbit_swing(b: Floats, p: Reduced) -> Floats:
+    """Largest |x| on the exact symmetric orbit at clearance b, both in units of G.
 
-    Between impacts x = e^(-zeta t)(h cos + g sin) + steady response; of 201 samples over half a
-    period the largest misses the top by less than (pi/400)^2/2 = 3e-5 of the amplitude.
+    Of 201 samples over half a period the largest misses the top by less than
+    (pi/400)^2/2 = 3e-5 of the amplitude; NaN where there is no orbit.
     """
-    zeta = max(zeta, 1e-9)  # an undamped resonance has no steady response
-    H = (1.0 + 2j * zeta * Omega) / (1.0 - Omega**2 + 2j * zeta * Omega)
-    wd = math.sqrt(1.0 - zeta**2)
-    steady = H * phase
-    h = x - steady.imag
-    g = (v - (1j * Omega * steady).imag + zeta * h) / wd
-    t = np.linspace(0.0, math.pi / Omega, 201)[:, None]
-    free = np.exp(-zeta * t) * (h * np.cos(wd * t) + g * np.sin(wd * t))
-    swing: Floats = np.abs(free + (steady * np.exp(1j * Omega * t)).imag).max(axis=0)
-    return swing
+    from vinesexp.theory.floquet import steady_samples
+    from vinesexp.theory.orbits import amplitudes_at, family
+
+    C = amplitudes_at(b, p)[1]
+    orbit = family(np.where(np.isnan(C), 1.0, C), p)
+    swing = np.abs(steady_samples(orbit, samples=201)[0]).max(axis=-1)
+    return np.where(np.isnan(C), np.nan, swing)
 
 
 def decay_curves(

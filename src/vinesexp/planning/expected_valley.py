@@ -8,19 +8,21 @@ minimum, and so which bracket the scatter of a lab's records can decide.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.clearance.curves import amplitude_curve
+from vinesexp.clearance.curves import orbit_swing
 from vinesexp.clearance.predicted import NEEDED, IdentifiedRig
-from vinesexp.errors import AnalysisError, ParameterError
-from vinesexp.theory.optimal_clearance import b_c_exact
+from vinesexp.theory.boundaries import stable_range
+from vinesexp.theory.orbits import Reduced
 from vinesexp.units import COVERAGE_95, Quantity
 
 _DRAWS = 24
 _SEED = 1
+_POINTS = 60  # of a curve, from this share of its end on
+_FROM = 0.6
 #: Model error of a predicted minimum, of the clearance: friction, spin and soft walls move it.
 MODEL = 0.005
 
@@ -79,45 +81,54 @@ def expected_valley(
     >>> round(1e3 * valley.lowest, 1), valley.narrowest(0.0) < 0.02 < valley.narrowest(0.002)
     (33.0, True)
     """
-    nominal = _lowest(rig, G.value, frequency)
-    if nominal is None:
+    if rig.missing or G.value <= 0.0:
         return None
-    lowest, b, amplitude = nominal
     rng = np.random.default_rng(_SEED)
-    found = []
+    rigs, bases = [], []
     for _ in range(draws):
-        drawn = _lowest(_drawn(rig, rng), G.value + G.std_error * rng.standard_normal(), frequency)
-        if drawn is not None:
-            found.append(drawn[0])
-    spread = float(np.std(found, ddof=1)) if len(found) > 2 else 0.0
-    return Valley(lowest, math.hypot(spread, MODEL * lowest), b, amplitude, float(b[-1]))
+        rigs.append(_drawn(rig, rng))
+        bases.append(G.value + G.std_error * rng.standard_normal())
+    own = np.array([rig.values[name].value for name in NEEDED])
+    values = np.vstack([own, *rigs])
+    amplitudes = np.maximum([G.value, *bases], 1e-3 * G.value)
+    lowest, b, amplitude = _lowest(values, amplitudes, frequency, rig.rolling)
+    if not math.isfinite(lowest[0]):
+        return None
+    found = lowest[1:][np.isfinite(lowest[1:])]
+    spread = float(np.std(found, ddof=1)) if found.size > 2 else 0.0
+    error = math.hypot(spread, MODEL * float(lowest[0]))
+    return Valley(float(lowest[0]), error, b[0], amplitude[0], float(b[0, -1]))
 
 
 def _lowest(
-    rig: IdentifiedRig, G: float, frequency: float | None
-) -> tuple[float, FloatArray, FloatArray] | None:
-    """Minimum of the exact orbit's swing, m, and its curve up to the end."""
-    if rig.missing or G <= 0.0:
-        return None
-    values = {name: rig.values[name].value for name in NEEDED}
-    try:
-        end = float(b_c_exact(G=G, frequency=frequency, **values))
-        b, swing = amplitude_curve(rig, G=G, frequency=frequency, low=0.6 * end, high=end)
-    except (AnalysisError, ParameterError):  # no such orbit, or none so far below its end
-        return None
-    if not b.size or not np.all(np.isfinite(swing)):
-        return None
-    i = int(np.argmin(swing))
-    if i == 0:
-        return None
-    if i == b.size - 1:
-        return float(b[-1]), b, swing
-    a0, a1, a2 = swing[i - 1 : i + 2]
-    return float(b[i] + 0.5 * (b[1] - b[0]) * (a0 - a2) / (a0 - 2.0 * a1 + a2)), b, swing
+    values: FloatArray, G: FloatArray, frequency: float | None, rolling: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Minimum of the exact orbit's swing for each rig, m, and its curve up to the end.
+
+    `values` has the columns `NEEDED`; NaN where there is no such orbit, or none so far below its
+    end, or where the swing grows from the first point on.
+    """
+    p = Reduced.of_rig(frequency=frequency, **dict(zip(NEEDED, values.T, strict=True)))
+    end = G * stable_range(p).b_high
+    ends = np.where(np.isfinite(end), end, G)  # any clearance; what comes of it is left out
+    # A hair inside: at a saddle-node rounding decides whether the orbit at the very end exists.
+    last = (1.0 - 1e-12) * (1.0 - rolling) * ends
+    b = np.linspace(_FROM * ends, last, _POINTS, axis=-1)
+    swing = G[:, None] * orbit_swing(b / (1.0 - rolling) / G[:, None], p[:, None])
+    lowest = np.full(G.size, np.nan)
+    for row, (at, curve) in enumerate(zip(b, swing, strict=True)):
+        i = int(np.argmin(curve))
+        if not np.isfinite(end[row]) or not np.all(np.isfinite(curve)) or i == 0:
+            continue
+        lowest[row] = at[i]
+        if i < at.size - 1:
+            a0, a1, a2 = curve[i - 1 : i + 2]
+            lowest[row] += 0.5 * (at[1] - at[0]) * (a0 - a2) / (a0 - 2.0 * a1 + a2)
+    return lowest, b, swing
 
 
-def _drawn(rig: IdentifiedRig, rng: np.random.Generator) -> IdentifiedRig:
-    """The rig with values drawn from their errors, those of M, c1 and k1 together."""
+def _drawn(rig: IdentifiedRig, rng: np.random.Generator) -> FloatArray:
+    """The values `NEEDED` drawn from their errors, those of M, c1 and k1 together."""
     mean = np.array([rig.values[name].value for name in NEEDED])
     covariance = rig.covariance
     if covariance is None:
@@ -129,5 +140,4 @@ def _drawn(rig: IdentifiedRig, rng: np.random.Generator) -> IdentifiedRig:
     )
     draw = np.clip(draw, 0.5 * mean, 2.0 * mean)
     draw[NEEDED.index("r")] = min(draw[NEEDED.index("r")], 0.98)
-    values = {name: Quantity(float(v)) for name, v in zip(NEEDED, draw, strict=True)}
-    return replace(rig, values=values)
+    return np.asarray(draw)
