@@ -21,6 +21,7 @@ from vinesexp.replay.measures import Measures, decay_time, measures_of
 from vinesexp.replay.model import Model, rig_of
 from vinesexp.replay.motions import ON_ORBIT, Replayed, replays
 from vinesexp.replay.replay_table import compared, replay_checks
+from vinesexp.signals.condition import condition
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.steady_part import steady_part
 from vinesexp.theory.regime_definitions import regime_of
@@ -273,3 +274,51 @@ def test_a_ball_that_lies_still_is_compared_with_balls_that_do():
     }  # fmt: skip
     rows = compared(periodic(34.0), row, float("nan"), found)
     assert [one.outcome for one in rows if one.quantity in ("amplitude", "regime")] == ["ok", "ok"]
+
+
+def test_what_misses_by_half_is_no_replay_however_starts_scatter():
+    scattered = [replace(shown(str(i), "chatter", a), steady=False)
+                 for i, a in enumerate((1e-3, 2e-3, 9e-3, 10e-3))]  # fmt: skip
+    row = MEASURED | {"amplitude_mean_m": "0.0045"}
+    amplitude = compared(periodic(34.0), row, float("nan"), scattered, steady=False)[0]
+    assert (amplitude.outcome, amplitude.decisive) == ("differs", True)
+    near = MEASURED | {"amplitude_mean_m": "0.0088"}
+    assert compared(periodic(34.0), near, float("nan"), scattered, steady=False)[0].outcome == "ok"
+
+
+def test_the_share_of_starts_that_move_as_a_release_is_said():
+    found = [shown(f"ball at {i}", "chatter", fallen=2.0 if i < 3 else 4.0) for i in range(12)]
+    decay = compared(RECORDS[2], MEASURED, 2.02, found)[0]
+    assert (decay.quantity, decay.outcome, decay.starts) == (
+        "decay time", "ok", "3 of 12 starts move so",
+    )  # fmt: skip
+    assert compared(RECORDS[2], MEASURED, 2.02, found[:3])[0].starts == ""
+
+
+@pytest.mark.parametrize("hold", [0.3, 0.5, 0.63, 0.72])
+def test_a_ring_down_that_was_held_first_is_replayed_from_where_it_is_free(tmp_path, hold):
+    """An ordinary pre-trigger: the mass is held at 10 mm for a part of a second."""
+    paths = ResultPaths(tmp_path)
+    record = Record("held", Path("x"), "ringdown", release=0.010)
+    t = np.arange(int(2000.0 * 12.0)) / 2000.0
+    free = np.maximum(t - hold, 0.0)
+    rig = TABLE_2 | {"c1": 2.0}
+    w, alpha = np.sqrt(rig["k1"] / rig["M"]), 0.5 * rig["c1"] / rig["M"]
+    x = 0.010 * np.exp(-alpha * free) * np.cos(w * free)
+    paths.record("held").parent.mkdir(parents=True)
+    with create_record(
+        paths.record("held"), sample_rate=2000.0, quantities={"displacement": "displacement"},
+        attributes={"test": "ringdown"},
+    ) as writer:  # fmt: skip
+        writer.append({"displacement": x + 1e-6 * np.random.default_rng(1).standard_normal(t.size)})
+    condition(paths.record("held"), paths.conditioned("held"), f0_hint=F)
+    known = Known(nes_mass=(Quantity(0.032),))
+    campaign = Campaign(tmp_path, "c", "C", known, {}, None, None, None, (record,))
+    rows = [
+        {"parameter": name, "value": str(value), "std_error": "0", "method": "combined"}
+        for name, value in rig.items()
+    ]
+    regimes = [{"record": "held", "regime": "", "impacts_per_cycle": ""}]
+    (found,), _ = replay_campaign(campaign, identified=rows, regimes=regimes, base=[], paths=paths)
+    assert found.outcome == "ok"
+    assert abs(found.deviation) < 0.01

@@ -206,7 +206,7 @@ REPLAY = Table("replay", "replay", (
     _number("high", "", "largest", ".6g"),
     _number("deviation", "1", "measured over replayed, minus one", ".3g"),
     Column("outcome", "ok, differs, not measured or not replayed"),
-    Column("starts", "where starts give different regimes: which gives which"),
+    Column("starts", "where starts differ: which gives which regime, how many move so"),
 ))  # fmt: skip
 
 #: Amplitude of each cycle of each record, measured and replayed.

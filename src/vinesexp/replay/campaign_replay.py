@@ -22,6 +22,7 @@ from vinesexp.replay.model import Model, identified_model, rig_of
 from vinesexp.replay.motions import TESTS, replays, with_other_clearance
 from vinesexp.replay.replay_table import Compared, compared
 from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.signals.free_from import FREE_FROM
 
 Floats = NDArray[np.float64]
 Rows = Sequence[Mapping[str, str]]
@@ -41,8 +42,9 @@ class Seen:
     Attributes
     ----------
     frequency, length : Hz, s.
-    time, amplitude : of each cycle.
-    x0, v0 : of the mass at the first sample, m and m/s.
+    time, amplitude : of each cycle, from where the mass is free: the first sample, or where a hold
+        before a release ends.
+    x0, v0 : of the mass there, m and m/s.
     base : from the base channel, where it measures displacement.
     """
 
@@ -138,9 +140,11 @@ def _seen(paths: ResultPaths, record: Record) -> Seen | None:
         if view.refused is not None or "displacement" not in view.roles or not frequency:
             return None
         f, rate = float(frequency), view.sample_rate
-        x = view.read("displacement", 0, _MOST)
+        # A mass that was held before its release is compared from where it is free.
+        free = round(float(view.attributes.get(FREE_FROM, 0.0)) * rate)
+        x = view.read("displacement", free, free + _MOST)
         time, amplitude = cycle_amplitudes(x, rate, f)
-        length = view.n / rate
+        length = (view.n - free) / rate
     known = np.isfinite(amplitude)
     if not known.any():
         return None

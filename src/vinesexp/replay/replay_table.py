@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -42,6 +42,7 @@ _STILL = 0.1
 _NO_IMPACT = Regime.NO_IMPACT.value
 _VARYING = "amplitude varies"
 _NAMED = 5  # starts: more are counted
+_HALF = 0.5  # of a number: what misses by more is no replay, however starts scatter
 _FEW_SPELLS = 3.0  # that a short record may have more or less
 #: Numbers that decide whether a record is replayed, by test; the others are shown.
 DECISIVE = {
@@ -62,7 +63,8 @@ class Compared:
     low, high : smallest and largest of the replays that it is compared with.
     deviation : measured over replayed, minus one; None for words.
     outcome : ``ok``, ``differs``, ``not measured`` or ``not replayed``.
-    starts : where starts give different regimes, which gives which.
+    starts : where starts give different regimes, which gives which; where not all of them move as
+        the record does, how many do.
     decisive : whether a difference says that the rig does not replay the record.
     """
 
@@ -119,7 +121,9 @@ def compared(
     def of(quantity: str, measured: float | None, value: Callable[[Measures], float]) -> Compared:
         values = [[v for one in own if math.isfinite(v := value(one))] for own in groups]
         values = [v for v in values if v]
-        return _number(record.id, quantity, measured, values, quantity in decisive, near)
+        row = _number(record.id, quantity, measured, values, quantity in decisive, near)
+        each = [(one.start, value(one)) for one in found]
+        return replace(row, starts=_moving_so(row, each) if row.outcome == "ok" else "")
 
     rows = []
     if record.test in ("periodic", "sweep"):
@@ -183,10 +187,27 @@ def _number(
     if near:
         allowed, off = TOLERANCE[quantity] * abs(centre), max(low - measured, measured - high, 0.0)
     outcome = "differs" if off > allowed else "ok"
+    # However much starts differ: what none of them is near is no replay.
+    least = min(abs(measured - one) for one in nearest)
+    if quantity != "spells" and least > _HALF * abs(measured):
+        outcome = "differs"
     deviation = measured / centre - 1.0 if centre else None
     return Compared(
         record, quantity, unit, measured, centre, low, high, deviation, outcome, "", decisive
     )
+
+
+def _moving_so(row: Compared, each: Sequence[tuple[str, float]]) -> str:
+    """Which share of the starts moves as the record does, where not all do."""
+    if not isinstance(row.measured, float) or row.quantity == "spells":
+        return ""
+    near = TOLERANCE[row.quantity] * abs(row.measured)
+    near = max(near, 0.5 * ((row.high or 0.0) - (row.low or 0.0)))
+    known = {start: [v for name, v in each if name == start and math.isfinite(v)]
+             for start, _ in each}  # fmt: skip
+    alike = [start for start, values in known.items()
+             if any(abs(v - row.measured) <= near for v in values)]  # fmt: skip
+    return "" if len(alike) == len(known) else f"{len(alike)} of {len(known)} starts move so"
 
 
 def _regime(

@@ -7,6 +7,7 @@ to kilohertz.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping
 from functools import partial
@@ -26,11 +27,13 @@ from vinesexp.signals.channel_agreement import Agreement, agreement_of
 from vinesexp.signals.clipping import Range, converter_range, read_unstuck
 from vinesexp.signals.extension import bridge_gaps, continued_line, continued_sine
 from vinesexp.signals.filters import butterworth, settling_samples, zero_phase_blocks
+from vinesexp.signals.free_from import FREE_FROM, free_sample
 from vinesexp.signals.means import fill_gaps
 
 _BLOCK = 1 << 20  # samples read at once
 _EDGE_REMAINS = 1e-5  # of an extension's start-up, where the record begins
 _LINE = 0.01  # s of acceleration whose trend is continued, or this share of ...
+_SWINGS = 4.0  # periods after a hold whose mean is the middle
 _LINE_SHARE = 0.05  # ... the period of the highpass's corner
 
 
@@ -85,8 +88,10 @@ def condition(
         if "acceleration" in record.roles:
             limits = converter_range(record, "acceleration", piled=settings.channels.piled)
         try:
+            free = free_sample(record, frequency=bands.frequency) if bands.frequency else 0
             streams = {
-                role: _filtered(record, role, bands, limits, settings) for role in record.roles
+                role: _filtered(record, role, bands, limits, settings, free)
+                for role in record.roles
             }
         except ParameterError as error:
             raise ParameterError(f"{record_path}: {error}") from None
@@ -95,7 +100,8 @@ def condition(
             sample_rate=record.sample_rate,
             start=record.start,
             quantities={role: record.quantity(role) for role in record.roles},
-            attributes=_attributes(record, bands, limits, settings),
+            attributes=_attributes(record, bands, limits, settings)
+            | {FREE_FROM: free / record.sample_rate},
             state="bandpassed",
         ) as writer:
             for blocks in _in_step(streams, _BLOCK):
@@ -130,28 +136,43 @@ def _attributes(
 
 
 def _filtered(
-    record: RecordView, role: str, bands: Bands, limits: Range, settings: Settings
+    record: RecordView, role: str, bands: Bands, limits: Range, settings: Settings, free: int
 ) -> Iterator[FloatArray]:
-    """The channel's filtered blocks; the ends are read now, the rest is read later."""
+    """The channel's filtered blocks; the ends are read now, the rest is read later.
+
+    The displacement of a mass that is held is as measured, from `free` on it is filtered.
+    """
     low, high = bands.of(role)
     band = butterworth(record.sample_rate, low=low, high=high, order=settings.filter.order)
-    blocks = _blocks(record, role, limits, settings.channels.stuck)
+    free = free if role == "displacement" else 0
+    blocks = _blocks(record, role, limits, settings.channels.stuck, free)
     if band is None:
         return blocks
     pad = settling_samples(band, remains=_EDGE_REMAINS)
     slow = None if role == "acceleration" else bands.frequency
     line = max(_LINE, _LINE_SHARE / low) if low else _LINE
-    before, after = _extensions(record, role, pad, slow, line)
-    return zero_phase_blocks(blocks, band, before=before, after=after)
+    before, after = _extensions(record, role, pad, slow, line, free)
+    filtered = zero_phase_blocks(blocks, band, before=before, after=after)
+    return itertools.chain(_held(record, role, free, bands.frequency), filtered)
+
+
+def _held(
+    record: RecordView, role: str, free: int, frequency: float | None
+) -> Iterator[FloatArray]:
+    """What a channel shows while the mass is held, from the middle of the swings after it."""
+    if not free or frequency is None:
+        return
+    swings = record.read(role, free, free + round(_SWINGS * record.sample_rate / frequency))
+    yield fill_gaps(record.read(role, 0, free)) - float(np.nanmean(swings))
 
 
 def _extensions(
-    record: RecordView, role: str, pad: int, frequency: float | None, line: float
+    record: RecordView, role: str, pad: int, frequency: float | None, line: float, free: int
 ) -> tuple[FloatArray, FloatArray]:
     rate = record.sample_rate
     seconds = line if frequency is None else 4.0 / frequency
     length = min(record.n, max(8 if frequency is None else 16, math.ceil(seconds * rate)))
-    head = fill_gaps(record.read(role, 0, length))[::-1]
+    head = fill_gaps(record.read(role, free, free + length))[::-1]
     tail = fill_gaps(record.read(role, record.n - length, record.n))
     if frequency is None:
         return continued_line(head, pad, length=length)[::-1], continued_line(
@@ -161,9 +182,11 @@ def _extensions(
     return before, continued_sine(tail, pad, sample_rate=rate, frequency=frequency)
 
 
-def _blocks(record: RecordView, role: str, limits: Range, stuck: float) -> Iterator[FloatArray]:
+def _blocks(
+    record: RecordView, role: str, limits: Range, stuck: float, free: int = 0
+) -> Iterator[FloatArray]:
     if role != "acceleration":
-        for begin in range(0, record.n, _BLOCK):
+        for begin in range(free, record.n, _BLOCK):
             yield fill_gaps(record.read(role, begin, begin + _BLOCK))
         return
     length = math.ceil(_LINE * record.sample_rate)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,7 @@ from vinesexp.records.campaign import Record
 from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.balls import Series, by_ball
 from vinesexp.signals.cycles import cycles_from, time_to_level
+from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.steady_part import SteadyPart, steady_part
 from vinesexp.signals.sweep_bands import band_rows, largest_running_mean
@@ -84,13 +84,13 @@ def shown_by_record(
         if view.refused is not None or "displacement" not in view.roles or not frequency:
             return Shown(row)
         time, amplitude = _amplitudes(view, float(frequency))
-        length, start = view.n / view.sample_rate, view.start
+        length, start, free = view.n / view.sample_rate, view.start, _free(view)
         base = swept(view, float(frequency)) if record.test == "sweep" else None
     if amplitude.size == 0:
         return Shown(row)
     period = 1.0 / float(frequency)
     settings = record.settings.regimes
-    begin = settings.settling * length if record.test == "periodic" else 0.0
+    begin = settings.settling * length if record.test == "periodic" else free
     checks: tuple[tuple[str, str, str], ...] = ()
     row["length_s"] = length
     if not np.any(time >= begin):
@@ -111,7 +111,7 @@ def shown_by_record(
         return Shown(row, checks=checks)
     end = length
     if record.test == "transient":
-        end = min(settings.first_cycles * period, length)
+        end = min(free + settings.first_cycles * period, length)
     series = by_ball(impacts, record.clearance, unowned_share=settings.unowned_share)
     row |= _regimes(record, series, period=period, begin=start + begin, end=start + end)
     row |= _spells(record, impacts, period, start, (time, amplitude))
@@ -182,7 +182,7 @@ def unknown_regime(record: Record) -> dict[str, str | float | None]:
 
 
 def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | float | None]]:
-    """Rows of decay_times.csv: when a release has fallen to each share of it in `LEVELS`.
+    """Rows of decay_times.csv: how long after it was let go a release has fallen to `LEVELS`.
 
     Parameters
     ----------
@@ -203,6 +203,7 @@ def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | fl
         if view.refused is not None or "displacement" not in view.roles or not frequency:
             return []
         time, amplitude = _amplitudes(view, float(frequency))
+        time = time - _free(view)
     rows: list[dict[str, str | float | None]] = []
     for share in LEVELS if amplitude.size else ():
         target = share * abs(record.release)
@@ -213,7 +214,19 @@ def decay_times(record: Record, *, conditioned: Path) -> list[dict[str, str | fl
 
 
 def _amplitudes(view: RecordView, frequency: float) -> tuple[FloatArray, FloatArray]:
-    return cycles_from(partial(view.read, "displacement"), view.n, view.sample_rate, frequency)
+    """Time from the first sample and half swing of each cycle in which the mass is free."""
+    first = _free(view)
+    free = round(first * view.sample_rate)
+
+    def read(begin: int, end: int) -> FloatArray:
+        return view.read("displacement", free + begin, free + end)
+
+    time, amplitude = cycles_from(read, view.n - free, view.sample_rate, frequency)
+    return first + time, amplitude
+
+
+def _free(view: RecordView) -> float:
+    return float(view.attributes.get(FREE_FROM, 0.0))
 
 
 def _regimes(

@@ -1,0 +1,85 @@
+"""When a mass that was held is let go: a record with an ordinary pre-trigger begins before that.
+
+What is held does not oscillate. A filter makes a swing of the end of the hold, a decay time counted
+from the first sample holds the wait, and a replay that begins with the record begins too early.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.records.store import RecordView
+from vinesexp.signals.means import channel_means
+
+#: Attribute of a conditioned record: s from its first sample until the mass is free.
+FREE_FROM = "free_from_s"
+#: Tests in which the mass is let go.
+RELEASES = ("ringdown", "transient")
+
+_POINTS = 48  # a period
+_LONG = 16.0  # quarters of a period: over as many the middle of the swing is a mean
+_FAST, _SLOW = 0.7, 0.35  # of the largest speed: the first swing is faster, a hand is slower
+_STILL = 0.5  # of a quarter of a period: less is no hold, but where the trigger stood
+
+
+def free_from(x: FloatArray, step: float, *, frequency: float) -> float:
+    """Time from the first sample at which a mass is let go, s; 0 where it is free from the start.
+
+    A mass let go at rest is a quarter of a period later in the middle of its swing, as fast
+    as it ever is.
+
+    Parameters
+    ----------
+    x : array (n,)
+        Displacement in any unit, `step` s apart, some 48 a period.
+    step, frequency : float
+        s, Hz.
+
+    Examples
+    --------
+    >>> t = np.arange(4000) / 400.0
+    >>> s = np.maximum(t - 0.5, 0.0)
+    >>> x = 3.0 + np.exp(-0.3 * s) * np.cos(2 * np.pi * 8.0 * s)
+    >>> abs(free_from(x, 1 / 400.0, frequency=8.0) - 0.5) < 1e-3
+    True
+    >>> free_from(x[240:], 1 / 400.0, frequency=8.0)
+    0.0
+    """
+    quarter = 0.25 / (frequency * step)
+    if x.size < _LONG * quarter:
+        return 0.0
+    reach = max(round(0.5 * quarter), 1)
+    speed = np.zeros_like(x)
+    speed[reach:-reach] = np.abs(x[2 * reach :] - x[: -2 * reach])
+    top = float(speed.max())
+    first = int(np.argmax(speed > _FAST * top))
+    swing = x - x[first : first + round(_LONG * quarter)].mean()
+    crosses = np.flatnonzero(np.diff(np.signbit(swing[first:])))
+    if not crosses.size:
+        return 0.0
+    i = first + int(crosses[0])
+    begin = i + swing[i] / (swing[i] - swing[i + 1]) - quarter
+    before = speed[: max(int(begin - reach), 0)]
+    if begin < _STILL * quarter or (before.size and before.max() > _SLOW * top):
+        return 0.0
+    return float(begin * step)
+
+
+def free_sample(record: RecordView, *, frequency: float) -> int:
+    """First sample at which the mass of a release is free; 0 for other tests.
+
+    Parameters
+    ----------
+    record : RecordView
+        As measured.
+    frequency : float
+        Of the oscillation, Hz.
+    """
+    if record.attributes.get("test") not in RELEASES or "displacement" not in record.roles:
+        return 0
+    k = max(1, int(record.sample_rate / (_POINTS * frequency)))
+    x = channel_means(record, "displacement", k)
+    begin = free_from(x, k / record.sample_rate, frequency=frequency)
+    # The first of the means stands in the middle of its samples.
+    return round(begin * record.sample_rate + 0.5 * (k - 1)) if begin > 0.0 else 0

@@ -1,0 +1,66 @@
+"""When a mass that was held is let go, whatever the hand did before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vinesexp.records.store import create_record, open_record
+from vinesexp.signals.condition import condition
+from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.signals.free_from import FREE_FROM, free_from
+
+RATE = 2000.0
+
+
+def released(hold: float, *, f: float = 7.9, zeta: float = 0.005, seconds: float = 6.0, noise=1e-3):
+    """10 mm held for `hold` s, then let go; m."""
+    t = np.arange(round(seconds * RATE)) / RATE
+    s = np.maximum(t - hold, 0.0)
+    x = 0.01 * np.exp(-zeta * 2 * np.pi * f * s) * np.cos(2 * np.pi * f * s)
+    return x + 0.01 * noise * np.random.default_rng(3).standard_normal(t.size)
+
+
+def found(x, f=7.9):
+    k = int(RATE / (48 * f))
+    return free_from(x[: x.size // k * k].reshape(-1, k).mean(axis=1), k / RATE, frequency=f)
+
+
+@pytest.mark.parametrize("hold", [0.1, 0.3, 0.55, 0.8, 2.0])
+@pytest.mark.parametrize("zeta", [0.001, 0.005, 0.03])
+def test_the_end_of_a_hold_is_found_to_two_milliseconds(hold, zeta):
+    assert found(released(hold, zeta=zeta)) == pytest.approx(hold, abs=2.5e-3)
+
+
+def test_a_record_triggered_by_its_release_is_free_from_the_start():
+    assert found(released(0.0)) == 0.0
+
+
+def test_a_hand_that_draws_the_mass_out_first_is_no_release():
+    t = np.arange(round(6 * RATE)) / RATE
+    out = 0.01 * np.clip((t - 0.5) / 0.4, 0.0, 1.0)  # drawn out within 0.4 s, held until 1.5 s
+    x = np.where(t < 1.5, out, released(1.5, noise=0.0))
+    assert found(x) == pytest.approx(1.5, abs=2.5e-3)
+
+
+def test_beats_whose_second_is_the_louder_are_no_hold():
+    t = np.arange(round(8 * RATE)) / RATE
+    x = np.cos(2 * np.pi * 7.9 * t) - 0.6 * np.cos(2 * np.pi * 7.6 * t)
+    assert found(x) == 0.0
+
+
+@pytest.mark.parametrize("hold", [0.3, 0.8])
+def test_the_filter_makes_no_swing_of_a_hold(tmp_path, hold):
+    """The first free cycles of the bandpassed record are those of the motion, to 1 %."""
+    measured, band = tmp_path / "a.nc", tmp_path / "b.nc"
+    with create_record(measured, sample_rate=RATE, quantities={"displacement": "displacement"},
+                       attributes={"test": "ringdown"}) as writer:  # fmt: skip
+        writer.append({"displacement": 0.02 + released(hold)})
+    condition(measured, band, f0_hint=7.9)
+    with open_record(band) as view:
+        free = view.attributes[FREE_FROM]
+        x = view.read("displacement", round(free * RATE))
+    assert free == pytest.approx(hold, abs=2.5e-3)
+    time, amplitude = cycle_amplitudes(x, RATE, 7.9)
+    decayed = 0.01 * np.exp(-0.005 * 2 * np.pi * 7.9 * time)
+    assert amplitude[:20] == pytest.approx(decayed[:20], rel=0.012)
