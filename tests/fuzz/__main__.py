@@ -37,7 +37,7 @@ STILL = 180.0  # s on a clock without a case done: a machine may be busy
 #: Cases of each target in one round: by what they cost, and by what they can break.
 ROUND = {
     "text": 200, "binary": 600, "campaign": 600, "records": 600, "scene": 150, "signal": 12,
-    "motion": 600, "command": 60,
+    "motion": 600, "command": 60, "length": 300, "indirect": 300, "folder": 200,
 }  # fmt: skip
 
 

@@ -29,7 +29,7 @@ from vinesexp.records.readers import open_source
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record, open_record
 
-from . import commands, scenes, seeds, signals
+from . import commands, folders, scenes, seeds, signals
 from .mutations import damaged, reworded
 
 #: Slips of the code, which no record can be refused for.
@@ -239,6 +239,7 @@ TARGETS: dict[str, Callable[[random.Random, Path], str]] = {
     "records": records_csv,
     "scene": scene_yaml,
     "signal": signal,
+    "folder": folders.folder_of_others,
     "motion": scenes.motion,
     "command": commands.command,
 }

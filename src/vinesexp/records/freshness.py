@@ -165,7 +165,8 @@ class Notes:
 
     def files(self, step: str) -> list[Path]:
         """The files that a step wrote."""
-        return [Path(self._place(name)) for name in self._written(step)]
+        names = [name for name in self._written(step) if name.partition(":")[0] in self.roots]
+        return [Path(self._place(name)) for name in names]
 
     def renew(self) -> None:
         """Write down new times of files whose content is the same: spares hashing them again."""
@@ -181,8 +182,8 @@ class Notes:
     def _remove(self, names: Iterable[str]) -> None:
         for name in names:
             root, _, rest = name.partition(":")
-            if root == "results" and ".." not in Path(rest).parts:
-                Path(self._place(name)).unlink(missing_ok=True)
+            if root == "results" and ".." not in Path(rest).parts and _stat(self._place(name)):
+                os.unlink(self._place(name))
 
     def _write(self) -> None:
         write_whole(self.path, json.dumps({"format": _FORMAT, **self.steps}, indent=1) + "\n")
