@@ -16,6 +16,9 @@ _SPEC.loader.exec_module(made_up)
 
 @pytest.fixture(scope="session")
 def full(tmp_path_factory):
-    """Every kind of test, with tables, figures and report."""
+    """Every kind of test, with tables; pages need no figures."""
     folder = tmp_path_factory.mktemp("pages")
-    return made_up._made(folder, made_up.synthetic.FULL, tuple(made_up.synthetic.VALUES))
+    campaign = made_up.synthetic.make_campaign(folder / "rig", made_up.synthetic.FULL)
+    parameters = tuple(made_up.synthetic.VALUES)
+    made_up.synthetic.make_results(campaign, folder / "results", parameters=parameters)
+    return made_up.Made(campaign, folder / "results", [], "")

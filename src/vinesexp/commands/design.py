@@ -17,7 +17,7 @@ from vinesexp.commands.options import (
     whole,
     writing,
 )
-from vinesexp.commands.progress import announce
+from vinesexp.commands.progress import announce, clock
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
 from vinesexp.errors import ParameterError, VinesexpError
 
@@ -80,7 +80,8 @@ def run(args: argparse.Namespace) -> int:
     work = None if args.theory_only else workload(given)
     if work is not None and work.seconds > SHORT:
         announce(work)
-    answer = answered(given, simulate=not args.theory_only, seed=seed, base=base)
+    with clock("simulating", work.seconds if work else 0.0):
+        answer = answered(given, simulate=not args.theory_only, seed=seed, base=base)
     if args.json:
         from vinesexp.design.answer_json import answer_of
 

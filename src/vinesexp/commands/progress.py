@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Event, Thread
 
 
 class Bar:
@@ -27,6 +30,44 @@ class Bar:
         """Leave the line."""
         if self.shown:
             print(file=sys.stderr)
+
+
+@contextmanager
+def clock(what: str, expected: float) -> Iterator[None]:
+    """Show for how long a piece of work has run, beside what was expected, where a person looks.
+
+    Parameters
+    ----------
+    what : str
+        The work, in two words.
+    expected : float
+        s.
+    """
+    if not sys.stderr.isatty():
+        yield
+        return
+    begin, ended = time.monotonic(), Event()
+
+    def tick() -> None:
+        while not ended.wait(_TICK):
+            spent = time.monotonic() - begin
+            print(
+                f"\r{what}: {spent:.0f} s of about {max(expected, spent):.0f} s ",
+                end="", file=sys.stderr, flush=True,
+            )  # fmt: skip
+
+    thread = Thread(target=tick, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+#: s between two looks of a person.
+_TICK = 0.5
 
 
 def announce(work: object) -> None:

@@ -6,8 +6,10 @@ import argparse
 import shutil
 import sys
 import time
+from itertools import count
 from pathlib import Path
 
+from vinesexp.commands.progress import Bar
 from vinesexp.errors import CampaignError, VinesexpError, nearest
 
 
@@ -49,7 +51,13 @@ def run(args: argparse.Namespace) -> int:
     for group in groups:
         started = time.perf_counter()
         try:
-            files = simulate_once(scene, group, args.out, code=code, force=args.force)
+            bar = Bar(f"records of {group}")
+            done, total = count(1), len(scene.groups[group])
+            files = simulate_once(
+                scene, group, args.out, code=code, force=args.force,
+                progress=lambda: bar(next(done), total),  # noqa: B023
+            )  # fmt: skip
+            bar.end()
         except KeyboardInterrupt:
             print(
                 f"vinesexp simulate: stopped in {group}; the groups before it are whole, and the "

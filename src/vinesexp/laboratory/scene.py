@@ -6,6 +6,7 @@ what `group_text` says. Truth goes to its own folder, which no step of the analy
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -78,7 +79,9 @@ def group_text(scene: Scene, group: str) -> str:
     return repr((scene.seed, scene.oscillator, scene.damping, scene.balls, scene.sheet, tests))
 
 
-def simulate_group(scene: Scene, group: str, folder: Path) -> list[Path]:
+def simulate_group(
+    scene: Scene, group: str, folder: Path, *, progress: Callable[[], None] | None = None
+) -> list[Path]:
     """Simulate the tests of a group and write their raw files and truth.
 
     Parameters
@@ -88,6 +91,8 @@ def simulate_group(scene: Scene, group: str, folder: Path) -> list[Path]:
         One of `Scene.groups`.
     folder : Path
         The campaign folder; `raw` and `truth` are made in it.
+    progress : callable, optional
+        Called after each test.
 
     Returns
     -------
@@ -105,6 +110,8 @@ def simulate_group(scene: Scene, group: str, folder: Path) -> list[Path]:
         (folder / name).mkdir(parents=True, exist_ok=True)
     for test in _tests(scene, group):
         perform(scene, test, raw=folder / raw_file(test), truth=folder / truth_file(test))
+        if progress is not None:
+            progress()
     return [folder / path for path in group_files(scene, group)]
 
 

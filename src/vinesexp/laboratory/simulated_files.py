@@ -77,7 +77,13 @@ def scene_of_campaign(campaign: Campaign, *, code: str) -> SceneOfCampaign:
 
 
 def simulate_once(
-    scene: Scene, group: str, folder: Path, *, code: str, force: bool = False
+    scene: Scene,
+    group: str,
+    folder: Path,
+    *,
+    code: str,
+    force: bool = False,
+    progress: Callable[[], None] | None = None,
 ) -> list[Path]:
     """Simulate the tests of a group where their files do not hold already.
 
@@ -92,6 +98,8 @@ def simulate_once(
         Digest of the code that simulates.
     force : bool
         Simulate in any case, over whatever files are there.
+    progress : callable, optional
+        Called after each test.
 
     Returns
     -------
@@ -115,7 +123,7 @@ def simulate_once(
             return []
         notes = Notes(made, {"campaign": folder})
         notes.begin("simulate")
-        simulate_group(scene, group, folder)
+        simulate_group(scene, group, folder, progress=progress)
         truths = [folder / truth_file(test) for test in scene.groups[group]]
         used = what_files_depend_on(scene, group, code=code)
         notes.finish("simulate", used, writes=[*files, *truths])

@@ -95,21 +95,27 @@ def _strongest_that_stands_out(
     top = (velocity[inner] >= velocity[inner - 1]) & (velocity[inner] >= velocity[inner + 1])
     peaks = inner[top]
     for peak in peaks[np.argsort(-velocity[peaks], kind="stable")][:_TRIED]:
-        if power[peak] > _STANDS_OUT * _around(power, int(peak), lobe):
+        if _stands_out(power[peak] / _STANDS_OUT, _around(power, int(peak), lobe)):
             return int(peak)
     return None
 
 
-def _around(power: FloatArray, peak: int, lobe: float) -> float:
-    """Median power of the lines below or above a peak, the larger of the two.
+def _stands_out(limit: float, sides: list[FloatArray]) -> bool:
+    """Whether the median of every side lies below a limit, and there is a side.
 
-    Its own skirt is left out; where too few lines lie on a side, the other one decides.
+    Where fewer than half of the lines do, which is quick to count, the median cannot.
     """
+    if any(2 * np.count_nonzero(side <= limit) < side.size for side in sides):
+        return False
+    return bool(sides) and all(float(np.median(side)) < limit for side in sides)
+
+
+def _around(power: FloatArray, peak: int, lobe: float) -> list[FloatArray]:
+    """The lines below and above a peak, without its own skirt; sides of too few are left out."""
     skirt = max(lobe, (_OWN - 1.0) * peak)
     below = power[math.ceil(peak / _AROUND) : max(0, math.floor(peak - skirt))]
     above = power[math.ceil(peak + skirt) : math.ceil(_AROUND * peak + 4.0 * lobe)]
-    medians = [float(np.median(side)) for side in (below, above) if side.size >= _FEWEST]
-    return max(medians) if medians else math.inf
+    return [side for side in (below, above) if side.size >= _FEWEST]
 
 
 def fast_length(n: int) -> int:
