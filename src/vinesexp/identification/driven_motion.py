@@ -25,7 +25,7 @@ import numpy as np
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vinesexp.records.store import RecordView
 from vinesexp.signals.base_motion import base_motion
-from vinesexp.signals.means import channel_means
+from vinesexp.signals.means import channel_means, missing_means
 
 #: Name of the estimate whose data is a `DrivenMotion`.
 DRIVEN = "driven"
@@ -118,6 +118,8 @@ def driven_motion(
     step = k / view.sample_rate
     x = channel_means(view, "displacement", k)
     spans = _spans(times, step, x.size, period=1.0 / frequency, trim=_SETTLED + step)
+    lost = np.cumsum(np.append(0, missing_means(view, "displacement", k)))
+    spans = [(first, last) for first, last in spans if lost[first] == lost[last]]
     if len(spans) < _FEWEST:
         return None
     near = stated or frequency

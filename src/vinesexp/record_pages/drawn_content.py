@@ -25,6 +25,7 @@ from vinesexp.records.store import RecordView, open_record
 from vinesexp.records.tables import read_rows
 from vinesexp.signals.cycles import cycles_from
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
+from vinesexp.signals.means import fill_gaps
 from vinesexp.units import COVERAGE_95
 
 #: How a quantity is shown: unit, and its size in SI.
@@ -130,7 +131,7 @@ def _spectra(view: RecordView) -> list[dict[str, Any]]:
 
 
 def _shown_samples(view: RecordView, role: str, factor: float, begin: int, end: int) -> FloatArray:
-    samples: FloatArray = view.read(role, begin, end) / factor
+    samples: FloatArray = fill_gaps(view.read(role, begin, end)) / factor
     return samples
 
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from vinesexp.errors import RecordError
 from vinesexp.records.checks import Check
+from vinesexp.records.gaps import Gaps, Stretches, gaps_of
 from vinesexp.records.joined import AnySamples
 from vinesexp.records.quality import Stretch, frozen, periods, saturated
 from vinesexp.records.schema import Channel, Record
@@ -23,6 +26,9 @@ _MOVING = {
     "drop": ("acceleration", "sound"),
 }
 
+#: Channels of sensors that look at a target.
+_TARGETS = ("displacement", "base")
+
 _LEAST_PERIODS = 2.0
 
 _DEFECTS = {
@@ -36,8 +42,8 @@ def look_over(
     record: Record,
     channels: Mapping[str, Channel],
     samples: AnySamples,
-) -> list[Check]:
-    """Refuse a stored record for its defects, or report its size and what is odd about it.
+) -> tuple[list[Check], dict[str, Stretches]]:
+    """Refuse a stored record for its defects, or report its size, what is odd, and its gaps.
 
     Parameters
     ----------
@@ -48,23 +54,40 @@ def look_over(
     samples : Samples
         What it was made from, read to its end.
 
+    Returns
+    -------
+    checks : list of Check
+    missing : dict
+        Of each channel with gaps, the stretches to leave out.
+
     Raises
     ------
     RecordError
-        Too short, saturated or frozen.
+        Too short, saturated or frozen, or hardly a stretch without gaps.
     """
     size = f"{view.n} samples at {view.sample_rate:.9g} Hz: {', '.join(view.roles)}"
     found = [Check(record.id, "ingest", "ok", size)]
     found += [Check(record.id, check, "warning", reported) for check, reported in samples.warnings]
     found += _trimmed(record, samples)
+    missing: dict[str, Stretches] = {}
     period = _period(view, record)
     for role in view.roles:
         if reported := samples.overload(role):
             found.append(_judge(record, channels[role], "saturated", f"{role} {reported}"))
-        clipped = saturated(view, role)
         # Only the oscillator's own inertia forbids it to stop dead; a shaker can.
         stuck = frozen(view, role, period=period if role == "displacement" else None)
+        if role in _TARGETS and (len(stuck) != 1 or stuck[0].length < view.n):
+            # A target is lost for a moment: what stands still for longer is a fault.
+            moment = [run for run in stuck if period is not None and run.length < period]
+            gaps = gaps_of(view, role, frozen=moment)
+            stuck = [run for run in stuck if not gaps.hold(run)]
+        else:
+            gaps = Gaps((), [])
+        clipped = [run for run in saturated(view, role) if not gaps.hold(run)]
         stuck = [run for run in stuck if run not in clipped]
+        if gaps.missing:
+            found.append(_left_out(view, record, samples, role, gaps, period))
+            missing[role] = gaps.missing
         if stuck and stuck[0].length == view.n and role not in _MOVING[record.test]:
             reported = f"{role} does not change at all; noise below one step of the instrument?"
             found.append(Check(record.id, "frozen", "warning", reported))
@@ -73,7 +96,32 @@ def look_over(
             if runs:
                 reported = f"{role} {_described(view, samples, runs, defect)}"
                 found.append(_judge(record, channels[role], defect, reported))
-    return found
+    return found, missing
+
+
+def _left_out(
+    view: RecordView, record: Record, samples: AnySamples, role: str, gaps: Gaps,
+    period: float | None,
+) -> Check:  # fmt: skip
+    """What is said of gaps; the record is refused where they leave no two periods in a row."""
+    number, seconds = len(gaps.missing), gaps.samples / view.sample_rate
+    first, end = max(gaps.missing, key=lambda gap: gap[1] - gap[0])
+    at = float(view.time(first, first + 1)[0])
+    reported = (
+        f"{role} shows nothing for {seconds:.3g} s of {view.n / view.sample_rate:.4g} s, "
+        f"{number} time{'' if number == 1 else 's'}, the longest for "
+        f"{1e3 * (end - first) / view.sample_rate:.3g} ms from {at:.6g} s "
+        f"({samples.source.locate(samples.trimmed[0] + first)}): it leaves its motion and comes "
+        "back at once, as a laser that loses its target"
+    )
+    edges = np.array([0, *(edge for gap in gaps.missing for edge in gap), view.n])
+    longest = int(np.diff(edges)[::2].max())
+    if period is not None and longest < _LEAST_PERIODS * period:
+        raise RecordError(
+            f"{reported}; no two periods of the motion are whole, look at the sensor",
+            file=record.file,
+        )
+    return Check(record.id, "gaps", "warning", f"{reported}; these stretches are left out")
 
 
 def _period(view: RecordView, record: Record) -> float | None:

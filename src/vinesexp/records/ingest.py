@@ -22,7 +22,7 @@ from vinesexp.records.readers import Floats, open_source
 from vinesexp.records.refusal import is_of_the_machine, reason_of
 from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Campaign, Channel, Record, TimeColumn
-from vinesexp.records.store import create_record, open_record
+from vinesexp.records.store import create_record, leave_out, open_record
 from vinesexp.records.timebase import UnevenClockError
 
 
@@ -89,7 +89,9 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
             samples.resample(uneven)
             _write(unseen, samples, attributes)
         with open_record(unseen) as view:
-            found = look_over(view, record, setup.channels, samples)
+            found, missing = look_over(view, record, setup.channels, samples)
+        for role, stretches in missing.items():
+            leave_out(unseen, role, stretches)
         os.replace(unseen, out)
     finally:
         unseen.unlink(missing_ok=True)

@@ -14,7 +14,7 @@ Samples are not compressed: a third off the disk would cost twice the ingest (do
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -286,6 +286,15 @@ def create_record(
         attributes=attributes or {},
         state=state,
     )
+
+
+def leave_out(path: Path, role: str, stretches: Sequence[tuple[int, int]]) -> None:
+    """Make gaps of stretches of one channel of a record on disk: their samples become NaN."""
+    import h5py
+
+    with h5py.File(path, "r+") as file:
+        for first, end in stretches:
+            file[role][first:end] = np.nan
 
 
 def open_record(path: Path) -> RecordView:

@@ -4,25 +4,61 @@ from __future__ import annotations
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.records.store import RecordView
 
 _BLOCK = 1 << 20  # samples read at once
+_FEWEST, _SIDE = 4, 8  # samples that have a slope, and that are fitted to at least
 
 
 def fill_gaps(x: FloatArray) -> FloatArray:
-    """The array with NaN and infinite samples replaced by a straight line across each gap.
+    """The array with NaN and infinite samples replaced by a cubic across each gap.
+
+    It leaves and arrives with place and slope of the stretches beside the gap, as long as the gap
+    each: of a motion w it misses (w gap)^4/384 of the amplitude in the middle. A straight line
+    would miss (w gap)^2/8.
 
     Examples
     --------
     >>> fill_gaps(np.array([0.0, np.nan, 2.0]))
     array([0., 1., 2.])
+    >>> x = np.sin(np.arange(400) / 20.0); known = x.copy(); x[200:215] = np.nan
+    >>> bool(np.abs(fill_gaps(x) - known).max() < 2e-3)
+    True
     """
     good = np.isfinite(x)
     if good.all() or not good.any():
         return x if good.all() else np.zeros_like(x)
-    index = np.arange(x.size)
-    return np.asarray(np.interp(index, index[good], x[good]))
+    filled = np.array(x, dtype=np.float64)
+    edges = np.flatnonzero(np.diff(~good, prepend=False, append=False))
+    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        n = max(end - first, _SIDE)
+        sides = [_end_of(filled[max(first - n, 0) : first]), _end_of(x[end : end + n][::-1])]
+        if first == 0 or end == x.size:
+            filled[first:end] = sides[first == 0][0]
+            continue
+        (y0, s0), (y1, s1) = sides
+        h = float(end - first + 1)
+        u = np.arange(1, end - first + 1) / h
+        up, down = u * u * (3.0 - 2.0 * u), u * (1.0 - u)
+        filled[first:end] = y0 + (y1 - y0) * up + h * (s0 * (1.0 - u) + s1 * u) * down
+    return filled
+
+
+def _end_of(x: FloatArray) -> tuple[float, float]:
+    """Value at the last sample and slope there, by the cubic through what is known of it.
+
+    The value is the sample itself: a step to another one would be a knock.
+    """
+    known = np.flatnonzero(np.isfinite(x))
+    if not known.size:
+        return 0.0, 0.0
+    last = float(x[known[-1]])
+    if known.size < _FEWEST:
+        return last, 0.0
+    s = (known - (x.size - 1.0)) / x.size
+    slope = np.polyfit(s, x[known], 3 if known.size >= _SIDE else 2)[-2]
+    return last, float(slope) / x.size
 
 
 def block_means(x: FloatArray, k: int) -> FloatArray:
@@ -46,3 +82,13 @@ def channel_means(record: RecordView, role: str, k: int) -> FloatArray:
             for begin in range(0, record.n, size)
         ]
     )
+
+
+def missing_means(record: RecordView, role: str, k: int) -> BoolArray:
+    """Which of the means of `channel_means` hold a sample that is missing."""
+    size = max(1, _BLOCK // k) * k
+    lost = np.concatenate(
+        [~np.isfinite(record.read(role, begin, begin + size)) for begin in range(0, record.n, size)]
+    )
+    whole = lost.size // k * k
+    return np.asarray(lost[:whole].reshape(-1, k).any(axis=1))

@@ -8,15 +8,15 @@ Neighbouring impacts in the window are subtracted with the jumps that the accele
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.records.store import RecordView
 from vinesexp.settings.stages import SlopeSettings
 from vinesexp.signals.impacts.slope_model import JumpResponse, smooth, smooth_slope
-from vinesexp.signals.means import block_means, channel_means
+from vinesexp.signals.means import block_means, channel_means, missing_means
 
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record
 _LEAST = 6  # points to either side
@@ -47,11 +47,15 @@ class SlopeChanges:
 
 @dataclass(frozen=True)
 class Coarse:
-    """Displacement as block means: `step` s apart, the first centred on `start` s."""
+    """Displacement as block means: `step` s apart, the first centred on `start` s.
+
+    `missing` says which of them the sensor did not show; the values there are no measurement.
+    """
 
     values: FloatArray
     step: float
     start: float
+    missing: BoolArray | None = None
 
 
 def group_size(sample_rate: float, frequency: float, *, points: int) -> int:
@@ -72,7 +76,9 @@ def coarse_displacement(record: RecordView, frequency: float, *, settings: Slope
     """The displacement of a record as block means, read by blocks."""
     k = group_size(record.sample_rate, frequency, points=settings.points)
     means = channel_means(record, "displacement", k)
-    return Coarse(means, k / record.sample_rate, 0.5 * (k - 1) / record.sample_rate)
+    missing = missing_means(record, "displacement", k)
+    start = 0.5 * (k - 1) / record.sample_rate
+    return Coarse(means, k / record.sample_rate, start, missing if missing.any() else None)
 
 
 def slope_changes(
@@ -118,17 +124,26 @@ def slope_changes(
         fits = open_ & (centre >= reach) & (centre + reach < x.values.size)
         fits &= _number_within(times, reach * x.step) <= _MOST
         chosen = np.flatnonzero(fits)
+        grid = np.arange(-reach, reach + 1)
         for begin in range(0, chosen.size, 4096):
             group = chosen[begin : begin + 4096]
             windows = _windows(x, times, jumps, centre, group, reach, response, full=share > 0.3)
+            lost = np.zeros((group.size, grid.size), dtype=bool)
+            if x.missing is not None:
+                lost = x.missing[centre[group, np.newaxis] + grid]
+            whole = np.flatnonzero(~lost.any(axis=1))
             if response.w_free is None:
                 # The longest windows there are show how the oscillator answers; twice converges.
                 for _ in range(2):
-                    response = _refined(windows, response, x.step, settings)
+                    shown = windows.of(whole) if whole.size >= _LEAST else windows
+                    response = _refined(shown, response, x.step, settings)
                     windows = _windows(
                         x, times, jumps, centre, group, reach, response, full=share > 0.3
                     )
-            _solve(windows, jumps[group], jump_errors, group, x.step, out)
+            noise = _solve(windows, jumps[group], jump_errors, group, x.step, out)
+            for row in np.flatnonzero(lost.any(axis=1)):
+                _solve_around_gap(windows, int(row), ~lost[row], jumps, jump_errors,
+                                  int(group[row]), noise, x.step, out)  # fmt: skip
         open_ &= ~fits
     return out
 
@@ -147,6 +162,11 @@ class _Windows:
     upper: FloatArray
     response: JumpResponse
     full: bool
+
+    def of(self, rows: IntArray) -> _Windows:
+        """Some of them."""
+        each = ("samples", "s", "offset", "bend", "place", "velocity")
+        return replace(self, **{name: getattr(self, name)[rows] for name in each})
 
 
 def _windows(
@@ -215,7 +235,8 @@ def _refined(
 def _solve(
     windows: _Windows, jumps: FloatArray, jump_errors: FloatArray | None, group: IntArray,
     step: float, out: SlopeChanges,
-) -> None:  # fmt: skip
+) -> float:  # fmt: skip
+    """Fill in `out` for a group; the noise of a mean, m."""
     q, upper, bend = windows.q, windows.upper, windows.bend
     bent = _out(bend, q)
     norm = (bent * bent).sum(axis=1)
@@ -244,6 +265,52 @@ def _solve(
         value[group] = (functional * amplitude).sum(axis=1) + others
         leak = (functional * (bend @ q)).sum(axis=1) * best_error
         deviation[group] = np.hypot(noise * np.sqrt((functional**2).sum(axis=1)), leak)
+    return noise
+
+
+def _solve_around_gap(
+    windows: _Windows, row: int, known: BoolArray, jumps: FloatArray,
+    jump_errors: FloatArray | None, impact: int, noise: float, step: float, out: SlopeChanges,
+) -> None:  # fmt: skip
+    """One impact whose window has a gap, by what was measured alone.
+
+    NaN where too little is left on either side of the impact.
+    """
+    for values in (out.jump, out.jump_error, out.x, out.x_error, out.v_before, out.v_error):
+        values[impact] = np.nan
+    s = windows.s[row]
+    base = windows.q @ windows.upper
+    columns = np.column_stack([base, windows.bend[row]])[known]
+    if min((s[known] < 0.0).sum(), (s[known] > 0.0).sum()) < columns.shape[1]:
+        return
+    solved, _, rank, _ = np.linalg.lstsq(columns, windows.samples[row][known], rcond=None)
+    if rank < columns.shape[1]:
+        return
+    inverse = np.linalg.inv(columns.T @ columns)
+    jump = float(solved[-1])
+    error = math.hypot(noise * math.sqrt(inverse[-1, -1]), windows.response.common * abs(jump))
+    out.jump[impact], out.jump_error[impact] = jump, error
+    best, best_error = np.array([jump]), np.array([error])
+    if jump_errors is not None:
+        own = slice(impact, impact + 1)
+        best, best_error = weighted(best, best_error, jumps[own], jump_errors[own])
+    inner = columns[:, :-1]
+    spread = np.linalg.inv(inner.T @ inner)
+    through = spread @ inner.T
+    amplitude = through @ (windows.samples[row][known] - best[0] * columns[:, -1])
+    w, full = windows.response.w, windows.full
+    blurred = np.ones(base.shape[1])
+    blurred[2:] = np.sinc(0.5 * w * step / np.pi)
+    for of, others, value, deviation in (
+        (smooth, windows.place, out.x, out.x_error),
+        (smooth_slope, windows.velocity, out.v_before, out.v_error),
+    ):
+        functional = of(windows.offset[row : row + 1], w, full=full)[0] / blurred
+        value[impact] = functional @ amplitude + others[row]
+        leak = functional @ through @ columns[:, -1] * best_error[0]
+        deviation[impact] = math.hypot(
+            noise * math.sqrt(functional @ spread @ functional), float(leak)
+        )
 
 
 def weighted(
