@@ -167,7 +167,7 @@ def _driven(record: Record, view: RecordView, impacts: Impacts, frequency: float
         ]
         found += estimates_of(record, "base channel", rows)
     if "displacement" in view.roles:
-        motion = driven_motion(view, impacts.time_s, frequency=frequency, stated=stated)
+        motion = driven_motion(view, impacts, frequency=frequency, stated=stated)
         if motion is not None:
             count = float(motion.flights)
             found.append(

@@ -12,8 +12,16 @@ from vinesexp.arrays import FloatArray
 from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.flights import Flights, flights_of
-from vinesexp.identification.joint.collisions import EFFECTS, Collisions, with_errors
-from vinesexp.identification.joint.unknowns import Beliefs, Block, Local, Prior, Sum
+from vinesexp.identification.joint.collisions import EFFECTS, LOCALS, Collisions, with_errors
+from vinesexp.identification.joint.unknowns import (
+    Beliefs,
+    Block,
+    Local,
+    Prior,
+    Sum,
+    Tempered,
+    fit,
+)
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.signals.impacts.impact_table import Impacts
 
@@ -36,9 +44,13 @@ _RELEASED = 3.0
 #: The same where the displacement is the integral of the acceleration, whose phase is less sure.
 _INTEGRATED = 15.0
 #: The same of the base that the mass answers to, relative: harmonics, a channel that is late.
-_OWN_BASE = 1e-3
+_OWN_BASE = 2e-3
 _FEWEST = 10  # collisions of a record
 _ENOUGH = 150  # more add nothing to what a whole record may be off by
+#: Widths of local quantities in a record on its own, in the order of `LOCALS`.
+_FREE = (0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4)
+#: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
+_WORTH = 4.0
 _TINY = 1e-9
 _ROBUST = 4.0  # degrees of freedom of Student's distribution, for single values of records
 _AIR = 1e-3  # of r from a drop: air, table
@@ -350,7 +362,29 @@ def _share_speed(b: _Builder) -> None:
     speed = float(np.median([c.speed for c in b.collisions.values()]))
     for key, own in b.collisions.items():
         b.collisions[key] = replace(own, speed=speed)
-        b.blocks.append(Block(key[0], "flights", b.sums[key], b.collisions[key].look))
+        look = b.collisions[key].look
+        factor = _misfit(b.collisions[key], b.sums[key], b.priors)
+        b.blocks.append(Block(key[0], "flights", b.sums[key], Tempered(look, factor)))
+
+
+def _misfit(collisions: Collisions, sums: Sequence[Sum], priors: Mapping[str, Prior]) -> float:
+    """Mean square of what no ball, contact or sensor explains in a record, of its stated errors.
+
+    A record on its own, its local quantities as free as any lab could have them: what is left is
+    noise that the errors of its means do not hold, and its information is worth as much less.
+    """
+    start = np.array(
+        [c + sum(f * priors[name].value for name, f in terms.items()) for terms, c in sums]
+    )
+    beliefs = Beliefs(
+        {n: Prior(v, w) for n, v, w in zip(LOCALS, start.tolist(), _FREE, strict=True)}
+    )
+    block = Block("", "flights", tuple(({name: 1.0}, 0.0) for name in LOCALS), collisions.look)
+    data = fit([block], LOCALS, beliefs, start)
+    prior = np.diag(np.array(_FREE) ** -2)
+    held = np.trace(np.linalg.solve(data.information + prior, data.information))
+    freedom = np.isfinite(collisions.sigma).sum() - held
+    return max(1.0, float((_WORTH - 2.0 * data.log_likelihood) / (_WORTH + freedom)))
 
 
 def collisions_of(flights: Flights, impacts: Impacts, *, omega2: float) -> Collisions:
