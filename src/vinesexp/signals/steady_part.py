@@ -26,6 +26,8 @@ _MOST = 0.5
 _BLOCKS = 6
 #: A start, or a drift, counts beyond so many standard errors and this share of the mean.
 _ERRORS, _SHARE = 4.0, 0.005
+#: Halves that differ by less have settled as well as a mean needs: the difference is in its error.
+_DRIFT = 0.03
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,8 @@ class SteadyPart:
     ends : tuple of float
         Mean amplitude of the first and of the last half of the cycles that count.
     drifts : bool
-        The halves differ by more than their errors: the response has not settled, or never does.
+        The halves differ by more than their errors and 3 %: the response has not settled, or
+        never does. A smaller difference is in `error`.
     """
 
     first: int
@@ -87,6 +90,10 @@ def steady_part(amplitude: FloatArray) -> SteadyPart:
     half = kept.size // 2
     ends = (float(kept[:half].mean()), float(kept[half:].mean())) if half else (math.nan, math.nan)
     error = error_of_mean(kept)
+    drifts = kept.size >= _FEWEST and _differ(*ends, 2.0 * _within_halves(kept))
+    if drifts:
+        error = math.hypot(error, 0.5 * (ends[1] - ends[0]))
+        drifts = abs(ends[1] - ends[0]) > _DRIFT * float(kept.mean())
     return SteadyPart(
         first=first,
         cycles=kept.size,
@@ -94,7 +101,7 @@ def steady_part(amplitude: FloatArray) -> SteadyPart:
         error=error,
         start=float(amplitude[:first].mean()) if first else math.nan,
         ends=ends,
-        drifts=kept.size >= _FEWEST and _differ(*ends, 2.0 * _within_halves(kept)),
+        drifts=drifts,
     )
 
 
