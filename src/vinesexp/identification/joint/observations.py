@@ -457,10 +457,13 @@ def _base(
     if not value > 4.0 * error:
         return
     role = "displacement"
+    # Setting a clearance takes the cavity apart: it is a mounting of its own.
+    place = ", ".join(f"{1e3 * length:g}" for length in record.clearance) + " mm"
     answered = (
         {"ln_f0": 1.0, "clock": -1.0,
-         b.add("mounting f0: periodic tests", 0.0, inputs.remounting.of(1.0)): 1.0},
-        {"ln_zeta": 1.0, b.add("mounting zeta: periodic tests", 0.0, inputs.damping.of(1.0)): 1.0},
+         b.add(f"mounting f0: b = {place}", 0.0, inputs.remounting.of(1.0)): 1.0},
+        {"ln_zeta": 1.0,
+         b.add(f"mounting zeta: b = {place}", 0.0, inputs.damping.of(1.0)): 1.0},
         {**here, b.gain(record, role): 1.0, b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0},
     )  # fmt: skip
     b.blocks.append(
