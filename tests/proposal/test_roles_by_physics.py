@@ -1,6 +1,7 @@
 """Roles of channels without unit and telling name: by what supports them, or left open."""
 
 import numpy as np
+import pytest
 
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles
@@ -55,3 +56,61 @@ def test_files_of_other_programs_are_named_with_their_export():
     assert "Export" in (name_of(b"PK\x03\x04data", ".cap") or "")
     assert "catman" in (name_of(b"\x94\x13\x00\x00", ".bin") or "")
     assert "phyphox" in (name_of(b'<?xml version="1.0"?>\n<phyphox version="1.7">') or "")
+
+
+def test_the_coordinates_of_a_tracked_point_are_one_sensor(tmp_path):
+    angle = 0.5 * np.exp(-0.01 * T) * np.cos(2 * np.pi * 0.9 * T)
+    x, y = 320.0 + 100.0 * np.sin(angle), 400.0 - 100.0 * np.cos(angle)
+    rows = (f"{t:.5e}\t{a:.1f}\t{b:.1f}" for t, a, b in zip(T, x, y, strict=True))
+    path = tmp_path / "tracker.txt"
+    path.write_text("\n".join(["mass A\t\t", "t\tx\ty", *rows, ""]))
+    view = view_file(path)
+    guesses = guess_roles([view])
+    assert {label: guess.role for label, guess in guesses.items()} == {"x": "displacement"}
+    assert describe_test(view, guesses)[0] == "ringdown"
+
+
+def test_tracks_one_after_another_are_no_record(tmp_path):
+    path = tmp_path / "tracks.csv"
+    rows = [
+        f"{k},{i},{100 * np.cos(0.2 * i) + 30 * k:.1f},{i / 30:.4f}"
+        for k in (1, 2, 3)
+        for i in range(300)
+    ]
+    path.write_text("\n".join(["TID,PID,x [pixel],t [sec]", *rows, ""]))
+    view = view_file(path)
+    assert any("behind row 300" in remark for remark in view.remarks)
+    assert guess_roles([view]) == {}
+    assert "begin anew" in describe_test(view, {})[2]
+
+
+@pytest.mark.parametrize(
+    ("head", "step"), [("Frequency (Hz),Re,Im", 0.5), ("f,H1,H2", 1.25), ("x [Hz],a,b", 1.0)]
+)
+def test_a_frequency_response_is_no_record_in_time(head, step, tmp_path):
+    f = step * np.arange(1, 4001)
+    response = -(f**2) / (210.0**2 - f**2 + 2j * 0.02 * 210.0 * f)
+    view, roles = looked_at(tmp_path / "a.csv", head, f, response.real, response.imag)
+    assert roles == {}
+    assert view.rate is None
+    assert "frequency response" in describe_test(view, {})[2]
+    assert any("is a frequency" in remark for remark in view.remarks)
+
+
+def test_spectra_beside_a_record_take_no_role(tmp_path):
+    t = np.arange(2000) / 500.0
+    x = np.exp(-0.5 * t) * np.cos(2 * np.pi * 12.0 * t)
+    f = np.arange(2000) / 8.0
+    lines = np.abs(1.0 / (12.0**2 - f**2 + 0.3j * f))
+    view, roles = looked_at(tmp_path / "a.csv", "Time,x1,Freq,MagSpec", t, x, f, lines)
+    assert roles == {"x1": "displacement"}
+    assert [column.kind for column in view.columns] == ["time", "signal", "frequency", "spectrum"]
+
+
+def test_rows_too_slow_for_a_vibration_are_no_times(tmp_path):
+    """Positions along a beam, or frequencies, in a column without a name."""
+    place = 0.5 * np.arange(400)
+    np.savetxt(tmp_path / "a.txt", np.stack([place, np.cos(place), np.sin(place)], 1))
+    view = view_file(tmp_path / "a.txt")
+    assert view.rate is None
+    assert describe_test(view, guess_roles([view]))[0] == OPEN

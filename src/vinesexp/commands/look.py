@@ -95,6 +95,14 @@ def _described(column: ColumnView) -> str:
         return f"times, {span}"
     if column.kind == "counter":
         return f"row numbers, {span}"
+    if column.kind == "switch":
+        return f"two values, {finite.min():.6g} and {finite.max():.6g}"
+    if column.kind == "several":
+        return f"{span}, of several records"
+    if column.kind == "frequency":
+        return f"frequencies, {span}"
+    if column.kind == "spectrum":
+        return f"over frequency, {span}"
     if column.kind == "list":
         return f"{len(finite)} values, {span}"
     if column.kind == "constant":

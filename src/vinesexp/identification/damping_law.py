@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.identification.least_squares import Solution, least_squares
+from vinesexp.identification.least_squares import Solution, covariance_of, least_squares
 
 FloatArray = NDArray[np.float64]
 
@@ -174,6 +174,29 @@ def fitted_decay(
 
     found = least_squares(problem, start[at])
     return whole(found.values), found
+
+
+def covariance_with(
+    vector: FloatArray, free: Sequence[str], misfit: Callable[[FloatArray], FloatArray], *,
+    span: float,
+) -> FloatArray:  # fmt: skip
+    """Covariance of the named parameters where misfits are those of `fitted_decay`."""
+    rows, changes = _nudged(vector, free, span=span)
+    misfits = misfit(rows)
+    return covariance_of((misfits[1:] - misfits[0]).T / changes)
+
+
+def with_next_terms(free: tuple[str, ...], amplitude: bool, phase: bool) -> tuple[str, ...]:
+    """The parameters and the first of damping, and of stiffness, that is not among them.
+
+    Examples
+    --------
+    >>> with_next_terms(("log_A", "phase", "w", "alpha"), True, True)[4:]
+    ('beta', 'kappa')
+    """
+    damping = [name for name in ("alpha", "beta", "gamma") if name not in free][:amplitude]
+    spring = [name for name in ("kappa", "mu") if name not in free][:phase]
+    return (*free, *damping, *spring)
 
 
 def _nudged(

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +19,15 @@ from vinesexp.errors import AnalysisError
 from vinesexp.identification.damping_law import (
     FORMS,
     Decay,
+    covariance_with,
     decay_of,
     fitted_decay,
     logs_and_phases,
+    with_next_terms,
 )
 from vinesexp.identification.decrement import mean_amplitude
+from vinesexp.identification.lasting import counts, grown, lasting
+from vinesexp.identification.least_squares import Solution
 from vinesexp.identification.phasors import Phasors
 from vinesexp.identification.ringdown_result import RingDown, ring_down_by
 
@@ -29,6 +35,8 @@ FloatArray = NDArray[np.float64]
 
 _LAW = 3e-4  # relative
 _EVIDENCE = 10.0  # units of BIC that a richer form has to gain: strong evidence
+_TURNED = 9e-4  # of the power: a law that leaves more may have lost the phase
+_Misfit = Callable[[FloatArray], FloatArray]
 #: Evidence, decay, free parameters.
 _Tried = tuple[float, Decay, tuple[str, ...]]
 #: Parameters that every form has.
@@ -54,14 +62,27 @@ def envelope(p: Phasors, start: Decay) -> RingDown:
     """
     n = 2 * p.t.size
     # Nothing below three ten-thousandths of the amplitude is worth a law of its own.
-    error = np.hypot(p.error, _LAW * np.abs(p.z))
+    coarse = np.hypot(p.error, _LAW * np.abs(p.z))
+    # Which law is settled; its values come from the amplitudes as sure as they are.
+    fine = np.full(p.t.size, max(p.error, 1e-9 * float(np.abs(p.z).max())))
+    size = np.log(np.abs(p.z))
+    turned = np.unwrap(np.angle(p.z)) + p.w * p.t  # followed from each period to the next
 
-    def misfit(rows: FloatArray) -> FloatArray:
+    def followed(rows: FloatArray) -> FloatArray:
+        """Along and across every phasor: a phase that is turns away still leads back to it."""
         log_A, phase = logs_and_phases(rows, p.t, start=start.start)
-        difference = (np.exp(log_A + 1j * (phase - p.w * p.t)) - p.z) / error
-        return np.concatenate([difference.real, difference.imag], axis=1)
+        weight = np.abs(p.z) / coarse
+        return np.concatenate([(log_A - size) * weight, (phase - turned) * weight], axis=1)
 
-    def tried(form: str, terms: tuple[str, ...]) -> _Tried | None:
+    def straight(error: FloatArray) -> _Misfit:
+        def misfit(rows: FloatArray) -> FloatArray:
+            log_A, phase = logs_and_phases(rows, p.t, start=start.start)
+            difference = (np.exp(log_A + 1j * (phase - p.w * p.t)) - p.z) / error
+            return np.concatenate([difference.real, difference.imag], axis=1)
+
+        return misfit
+
+    def tried(misfit: _Misfit, form: str, terms: tuple[str, ...]) -> _Tried | None:
         if n <= len(terms) + 3:
             return None
         free = (*_ALWAYS, *terms)
@@ -75,14 +96,32 @@ def envelope(p: Phasors, start: Decay) -> RingDown:
         evidence = n * math.log(max(found.chi2 / n, 1.0)) + len(free) * math.log(n)
         return evidence, decay_of(vector, form, start.start), free
 
-    _, decay, free = _selected(tried, least=4 * math.log(n))
-    # Which law is settled; its values come from the amplitudes as sure as they are.
-    error = np.full(p.t.size, max(p.error, 1e-9 * float(np.abs(p.z).max())))
-    vector, found = fitted_decay(decay.vector(), free, misfit, span=float(p.t[-1] - p.t[0]))
-    decay = decay_of(vector, decay.form, start.start)
-    covariance = found.covariance * max(1.0, found.chi2 / max(1, n - len(free)))
-    rest = misfit(decay.vector()[np.newaxis])[0] * np.tile(error, 2)
-    residual = float(np.sqrt((rest**2).sum() / (np.abs(p.z) ** 2).sum()))
+    def settled(misfit: _Misfit) -> tuple[Decay, tuple[str, ...], Solution]:
+        _, decay, free = _selected(partial(tried, misfit), least=4 * math.log(n))
+        vector, found = fitted_decay(
+            decay.vector(), free, straight(fine), span=float(p.t[-1] - p.t[0])
+        )
+        return decay_of(vector, decay.form, start.start), free, found
+
+    found = None
+    with suppress(AnalysisError):
+        decay, free, found = settled(straight(coarse))
+    if found is None or found.chi2 * fine[0] ** 2 > _TURNED * float((np.abs(p.z) ** 2).sum()):
+        # The phase may have turned away from every start: followed, it leads back.
+        other = settled(followed)
+        if found is None or other[2].chi2 < found.chi2:
+            decay, free, found = other
+    log_A, phase = (
+        one[0] for one in logs_and_phases(decay.vector()[np.newaxis], p.t, start=start.start)
+    )
+    rest = p.z * np.exp(1j * (p.w * p.t - phase)) - np.exp(log_A)
+    left = float(np.linalg.norm(rest))
+    noise = left / math.sqrt(max(1, n - len(free)))
+    by = lasting(rest, np.exp(log_A), noise, fitted=counts(free))
+    free = with_next_terms(free, by[0] > 1.0, by[1] > 1.0)
+    covariance = covariance_with(decay.vector(), free, straight(fine), span=float(np.ptp(p.t)))
+    covariance = grown(covariance * max(1.0, (noise / float(fine[0])) ** 2), free, by)
+    residual = left / float(np.linalg.norm(p.z))
     window = (float(p.t[0] - 0.5 * p.span), float(p.t[-1] + 0.5 * p.span))
     return ring_down_by("envelope", decay, free, covariance, mean_amplitude(p), residual, window)
 
@@ -108,9 +147,10 @@ def _selected(tried: Callable[[str, tuple[str, ...]], _Tried | None], *, least: 
                     richer = candidate
         if richer and not bent:
             terms = tuple(name for name in richer[2] if name not in _ALWAYS)
-            for springs in (("kappa",), ("mu",)):
+            for springs in (("kappa",), ("mu",), ("mu", "kappa")):
                 candidate = tried(richer[1].form, (*terms, *springs))
-                if candidate and candidate[0] < richer[0] - (0.0 if bent else _EVIDENCE):
+                worth = _EVIDENCE if len(springs) > len(bent) else 0.0
+                if candidate and candidate[0] < richer[0] - worth:
                     richer, bent = candidate, springs
         if richer is None or (best is not None and richer[0] > best[0] - _EVIDENCE):
             break

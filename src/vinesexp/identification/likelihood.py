@@ -7,12 +7,22 @@ oscillation, which is then taken out.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.identification.damping_law import Decay, decay_of, fitted_decay, logs_and_phases
+from vinesexp.identification.damping_law import (
+    Decay,
+    covariance_with,
+    decay_of,
+    fitted_decay,
+    logs_and_phases,
+    with_next_terms,
+)
+from vinesexp.identification.lasting import counts, grown, lasting
 from vinesexp.identification.phasors import Phasors, standing_out
 from vinesexp.identification.ringdown_result import RingDown, ring_down_by
 
@@ -51,12 +61,29 @@ def likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> Ri
         rate = envelope.decay.rate(envelope.reference)
         both = np.concatenate([slow, _narrow(t, beat[0], rate)], axis=1)
         fit = _fitted(fit.vector, envelope.free, t, y, both, kept, noise)
-    scale = _noise_at(fit.rest, step, envelope.f0) / noise
+    sigma = _noise_at(fit.rest, step, envelope.f0)
+    decay = decay_of(fit.vector, start.form, start.start)
+    by = _lasting(fit.rest, t, decay, sigma, round(p.span / step), counts(envelope.free))
+    free = with_next_terms(envelope.free, by[0] > 1.0, by[1] > 1.0)
+    covariance = fit.covariance if free == envelope.free else fit.covariance_with(free)
+    covariance = grown(covariance * (sigma / noise) ** 2, free, by)
     found = ring_down_by(
-        "likelihood", decay_of(fit.vector, start.form, start.start), envelope.free,
-        fit.covariance * scale**2, envelope.reference, fit.left, envelope.window,
-    )  # fmt: skip
+        "likelihood", decay, free, covariance, envelope.reference, fit.left, envelope.window
+    )
     return replace(found, beat=beat)
+
+
+def _lasting(
+    rest: FloatArray, t: FloatArray, decay: Decay, sigma: float, size: int, fitted: tuple[int, int]
+) -> tuple[float, float]:
+    """`lasting` of what is left of the samples, in windows of one period."""
+    log_A, phase = (
+        one[0] for one in logs_and_phases(decay.vector()[np.newaxis], t, start=decay.start)
+    )
+    count = t.size // size
+    along = (2.0 * rest * np.exp(-1j * phase))[: count * size].reshape(count, size).mean(axis=1)
+    A = np.exp(log_A)[: count * size].reshape(count, size).mean(axis=1)
+    return lasting(along, A, sigma * math.sqrt(2.0 / size), fitted=fitted)
 
 
 @dataclass(frozen=True)
@@ -65,6 +92,7 @@ class _Fit:
 
     vector: FloatArray
     covariance: FloatArray
+    covariance_with: Callable[[tuple[str, ...]], FloatArray]
     rest: FloatArray
     left: float
 
@@ -83,11 +111,13 @@ def _fitted(
         model -= (model @ q) @ q.T
         return (model - projected) / noise
 
-    vector, found = fitted_decay(vector, free, misfit, span=float(t[-1] - t[0]))
+    span = float(t[-1] - t[0])
+    vector, found = fitted_decay(vector, free, misfit, span=span)
     rest = np.zeros(t.size)
     rest[kept] = misfit(vector[np.newaxis])[0] * noise
     left = float(np.sqrt((rest @ rest) / (projected @ projected)))
-    return _Fit(vector, found.covariance, rest, left)
+    more = partial(covariance_with, vector, misfit=misfit, span=span)
+    return _Fit(vector, found.covariance, more, rest, left)
 
 
 def _narrow(t: FloatArray, frequency: float, rate: float) -> FloatArray:

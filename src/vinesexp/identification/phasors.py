@@ -21,9 +21,12 @@ _BREAKS = 10.0  # robust standard deviations
 _MOMENT = 0.2  # of a window: more than this standing out is not a moment, nothing is left out
 _MOST_OUTLIERS = 6  # times that the recursion is fitted
 _FEWEST = 3  # periods that a decay has to show
+_MOVING = 8  # windows that show how a frequency moves
+_MOVES = 0.01  # of a frequency: it changes over the decay
 #: Of a period that a constant, a slope and a sine are fitted to.
 SAMPLES = 6
 _ABOVE_NOISE = 3.0  # standard errors of a complex amplitude
+_REST = 1e-9  # of the largest amplitude
 _ABOVE_STEP = 1.0  # converter steps: below, an amplitude is staircase, not sine
 
 
@@ -55,7 +58,10 @@ class Phasors:
     span: float
 
 
-def demodulate(x: FloatArray, step: float, frequency: float, *, rate: float = 0.0) -> Phasors:
+def demodulate(
+    x: FloatArray, step: float, frequency: float, *, rate: float = 0.0,
+    local: FloatArray | None = None,
+) -> Phasors:  # fmt: skip
     """Fit constant, slope and a damped sine to consecutive windows of one period.
 
     Samples that stand out of a window's fit (a sensor that lost its target for a moment) are left
@@ -69,6 +75,9 @@ def demodulate(x: FloatArray, step: float, frequency: float, *, rate: float = 0.
         About that of the oscillation, Hz.
     rate : float
         Decay within a window, 1/s, as far as it is known.
+    local : array (windows,), optional
+        Angular frequency in every window, rad/s, where it moves; z still turns relative to
+        `frequency`.
 
     Raises
     ------
@@ -95,17 +104,47 @@ def demodulate(x: FloatArray, step: float, frequency: float, *, rate: float = 0.
         raise AnalysisError(
             f"{count} periods of {frequency:.6g} Hz in the record, expected {_FEWEST} or more"
         )
-    s = (np.arange(size) - 0.5 * (size - 1)) * step
+    s = np.asarray((np.arange(size) - 0.5 * (size - 1)) * step, dtype=np.float64)
     w = 2.0 * math.pi * frequency
-    fall = np.exp(-rate * s)
-    basis = np.stack([np.ones(size), s / s[-1], fall * np.cos(w * s), -fall * np.sin(w * s)], 1)
+    fall: FloatArray = np.exp(-rate * s)
+    basis = _basis(s, fall, np.array(w))
     windows = x[: count * size].reshape(count, size)
-    inverse = np.linalg.pinv(basis)
+    inverse = np.asarray(np.linalg.pinv(basis), dtype=np.float64)
     fitted, noise = _robust(windows, basis, inverse, w * step)
     t = np.asarray(((np.arange(count) + 0.5) * size - 0.5) * step, dtype=np.float64)
+    if local is not None:
+        own = np.linalg.pinv(_basis(s, fall, local)) @ windows[:, :, np.newaxis]
+        fitted[:, 2:4] = own[:, 2:4, 0]
     z = (fitted[:, 2] + 1j * fitted[:, 3]) * np.exp(-1j * w * t)
     error = noise * math.sqrt(0.5 * float((inverse[2] ** 2).sum() + (inverse[3] ** 2).sum()))
     return Phasors(t, z, error, noise, w, size * step)
+
+
+def _basis(s: FloatArray, fall: FloatArray, w: FloatArray) -> FloatArray:
+    """Columns fitted to a window (..., n, columns): constant, slope, cosine and sine."""
+    turn = w[..., np.newaxis] * s
+    columns = [np.ones_like(turn), turn / turn.max(), fall * np.cos(turn), -fall * np.sin(turn)]
+    return np.asarray(np.stack(columns, axis=-1), dtype=np.float64)
+
+
+def local_frequencies(p: Phasors, count: int) -> FloatArray | None:
+    """Angular frequency in each of the `count` windows of a record whose frequency moves.
+
+    From the phase of the windows that hold the decay, over amplitude (a straight line and a
+    square); None where it moves by less than a hundredth.
+    """
+    if p.t.size < _MOVING:
+        return None
+    size = np.abs(p.z)
+    w = p.w + np.diff(np.unwrap(np.angle(p.z))) / np.diff(p.t)
+    middle = np.sqrt(size[1:] * size[:-1])
+    law = np.polyfit(middle / size.max(), w, 2, w=middle)
+    found = np.polyval(law, size / size.max())
+    if np.ptp(found) < _MOVES * p.w:
+        return None
+    inside = np.clip(np.round(p.t / p.span - 0.5).astype(np.int64), 0, count - 1)
+    low, high = 0.5 * p.w, 2.0 * p.w
+    return np.clip(np.interp(np.arange(count), inside, found), low, high)
 
 
 def standing_out(x: FloatArray, turn: float) -> NDArray[np.bool_]:
@@ -163,7 +202,8 @@ def _robust(
         use = ~out[i]
         fitted[i] = np.linalg.lstsq(basis[use], windows[i, use], rcond=None)[0]
     rest = np.where(out, 0.0, windows - fitted @ basis.T)
-    rms = np.sort(np.sqrt((rest**2).sum(axis=1) / np.maximum(size - 4 - out.sum(axis=1), 1)))
+    freedom = np.maximum(size - basis.shape[1] - out.sum(axis=1), 1)
+    rms = np.sort(np.sqrt((rest**2).sum(axis=1) / freedom))
     return fitted, float(rms[: max(1, count // 2)].mean())
 
 
@@ -192,7 +232,8 @@ def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:
     floor = max(_ABOVE_NOISE * p.error, _ABOVE_STEP * resolution)
     below = np.flatnonzero(size[start:] < floor)
     end = start + int(below[0]) if below.size else size.size
-    start, end = free_part(p.z, start, end)
+    # Rest is no motion, however steady: before the release, and where only steps are left.
+    start, end = free_part(np.where(size > max(floor, _REST * size.max()), p.z, 0.0), start, end)
     if end - start < _FEWEST or not size[start] > 0.0:
         raise AnalysisError(
             f"the oscillation stands above {1e3 * floor:.3g} mm for {end - start} periods, "

@@ -19,7 +19,12 @@ from vinesexp.identification.envelope import envelope
 from vinesexp.identification.estimate import is_known
 from vinesexp.identification.likelihood import likelihood
 from vinesexp.identification.oscillation import POINTS
-from vinesexp.identification.phasors import Phasors, decay_window, demodulate
+from vinesexp.identification.phasors import (
+    Phasors,
+    decay_window,
+    demodulate,
+    local_frequencies,
+)
 from vinesexp.identification.ringdown_result import RingDown
 from vinesexp.signals.clipping import resolution_of
 from vinesexp.signals.cycles import cycle_amplitudes
@@ -29,15 +34,12 @@ __all__ = ["POINTS", "RingDown", "cycle_amplitudes", "fit_ringdown", "ring_down"
 
 FloatArray = NDArray[np.float64]
 
-_UNSURE = 0.25  # standard error of the amplitude, relative, from which on there is no decay
-_UNSURE_STAND_IN = 0.05  # the same where only amplitudes and phases of the periods say so
 _MISFIT = 0.02  # of the motion: a likelihood that leaves more has to agree with the envelope
-_DRIVEN = 0.5  # of the motion, and of its amplitude period by period: it is not a decay that moves
 _APART = 4.0  # standard errors
 _SAME_F0, _SAME_ZETA = 1e-3, 0.05  # relative
-_PARTS = 5  # of a record that are left out in turn
+_DRIVEN = 0.5  # of the motion: what leaves more is no decay that something disturbs
 _STEADY = 5e-3  # a decay whose amplitude falls by less is a steady drive
-_STEADY_ERRORS = 3.0  # standard errors that zeta has to stand above zero
+_SURE = 3.0  # standard errors that zeta has to stand above zero
 _LOOK = 1 << 16  # samples that show the converter's step
 
 
@@ -104,100 +106,70 @@ def ring_down(
     w, rate = (float(v) for v in straight_line(phasors)[:2])
     better = w / (2.0 * math.pi)
     if abs(better / frequency - 1.0) < 0.2:  # once more with the frequency and decay found
-        phasors = kept(demodulate(x, step, better, rate=rate), resolution)
+        whole = demodulate(x, step, better, rate=rate)
+        phasors = kept(whole, resolution)
+        local = local_frequencies(phasors, whole.t.size)
+        if local is not None:
+            phasors = kept(demodulate(x, step, better, rate=rate, local=local), resolution)
     decrement = log_decrement(phasors)
     best = _settled(x, step, phasors, envelope(phasors, decrement.decay), decrement)
-    sure = best.zeta > _STEADY_ERRORS * best.at(best.reference).zeta_error
-    if best.fallen < _STEADY or not sure:
+    if best.fallen < _STEADY:
         raise AnalysisError(
             f"the amplitude {'falls' if best.fallen >= 0.0 else 'rises'} by "
             f"{100 * abs(best.fallen):.2g} % in {best.end - best.start:.3g} s only: "
             "a steady drive, no free decay"
         )
-    if not is_known(best.f0, best.f0_error):
+    if best.residual > _DRIVEN:
         raise AnalysisError(
-            f"the frequency of the decay is not known: {best.f0:.4g} +- {best.f0_error:.2g} Hz, "
-            "expected an error of half of it at most; record more periods"
+            f"the best decay leaves {100 * best.residual:.2g} % of the motion: something drives "
+            "it, no free decay"
+        )
+    if not _sure(best):
+        raise AnalysisError(
+            f"no free decay stands out: zeta = {best.zeta:.2g} +- {best.zeta_error:.1g}, f0 = "
+            f"{best.f0:.4g} +- {best.f0_error:.1g} Hz over {best.end - best.start:.3g} s, of which "
+            f"the best decay leaves {100 * best.residual:.2g} %; expected an error of zeta of a "
+            "third of it at most: record more of the decay, or nothing but the decay"
         )
     return [decrement, best]
+
+
+def _sure(found: RingDown) -> bool:
+    """Whether the record says that it decays, and at which frequency."""
+    return found.zeta > _SURE * found.zeta_error and is_known(found.f0, found.f0_error)
 
 
 def _settled(
     x: FloatArray, step: float, phasors: Phasors, law: RingDown, decrement: RingDown
 ) -> RingDown:
-    """The likelihood, or what stands in for it where it fails; nobody else chooses.
+    """The likelihood, or what stands in for it where it fails.
 
     A likelihood that leaves much of the motion and contradicts what amplitude and phase of every
     period say has fitted something else than the decay: then the cheaper methods count, with errors
     that hold all of them.
     """
+    others, said = [decrement], "the likelihood does not settle on this record"
     try:
         best = likelihood(x, step, phasors, law)
+        if _sure(best):
+            if best.residual < _MISFIT or _agree(best, law):
+                return best
+            others.append(best)
+            said = (
+                f"the likelihood leaves {100 * best.residual:.2g} % of the motion and gives f0 = "
+                f"{best.f0:.5g} Hz, zeta = {best.zeta:.3g}"
+            )
     except (AnalysisError, np.linalg.LinAlgError, ValueError):
-        best = replace(law, covariance=np.full_like(law.covariance, np.inf), residual=math.inf)
-    failed = not best.unsure < _UNSURE
-    if failed and not law.unsure < _UNSURE_STAND_IN:
-        raise AnalysisError(
-            f"no free decay stands out: its amplitude is known to {100 * best.unsure:.0f} % only, "
-            f"expected {100 * _UNSURE:.0f} % or better"
-        )
-    if not failed and best.residual < _MISFIT:
-        return best
-    if min(best.residual, law.residual) > _DRIVEN:
-        raise AnalysisError(
-            f"the best decay leaves {100 * law.residual:.2g} % of the amplitudes of the periods: "
-            "something drives it, no free decay"
-        )
-    f0_error, zeta_error = _by_parts(phasors, decrement, law)
-    if not failed and _agree(best, law):
-        note = (
-            f"the best decay leaves {100 * best.residual:.2g} % of the motion; the errors of f0 "
-            "and zeta are widened to what leaving out a part of the record changes"
-        )
-        if f0_error < best.f0_error and zeta_error < best.zeta_error:
-            return best
-        return _widened(best, f0_error, zeta_error, note)
-    why = (
-        f"the likelihood leaves {100 * best.residual:.2g} % of the motion and gives f0 = "
-        f"{best.f0:.5g} Hz, zeta = {best.zeta:.3g}"
-        if math.isfinite(best.residual) and not failed
-        else "the likelihood does not settle on this record"
-    )
-    others = [decrement] if failed else [decrement, best]
-    f0_error = max(f0_error, *(abs(law.f0 - other.f0) for other in others))
-    zeta_error = max(zeta_error, *(abs(law.zeta - other.zeta) for other in others))
+        pass
     note = (
-        f"{why}; f0 = {law.f0:.5g} Hz and zeta = {law.zeta:.3g} are taken from the amplitude of "
+        f"{said}; f0 = {law.f0:.5g} Hz and zeta = {law.zeta:.3g} are taken from the amplitude of "
         "every period, with errors that hold all methods: look whether something else moves too"
     )
-    return _widened(law, f0_error, zeta_error, note)
-
-
-def _widened(found: RingDown, f0_error: float, zeta_error: float, note: str) -> RingDown:
     return replace(
-        found, f0_error=max(found.f0_error, f0_error), zeta_error=max(found.zeta_error, zeta_error),
+        law,
+        f0_error=max(law.f0_error, *(abs(law.f0 - other.f0) for other in others)),
+        zeta_error=max(law.zeta_error, *(abs(law.zeta - other.zeta) for other in others)),
         note=note,
-    )  # fmt: skip
-
-
-def _by_parts(p: Phasors, decrement: RingDown, law: RingDown) -> tuple[float, float]:
-    """Errors of f0 and zeta by leaving out one fifth of the record after another (jackknife)."""
-    found = []
-    for part in np.array_split(np.arange(p.t.size), _PARTS):
-        kept_ones = np.setdiff1d(np.arange(p.t.size), part)
-        if not part.size or kept_ones.size < _PARTS:
-            continue
-        try:
-            rest = replace(p, t=p.t[kept_ones], z=p.z[kept_ones])
-            found.append(envelope(rest, decrement.decay).at(law.reference))
-        except (AnalysisError, np.linalg.LinAlgError, ValueError):
-            continue
-    if len(found) < 2:
-        return 0.0, 0.0
-    grow = (len(found) - 1) / math.sqrt(len(found))  # of a jackknife's standard deviation
-    return (
-        grow * float(np.std([one.f0 for one in found], ddof=1)),
-        grow * float(np.std([one.zeta for one in found], ddof=1)),
     )
 
 

@@ -80,14 +80,6 @@ class RingDown:
         return float(self.amplitude_at(np.array([self.start]))[0])
 
     @property
-    def unsure(self) -> float:
-        """Standard error of the amplitude at the start, relative."""
-        if "log_A" not in self.free:  # a straight line through the logarithm: that of its slope
-            return self.zeta_error / self.zeta if self.zeta > 0.0 else math.inf
-        i = self.free.index("log_A")
-        return math.sqrt(max(float(self.covariance[i, i]), 0.0))
-
-    @property
     def fallen(self) -> float:
         """By which factor the amplitude falls over what was fitted, less one; 0: a steady drive."""
         a = self.amplitude_at(np.array(self.window))

@@ -78,6 +78,10 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
 
 def _without_channels(file: FileView) -> str:
     """Why a file has no record, though it may have columns."""
+    if any(column.kind == "frequency" for column in file.columns):
+        return "a spectrum or a frequency response, no record in time"
+    if any(column.kind == "several" for column in file.columns):
+        return "several records one after another: its times begin anew"
     names = ", ".join(f"'{column.name or column.index}'" for column in file.signals[:4])
     if not names:
         return "no channel of the oscillator in it"

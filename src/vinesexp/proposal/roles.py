@@ -27,11 +27,12 @@ _NAMES = {
 }
 #: What phones and loggers record besides motion along a line.
 _OTHERS = re.compile(r"gyro|rotat|magnet|temper|humid|pressure|light|force|torque|rad/s|°", re.I)
-_NO_MOTION = re.compile(r"fft|psd|spectr|autocorr|coheren", re.I)  # what was computed of it
+_NO_MOTION = re.compile(r"fft|psd|spectr|correl|coheren", re.I)  # what was computed of it
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
-_AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)
+_AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)  # nothing before it: a tracked point
 _CUT_SHORT = 6  # letters at least of a name that some program cut short
+_MOSTLY = 0.9  # of the steps of times with a mistake among them
 _KEEPS = 0.35  # variation of an amplitude that is kept: a decay to a quarter varies by more
 _AUDIBLE = 8000.0  # Hz: a WAV file sampled faster may be a microphone's
 #: Quantities by whose units a column can have each role.
@@ -64,7 +65,8 @@ def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
     for file in files:
         for column in file.signals:
             other = _OTHERS.search(column.name) or _NO_MOTION.search(column.name)
-            timed = column.unit in UNITS["time"] or is_called_time(column.name)
+            grows = np.mean(np.diff(column.finite) > 0.0) > _MOSTLY
+            timed = column.unit in UNITS["time"] or (grows and is_called_time(column.name))
             if not (timed or other):
                 places.setdefault(label_of(column), []).append((file, column))
     guesses: dict[str, Guess] = {}
@@ -123,7 +125,7 @@ def _without_other_axes(places: Mapping[str, Places]) -> list[str]:
     by_sensor: dict[str, list[str]] = {}
     for label in places:
         axis = _AXIS.fullmatch(label)
-        by_sensor.setdefault(axis[1].lower() if axis and axis[1] else label, []).append(label)
+        by_sensor.setdefault(f"{axis[1].lower()} axes" if axis else label, []).append(label)
     several = {axes[0]: axes for axes in by_sensor.values() if len(axes) > 1}
     left = [max(axes, key=lambda label: _moves(places[label])) for axes in by_sensor.values()]
     return [label for label in left if not (several and _SUM.search(label))]
@@ -252,7 +254,7 @@ def _vote(
     columns: Mapping[str, ColumnView],
 ) -> None:
     """Add what one file says; `allowed` are the channels whose units permit each role."""
-    loud = {label: t for label, t in traits.items() if not t.quiet}
+    loud = {label: t for label, t in traits.items() if not t.quiet and not t.doubled}
     quiet = [label for label, t in traits.items() if t.quiet and not t.doubled]
     by_roughness = sorted(loud, key=lambda label: loud[label].rough)
     if len(by_roughness) >= 2:

@@ -7,7 +7,8 @@ is calibrated or refused here; what stands in the way of a reading is reported a
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -24,6 +25,9 @@ _TIME_NAME = re.compile(
     r"(?:.*/)?(time|timestamps?|zeit|temps|tempo|tiempo|t|x_value|sec|seconds?|elapsed)(?![a-z])",
     re.IGNORECASE,
 )
+_FREQUENCY_NAME = re.compile(
+    r"(?:.*/)?(freq[a-z]*|fr[eé]q[a-zé]*|frekven[a-z]*|f|hz)(?![a-z])", re.IGNORECASE
+)
 _FEWEST = 50  # rows: no record of a motion is shorter
 _SLOWEST = 5.0  # Hz: no record of a vibration is sampled more slowly
 _UNEVEN = 0.6  # standard deviation of the steps over their mean
@@ -39,8 +43,10 @@ class ColumnView:
     index, name, unit
         Number, name and unit as the file states them.
     kind : str
-        ``time``, ``counter`` (row numbers), ``constant``, ``list`` (few values beside a record)
-        or ``signal``.
+        ``time``, ``counter`` (row numbers), ``constant``, ``switch`` (two values: a trigger, the
+        number of a track), ``list`` (few values beside a record), ``several`` (of records that
+        follow one another),
+        ``frequency`` (of a spectrum), ``spectrum`` (what stands over it) or ``signal``.
     values : array
         Its samples as they stand in the file, NaN where missing.
     rate : float or None
@@ -157,12 +163,32 @@ def view_file(path: Path) -> FileView:
         column = source.columns[index]
         own = 1.0 / column.interval if column.interval and column.interval > 0.0 else rate
         kind = "time" if index == time else _kind(values, column.unit)
+        rises = kind in ("signal", "counter") and _grows(values)
+        if rises and is_called_frequency(column.name, column.unit):
+            kind = "frequency"
         if kind == "signal" and _grows(values) and _is_of_times(column, source, time, values):
             kind = "time"  # of other channels than the first
         if kind == "signal" and len(values) < _FEWEST and _FEWEST * len(values) < most:
             kind = "list"
         if kind != "empty":
             columns.append(ColumnView(index, column.name, column.unit, kind, values, own))
+    columns = _over_their_axes(columns)
+    again = [c for c in columns if is_called_time(c.name) and _begins_anew(c.finite)]
+    if again and time is None:
+        row = int(np.argmin(np.diff(again[0].finite))) + 1
+        remarks.append(
+            f"'{again[0].name}' begins anew behind row {row}: tracks or records one after another; "
+            "put each into a file of its own"
+        )
+        columns = [replace(c, kind="several") if c.kind == "signal" else c for c in columns]
+    axes = [
+        column.name or f"column {column.index}" for column in columns if column.kind == "frequency"
+    ]
+    if axes:
+        remarks.append(
+            f"'{axes[0]}' is a frequency: what stands over it is a spectrum or a frequency "
+            "response, no record in time; export the samples of the sensors"
+        )
     longest = max((len(column.values) for column in columns), default=0)
     stated = source.stated_rows
     if stated is not None and 1 < stated != longest < _MOST:
@@ -184,6 +210,37 @@ def view_file(path: Path) -> FileView:
         time_unit="s" if time is None else _unit_of_times(stated_unit, read[time]),
         time_unit_stated=stated_unit in UNITS["time"],
     )  # fmt: skip
+
+
+def _over_their_axes(columns: Sequence[ColumnView]) -> list[ColumnView]:
+    """The columns, those over a frequency called so: as long as it, or without times beside."""
+    timed = any(column.kind == "time" for column in columns)
+    axis: ColumnView | None = None
+    found = []
+    for column in columns:
+        if column.kind in ("frequency", "time"):
+            axis = column if column.kind == "frequency" else None
+        elif (
+            axis is not None and column.kind == "signal" and len(column.finite) == len(axis.finite)
+        ):
+            column = replace(column, kind="spectrum")  # it follows the axis and is as long
+        found.append(column)
+    if not timed and any(column.kind == "frequency" for column in columns):
+        return [replace(c, kind="spectrum") if c.kind == "signal" else c for c in found]
+    return found
+
+
+def is_called_frequency(name: str, unit: str | None) -> bool:
+    """Whether a column's name or unit is that of a frequency axis.
+
+    Examples
+    --------
+    >>> is_called_frequency("Frequency", None), is_called_frequency("x", "Hz")
+    (True, True)
+    >>> is_called_frequency("force", None)
+    False
+    """
+    return _FREQUENCY_NAME.match(name) is not None or unit in UNITS["frequency"]
 
 
 def _is_of_times(column: Column, source: Source, time: int | None, values: Floats) -> bool:
@@ -246,6 +303,19 @@ def _grows(values: Floats) -> bool:
     return len(finite) > 2 and bool((np.diff(finite) > 0.0).all())
 
 
+def _begins_anew(times: Floats) -> bool:
+    """Whether times rise but for a few returns to where they began."""
+    steps = np.diff(times)
+    back = np.flatnonzero(steps < 0.0)
+    if (
+        len(steps) < _FEWEST
+        or not 0 < len(back) < len(steps) / _FEWEST
+        or not (np.delete(steps, back) >= 0.0).all()
+    ):
+        return False
+    return bool((times[back + 1] <= times[0] + np.median(np.abs(steps))).all())
+
+
 def _kind(values: Floats, unit: str | None) -> str:
     finite = values[np.isfinite(values)]
     if not len(finite):
@@ -255,6 +325,8 @@ def _kind(values: Floats, unit: str | None) -> str:
     steps = np.diff(finite)
     if unit == SEQUENCE or (len(steps) > 2 and steps.min() == steps.max() == 1.0):
         return "counter"
+    if len(finite) > _FEWEST and ((finite == finite.min()) | (finite == finite.max())).all():
+        return "switch"
     return "signal"
 
 
@@ -271,6 +343,8 @@ def _time_and_rate(
     ramps = [j for j in read if j and _is_ramp(read[j]) and not _is_named(source.columns[j].name)]
     candidates += ramps if len(ramps) == 1 else []
     for j in candidates:
+        if is_called_frequency(source.columns[j].name, source.columns[j].unit):
+            continue
         finite = read[j][np.isfinite(read[j])] if j in read else np.zeros(0)
         steps = np.diff(finite)
         if len(steps) < 3 or steps.min() < 0.0 or steps.mean() <= 0.0:
@@ -280,6 +354,8 @@ def _time_and_rate(
         if not named and (uneven or steps.min() == steps.max() == 1.0):
             continue  # anything that grows; row numbers
         unit = _unit_of_times(source.columns[j].unit, read[j])
+        if not named and unit == "s" and steps.mean() > 1.0 / _SLOWEST:
+            continue  # nobody samples a vibration so slowly: frequencies, angles, positions
         rate = (len(finite) - 1) / (float(finite[-1] - finite[0]) * UNITS["time"].get(unit, 1.0))
         remarks = []
         if unit != "s" and source.columns[j].unit not in UNITS["time"]:

@@ -235,3 +235,13 @@ def test_init_and_check_take_every_record_of_a_file(tmp_path, capsys):
     assert "runs_2,runs.csv#2,ringdown" in sheet
     assert main(["check", str(folder)]) == 0
     assert "2 records: 2 good" in capsys.readouterr().out
+
+
+def test_headings_that_count_divide_tracks(tmp_path):
+    """As programs that track particles write them."""
+    tracks = "".join(f"%% Trajectory {k}\n" + rows(k).replace(",", " ") for k in (1, 2, 3))
+    (tmp_path / "a.txt").write_text(tracks + "%% end\n")
+    assert open_source(tmp_path / "a.txt").parts == ("1", "2", "3")
+    for k in (1, 2, 3):
+        block = np.concatenate(list(open_source(tmp_path / f"a.txt#{k}").blocks([0, 1])))
+        np.testing.assert_allclose(block[:, 1], k + np.arange(N) / 100)

@@ -6,6 +6,7 @@ stands above the first block belongs to all of them, but for what a block states
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -35,7 +36,8 @@ def find_blocks(path: Path, layout: Layout) -> list[Block]:
     """The blocks of rows of a text file; one where the file is as most are.
 
     Lines between rows divide them if they hold words alone, and either are several, or follow a
-    blank line, or repeat the names of the first block: one bad row is none of these.
+    blank line, or repeat what stands above the first block, be it counted (``Track 2``): one bad
+    row is none of these.
     """
     if layout.encoding == "utf-16":
         return []
@@ -51,8 +53,10 @@ def find_blocks(path: Path, layout: Layout) -> list[Block]:
         words = [texts[i] for i in range(begin, end) if i in texts]
         cells = [[cell for cell in layout.cells(text) if cell] for text in words]
         plain = any(row and not any(layout.is_value(cell) for cell in row) for row in cells)
-        several = end - begin > 1 or (bool(names.strip()) and words == [names])
-        if plain and several and end < total:
+        again = bool(_uncounted(names)) and [_uncounted(text) for text in words] == [
+            _uncounted(names)
+        ]
+        if (again or (plain and end - begin > 1)) and end < total:
             starts.append((begin, end))
     bounds = [(layout.first, layout.first), *starts, (total, total)]
     found = [
@@ -83,6 +87,11 @@ def _merged(layout: Layout, common: list[str], own: list[str]) -> list[str]:
     stated = {layout.cells(line)[0] for line in own}
     kept = [line for line in common if not line.strip() or layout.cells(line)[0] not in stated]
     return [*kept, *own] if named else [*own, *kept]
+
+
+def _uncounted(line: str) -> str:
+    """A heading without the number that counts it."""
+    return re.sub(r"\d+", "", line).strip()
 
 
 def _lines_without_numbers(path: Path) -> tuple[list[int], list[int], int]:

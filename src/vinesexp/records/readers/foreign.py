@@ -21,6 +21,7 @@ _MAGIC = (
 #: Programs and the way to a table out of them; the beginning of the file after blanks.
 _MADE_BY = (
     (b"|CF,", "an imc FAMOS file (in FAMOS: File > Export > ASCII or MATLAB)"),
+    (b"MTrackJ ", "an MTrackJ file of tracks (in MTrackJ: Measure, and save its table)"),
     (b"<phyphox", "a phyphox state (in phyphox: Export data > CSV or Excel)"),
     (b"<?xml", "an XML document"),
     (b"<!DOCTYPE", "a web page"),
