@@ -26,8 +26,8 @@ from vinesexp.identification.damping_law import (
     with_next_terms,
 )
 from vinesexp.identification.decrement import mean_amplitude
-from vinesexp.identification.lasting import counts, grown, lasting
 from vinesexp.identification.least_squares import Solution
+from vinesexp.identification.persistence import counts, grown, lasting
 from vinesexp.identification.phasors import Phasors
 from vinesexp.identification.ringdown_result import RingDown, ring_down_by
 

@@ -22,7 +22,7 @@ from vinesexp.identification.damping_law import (
     logs_and_phases,
     with_next_terms,
 )
-from vinesexp.identification.lasting import counts, grown, lasting
+from vinesexp.identification.persistence import counts, grown, lasting
 from vinesexp.identification.phasors import Phasors, standing_out
 from vinesexp.identification.ringdown_result import RingDown, ring_down_by
 

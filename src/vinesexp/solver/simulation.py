@@ -234,7 +234,7 @@ def _lasting_loop(
     rig: Rig, base: Base | None, damping: WeakDamping, duration: float, release: Release,
     balls: FloatArray, y0: FloatArray,
 ) -> Loop:  # fmt: skip
-    """The loop of `lasting.py`, for contacts that last."""
+    """The loop of `persistence.py`, for contacts that last."""
     from vinesexp.solver.lasting import lasting_table, run_lasting
     from vinesexp.solver.series import ORDER
 
