@@ -27,7 +27,7 @@ FLOORS = (
     {"maps"},
     {"replay"},
     {"pipeline", "analysis_results", "results"},
-    {"single_record", "results_differences", "difference"},
+    {"single_record", "results_differences", "difference", "results_repeatability"},
     {"planning", "handover"},
     {"laboratory"},
     {"figures"},

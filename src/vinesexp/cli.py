@@ -23,7 +23,7 @@ COMMANDS = {
     "run": "the workflow on a campaign: records to report; all options of snakemake",
     "watch": "while measuring: files analysed as instruments write them, on a live page",
     "plan": "what to test next and why, or a first campaign from rig values",
-    "compare": "two results folders: what changed, and whether it matters",
+    "compare": "two results folders or more: what changed, what repeats, and whether it matters",
     "export": "records, impacts and tables for Matlab, spreadsheets, modal software, archives",
     "design": "what clearance to build and what it gives; b_c and b_t with sensitivities",
     "map": "amplitude and captured share over any two of b, f, G, m, r",

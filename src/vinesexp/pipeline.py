@@ -26,6 +26,7 @@ from vinesexp.records.step_inputs import campaign_seen_by, record_seen_by
 if TYPE_CHECKING:
     from vinesexp.clearance.comparison import Comparison
     from vinesexp.identification.estimate import Estimate
+    from vinesexp.identification.whole_campaign import Identified
     from vinesexp.replay.replay_table import Compared
     from vinesexp.signals.bands import Bands
     from vinesexp.signals.impacts.impact_table import Impacts
@@ -198,14 +199,15 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
 
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
     """M, c1, k1 and r from the estimates of all records: identified.csv, checks, error budget."""
-    from vinesexp.identification.amplitude_law import write_levels
-    from vinesexp.identification.budget import budget_rows, write_budget
-    from vinesexp.identification.estimate import read_estimates, write_identified
-    from vinesexp.identification.joint.whole import write_rig
+    whole = identify_together(campaign, paths=paths)
+    write_identification(whole, paths=paths)
+    return whole.rows
+
+
+def identify_together(campaign: Campaign, *, paths: ResultPaths) -> Identified:
+    """What `identify` writes, from the estimates of all records; nothing is written."""
+    from vinesexp.identification.estimate import read_estimates
     from vinesexp.identification.whole_campaign import identify_campaign
-    from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import INPUTS
-    from vinesexp.records.tables import write_rows
     from vinesexp.signals.impacts.impact_table import read_impacts
 
     campaign = campaign_seen_by("identify", campaign)
@@ -219,14 +221,25 @@ def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:
         for record in campaign.records
         if record.clearance
     }
-    whole = identify_campaign(found, campaign, impacts)
+    return identify_campaign(found, campaign, impacts)
+
+
+def write_identification(whole: Identified, *, paths: ResultPaths) -> None:
+    """identified.csv, inputs.csv, level_values.csv, and what later steps read of it."""
+    from vinesexp.identification.amplitude_law import write_levels
+    from vinesexp.identification.budget import budget_rows, write_budget
+    from vinesexp.identification.estimate import write_identified
+    from vinesexp.identification.joint.whole import write_rig
+    from vinesexp.records.checks import write_checks
+    from vinesexp.records.result_columns import INPUTS
+    from vinesexp.records.tables import write_rows
+
     write_identified(paths.identified, whole.rows)
     write_rows(paths.inputs, INPUTS, whole.inputs)
     write_rig(paths.rig, whole.rig)
     write_budget(paths.rig_budget, budget_rows(whole.sources))
     write_levels(paths.level_values, whole.levels, whole.rows)
     write_checks(paths.identify_checks, whole.checks)
-    return whole.rows
 
 
 def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:

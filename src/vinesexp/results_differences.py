@@ -39,7 +39,7 @@ def compare_results(a: Path, b: Path) -> Differences:
     TableError
         A table is missing or damaged.
     """
-    sources = [_sources(folder) for folder in (a, b)]
+    sources = [sources_of(folder) for folder in (a, b)]
     shared = len(sources[0] & sources[1])
     same = sources[0] == sources[1] and shared > 0
     rows = [
@@ -51,7 +51,7 @@ def compare_results(a: Path, b: Path) -> Differences:
     return Differences(a, b, shared, len(sources[0]), len(sources[1]), tuple(rows))
 
 
-def _sources(folder: Path) -> set[str]:
+def sources_of(folder: Path) -> set[str]:
     """Digests of the instrument files behind a results folder."""
     found: set[str] = set()
     paths = ResultPaths(folder)

@@ -7,52 +7,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-
-from vinesexp import NES, Oscillator, Release, Rig, simulate
-from vinesexp.excitation import Harmonic
-
-RIG = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
-YAML = """\
-title: At the bench
-known: {nes_mass: 32 g}
-channels:
-  base: {column: "Base*", quantity: displacement, unit: mm, optional: yes}
-  displacement: {column: "Laser*", quantity: displacement, unit: mm}
-  acceleration: {column: "Acc*", quantity: acceleration, unit: m/s^2}
-time: {column: "Time*", unit: s}
-"""
-RATE = 2000.0
-
-
-def record_text(
-    *, b: float | None = None, G: float = 0.0, release: float = 0.0, mass: float = 0.0,
-    seconds: float = 4.0, wait: float = 0.0, seed: int = 0,
-) -> str:  # fmt: skip
-    """A record of the published rig as a logger would write it: exact motion, noise, pulses."""
-    rng = np.random.default_rng(seed)
-    host = Oscillator(M=RIG.M + mass, c1=RIG.c1, k1=RIG.k1)
-    rig = Rig(host, nes=[NES(m=0.032, b=b, r=0.6)] if b else [])
-    drive = Harmonic(amplitude=G, frequency=7.862) if G else None
-    start = Release(x0=release, y0=[release - 0.999 * b] if b else [])
-    motion = simulate(rig, drive, start, duration=wait + seconds)
-    t = np.arange(round(seconds * RATE)) / RATE
-    x, v = motion.at(wait + t)
-    base = G * np.sin(2.0 * np.pi * 7.862 * (wait + t))
-    speed = G * 2.0 * np.pi * 7.862 * np.cos(2.0 * np.pi * 7.862 * (wait + t))
-    a = -(host.c1 * (v - speed) + host.k1 * (x - base)) / host.M
-    hits = motion.impacts
-    width = 2.5e-3
-    for s, jump in zip(hits["time"] - wait, hits["v_after"] - hits["v_before"], strict=True):
-        near = abs(t - s) < width
-        a[near] += jump * (0.25 * np.pi / width) * np.cos(0.5 * np.pi * (t[near] - s) / width)
-    rows = np.column_stack([
-        t, 1e3 * base + 1e-4 * rng.standard_normal(t.size),
-        1e3 * x + 1e-3 * rng.standard_normal(t.size), a + 0.05 * rng.standard_normal(t.size),
-    ])  # fmt: skip
-    lines = "\n".join(f"{p:.4f},{q:.5f},{r:.5f},{s:.3f}" for p, q, r, s in rows)
-    return f"Time (s),Base (mm),Laser (mm),Acc (m/s^2)\n{lines}\n"
+from benchmarks.watching import YAML, record_text
 
 
 @pytest.fixture(scope="session")

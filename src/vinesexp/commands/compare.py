@@ -1,22 +1,34 @@
-"""`vinesexp compare A B`: two results folders, what changed, and whether it matters."""
+"""`vinesexp compare A B [...]`: what changed between two results folders; what repeats in more."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from vinesexp.commands.options import add_force, refuse_existing, writing
 from vinesexp.difference import DIFFERENCES, Difference, Differences
+from vinesexp.figures.numbers import plus_minus
 from vinesexp.records.tables import write_rows
 from vinesexp.report.differences_page import differences_page, lead
+from vinesexp.report.repeatability_page import (
+    about_errors,
+    repeatability_lead,
+    repeatability_page,
+    spread_in_words,
+)
 from vinesexp.results import open_results
 from vinesexp.results_differences import compare_results
+from vinesexp.results_repeatability import REPEATABILITY, Repeatability, repeatability_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Two results folders, and where page and table go."""
+    """Results folders, and where page and table go."""
     parser.add_argument("a", type=Path, metavar="A", help="results folder, such as results/spring")
     parser.add_argument("b", type=Path, metavar="B", help="another; differences are B minus A")
+    parser.add_argument(
+        "more", type=Path, nargs="*", metavar="C", help="with more: does each value repeat?"
+    )
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a page")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every row as a table")
     parser.add_argument("--all", action="store_true", help="print what stayed the same too")
@@ -26,8 +38,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print what differs; 0 whether or not anything does."""
     refuse_existing(args.html, args.csv, force=args.force)
-    for folder in (args.a, args.b):
+    folders = (args.a, args.b, *args.more)
+    for folder in folders:
         open_results(folder)  # says in one line what is missing
+    if args.more:
+        return _repeat(folders, args)
     found = compare_results(args.a, args.b)
     print("\n".join(text_of(found, everything=args.all)))
     if args.html is not None:
@@ -37,6 +52,29 @@ def run(args: argparse.Namespace) -> int:
         with writing(args.csv):
             write_rows(args.csv, DIFFERENCES, [row.as_row() for row in found.rows])
     return 0
+
+
+def _repeat(folders: Sequence[Path], args: argparse.Namespace) -> int:
+    """The same for more than two folders."""
+    found = repeatability_of(folders)
+    print("\n".join(repeated_text(found)))
+    if args.html is not None:
+        with writing(args.html):
+            args.html.write_text(repeatability_page(found), encoding="utf-8")
+    if args.csv is not None:
+        with writing(args.csv):
+            write_rows(args.csv, REPEATABILITY, found.rows())
+    return 0
+
+
+def repeated_text(found: Repeatability) -> list[str]:
+    """Lines for the console: the answer, then a line a value."""
+    lines = [repeatability_lead(found), *filter(None, [about_errors(found)]), ""]
+    width = max([len(one.what) for one in found.series], default=0)
+    for one in found.series:
+        mean = plus_minus(one.mean, one.mean_error, one.unit)
+        lines.append(f"{one.what:<{width}}  {one.verdict}: {mean}; {spread_in_words(one)}")
+    return lines
 
 
 def text_of(found: Differences, *, everything: bool = False) -> list[str]:

@@ -1,18 +1,27 @@
-"""What is known of a campaign so far: values, curve, what to test next. Made in another process.
+"""What is known of a campaign so far: values, curve, what to test next. Made in other processes.
 
-It takes longer the more records there are; the newest record does not wait for it.
+The values come from all records at once (`vinesexp.identification`), which takes the longer the
+more records there are. Everything else follows from the values and from one line of each record,
+and is made with the values of the last time. The newest record waits for neither.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+import json
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vinesexp.records.result_paths import ResultPaths
+from vinesexp.whole_files import write_whole
 
-Row = Mapping[str, str]
+if TYPE_CHECKING:
+    from vinesexp.identification.whole_campaign import Identified
+    from vinesexp.records.schema import Campaign
+
+Row = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -25,33 +34,52 @@ class Step:
 
 
 @dataclass(frozen=True)
+class Values:
+    """The rig as some records show it.
+
+    Attributes
+    ----------
+    found : M, c1, k1, r and the rest, with what was concluded of the test log.
+    records : ids of the records.
+    """
+
+    found: Identified
+    records: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class CampaignView:
     """A campaign so far, for the page.
 
     Attributes
     ----------
     parameters : identified values, as `report.parameter_rows.identified_table` writes them.
+    identified_from : how many records these are made of.
     steps : what to test next, by level and kind of test.
-    figures : markup and caption of amplitude over clearance.
+    figures : markup and caption of amplitude over clearance, and of the intervals as they shrink.
     findings : what all records together show that is odd, or what cannot be known.
-    inputs : rows of inputs.csv, what the records say of the sheet; empty where there is none.
+    stated : rows of `report.stated_rows`, what the records say of the test log.
+    stated_sentence : how many of them agree.
     record, settle : s that a test should be recorded for, and wait before; None while unknown.
     records : how many it is made of.
+    missing : what cannot be known yet, and what would tell it.
     """
 
-    parameters: tuple[Mapping[str, Any], ...] = ()
+    parameters: tuple[Row, ...] = ()
+    identified_from: int = 0
     steps: tuple[Step, ...] = ()
     figures: tuple[tuple[str, str], ...] = ()
     findings: tuple[str, ...] = ()
-    inputs: tuple[Row, ...] = ()
+    stated: tuple[Mapping[str, str], ...] = ()
+    stated_sentence: str = ""
     record: float | None = None
     settle: float | None = None
     records: int = 0
-    missing: tuple[str, ...] = field(default=())
+    missing: tuple[str, ...] = ()
 
 
-def look_at_campaign(folder: Path, results: Path, ids: Collection[str]) -> CampaignView:
-    """Identify, compare and plan with the records that are analysed.
+def find_values(folder: Path, results: Path, ids: Collection[str]) -> Values:
+    """Identify the rig from the records that are analysed; nothing is written.
 
     Parameters
     ----------
@@ -62,24 +90,41 @@ def look_at_campaign(folder: Path, results: Path, ids: Collection[str]) -> Campa
     ids : collection of str
         Records whose results are there.
     """
-    from vinesexp.pipeline import collect_regimes, compare_clearances, identify
+    from vinesexp.pipeline import identify_together
+
+    campaign = _only(folder, ids)
+    found = identify_together(campaign, paths=ResultPaths(results))
+    return Values(found, tuple(record.id for record in campaign.records))
+
+
+def look_at_campaign(
+    folder: Path, results: Path, ids: Collection[str], values: Values | None
+) -> CampaignView:
+    """Compare and plan with the records that are analysed and the values found last.
+
+    Parameters
+    ----------
+    folder, results, ids
+        As of `find_values`.
+    values : Values or None
+        New ones, which are written to the results; None: those there hold.
+    """
+    from vinesexp.pipeline import collect_regimes, compare_clearances, write_identification
     from vinesexp.planning.campaign_plan import needs_of, plan_levels
     from vinesexp.planning.other_tests import plan_others
-    from vinesexp.records.campaign import load_campaign
     from vinesexp.records.checks import read_checks
     from vinesexp.records.missing_cells import missing_cells, read_evidence
-    from vinesexp.records.result_columns import IDENTIFIED
+    from vinesexp.records.result_columns import IDENTIFIED, INPUTS
     from vinesexp.records.tables import read_rows
     from vinesexp.report.parameter_rows import PARAMETERS, identified_table
+    from vinesexp.report.stated_rows import stated_rows, stated_sentence
 
-    campaign = load_campaign(folder)
-    wanted = set(ids)
-    campaign = replace(
-        campaign, records=tuple(record for record in campaign.records if record.id in wanted)
-    )
+    campaign = _only(folder, ids)
     paths = ResultPaths(results)
     collect_regimes(campaign, paths=paths)
-    identify(campaign, paths=paths)
+    if values is not None:
+        write_identification(values.found, paths=paths)
+        _remember(paths, values)
     compare_clearances(campaign, paths=paths)
     checks = [*read_checks(paths.identify_checks), *read_checks(paths.compare_checks)]
     evidence = {r.id: read_evidence(paths.regime(r.id)) for r in campaign.records}
@@ -100,16 +145,19 @@ def look_at_campaign(folder: Path, results: Path, ids: Collection[str]) -> Campa
         steps.append(Step(other.name, other.state, tuple(tests)))
     parameters = identified_table(read_rows(paths.identified, IDENTIFIED))
     known = {row["name"] for row in parameters}
+    history, inputs = _history(paths), read_rows(paths.inputs, INPUTS)
     return CampaignView(
         parameters=tuple(parameters),
+        identified_from=history[-1]["records"] if history else 0,
         steps=tuple(steps),
-        figures=_figures(campaign, results),
+        figures=_figures(campaign, results, history),
         findings=tuple(
             f"{check.record}: {check.detail}" if check.record else check.detail
             for check in checks
             if check.outcome == "warning"
         ),
-        inputs=_inputs(results),
+        stated=tuple(stated_rows(inputs)),
+        stated_sentence=stated_sentence(inputs) if inputs else "",
         record=needs.record,
         settle=needs.settle,
         records=len(campaign.records),
@@ -133,35 +181,58 @@ def _test_in_words(cells: Mapping[str, str]) -> str:
     return ", ".join(parts)
 
 
-def _figures(campaign: Any, results: Path) -> tuple[tuple[str, str], ...]:
-    """Amplitude over clearance, and time over clearance of releases, as markup."""
+def _figures(
+    campaign: Campaign, results: Path, history: Sequence[Row]
+) -> tuple[tuple[str, str], ...]:
+    """Amplitude over clearance, time over clearance of releases, shrinking intervals: markup."""
     from vinesexp.figures.collect.campaign_results import draw_clearances
+    from vinesexp.figures.draw.methods import intervals_over_records
+    from vinesexp.report.inline_figures import figure_markup
 
-    return tuple(
-        (svg_of(figure, drawn.name), drawn.caption)
-        for figure, drawn in draw_clearances(campaign, results)
-    )
-
-
-def svg_of(figure: Any, name: str) -> str:
-    """A figure as markup of a page: its colours follow the page, its ids are its own."""
-    import tempfile
-
-    from vinesexp.figures.draw.style import write
-    from vinesexp.figures.entry import Drawn
-    from vinesexp.report.inline_figures import inline_svg
-
-    with tempfile.TemporaryDirectory() as place:
-        write(figure, Path(place) / "figures" / f"{name}.svg")
-        return inline_svg(Path(place), Drawn(name, "", ""))
+    drawn = [
+        (figure_markup(figure, one.name), one.caption)
+        for figure, one in draw_clearances(campaign, results)
+    ]
+    if len(history) > 1:
+        caption = (
+            "Half of the 95 % interval of each value, in percent of the value, over the number of "
+            "records that it was found from."
+        )
+        drawn.append((figure_markup(intervals_over_records(history), "intervals"), caption))
+    return tuple(drawn)
 
 
-def _inputs(results: Path) -> tuple[Row, ...]:
-    """inputs.csv, where there is one: what the records say of what was stated."""
-    import csv
+def _only(folder: Path, ids: Collection[str]) -> Campaign:
+    """The campaign with these of its records."""
+    from vinesexp.records.campaign import load_campaign
 
-    path = results / "inputs.csv"
-    if not path.is_file():
-        return ()
-    with path.open(encoding="utf-8", newline="") as stream:
-        return tuple(csv.DictReader(stream))
+    campaign, wanted = load_campaign(folder), set(ids)
+    own = tuple(record for record in campaign.records if record.id in wanted)
+    return replace(campaign, records=own)
+
+
+def values_written(results: Path) -> bool:
+    """Whether values were found before, in this session or an earlier one."""
+    return ResultPaths(results).identified.is_file()
+
+
+def _remember(paths: ResultPaths, values: Values) -> None:
+    """Add what was found to the history of the values."""
+    found = {
+        row.parameter: [row.value, row.std_error]
+        for row in values.found.rows
+        if row.method == "combined"
+    }
+    history = [*_history(paths), {"records": len(values.records), "values": found}]
+    write_whole(_history_file(paths), json.dumps(history))
+
+
+def _history(paths: ResultPaths) -> list[dict[str, Any]]:
+    """Values as they were found, each with the number of records; the oldest first."""
+    with suppress(OSError, ValueError):
+        return list(json.loads(_history_file(paths).read_text(encoding="utf-8")))
+    return []
+
+
+def _history_file(paths: ResultPaths) -> Path:
+    return paths.folder / "finished" / "values.json"

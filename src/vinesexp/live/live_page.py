@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 from vinesexp.live.session import EDITABLE, Seen, Session
@@ -12,6 +13,7 @@ from vinesexp.report.rendering import environment, rendered
 
 #: Parts that are written anew, each from its own template.
 PARTS = ("status", "record", "next", "campaign", "rows")
+_KINDS = ("differ", "agree", "open")  # of rows of `report.stated_rows`
 _CELLS = tuple(c for c in EDITABLE if c not in ("test", "exclude", "note"))
 
 
@@ -37,6 +39,27 @@ def parts_of(session: Session) -> dict[str, str]:
     return {part: rendered("vinesexp.live", f"{part}.html.j2", content) for part in PARTS}
 
 
+class Parts:
+    """The parts of a session's page: made once a change, and sent only where they changed."""
+
+    def __init__(self, session: Session) -> None:
+        self._session, self._lock = session, threading.Lock()
+        self._made = -1
+        self._parts: dict[str, tuple[int, str]] = {}  # of which version, and the markup
+
+    def since(self, version: int) -> dict[str, Any]:
+        """The version that the page has then, and the parts that changed after `version`."""
+        with self._lock:
+            now = self._session.status.version
+            if now != self._made:
+                for name, markup in parts_of(self._session).items():
+                    if self._parts.get(name, (0, None))[1] != markup:
+                        self._parts[name] = (now, markup)
+                self._made = now
+            changed = {name: text for name, (of, text) in self._parts.items() if of > version}
+            return {"version": now, "parts": changed}
+
+
 def _content(session: Session) -> dict[str, Any]:
     status, campaign = session.status, session.campaign
     records = list(reversed(campaign.records)) if campaign else []
@@ -44,6 +67,7 @@ def _content(session: Session) -> dict[str, Any]:
     newest = by_id.get(status.newest) or next(iter(records), None)
     seen = session.seen.get(newest.id, Seen()) if newest else Seen()
     view = status.campaign
+    stated = {kind: [row for row in view.stated if row["kind"] == kind] for kind in _KINDS}
     return {
         "status": status,
         "growing": [path.name for path in session.growing],
@@ -53,6 +77,9 @@ def _content(session: Session) -> dict[str, Any]:
         "short": _is_short(seen, newest, view.record),
         "open": sorted(asked_in(newest)) if newest else [],
         "view": view,
+        "finding": session.finding,
+        "contradicted": stated["differ"],
+        "others": [*stated["open"], *stated["agree"]],
         "rows": [(one, _row_words(one), session.seen.get(one.id, Seen())) for one in records],
         "counted": _counted(session, records),
         "head_of": head_of,

@@ -18,7 +18,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from vinesexp.errors import VinesexpError
-from vinesexp.live.live_page import parts_of, whole_page
+from vinesexp.live.live_page import Parts, whole_page
 from vinesexp.live.session import ChangedMeanwhileError, Session
 
 _WAIT = 20.0  # s that a page waits for news before it asks again
@@ -45,7 +45,9 @@ def serve(session: Session, *, port: int = 0, token: str | None = None) -> Serve
         Secret part of the address; by default a new one.
     """
     token = token or secrets.token_urlsafe(24)
-    server = ThreadingHTTPServer(("127.0.0.1", port), partial(_Handler, session, token))
+    server = ThreadingHTTPServer(
+        ("127.0.0.1", port), partial(_Handler, session, Parts(session), token)
+    )
     server.daemon_threads = True
     return Served(server, f"http://127.0.0.1:{server.server_port}/{token}/")
 
@@ -56,8 +58,8 @@ class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "vinesexp", ""
 
-    def __init__(self, session: Session, token: str, *connection: Any) -> None:
-        self.session, self.token = session, token
+    def __init__(self, session: Session, parts: Parts, token: str, *connection: Any) -> None:
+        self.session, self.parts, self.token = session, parts, token
         super().__init__(*connection)
 
     def do_GET(self) -> None:
@@ -124,7 +126,7 @@ class _Handler(BaseHTTPRequestHandler):
         session = self.session
         with session.changed:
             session.changed.wait_for(lambda: session.status.version != known, timeout=_WAIT)
-        self._answer(lambda: {"version": session.status.version, "parts": parts_of(session)})
+        self._answer(lambda: self.parts.since(known))
 
     def _answer(self, make: Any) -> None:
         """JSON of what is made, or the mistake in one line."""

@@ -1,7 +1,8 @@
 """A day at the bench: files come to rest, get a row, are analysed; the campaign follows.
 
-One thread does the work, newest file first; the campaign as a whole is looked at in a process of
-its own, so that the newest record never waits for all the others. Results lie in a folder of
+One thread does the work, newest file first. The rig is identified from all records, and the
+campaign looked at as a whole, in processes of their own, so that the newest record never waits for
+the others. Results lie in a folder of
 their own: starting again goes on where it stopped, and `snakemake` on the campaign makes its
 results itself.
 """
@@ -10,18 +11,24 @@ from __future__ import annotations
 
 import hashlib
 import json
-import multiprocessing
 import threading
 import time
-from collections.abc import Mapping
-from concurrent.futures import Future, ProcessPoolExecutor
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import vinesexp
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.live.arrivals import Arrivals
-from vinesexp.live.campaign_view import CampaignView, look_at_campaign, svg_of
+from vinesexp.live.background import Background
+from vinesexp.live.campaign_view import (
+    CampaignView,
+    Values,
+    find_values,
+    look_at_campaign,
+    values_written,
+)
 from vinesexp.live.record_view import RecordView, look_at_record
 from vinesexp.live.row_proposal import Row, clearance_cell, clearance_shown, row_of_file
 from vinesexp.pipeline import condition_record, ingest_record
@@ -67,7 +74,6 @@ class Status:
     newest: str = ""
     remarks: dict[str, str] = field(default_factory=dict)
     campaign: CampaignView = field(default_factory=CampaignView)
-    campaign_stale: bool = False
 
 
 class Session:
@@ -97,9 +103,9 @@ class Session:
         self._arrivals = Arrivals(folder, ignored=self._is_none, quiet=quiet)
         self._pending_files: list[Path] = []
         self._wanted: dict[str, str] = {}
-        self._pool: ProcessPoolExecutor | None = None
-        self._look: Future[CampaignView] | None = None
-        self._looked = ""
+        self.identifying, self.looking = Background(find_values), Background(look_at_campaign)
+        self._new_values: Values | None = None  # found, and not written yet
+        self._found = self._looked = ""  # what of the campaign was last used for either
         self._stop = threading.Event()
         self._code = _digest_of_code()
 
@@ -134,14 +140,14 @@ class Session:
     def stop(self) -> None:
         """End the work after the step that is under way."""
         self._stop.set()
-        if self._pool is not None:
-            self._pool.shutdown(wait=False, cancel_futures=True)
+        self.identifying.stop()
+        self.looking.stop()
 
     def settle(self, timeout: float = 600.0) -> None:
         """Work until nothing is left to do; for tests and for a last look."""
         end = time.monotonic() + timeout
         while time.monotonic() < end:
-            if not self.step() and not self._arrivals.growing and self._look is None:
+            if not self.step() and not self._arrivals.growing and not self._at_work:
                 return
             time.sleep(0.05)
         raise TimeoutError("the session did not come to rest")
@@ -149,7 +155,7 @@ class Session:
     def step(self) -> bool:
         """One piece of work, the most urgent; False where there is none."""
         self._read_campaign()
-        self._take_look()
+        self._take_background()
         self._pending_files += [p for p in self._arrivals.scan() if p not in self._pending_files]
         if self.campaign is None:
             return False
@@ -159,7 +165,7 @@ class Session:
         if (record := self._next_record()) is not None:
             self._analyse(record)
             return True
-        self._begin_look()
+        self._begin_background()
         return False
 
     # -- files ----------------------------------------------------------------------------------
@@ -289,12 +295,12 @@ class Session:
             write_whole(self._note(record), json.dumps({"key": key}))
         seen.view = look_at_record(record, paths=self.paths)
         seen.state = "done"
-        self.status.campaign_stale = True
         self._say("")
 
     def figures_of(self, id: str) -> list[tuple[str, str]]:
         """Figures of a record as markup with their captions; empty while there are no results."""
         from vinesexp.figures.collect.single_records import draw_record
+        from vinesexp.report.inline_figures import figure_markup
 
         if self.campaign is None or self.seen.get(id, Seen()).state != "done":
             return []
@@ -305,7 +311,7 @@ class Session:
         with self._drawing:
             if self._drawn.get(id, ("", []))[0] != key:
                 figures = [
-                    (svg_of(figure, drawn.name), drawn.caption)
+                    (figure_markup(figure, drawn.name), drawn.caption)
                     for figure, drawn in draw_record(record, self.results)
                 ]
                 self._drawn = {id: (key, figures)}  # of one record: the newest
@@ -371,8 +377,7 @@ class Session:
                 del self.seen[id]
             for record in self.campaign.records:
                 self._due(record)
-            self.status.campaign_stale = True
-        self._say(self.status.busy)
+            self._say(self.status.busy)
 
     def _loaded(self) -> Campaign:
         """The campaign; one without a row yet is none for anybody else."""
@@ -390,8 +395,17 @@ class Session:
                 settings=found.settings, setups=found.setups, people=found.people,
             )  # fmt: skip
 
-    def _begin_look(self) -> None:
-        """Look at the campaign as a whole, where a record or a row changed since."""
+    @property
+    def finding(self) -> bool:
+        """Whether the rig is being identified just now."""
+        return self.identifying.busy
+
+    @property
+    def _at_work(self) -> bool:
+        return self.identifying.busy or self.looking.busy
+
+    def _begin_background(self) -> None:
+        """Identify and look at the campaign, where a record or a row changed since."""
         assert self.campaign is not None
         done = {
             record.id: self.seen[record.id].key
@@ -399,26 +413,38 @@ class Session:
             if self.seen[record.id].state == "done"
         }
         now = repr((self._texts, sorted(done.items())))
-        if self._look is not None or not done or now == self._looked:
+        if not done:
             return
-        if self._pool is None:
-            context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(1, mp_context=context)
+        if not self.identifying.busy and now != self._found:
+            self._found = now
+            self.identifying.begin(self.folder, self.results, list(done))
+            self._say(self.status.busy)
+        known = self._new_values is not None or values_written(self.results)
+        if self.looking.busy or not known or (self._new_values is None and now == self._looked):
+            return
         self._looked = now
-        self._look = self._pool.submit(look_at_campaign, self.folder, self.results, list(done))
+        self.looking.begin(self.folder, self.results, list(done), self._new_values)
+        self._new_values = None
 
-    def _take_look(self) -> None:
-        if self._look is None or not self._look.done():
-            return
-        look, self._look = self._look, None
+    def _take_background(self) -> None:
+        """What has come out of the other processes."""
+        if self.identifying.done:
+            with self._remarked("values"):
+                self._new_values = self.identifying.take()
+        if self.looking.done:
+            with self._remarked("campaign"):
+                self.status.campaign = self.looking.take()
+            self._say(self.status.busy)
+
+    @contextmanager
+    def _remarked(self, what: str) -> Iterator[None]:
+        """Work on all records together: that it failed is a remark on the page."""
         try:
-            self.status.campaign = look.result()
-            self.status.campaign_stale = False
-            self.status.remarks.pop("campaign", None)
-        except Exception as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
-            self.status.remarks["campaign"] = f"the campaign as a whole: {reason}"
-        self._say(self.status.busy)
+            yield
+            self.status.remarks.pop(what, None)
+        except VinesexpError as error:
+            self.status.remarks[what] = str(error)
+            self._say(self.status.busy)
 
     # -- corrections ----------------------------------------------------------------------------
 

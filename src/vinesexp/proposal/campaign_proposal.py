@@ -24,6 +24,8 @@ from vinesexp.units import UNITS
 #: Endings of files that are no instrument's.
 SKIPPED = {".md", ".pdf", ".png", ".jpg", ".svg", ".py", ".m", ".docx", ".yaml", ".yml", ".json"}
 _ROLES = ("base", "displacement", "acceleration", "sound")
+#: Words of names of decays without a ball.
+_RING_DOWN = re.compile(r"ring|free|bare|no.?ball|without", re.IGNORECASE)
 _CHANNEL_NUMBER = re.compile(r"[\s_-]*(?<![A-Za-z])CH?_?[1-8](?!\d)|(?<=\d)CH[1-8](?!\d)", re.I)
 
 
@@ -237,6 +239,8 @@ def propose_record(
     used.add(name.lower())
     test, cells, why = describe_test(file, guesses)
     release = float(cells["release_mm"]) if "release_mm" in cells else None
+    if test == "ringdown" and _names_clearance(named, release):
+        test, why = "transient", "it decays, and its name states a clearance"
     readings = read_name(named, test, release=release, numbered=numbered)
     cells |= {one.column: one.cell for one in readings}
     wanted = {
@@ -251,6 +255,22 @@ def propose_record(
     paths = (file.path, *file.more_paths)
     path = ";".join(_written(one.relative_to(folder)) for one in paths)
     return ProposedRecord(name, path, test, cells, missing, why, readings)
+
+
+def _names_clearance(name: str, release: float | None) -> bool:
+    """Whether a name states a clearance by its letter, and no ring-down by its word.
+
+    Few impacts may be too weak for the eye, and a decay with a ball gives a wrong damping.
+
+    Examples
+    --------
+    >>> _names_clearance("rel20_b22.95", 20.0), _names_clearance("ringdown_b34", None)
+    (True, False)
+    """
+    if _RING_DOWN.search(name):
+        return False
+    readings = read_name(name, "transient", release=release)
+    return any(r.column == "clearance_mm" and r.said[:1].isalpha() for r in readings)
 
 
 def _named(file: FileView) -> str:

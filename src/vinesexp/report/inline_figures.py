@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import re
+import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vinesexp.figures.entry import Drawn
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Colours that would vanish on a dark page, as the names by which the page's style sets them.
 THEMED = {
@@ -37,6 +42,15 @@ def inline_svg(results: Path, drawn: Drawn) -> str:
         r'\s(?:width|height)="[^"]*"', "", head
     )  # the view box is left: it fills its place
     return f"{head}>{themed(rest)}"
+
+
+def figure_markup(figure: Figure, name: str) -> str:
+    """A figure that is on one page only, as `inline_svg` gives one of the results folder."""
+    from vinesexp.figures.draw.style import write
+
+    with tempfile.TemporaryDirectory() as place:
+        write(figure, Path(place) / "figures" / f"{name}.svg")
+        return inline_svg(Path(place), Drawn(name, "", ""))
 
 
 def themed(svg: str) -> str:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from vinesexp.figures.draw.style import COLOURS, label, new_figure
+from vinesexp.figures.draw.style import COLOURS, SEQUENCE, label, new_figure
+from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,6 +59,39 @@ def estimates_by_method(rows: Sequence[Row], values: Mapping[str, str]) -> Figur
     at = (1.0, 1.0)
     label(axes[0], "combined", at, colour=COLOURS["exact"], shift=(0, 4), ha="right", va="bottom",
           xycoords="axes fraction")  # fmt: skip
+    return figure
+
+
+def intervals_over_records(
+    history: Sequence[Mapping[str, Any]], parameters: Sequence[str] = ("M", "c1", "k1", "r")
+) -> Figure:
+    """How the 95 % intervals shrink while a campaign is measured.
+
+    Parameters
+    ----------
+    history : sequence
+        From the oldest on: `records`, their number, and `values`, parameter to value and standard
+        error.
+    parameters : sequence of str
+        Which are drawn.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    figure, [axis] = new_figure(height=2.3)
+    for name, colour in zip(parameters, SEQUENCE, strict=False):
+        own = [
+            (one["records"], 100.0 * COVERAGE_95 * one["values"][name][1] / one["values"][name][0])
+            for one in history
+            if one["values"].get(name, (0.0, 0.0))[1]
+        ]
+        if own:
+            records, widths = zip(*own, strict=True)
+            axis.plot(records, widths, "o-", color=colour, markersize=3)
+            label(axis, SYMBOLS[name], own[-1], colour=colour)
+    axis.set_yscale("log")
+    axis.set_xlabel("records")
+    axis.set_ylabel("± % of the value")
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     return figure
 
 

@@ -1,0 +1,200 @@
+"""`vinesexp watch` over a day at a simulated bench: how long each record and the page take.
+
+    python -m benchmarks.watching [--records 200] [--write]
+
+Records of 20 s at 10 kHz appear one after the other, as text files of four columns: ring-downs
+without and with added mass, periodic tests at three base amplitudes, releases. Of each record: the
+time from the end of its file to its words on the page, and what of it the processor worked; on the
+way, what the campaign as a whole and its values take in their own processes, and what the page
+sends. `--write` puts the table into docs/benchmarks/watch.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import re
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from vinesexp import NES, Oscillator, Release, Rig, simulate
+from vinesexp.excitation import Harmonic
+from vinesexp.live.live_page import Parts
+from vinesexp.live.session import Session
+
+PAGE = Path(__file__).parents[1] / "docs/benchmarks/watch.md"
+HOST = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+BALL, RESTITUTION, FREQUENCY = 0.032, 0.6, 7.862
+YAML = """\
+title: At the bench
+known: {nes_mass: 32 g}
+channels:
+  base: {column: "Base*", quantity: displacement, unit: mm, optional: yes}
+  displacement: {column: "Laser*", quantity: displacement, unit: mm}
+  acceleration: {column: "Acc*", quantity: acceleration, unit: m/s^2}
+time: {column: "Time*", unit: s}
+"""
+_PULSE = 0.5e-3  # s, half the width of an impact in the acceleration, or five samples
+_LOOKED_AT = (10, 25, 50, 100, 150, 200)
+
+
+def record_text(
+    *, b: float | None = None, G: float = 0.0, release: float = 0.0, mass: float = 0.0,
+    seconds: float = 4.0, wait: float = 0.0, rate: float = 2000.0, seed: int = 0,
+) -> str:  # fmt: skip
+    """A record of the published rig as a logger would write it: exact motion, noise, pulses.
+
+    Parameters
+    ----------
+    b, G, release, mass : float
+        Clearance (None: no ball), base amplitude, release of the mass, m; added mass, kg.
+    seconds, wait : float
+        Length of the record, and s from the start of the motion to its own.
+    rate : float
+        Hz.
+    seed : int
+        Of the noise.
+    """
+    rng = np.random.default_rng(seed)
+    host = Oscillator(M=HOST.M + mass, c1=HOST.c1, k1=HOST.k1)
+    rig = Rig(host, nes=[NES(m=BALL, b=b, r=RESTITUTION)] if b else [])
+    drive = Harmonic(amplitude=G, frequency=FREQUENCY) if G else None
+    start = Release(x0=release, y0=[release - 0.999 * b] if b else [])
+    motion = simulate(rig, drive, start, duration=wait + seconds)
+    t = np.arange(round(seconds * rate)) / rate
+    x, v = motion.at(wait + t)
+    w = 2.0 * np.pi * FREQUENCY
+    base, speed = G * np.sin(w * (wait + t)), G * w * np.cos(w * (wait + t))
+    a = -(host.c1 * (v - speed) + host.k1 * (x - base)) / host.M
+    hits, half = motion.impacts, max(_PULSE, 5.0 / rate)
+    for s, jump in zip(hits["time"] - wait, hits["v_after"] - hits["v_before"], strict=True):
+        near = slice(*np.searchsorted(t, (s - half, s + half)))
+        a[near] += jump * (0.25 * np.pi / half) * np.cos(0.5 * np.pi * (t[near] - s) / half)
+    table = pd.DataFrame({
+        "Time (s)": np.round(t, 5),
+        "Base (mm)": np.round(1e3 * base + 1e-4 * rng.standard_normal(t.size), 5),
+        "Laser (mm)": np.round(1e3 * x + 1e-3 * rng.standard_normal(t.size), 5),
+        "Acc (m/s^2)": np.round(a + 0.05 * rng.standard_normal(t.size), 3),
+    })  # fmt: skip
+    written = io.StringIO()
+    table.to_csv(written, index=False)
+    return written.getvalue()
+
+
+def day_of_files(records: int) -> Iterator[tuple[str, dict[str, float]]]:
+    """Names of files, and what `record_text` takes for each, in the order of a day."""
+    shares = np.tile((0.70, 0.85, 0.95, 1.0, 1.05, 0.90, 0.80, 1.1), records)
+    for k in range(records):
+        turn = k // 10
+        if k % 10 in (0, 5) and turn < 8:
+            added = 0.4 if k % 10 else 0.0
+            load = f"_{1e3 * added:.0f}g" if added else ""
+            yield f"ring_{k:03d}{load}.csv", {"release": 0.02, "mass": added}
+        elif k % 10 == 9:
+            b = 0.027 * float(shares[turn])
+            yield f"rel20_b{1e3 * b:.4g}_{k:03d}.csv", {"b": round(b, 6), "release": 0.02}
+        else:
+            G = (2e-4, 2.5e-4, 3e-4)[k % 3]
+            b = round(G / 2.5e-4 * 0.0339 * float(shares[k]) * (1.0 + 0.003 * (turn % 7)), 6)
+            yield f"G{1e3 * G:.3g}mm_b{1e3 * b:.4g}_{k:03d}.csv", {"b": b, "G": G, "wait": 20.0}
+
+
+@dataclass(frozen=True)
+class Turn:
+    """What one record took: s from the end of its file to its words, and of the processor."""
+
+    wall: float
+    processor: float
+
+
+@dataclass(frozen=True)
+class Whole:
+    """What the campaign took at a number of records: s of the processor, bytes sent, s to make."""
+
+    records: int
+    identified: float
+    view: float
+    page: float
+    sent: int
+
+
+def measure(
+    folder: Path, *, records: int, seconds: float, rate: float
+) -> tuple[list[Turn], list[Whole]]:
+    """Drop the files of a day into a folder, each as soon as the one before is on the page."""
+    (folder / "bench/raw").mkdir(parents=True)
+    (folder / "bench/campaign.yaml").write_text(YAML, encoding="utf-8")
+    session = Session(folder / "bench", folder / "results")
+    session.begin()
+    parts, turns, wholes, version = Parts(session), [], [], -1
+    for number, (name, test) in enumerate(day_of_files(records), start=1):
+        text = record_text(**test, seconds=seconds, rate=rate, seed=number)
+        (folder / "bench/raw" / name).write_text(text, encoding="utf-8")
+        begun, worked = time.monotonic(), time.thread_time()
+        while sum(seen.state == "done" for seen in session.seen.values()) < number:
+            if not session.step():
+                time.sleep(0.05)
+            if time.monotonic() - begun > 120.0:
+                raise TimeoutError(f"{name} did not come to its end: {session.status.remarks}")
+        turns.append(Turn(time.monotonic() - begun, time.thread_time() - worked))
+        begun = time.thread_time()
+        sent = parts.since(version)
+        version = sent["version"]
+        page = time.thread_time() - begun
+        print(
+            f"{number}: {turns[-1].wall:.2f} s, processor {turns[-1].processor:.2f} s", flush=True
+        )
+        if number in _LOOKED_AT or number == records:
+            size = sum(len(markup) for markup in sent["parts"].values())
+            session.settle(3600.0)
+            found = (session.identifying.seconds, session.looking.seconds)
+            wholes.append(Whole(number, *found, page, size))
+            print(wholes[-1], flush=True)
+    session.stop()
+    return turns, wholes
+
+
+def table_of(turns: list[Turn], wholes: list[Whole]) -> str:
+    """The figures as the page has them; of the ten records before each look."""
+    head = (
+        "| records | file's end to words, s (median, largest) | processor, s a record "
+        "| page made, s | sent, kB | curve and plan, s | values, s |\n|---|---|---|---|---|---|---|"
+    )
+    lines = [head]
+    for whole in wholes:
+        own = turns[max(whole.records - 10, 0) : whole.records]
+        walls = [turn.wall for turn in own]
+        lines.append(
+            f"| {whole.records} | {np.median(walls):.2f}, {max(walls):.2f} "
+            f"| {np.median([turn.processor for turn in own]):.2f} | {whole.page:.3f} "
+            f"| {whole.sent / 1e3:.0f} | {whole.view:.1f} | {whole.identified:.1f} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--records", type=int, default=200)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--rate", type=float, default=10000.0, help="Hz")
+    parser.add_argument("--write", action="store_true", help="into docs/benchmarks/watch.md")
+    args: Any = parser.parse_args(arguments)
+    with tempfile.TemporaryDirectory() as place:
+        found = measure(Path(place), records=args.records, seconds=args.seconds, rate=args.rate)
+    table = table_of(*found)
+    print(table)
+    if args.write:
+        text = PAGE.read_text(encoding="utf-8")
+        new = re.sub(r"\| records \|.*?\n(?!\|)", lambda _: table, text, flags=re.DOTALL)
+        PAGE.write_text(new, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
