@@ -93,10 +93,13 @@ def ingest_record(
     """Instrument file to calibrated channels, SI, on a uniform time axis; nothing is filtered."""
     from vinesexp.records.checks import write_checks
     from vinesexp.records.ingest import ingest, ingest_or_refuse
+    from vinesexp.signals.clocks import MENDED, mend_clocks
 
     campaign, record = _seen(campaign, record, step="ingest")
     step = ingest if strict else ingest_or_refuse
     checks = step(campaign, record, paths.record(record.id))
+    if record.test in MENDED:
+        checks += mend_clocks(paths.record(record.id), record, driven=record.test == "periodic")
     write_checks(paths.ingest_checks(record.id), checks)
     return checks
 

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, analyse, simulate
+from vinesexp.records.schema import Record
+from vinesexp.records.store import create_record, open_record
+from vinesexp.signals.channel_agreement import compare_channels
+from vinesexp.signals.clocks import mend_clocks
 
 M, C1, K1, BALL, R = 4.7, 3.02, 1.147e4, 0.032, 0.6
 F, G, RATE, SECONDS = 7.862, 0.25e-3, 5000.0, 8.0
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)
 def channels(b: float = 0.033, *, rate: float = RATE, seconds: float = SECONDS, seed: int = 0):
     """Base, displacement and acceleration of the rig of Table 2; pulses of 0.4 ms, noise."""
     rig = Rig(Oscillator(M=M, c1=C1, k1=K1), nes=[NES(m=BALL, b=b, r=R)])
@@ -68,3 +74,147 @@ def test_a_laser_that_loses_its_target_leaves_gaps_and_right_values(count):
     assert found.regime["amplitude_mean_m"] == pytest.approx(5.268e-3, rel=2e-3)
     base, error = value_of(found, "base_amplitude")
     assert base == pytest.approx(G, rel=5e-3)
+
+
+def without(x, count, at=0.37):
+    """A channel that lost `count` samples."""
+    first = round(at * x.size)
+    return np.delete(x, slice(first, first + count))
+
+
+def at_clock(x, ratio):
+    """A channel of a recorder whose seconds are longer: its samples lie 1 + ratio apart."""
+    at = np.arange(x.size) * (1.0 + ratio)
+    return np.asarray(map_coordinates(x, [at[at < x.size - 1]], order=3))
+
+
+def same_length(given):
+    n = min(x.size for x in given.values())
+    return {role: x[:n] for role, x in given.items()}
+
+
+def mended(folder, given, *, rate=RATE, test="periodic"):
+    """Checks of the clocks of a stored record, and the channels afterwards."""
+    path = folder / "record.nc"
+    kinds = {role: "acceleration" if role == "acceleration" else "displacement" for role in given}
+    with create_record(
+        path, sample_rate=rate, quantities=kinds, attributes={"test": test}
+    ) as writer:
+        writer.append(given)
+    row = Record("a", Path("a"), test, frequency=(F, F))
+    checks = mend_clocks(path, row, driven=test == "periodic")
+    with open_record(path) as view:
+        return [check.detail for check in checks], {r: view.read(r) for r in view.roles}
+
+
+@pytest.mark.parametrize("b", [0.033, 0.036])
+@pytest.mark.parametrize("count", [1, 7, 55, 600])
+def test_samples_that_all_channels_lost_become_a_gap_as_long(tmp_path, b, count):
+    whole = channels(b)
+    said, found = mended(tmp_path, {role: without(x, count) for role, x in whole.items()})
+    assert len(said) == 1
+    assert f"{count} sample" in said[0]
+    assert "lost" in said[0]
+    for role, x in whole.items():
+        n = min(x.size, found[role].size)
+        known = np.isfinite(found[role][:n])
+        assert found[role][:n][known] == pytest.approx(x[:n][known], abs=1e-4 * np.abs(x).max())
+        assert count <= (~known).sum() < count + 20
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("rate", [5000.0, 20000.0])
+@pytest.mark.parametrize("b", [0.030, 0.033, 0.036])
+def test_a_good_record_has_no_fault(tmp_path, b, rate, seed):
+    given = channels(b, rate=rate, seconds=6.0, seed=seed)
+    assert mended(tmp_path, given, rate=rate)[0] == []
+    alone = {role: x for role, x in given.items() if role != "base"}
+    assert mended(tmp_path, alone, rate=rate)[0] == []
+
+
+@pytest.mark.parametrize("noise", [0.003, 0.03])
+def test_a_base_that_wanders_hides_what_it_would_hide_from_anyone(tmp_path, noise):
+    """A drive whose phase wanders as a shaker's may: no sample is said to be lost."""
+    rng = np.random.default_rng(8)
+    t = np.arange(round(SECONDS * RATE)) / RATE
+    wander = np.interp(t, np.arange(0.0, 9.0, 0.25), np.cumsum(noise * rng.standard_normal(36)))
+    given = channels() | {"base": G * np.sin(2 * np.pi * F * t + wander)}
+    said, _ = mended(tmp_path, given)
+    assert not [one for one in said if "lost (" in one]
+
+
+@pytest.mark.parametrize("role", ["displacement", "acceleration"])
+def test_samples_that_one_channel_lost_do_not_reach_the_other(tmp_path, role):
+    given = dict(channels(0.036))
+    given[role] = without(given[role], 40)
+    said, found = mended(tmp_path, same_length(given))
+    assert len(said) == 1
+    assert "lost" in said[0]
+    known = np.isfinite(found["displacement"] + found["acceleration"])
+    assert known.mean() > 0.9  # a gap, or the longer part
+    lag = compare_channels(
+        np.where(known, found["acceleration"], 0.0)[-20000:],
+        np.where(known, found["displacement"], 0.0)[-20000:], 1.0 / RATE, frequency=F,
+    ).lag  # fmt: skip
+    assert abs(lag) < 2.0 / RATE
+
+
+@pytest.mark.parametrize("ratio", [1e-3, -1e-3, 3e-4])
+@pytest.mark.parametrize("group", [("acceleration",), ("displacement",), ("base", "displacement")])
+def test_a_second_recorder_is_brought_onto_the_clock_of_the_others(tmp_path, ratio, group):
+    whole = channels(0.036)
+    given = {role: at_clock(x, ratio) if role in group else x for role, x in whole.items()}
+    said, found = mended(tmp_path, same_length(given))
+    assert len(said) == 1
+    other = "acceleration" if "base" in group else group[0]
+    assert said[0].startswith(f"{other} comes from a recorder whose clock differs")
+    early, late = (
+        compare_channels(
+            found["acceleration"][part], found["displacement"][part], 1.0 / RATE, frequency=F
+        ).lag
+        for part in (slice(0, 15000), slice(-15000, None))
+    )
+    assert abs(late - early) < 1e-4
+
+
+@pytest.mark.parametrize("count", [20, 55])
+@pytest.mark.parametrize("test", ["periodic", "ringdown"])
+def test_without_a_base_the_longer_part_is_used(tmp_path, count, test):
+    given = {"displacement": channels(0.036)["displacement"]}
+    if test == "ringdown":
+        t = np.arange(round(SECONDS * RATE)) / RATE
+        noise = 5e-6 * np.random.default_rng(1).standard_normal(t.size)
+        x = 0.01 * np.exp(-0.3 * t) * np.cos(2 * np.pi * F * t)
+        given = {"displacement": x + noise}
+    assert mended(tmp_path, given, test=test)[0] == []
+    said, found = mended(tmp_path, {r: without(x, count) for r, x in given.items()}, test=test)
+    assert len(said) == 1
+    assert "the displacement jumps" in said[0]
+    assert found["displacement"].size == pytest.approx(0.63 * given["displacement"].size, rel=0.01)
+
+
+def test_a_laser_that_is_pushed_loses_no_samples(tmp_path):
+    x = channels(0.036)["displacement"]
+    moved = x + np.where(np.arange(x.size) > 20000, 2e-3, 0.0)
+    assert mended(tmp_path, {"displacement": moved})[0] == []
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda given: {role: without(x, 55) for role, x in given.items()},
+        lambda given: given | {"acceleration": at_clock(given["acceleration"], 1e-3)},
+        lambda given: {
+            r: x if r == "acceleration" else at_clock(x, 1e-3) for r, x in given.items()
+        },
+    ],
+    ids=["55 samples lost", "second recorder", "second recorder of base and displacement"],
+)
+def test_a_fault_of_the_recorder_reaches_no_value_of_the_rig(damage):
+    found = analysed(same_length(damage(dict(channels()))))
+    assert (found.checks.check == "clock").sum() == 1
+    value, error = value_of(found, "r")
+    assert abs(value - R) < max(4.0 * error, 5e-4)
+    value, error = value_of(found, "base_amplitude")
+    assert value == pytest.approx(G, rel=5e-3)
+    assert found.regime["regime"] == "two symmetric"

@@ -20,6 +20,9 @@ from vinesexp.whole_files import whole_file
 
 CONVENTIONS = "CF-1.11"
 
+#: Attribute: roles of the channels of each file that a record was joined from, `a,b;c`.
+RECORDERS = "recorders"
+
 #: Attributes of a record that its conditioned file has too.
 CARRIED = (
     *("title", "record", "test", "source", "source_sha256", "source_format", "setup", "note"),

@@ -15,7 +15,12 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.checks import Check
-from vinesexp.records.file_attributes import record_attributes, source_digest, write_refused
+from vinesexp.records.file_attributes import (
+    RECORDERS,
+    record_attributes,
+    source_digest,
+    write_refused,
+)
 from vinesexp.records.findings import look_over
 from vinesexp.records.joined import AnySamples, JoinedSamples
 from vinesexp.records.readers import Floats, open_source
@@ -100,7 +105,10 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
 
 def _file_attributes(record: Record, samples: AnySamples) -> dict[str, str]:
     """What the instrument file itself says, and which file it was."""
-    return {"source_sha256": source_digest(record), "source_format": samples.source.format}
+    found = {"source_sha256": source_digest(record), "source_format": samples.source.format}
+    if isinstance(samples, JoinedSamples):
+        found[RECORDERS] = ";".join(",".join(roles) for roles in samples.roles_by_file)
+    return found
 
 
 def _write(path: Path, samples: AnySamples, attributes: Mapping[str, Any]) -> None:

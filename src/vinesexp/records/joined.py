@@ -91,6 +91,11 @@ class JoinedSamples:
             self._joined(files) if parts else (1.0, 0.0, {})
         )
 
+    @property
+    def roles_by_file(self) -> list[list[str]]:
+        """Roles of the channels of each file."""
+        return [list(part.values) for part in self._parts]
+
     def blocks(self) -> Iterator[dict[str, Floats]]:
         """Blocks of every channel, SI, float64."""
         length = len(next(iter(self._values.values())))

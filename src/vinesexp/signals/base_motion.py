@@ -91,7 +91,7 @@ def base_motion(
         if count < _FEWEST:
             return None
         windows = x[: count * size].reshape(count, size)
-        found, errors, noise = _sines(windows, step, f)
+        found, errors, noise = sines_of_windows(windows, step, f)
         # Each window's phase is counted from its own start: turned back to the record's start.
         turned = found[:, 0] * np.exp(-2j * np.pi * f * size * step * np.arange(count))
         phase = np.unwrap(np.angle(turned))
@@ -121,7 +121,7 @@ def base_motion(
     )
 
 
-def _sines(
+def sines_of_windows(
     windows: Floats, step: float, f: float
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128], Floats]:
     """Complex amplitudes of each window, their means in phase with the first, and their noise."""

@@ -104,7 +104,7 @@ def condition(
             | {FREE_FROM: free / record.sample_rate},
             state="bandpassed",
         ) as writer:
-            for blocks in _in_step(streams, _BLOCK):
+            for blocks in in_step(streams, _BLOCK):
                 writer.append(blocks)
     return bands
 
@@ -195,7 +195,7 @@ def _blocks(
         yield bridge_gaps(x, length=length)
 
 
-def _in_step(
+def in_step(
     streams: Mapping[str, Iterator[FloatArray]], size: int
 ) -> Iterator[dict[str, FloatArray]]:
     """Blocks of equal length from streams whose own blocks differ."""

@@ -1,0 +1,631 @@
+"""Lost samples and clocks that differ: what is wrong with the time of a record, before any rig.
+
+The base of a periodic test is a steady sine, so that its phase is a straight line over time; the
+acceleration is the second derivative of the displacement, so that the lag between the two is one
+number. A step of either is samples that a recorder lost, in all channels or in one; a slope of the
+lag is a second recorder with a clock of its own. What it takes for a fault follows from the scatter
+of the phase itself, so that a base that wanders hides what it would hide from anyone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import NormalDist
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.records.checks import Check
+from vinesexp.records.file_attributes import RECORDERS
+from vinesexp.records.resampling import Resampler
+from vinesexp.records.schema import Record
+from vinesexp.records.store import RecordView, create_record, open_record
+from vinesexp.signals.base_motion import sines_of_windows
+from vinesexp.signals.channel_phase import second_derivative_beside
+from vinesexp.signals.condition import in_step
+from vinesexp.signals.free_from import free_sample
+from vinesexp.signals.means import channel_means, fill_gaps
+
+#: Tests whose motion shows the clock of a recorder.
+MENDED = ("periodic", "ringdown", "transient")
+
+_POINTS, _FINER = 48, 400  # means a cycle; where impacts must not alias into them
+_FEWEST = 12  # windows
+_NEAR = (0.8, 1.2)  # of the oscillation: lines of a window
+_LAG_CYCLES = 4  # of a window of the lag; the next begins half of it later
+_FALSE_ALARMS = 1e-6  # of records without a fault in which one is found, were the scatter normal
+_WHOLE = 0.25  # samples by which a number of lost samples may differ from a whole one
+_DRIFTS = 1.0  # samples over the record that a second clock is worth
+_MOST = 8  # faults of one record that are looked for
+_TRIANGLE = 1.0 / 12.0  # of a period: over as much accelerations are averaged to find a place
+_SURE_PLACE = 12.0  # twice as much in chi^2: five standard deviations
+_ALIKE = 0.98  # squared coherence from which on two channels move together
+_JUMP, _STANDS_OUT = 8, 3.0  # samples beside a jump; times the largest elsewhere
+_MOST_SAMPLES = 60_000_000  # of a record
+_SEEN = 1 << 18  # samples read at once
+
+
+@dataclass(frozen=True)
+class Series:
+    """A phase (rad) or lag (s) over time, from windows that begin `every` s apart.
+
+    A moment lies in `shared` windows: so many show a step as a mixture. `weight` (1 by default) is
+    one over the error of each value, in any unit.
+    """
+
+    time: FloatArray
+    value: FloatArray
+    every: float
+    shared: int = 1
+    weight: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class Law:
+    """The straight line with one step that a series follows, and how far it is known.
+
+    Attributes
+    ----------
+    slope, slope_error : of the series, a second.
+    step, step_error : of the series; 0 where there is none.
+    at : s, middle of the window in which it steps.
+    straight : whether a slope without a step explains the series better than a step without slope.
+    sure : standard errors from which on either is no chance.
+    """
+
+    slope: float
+    slope_error: float
+    step: float
+    step_error: float
+    at: float
+    straight: bool
+    sure: float
+
+    @property
+    def steps(self) -> bool:
+        """Whether there is a step."""
+        return abs(self.step) > self.sure * self.step_error
+
+    @property
+    def slopes(self) -> bool:
+        """Whether there is a slope."""
+        return abs(self.slope) > self.sure * self.slope_error
+
+
+@dataclass(frozen=True)
+class Lost:
+    """Samples lost by some channels.
+
+    Attributes
+    ----------
+    roles : which channels.
+    first, last : samples of the record between which they are missing.
+    count, error : how many, as the phase says.
+    """
+
+    roles: tuple[str, ...]
+    first: int
+    last: int
+    count: float
+    error: float
+
+    @property
+    def whole(self) -> int:
+        """How many, as a number of samples is."""
+        return round(self.count)
+
+    @property
+    def certain(self) -> bool:
+        """Whether the number is one and no other."""
+        near = abs(self.count - self.whole) < max(_WHOLE, 4.0 * self.error)
+        return self.whole >= 1 and near and 4.0 * self.error < 0.5
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Samples that are lost between two of a record, nobody knows how many: two records in one.
+
+    Where only the channels in `late` lost them: about how many, by which what follows is too early.
+    """
+
+    first: int
+    last: int
+    late: tuple[str, ...] = ()
+    count: int = 0
+
+    def kept(self, n: int) -> tuple[int, int]:
+        """First sample of the longer part, and the one after its last."""
+        return (self.last, n) if n - self.last > self.first else (0, self.first)
+
+
+@dataclass(frozen=True)
+class OtherClock:
+    """A channel of another recorder: its seconds are shorter by `ratio`."""
+
+    role: str
+    ratio: float
+    error: float
+
+
+def law_of(series: Series) -> Law | None:
+    """A straight line with at most one step through a series; None where it is too short.
+
+    Errors are those of the scatter about the law, with as many independent windows as the
+    scatter has; the step is looked for everywhere, which `sure` allows for.
+
+    Examples
+    --------
+    >>> t = np.arange(60.0)
+    >>> y = 1e-3 * np.random.default_rng(0).standard_normal(60) + np.where(t > 40, 0.1, 0.0)
+    >>> law = law_of(Series(t, y, 1.0))
+    >>> law.steps, law.slopes, 40.0 <= law.at <= 41.0, abs(law.step - 0.1) < 2e-3
+    (True, False, True, True)
+    """
+    t, y = series.time, series.value
+    n = t.size
+    if n < _FEWEST:
+        return None
+    s = (t - t.mean()) / (t[-1] - t[0])
+    weight = np.ones(n) if series.weight is None else series.weight / np.median(series.weight)
+    columns = np.stack([np.ones(n), s], axis=1)
+    index, mixed = np.arange(n), series.shared
+
+    def stepped(i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The law with a step in windows i to i + mixed: its columns, values, what it leaves."""
+        keep = (index < i) | (index >= i + mixed)  # those of the step show a mixture
+        own = (np.column_stack([columns, index >= i]) * weight[:, np.newaxis])[keep]
+        wanted = (weight * y)[keep]
+        solved = np.asarray(np.linalg.lstsq(own, wanted, rcond=None)[0], dtype=np.float64)
+        return own, solved, np.asarray(wanted - own @ solved)
+
+    tried = [stepped(i) for i in range(2, n - 2 - mixed)]
+    best = int(np.argmin([float(rest @ rest) for _, _, rest in tried]))
+    own, solved, rest = tried[best]
+    error, y_own = _errors(own, rest), own @ solved + rest
+    sure = NormalDist().inv_cdf(1.0 - 0.5 * _FALSE_ALARMS / n)
+    # A step stands out beside what the series does from one window to the next anyway, too.
+    moves = (y[1 + mixed :] - y[: -1 - mixed]) * np.minimum(
+        weight[1 + mixed :], weight[: -1 - mixed]
+    )
+    usual = 1.4826 * float(np.median(np.abs(moves - np.median(moves))))
+    step, step_error = float(solved[2]), float(error[2])
+    if abs(step) <= sure * max(step_error, usual / math.sqrt(2.0)):
+        columns, y = columns * weight[:, np.newaxis], weight * y
+        solved = np.linalg.lstsq(columns, y, rcond=None)[0]
+        error, step = _errors(columns, y - columns @ solved), 0.0
+    length, at = float(t[-1] - t[0]), float(t[best + 2 : best + 2 + mixed].mean())
+    return Law(
+        float(solved[1]) / length, float(error[1]) / length, step, step_error, at,
+        _left(own[:, :2], y_own) < _left(own[:, [0, 2]], y_own), sure,
+    )  # fmt: skip
+
+
+def _left(columns: FloatArray, y: FloatArray) -> float:
+    """Sum of squares that least squares leave."""
+    rest = y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
+    return float(rest @ rest)
+
+
+def _errors(columns: FloatArray, rest: FloatArray) -> FloatArray:
+    """Standard errors of least squares, the scatter of neighbours being alike."""
+    n, free = columns.shape[0], columns.shape[0] - columns.shape[1]
+    variance = float(rest @ rest) / max(free, 1)
+    alike = 1.0
+    for lag in range(1, n // 4):
+        rho = float(rest[lag:] @ rest[:-lag]) / max(float(rest @ rest), 1e-300)
+        if rho < 2.0 / math.sqrt(n):
+            break
+        alike += 2.0 * rho
+    return np.asarray(np.sqrt(variance * alike * np.diag(np.linalg.inv(columns.T @ columns))))
+
+
+def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Series, float] | None:
+    """Phase of a driven channel, cycle by cycle, and the frequency that it is counted from.
+
+    Parameters
+    ----------
+    x : array (n,)
+        `step` s apart, some 48 a cycle.
+    step, frequency : float
+        s, Hz; of the drive, within a per cent.
+
+    Returns
+    -------
+    Series (rad) and float (Hz), or None for a record under 12 cycles, or a channel at rest.
+    """
+    f = frequency
+    for _ in range(4):
+        size = max(round(1.0 / (f * step)), 12)
+        count = x.size // size
+        if count < _FEWEST:
+            return None
+        found, _, noise = sines_of_windows(x[: count * size].reshape(count, size), step, f)
+        z = found[:, 0]
+        if not float(np.median(np.abs(z))) > 5.0 * float(noise[0]):
+            return None
+        begins = size * step * np.arange(count)
+        phase = np.unwrap(np.angle(z * np.exp(-2j * np.pi * f * begins)))
+        moved = float(np.median(np.diff(phase))) / (2.0 * math.pi * size * step)
+        f += moved
+        if abs(moved) < 1e-9 * f:
+            break
+    every = size * step
+    return Series(np.asarray(begins + 0.5 * every, dtype=np.float64), phase, every), f
+
+
+def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float) -> Series | None:
+    """Lag of a displacement behind an acceleration (s), window by window of four cycles.
+
+    Windows in which the two do not move together are left out.
+    """
+    size = round(_LAG_CYCLES / (frequency * step))
+    n = min(a.size, x.size)
+    begins = np.arange(0, n - size + 1, max(size // 2, 1))
+    if begins.size < _FEWEST:
+        return None
+    f = np.fft.rfftfreq(size, step)
+    near = (f > _NEAR[0] * frequency) & (f < _NEAR[1] * frequency)
+    if not near.any():
+        return None
+    w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
+    ratios, shared = [], []
+    for i in begins:
+        A, X = second_derivative_beside(a[i : i + size], x[i : i + size], step, w, near)
+        power = float((np.abs(X) ** 2).sum())
+        cross = complex((A * X.conj()).sum())
+        ratios.append(cross / power if power else 0.0)
+        both = power * float((np.abs(A) ** 2).sum())
+        shared.append(abs(cross) ** 2 / both if both else 0.0)
+    ratio, coherence = np.array(ratios), np.array(shared)
+    sign = np.sign(float(np.median(ratio.real))) or 1.0
+    good = coherence > _ALIKE
+    if good.sum() < _FEWEST:
+        return None
+    loud = np.sqrt(coherence[good] / (1.0 - coherence[good] + 1e-9))
+    lag = np.unwrap(np.angle(sign * ratio[good])) / (2.0 * math.pi * frequency)
+    middle = np.asarray((begins[good] + 0.5 * size) * step, dtype=np.float64)
+    return Series(middle, lag, 0.5 * size * step, shared=2, weight=loud)
+
+
+def fault_of(view: RecordView, *, frequency: float, driven: bool) -> Lost | Cut | OtherClock | None:
+    """The most certain fault of a record's clocks.
+
+    Parameters
+    ----------
+    view : RecordView
+    frequency : float
+        Of the drive, or of the oscillation, Hz.
+    driven : bool
+        Whether the base moves as a steady sine: a decay has no phase that is known beforehand.
+    """
+    every = _lost_by_all(view, frequency) if driven and "base" in view.roles else None
+    if every is not None and every.certain:
+        return every
+    one = _between_channels(view, frequency)
+    if isinstance(one, Lost) and not one.certain:
+        return Cut(one.first, one.last, one.roles, one.whole)
+    return one or _jump(view, frequency) or every
+
+
+def _between_channels(view: RecordView, frequency: float) -> Lost | OtherClock | None:
+    """What the lag between acceleration and displacement shows."""
+    if not {"acceleration", "displacement"} <= set(view.roles):
+        return None
+    # Impacts must not alias into the means.
+    k = max(1, int(view.sample_rate / (_FINER * frequency)))
+    step = k / view.sample_rate
+    free = free_sample(view, frequency=frequency) // k
+    a, x = (channel_means(view, role, k)[free:] for role in ("acceleration", "displacement"))
+    series = lag_over_time(a, x, step, frequency=frequency)
+    law = None if series is None else law_of(series)
+    if series is None or law is None:
+        return None
+    rate, length = view.sample_rate, view.n / view.sample_rate
+    if law.steps:
+        if abs(law.step) * rate < 1.0 - _WHOLE:
+            return None
+        # A displacement that comes earlier beside the acceleration has lost samples.
+        role = "displacement" if law.step < 0.0 else "acceleration"
+        before = float(np.median(series.value[series.time < law.at]))
+        reach = (law.at - _LAG_CYCLES / frequency, law.at + _LAG_CYCLES / frequency)
+        first, last = _where_one(a, x, step, frequency, role, before, abs(law.step), reach)
+        return Lost(
+            (role,), max(free * k + round(first * rate), 1),
+            min(free * k + round(last * rate), view.n - 1),
+            abs(law.step) * rate, law.step_error * rate,
+        )  # fmt: skip
+    if law.slopes and law.straight and abs(law.slope) * length * rate > _DRIFTS:
+        return OtherClock(_of_its_own(view, frequency, law.slope), law.slope, law.slope_error)
+    return None
+
+
+def _where_one(
+    a: FloatArray, x: FloatArray, step: float, frequency: float, role: str, lag: float,
+    lost: float, reach: tuple[float, float],
+) -> tuple[float, float]:  # fmt: skip
+    """Times between which one of acceleration and displacement lost `lost` s.
+
+    The second difference of x over m points is the mean of its second derivative over a triangle,
+    and so is that of the acceleration: the two part where the loss is.
+    """
+    m = max(round(_TRIANGLE / (frequency * step)), 1)
+    triangle = np.bartlett(2 * m + 1)
+    smooth = np.convolve(a, triangle / triangle.sum(), mode="same")
+    bent = np.zeros_like(x)
+    bent[m:-m] = (x[2 * m :] - 2.0 * x[m:-m] + x[: -2 * m]) / (m * step) ** 2
+    t = np.arange(x.size) * step
+    bent = np.interp(t + lag, t, bent)
+    near = (t > reach[0]) & (t < reach[1]) & (t > 2 * m * step) & (t < t[-1] - 2 * m * step - lost)
+    own, other = (bent, smooth) if role == "displacement" else (smooth, bent)
+    gain = float(own @ other) / float(other @ other)
+    early = np.cumsum((own - gain * other)[near] ** 2)
+    late = np.cumsum((own - gain * np.interp(t + lost, t, other))[near][::-1] ** 2)[::-1]
+    at = float(t[near][int(np.argmin(early[:-1] + late[1:]))]) + step
+    return at - m * step, at + m * step
+
+
+def _lost_by_all(view: RecordView, frequency: float) -> Lost | None:
+    """Samples that all channels lost: a step in the phase of the base."""
+    k = max(1, int(view.sample_rate / (_POINTS * frequency)))
+    base = channel_means(view, "base", k)
+    found = drive_phase(base, k / view.sample_rate, frequency=frequency)
+    law = None if found is None else law_of(found[0])
+    if found is None or law is None or not law.steps:
+        return None
+    f, rate = found[1] + law.slope / (2.0 * math.pi), view.sample_rate
+    period = rate / f
+    # A whole period more cannot be seen, and samples do not come twice.
+    count = (law.step / (2.0 * math.pi) * period) % period
+    error = law.step_error / (2.0 * math.pi) * period
+    if count < 1.0 - _WHOLE or count > period - (1.0 - _WHOLE):
+        return None
+    first, last = _where(view, f, law.at, found[0].every)
+    return Lost(view.roles, first, last, count, error)
+
+
+def _jump(view: RecordView, frequency: float) -> Cut | None:
+    """Where a displacement jumps and goes on about the same middle: nothing that moves does.
+
+    The parabolas through a few samples before and after each sample part there by several times
+    more than anywhere else, and by as much where they are drawn through three times as many: an
+    impact bends the motion, and a wrong sample is alone. A sensor that was moved has another
+    middle afterwards.
+    """
+    if "displacement" not in view.roles:
+        return None
+    x = fill_gaps(view.read("displacement", 0, _MOST_SAMPLES))
+    period = round(view.sample_rate / frequency)
+    if x.size < 8 * period or period < 12 * _JUMP:
+        return None
+    near, far = _parting(x, _JUMP), _parting(x, 3 * _JUMP)
+    place = int(np.argmax(np.abs(near)))
+    elsewhere = np.abs(np.arange(x.size) - place) > 2 * _JUMP
+    largest = float(np.abs(near[elsewhere]).max())
+    size = float(near[place])
+    if abs(size) < _STANDS_OUT * largest or abs(far[place] - size) > 0.3 * abs(size):
+        return None
+    if min(place, x.size - place) < 2 * period:
+        return None
+    sides = slice(place - 2 * period, place), slice(place, place + 2 * period)
+    middle = [float(x[own].mean()) for own in sides]
+    return None if abs(middle[1] - middle[0]) > 0.5 * abs(size) else Cut(place, place)
+
+
+def _parting(x: FloatArray, m: int) -> FloatArray:
+    """Parabola through the m samples from each on, at it, less that through the m before it."""
+
+    def weights(ahead: int) -> FloatArray:
+        s = np.arange(ahead, m + ahead) / m
+        return np.asarray(np.linalg.pinv(np.stack([np.ones(m), s, s * s], axis=1))[0])
+
+    after = np.convolve(x, weights(0)[::-1], mode="valid")[m:]
+    before = np.convolve(x, weights(1), mode="valid")[: after.size]
+    out = np.zeros(x.size)
+    out[m : m + after.size] = after - before
+    return out
+
+
+def _where(view: RecordView, f: float, at: float, every: float) -> tuple[int, int]:
+    """Samples between which the step lies, from the samples of the base around it.
+
+    Sines through the cycles before and after it part where the loss is.
+    """
+    rate = view.sample_rate
+    middle, reach, side = round(at * rate), round(1.5 * every * rate), round(6.0 * every * rate)
+    low, high = max(middle - reach - side, 0), min(middle + reach + side, view.n)
+    y = view.read("base", low, high)
+    t = np.arange(y.size) / rate
+    w = 2.0 * math.pi * f
+    columns = np.stack(
+        [np.ones(y.size)] + [g(k * w * t) for k in (1, 2, 3) for g in (np.cos, np.sin)], axis=1
+    )
+    begin, end = max(middle - reach - low, 0), min(middle + reach - low, y.size)
+    good = np.isfinite(y)
+    before, after = good & (np.arange(y.size) < begin), good & (np.arange(y.size) >= end)
+    if min(before.sum(), after.sum()) < 2 * columns.shape[1]:
+        return low + begin, low + end
+    sides, variance = [], 0.0
+    for own in (before, after):
+        solved = np.linalg.lstsq(columns[own], y[own], rcond=None)[0]
+        sides.append(np.where(good, y - columns @ solved, 0.0)[begin:end] ** 2)
+        variance = max(variance, float(((y - columns @ solved)[own] ** 2).mean()))
+    left, right = (np.concatenate([[0.0], np.cumsum(own)]) for own in sides)
+    total = left + (right[-1] - right)
+    near = np.flatnonzero(total - total.min() < 2.0 * _SURE_PLACE * variance)
+    return low + begin + int(near[0]), low + begin + int(near[-1])
+
+
+def _of_its_own(view: RecordView, frequency: float, ratio: float) -> str:
+    """Which of acceleration and displacement has a clock of its own: the one apart from the base.
+
+    Files say which channels one recorder has. Without a base channel the displacement is believed.
+    """
+    if "base" not in view.roles:
+        return "acceleration"
+    for one in str(view.attributes.get(RECORDERS, "")).split(";"):
+        if "base" in one.split(",") and len(one.split(",")) == 2:
+            return "acceleration" if "displacement" in one else "displacement"
+    k = max(1, int(view.sample_rate / (_POINTS * frequency)))
+    step = k / view.sample_rate
+    base = drive_phase(channel_means(view, "base", k), step, frequency=frequency)
+    moved = drive_phase(channel_means(view, "displacement", k), step, frequency=frequency)
+    if base is None or moved is None:
+        return "acceleration"
+    slopes = [
+        (np.polyfit(series.time, series.value, 1)[0] / (2.0 * math.pi) + f) / base[1] - 1.0
+        for series, f in (base, moved)
+    ]
+    apart = slopes[1] - slopes[0]
+    # The lag of the displacement grows with `ratio` where its own clock is slow by as much.
+    return "displacement" if abs(apart + ratio) < abs(apart) else "acceleration"
+
+
+def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
+    """Look for lost samples and second clocks in a stored record, and mend what is certain.
+
+    Lost samples become a gap, so that all that follows stands at its own time; a channel of
+    another recorder is brought onto the clock of the others.
+
+    Parameters
+    ----------
+    path : Path
+        records/<id>.nc; written anew where something is mended.
+    record : Record
+        Its row: id and frequency.
+    driven : bool
+        Whether the base moves as a steady sine.
+
+    Returns
+    -------
+    list of Check
+        A warning for each fault; what is not certain is said, and left as it is.
+    """
+    checks: list[Check] = []
+    for _ in range(_MOST):
+        with open_record(path) as view:
+            if view.refused is not None:
+                return checks
+            frequency = _frequency(view, record)
+            if frequency is None:
+                return checks
+            found = fault_of(view, frequency=frequency, driven=driven)
+            if found is None:
+                return checks
+            checks.append(Check(record.id, "clock", "warning", _in_words(found, view, frequency)))
+            if isinstance(found, Lost) and not found.certain:
+                return checks
+            _mended(path, view, found)
+    return checks
+
+
+def _frequency(view: RecordView, record: Record) -> float | None:
+    from vinesexp.signals.bands import oscillation_of
+
+    if record.frequency:
+        return sum(record.frequency) / len(record.frequency)
+    return oscillation_of(view)
+
+
+def _in_words(found: Lost | Cut | OtherClock, view: RecordView, frequency: float) -> str:
+    if isinstance(found, OtherClock):
+        total = found.ratio * view.n / view.sample_rate
+        return (
+            f"{found.role} comes from a recorder whose clock differs by "
+            f"{100.0 * found.ratio:+.4g} +- {100.0 * found.error:.1g} % from that of the other "
+            f"channels: the lag between acceleration and displacement drifts by {1e3 * total:.3g} "
+            "ms over the record; it is brought onto their clock"
+        )
+    if isinstance(found, Cut):
+        at = float(view.time(found.first, found.first + 1)[0])
+        kept = "after" if found.kept(view.n)[0] else "before"
+        seen = "the displacement jumps there and goes on about the same middle"
+        if found.last > found.first:
+            seen = "the lag between acceleration and displacement steps there"
+        return (
+            f"samples are lost at {at:.6g} s: {seen}; how many no channel shows for certain, so "
+            f"that only the longer part, {kept} it, is used"
+        )
+    at = float(view.time(found.first, found.first + 1)[0])
+    where = "all channels" if found.roles == view.roles else found.roles[0]
+    seconds = found.count / view.sample_rate
+    shown = f"the lag between acceleration and displacement steps by {1e3 * seconds:.3g} ms"
+    if found.roles == view.roles:
+        shown = f"the phase of the drive steps by {2.0 * math.pi * frequency * seconds:.3g} rad"
+    said = f"{where}: {shown} at {at:.6g} s"
+    if not found.certain:
+        return (
+            f"{said}, which would be {found.count:.2f} +- {found.error:.2g} samples lost: no whole "
+            "number, so that it may be the drive as well; look at the recorder, nothing is changed"
+        )
+    samples = "sample" if found.whole == 1 else "samples"
+    return (
+        f"{said}: {found.whole} {samples} lost ({found.count:.2f} +- {found.error:.1g}); a gap as "
+        "long is put there"
+    )
+
+
+def _mended(path: Path, view: RecordView, found: Lost | Cut | OtherClock) -> None:
+    """Write the record anew without the fault."""
+    streams: dict[str, Iterator[FloatArray]]
+    start = view.start
+    if isinstance(found, Lost):
+        streams = {role: _with_gap(view, role, found) for role in view.roles}
+    elif isinstance(found, Cut):
+        begin, end = found.kept(view.n)
+        start = float(view.time(begin, begin + 1)[0])
+        # Of the part after it the channels stand beside one another again, to a sample or two.
+        ahead = {r: found.count if begin and found.late and r not in found.late else 0
+                 for r in view.roles}  # fmt: skip
+        streams = {role: _blocks(view, role, begin + ahead[role], end) for role in view.roles}
+    else:
+        streams = {
+            role: _on_clock(view, role, found) if role == found.role else _blocks(view, role)
+            for role in view.roles
+        }
+    with create_record(
+        path, sample_rate=view.sample_rate, start=start,
+        quantities={role: view.quantity(role) for role in view.roles},
+        attributes={k: v for k, v in view.attributes.items()
+                    if k not in ("Conventions", "sample_rate_hz", "start_s")},
+    ) as writer:  # fmt: skip
+        for blocks in in_step(streams, _SEEN):
+            writer.append(blocks)
+
+
+def _blocks(
+    view: RecordView, role: str, begin: int = 0, end: int | None = None
+) -> Iterator[FloatArray]:
+    stop = view.n if end is None else end
+    for first in range(begin, stop, _SEEN):
+        yield view.read(role, first, min(first + _SEEN, stop))
+
+
+def _with_gap(view: RecordView, role: str, found: Lost) -> Iterator[FloatArray]:
+    """A channel with a gap where it lost samples, or its end left out where another did."""
+    if role not in found.roles:
+        yield from _blocks(view, role)
+        return
+    yield from _blocks(view, role, 0, found.first)
+    # Where the loss is known to a few samples only, none of these is believed.
+    yield np.full(found.last - found.first + found.whole, np.nan)
+    yield from _blocks(view, role, found.last)
+
+
+def _on_clock(view: RecordView, role: str, found: OtherClock) -> Iterator[FloatArray]:
+    """A channel of another recorder at the times of the others."""
+    # Its sample i was taken at i (1 + ratio) of theirs; a displacement comes late by the lag.
+    slow = 1.0 + (-found.ratio if role == "displacement" else found.ratio)
+    count = int((view.n - 1) * slow) + 1
+    resampler = Resampler(0.0, 1.0, min(count, view.n))
+
+    def uneven() -> Iterator[tuple[FloatArray, FloatArray]]:
+        for first in range(0, view.n, _SEEN):
+            values = view.read(role, first, first + _SEEN)
+            times = slow * (first + np.arange(values.size, dtype=np.float64))
+            yield np.asarray(times), values[:, np.newaxis]
+
+    for block in resampler.blocks(uneven()):
+        yield block[:, 0]
