@@ -22,6 +22,7 @@ from pathlib import Path
 
 from vinesexp.records.campaign import load_campaign
 from vinesexp.records.result_paths import ResultPaths
+from vinesexp.resultslock import hold_results
 from vinesexp.steps import STEPS, Study
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -66,6 +67,7 @@ def pretend_results(project: Path) -> None:
         contextlib.redirect_stderr(io.StringIO()),
         SnakemakeApi(OutputSettings(dryrun=True, quiet={Quietness.ALL})) as api,
     ):
+        hold_results(Path("results/many"), campaign=Path("data/many")).close()
         made = api.workflow(
             resource_settings=ResourceSettings(cores=1),
             config_settings=ConfigSettings(config={"campaign": "data/many"}),

@@ -85,6 +85,7 @@ def shown(given: Given, found: Answer) -> tuple[dict[str, object], str]:
     ],
     ids=["levels", "band", "three unlike balls", "four balls"],
 )
+@pytest.mark.long
 def test_every_case_is_answered(options: dict[str, str], said: str) -> None:
     answer, text = answered(options)
     assert said in text
@@ -96,6 +97,7 @@ def test_every_case_is_answered(options: dict[str, str], said: str) -> None:
 
 
 @pytest.mark.usefixtures("small")
+@pytest.mark.long
 def test_a_pair_given_by_hand_is_judged_beside_what_is_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -74,6 +74,7 @@ def twin(tmp_path_factory):
     return folder / "out/raw"
 
 
+@pytest.mark.long
 def test_shuffled_names_and_suffixes_give_a_campaign_after_the_marked_fields(
     twin, tmp_path, capsys
 ):

@@ -559,6 +559,7 @@ def test_a_defect_can_be_accepted_and_is_a_warning_then(defect, change, folder, 
     assert lines[0].startswith("bad: warning: displacement")
 
 
+@pytest.mark.long
 def test_no_message_has_a_line_break_or_a_traceback(folder, capsys):
     for content, _ in RECORD_MISTAKES.values():
         if isinstance(content, str):

@@ -41,6 +41,7 @@ def test_waiting_and_a_hand_before_the_release():
     right(fitted(np.concatenate([quiet, pulled, decay()])))
 
 
+@pytest.mark.long
 def test_drift_larger_than_the_motion():
     t = np.arange(round(18 * RATE)) / RATE
     drift = 0.08 * np.sin(2 * np.pi * t / 25.0) + 0.02 * np.sin(2 * np.pi * t / 7.0 + 1.0)
@@ -115,6 +116,7 @@ def test_a_steady_drive_is_no_ring_down(drift):
     assert "falls by -" not in str(found.value)
 
 
+@pytest.mark.long
 def test_a_likelihood_that_contradicts_the_amplitudes_does_not_win():
     """Half of a record lies under a burst of something else: every method errs, and says so."""
     t = np.arange(round(6 * RATE)) / RATE
@@ -131,6 +133,7 @@ def test_a_likelihood_that_contradicts_the_amplitudes_does_not_win():
     ("f0", "zeta", "share"),
     [(30.0, 0.03, 0.2), (12.0, 0.02, 0.1), (20.0, 0.005, 0.4)],
 )
+@pytest.mark.long
 def test_a_strong_third_mode_on_a_short_record_misleads_nobody(f0, zeta, share, seconds):
     """A likelihood that leaves a tenth of the motion neither wins nor refuses a plain decay."""
     t = np.arange(round(seconds * RATE)) / RATE

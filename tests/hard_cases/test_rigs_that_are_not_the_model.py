@@ -10,6 +10,8 @@ from dataclasses import replace
 
 import pytest
 
+pytestmark = pytest.mark.long
+
 M, R = 4.7, 0.6
 
 

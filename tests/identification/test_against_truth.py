@@ -12,6 +12,8 @@ from vinesexp.records.store import open_record
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.signals.regimes import decay_times
 
+pytestmark = pytest.mark.long
+
 TWIN = Path(__file__).resolve().parents[2] / "data" / "twin"
 
 GROUPS = """\

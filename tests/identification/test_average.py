@@ -42,6 +42,7 @@ def test_two_groups_are_both_held(each):
     assert holds(mean, 0.62)
 
 
+@pytest.mark.long
 def test_the_spread_between_records_is_found_and_intervals_hold_the_truth():
     """Random effects of 1 % beside errors of 0.1 %: Student's factor keeps 95 % at five records."""
     random = np.random.default_rng(4)

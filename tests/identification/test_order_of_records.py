@@ -9,6 +9,8 @@ from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.laboratory.rehearsal import rehearse
 from vinesexp.signals.impacts.impact_table import read_impacts
 
+pytestmark = pytest.mark.long
+
 SCENE = """\
 title: Walls that differ
 seed: 3

@@ -15,7 +15,10 @@ from vinesexp.records.campaign import Channel
 from vinesexp.records.ingest import read_channels
 
 REAL = Path(__file__).resolve().parents[2].parent / "shared/real/cantilever_lvm"
-pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason="no ../shared/real beside the repository")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(not REAL.is_dir(), reason="no ../shared/real beside the repository"),
+]
 DRIVE, MODE = 10.0, 6.62
 
 

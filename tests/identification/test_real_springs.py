@@ -12,7 +12,10 @@ from vinesexp.records.ingest import ingest_or_refuse
 from vinesexp.records.store import open_record
 
 REAL = Path(__file__).resolve().parents[2].parent / "shared/real"
-pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason="no ../shared/real beside the repository")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(not REAL.is_dir(), reason="no ../shared/real beside the repository"),
+]
 
 SPRINGS = [
     ("spring_soft", "soft_1", 0.789),

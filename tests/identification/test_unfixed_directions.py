@@ -105,6 +105,7 @@ def test_a_value_with_an_error_of_more_than_half_of_it_is_left_out_and_said():
     assert any("1063 +- 4.6e+04 Hz" in check.detail for check in whole.checks)
 
 
+@pytest.mark.long
 def test_a_short_noisy_decay_gives_a_frequency_that_holds_or_none():
     """Fifteen periods above 1 kHz, two sensors' worth of noise, over many draws: never a guess."""
     rate, f0 = 50_000.0, 1063.0

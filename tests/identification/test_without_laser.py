@@ -4,6 +4,8 @@ import pytest
 
 from vinesexp.laboratory.rehearsal import rehearse
 
+pytestmark = pytest.mark.long
+
 SCENE = """\
 title: No laser
 seed: {seed}

@@ -66,6 +66,7 @@ def campaign(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 def test_the_next_tests_lie_around_what_the_rig_predicts(campaign):
     (plan,) = plan_levels(load_campaign(campaign), campaign / "out", target=0.04)
     assert plan.width_now > 0.15
@@ -76,6 +77,7 @@ def test_the_next_tests_lie_around_what_the_rig_predicts(campaign):
     assert (high - low) / best <= plan.target * (1.0 + 1e-6)
 
 
+@pytest.mark.long
 def test_scatter_widens_what_can_be_decided(campaign):
     paths = ResultPaths(campaign / "out")
     assert scatter_of(paths) == 0.002

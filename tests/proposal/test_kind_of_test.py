@@ -238,6 +238,7 @@ def taken_up(t, a, *, from_s, strength, random):
 
 @pytest.mark.parametrize("strength", [1.5, 6.0, 30.0])  # of the first swing
 @pytest.mark.parametrize("before", [0.0, 1.5])
+@pytest.mark.long
 def test_a_pendulum_that_is_taken_up_at_its_end_is_a_ringdown(tmp_path, capsys, strength, before):
     t = np.arange(6000) / 100.0
     random = np.random.default_rng(7)

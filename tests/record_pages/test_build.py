@@ -12,6 +12,8 @@ import pytest
 from vinesexp.record_pages.build import LIBRARY, build_pages
 from vinesexp.records.result_paths import ResultPaths
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def made(full, tmp_path):

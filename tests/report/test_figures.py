@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import shutil
 
+import pytest
+
 from vinesexp.figures.gallery import FAMILIES, draw_all, draw_family, listed
+
+pytestmark = pytest.mark.long
 
 MOST_BYTES = 300_000
 

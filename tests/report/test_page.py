@@ -18,6 +18,8 @@ from vinesexp.report.provenance import digest, git_revision
 from vinesexp.report.summaries import grouped
 from vinesexp.settings.overrides import changed_by_text
 
+pytestmark = pytest.mark.long
+
 MOST_BYTES = 3_000_000
 VOID = {"meta", "br", "img", "hr", "input", "link"}
 

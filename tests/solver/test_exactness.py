@@ -16,6 +16,8 @@ sys.path.insert(0, str(ROOT))
 
 from benchmarks.impact_problems import ExactReplay, Problem, problems  # noqa: E402
 
+pytestmark = pytest.mark.long
+
 EPS = np.finfo(np.float64).eps
 
 

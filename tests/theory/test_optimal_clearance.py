@@ -92,6 +92,7 @@ def test_derivative_by_damping_without_damping() -> None:
         assert slopes["c1"] == pytest.approx((ends[1] - ends[0]) / h, rel=1e-2)
 
 
+@pytest.mark.long
 def test_interval_agrees_with_monte_carlo() -> None:
     errors = {"M": 0.03, "c1": 0.08, "k1": 60.0, "r": 0.01, "m": 2e-4}
     values = {name: Quantity(RIG[name], errors[name]) for name in RIG}
@@ -152,6 +153,7 @@ def test_refusals() -> None:
         predict_periodic(G=1e-3, values=values, covariance=np.triu(np.ones((5, 5))))
 
 
+@pytest.mark.long
 def test_amplitude_dependent_damping_solves_both_at_once() -> None:
     rig = {name: RIG[name] for name in ("M", "k1", "m", "r")}
 

@@ -75,6 +75,7 @@ def test_passage_ends_whatever_the_rig(eps: float, r: float) -> None:
     assert np.all(np.diff(run.A) < 0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("r", [0.45, 0.6, 0.8])
 def test_stored_power_is_what_the_box_takes(r: float) -> None:
     """Past T2 within 10 %; below T1 the runs scatter by a factor 2, a mean over five by 1.6."""

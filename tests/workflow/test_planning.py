@@ -10,7 +10,7 @@ from vinesexp.pipeline import analyse_campaign
 from vinesexp.records.campaign import load_campaign
 from vinesexp.records.result_paths import ResultPaths
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 EVERYTHING = {
     *(f"{step} {record}" for step in ("ingest", "condition", "impacts", "estimate")

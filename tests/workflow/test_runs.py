@@ -31,6 +31,7 @@ def table(path: Path):
         return list(csv.DictReader(stream))
 
 
+@pytest.mark.long
 def test_a_finished_run_holds_every_result(one_run):
     results = one_run.folder / "results/tiny"
     for name in ("identified", "regimes", "clearances", "checks"):

@@ -1,6 +1,7 @@
 """Impacts without end cost as their number, and what cannot be told apart is not told."""
 
 import numpy as np
+import pytest
 
 from vinesexp.laboratory.pulses import contact_acceleration
 from vinesexp.signals.impacts import overlapping, template_learning
@@ -47,6 +48,7 @@ def test_a_chain_of_contacts_is_moved_in_parts(monkeypatch):
     assert 4 < max(sizes) <= 16
 
 
+@pytest.mark.long
 def test_a_record_full_of_spikes_is_learnt_from_a_part_of_it(monkeypatch):
     """One at every third sample: what all of them would teach, some teach as well."""
     sizes = []

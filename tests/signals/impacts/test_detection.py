@@ -198,6 +198,7 @@ def test_boxcars_reach_what_the_highpass_leaves() -> None:
     assert boxcars(1700.0, highpass=0.5)[-1] == 512
 
 
+@pytest.mark.long
 def test_memory_does_not_grow_with_the_record() -> None:
     t, j = regular(60)
     piece = trace(t, j, seconds=5.0)
