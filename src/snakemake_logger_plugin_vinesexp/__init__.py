@@ -19,6 +19,7 @@ from typing import Any
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
+from snakemake_logger_plugin_vinesexp.slurm_queue import watch
 from vinesexp import workflow
 
 #: Said by Snakemake after a failed step has already reported its own line.
@@ -28,6 +29,10 @@ _AFTERMATH = (
     "At least one job did not complete",
     "Exiting because a job execution failed",
 )
+
+
+#: The executor for Slurm names the jobs of a run so.
+_SLURM_RUN = "SLURM run ID:"
 
 
 class LogHandler(LogHandlerBase):
@@ -71,7 +76,7 @@ class LogHandler(LogHandlerBase):
         event = getattr(record, "event", None)
         text = self.format(record) if self.long else self._line(record, event)
         if text:
-            print(text, file=sys.stderr, flush=True)
+            _say(text)
 
     def _line(self, record: LogRecord, event: Any) -> str | None:
         if event == LogEvent.JOB_INFO and self.common_settings.dryrun:
@@ -89,6 +94,8 @@ class LogHandler(LogHandlerBase):
             return None if any(word in message for word in _AFTERMATH) else message
         elif "Nothing to be done" in str(record.msg):
             return "Nothing to be done: every result is up to date."
+        elif str(record.msg).startswith(_SLURM_RUN):
+            watch(str(record.msg).removeprefix(_SLURM_RUN).strip(), _say)
         elif str(record.msg).startswith(("Lints for", "Congratulations")):
             return record.getMessage()
         elif "This was a dry-run" in str(record.msg):
@@ -166,6 +173,10 @@ def _subject(
         if start in reason:
             return names, [words]
     return names, [reason.partition(":")[0] or "asked for"]
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
 
 
 def _label(record: LogRecord) -> str:

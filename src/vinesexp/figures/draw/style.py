@@ -121,7 +121,7 @@ def save(figure: Figure, path: Path, *, title: str = "", description: str = "") 
     write(figure, files[0])
     svg = files[0].read_text(encoding="utf-8")
     files[0].write_text(described(svg, title=title, description=description), encoding="utf-8")
-    figure.set_layout_engine("none")  # laid out by now, and the page is the same
+    figure.set_layout_engine(None)  # laid out by now, and the page is the same
     for artist in figure.findobj():
         artist.set_url(None)  # a link means nothing on paper
     write(figure, files[1])
