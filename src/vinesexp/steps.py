@@ -25,7 +25,7 @@ from vinesexp.records.campaign import load_campaign
 from vinesexp.records.freshness import Notes, shortened
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign, Record
-from vinesexp.records.step_inputs import step_text
+from vinesexp.records.step_inputs import campaign_text, row_text, step_text
 from vinesexp.supervised import on_all, on_each
 from vinesexp.threads import one_thread_each
 
@@ -146,7 +146,8 @@ class Study:
         self.roots = {"results": paths.folder, "campaign": campaign.folder}
         channels = paths.record("any").parent, paths.conditioned("any").parent
         self.derivable = set() if keeps_channels else {str(path.absolute()) for path in channels}
-        self._notes: dict[Path, Notes] = {}
+        self._notes: dict[tuple[str, str | None], Notes] = {}
+        self._same: dict[str, dict[str, str]] = {}
         self._outcomes: dict[str, str] = {}
 
     @cached_property
@@ -157,10 +158,10 @@ class Study:
 
     def notes(self, step: str, id: str | None = None) -> Notes:
         """The notes of a step; of a step on records, those of record `id`."""
-        path = self.paths.notes(step, id)
-        if path not in self._notes:
-            self._notes[path] = Notes(path, self.roots)
-        return self._notes[path]
+        key = ("", id) if id is not None else (step, None)  # one file for all steps on a record
+        if key not in self._notes:
+            self._notes[key] = Notes(self.paths.notes(step, id), self.roots)
+        return self._notes[key]
 
     def why(self, step: str, id: str | None = None, *, with_channels: bool = False) -> list[str]:
         """Reasons to run a step, on record `id` where it is one on records; empty if it holds."""
@@ -225,8 +226,13 @@ class Study:
 
     def used(self, step: str, id: str | None) -> dict[str, str]:
         """All that a step depends on besides files of the campaign, by name."""
-        record = None if id is None else self.records[id]
-        found = step_text(step, self.campaign, record) | dict(self.code[STEPS[step].call])
+        code = self.code[STEPS[step].call]
+        if id is None:
+            found = step_text(step, self.campaign) | code
+        else:
+            if step not in self._same:
+                self._same[step] = campaign_text(step, self.campaign)
+            found = self._same[step] | row_text(step, self.campaign, self.records[id]) | code
         for other in STEPS[step].follows:
             found[f"result of {other}"] = self._outcome(other, id)
         return found

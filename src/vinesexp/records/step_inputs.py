@@ -106,17 +106,22 @@ def step_text(step: str, campaign: Campaign, record: Record | None = None) -> di
     dict
         Nothing in it names a folder, so that a campaign can be moved.
     """
-    found = {
+    if record is not None:
+        return campaign_text(step, campaign) | row_text(step, campaign, record)
+    rows = [(each.id, row_text(step, campaign, each)) for each in campaign.records]
+    return campaign_text(step, campaign) | {"records": repr(rows)}
+
+
+def campaign_text(step: str, campaign: Campaign) -> dict[str, str]:
+    """What `step` uses of campaign.yaml, as in `step_text`."""
+    return {
         f"{name} of campaign.yaml": repr(attrgetter(name)(campaign))
         for name in CAMPAIGN_FIELDS[step]
     }
-    if record is not None:
-        return found | _row_text(step, campaign, record)
-    rows = [(each.id, _row_text(step, campaign, each)) for each in campaign.records]
-    return found | {"records": repr(rows)}
 
 
-def _row_text(step: str, campaign: Campaign, record: Record) -> dict[str, str]:
+def row_text(step: str, campaign: Campaign, record: Record) -> dict[str, str]:
+    """What `step` uses of a row of the table, as in `step_text`."""
     found = {name: repr(attrgetter(name)(record)) for name in RECORD_FIELDS[step]}
     if "file" in found:
         found["file"] = _place(record.file, campaign)

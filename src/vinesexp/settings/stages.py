@@ -6,6 +6,7 @@ Numbers that only serve a computation (block sizes, iterations) stay beside thei
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from functools import lru_cache
 
 from vinesexp.settings.number import choice, number, switch
 
@@ -291,11 +292,16 @@ class Settings:
 
     def __repr__(self) -> str:
         """What differs from the defaults: steps depend on this text."""
-        changes = [
-            f"{stage.name}.{number.name}={getattr(own, number.name)!r}"
-            for stage in fields(self)
-            for own in (getattr(self, stage.name),)
-            for number in fields(own)
-            if getattr(own, number.name) != number.default
-        ]
-        return f"Settings({', '.join(changes)})"
+        return _changes(self)
+
+
+@lru_cache(maxsize=256)  # thousands of records share a few settings
+def _changes(settings: Settings) -> str:
+    changes = [
+        f"{stage.name}.{number.name}={getattr(own, number.name)!r}"
+        for stage in fields(settings)
+        for own in (getattr(settings, stage.name),)
+        for number in fields(own)
+        if getattr(own, number.name) != number.default
+    ]
+    return f"Settings({', '.join(changes)})"
