@@ -22,7 +22,8 @@ _EVIDENCE = 0.02  # a further parameter has to lower the misfit by this share ..
 _NOTICED = 30.0  # ... and by so much chi^2
 _SEARCHED = 16  # impacts on which starts are tried
 _LONGEST_RING = 4000  # samples
-_SHORT, _SHORTER = 2.0, 0.4  # samples: where no boxcar shows the length, a second start
+_SHORT = 2.0  # samples: where no boxcar shows the length, there are other starts
+_STARTS = (0.4, 2.0, 3.0)
 _OUTLYING = 5.0  # standard deviations of a sample from those of the other windows
 _OVER = 8.0  # standard deviations of a spectrum averaged over the impacts: something rings
 MEDIAN_OF_NORMAL = 0.6745  # of the absolute value, in standard deviations
@@ -62,8 +63,10 @@ def learn_template(
 
     plain = _fit(windows, start, _PLAIN, table)
     if start.duration < _SHORT:
-        shorter = _fit(windows, replace(start, duration=_SHORTER), _PLAIN, table)
-        plain = min(plain, shorter, key=lambda fit: fit[0])
+        # Within one sample every contact looks alike: from there no small step leads to a longer
+        # one, which then would need two contacts, each within a sample, to be explained.
+        others = [_fit(windows, replace(start, duration=d), _PLAIN, table) for d in _STARTS]
+        plain = min([plain, *others], key=lambda fit: fit[0])
     best, names = plain, _PLAIN
     if windows.height.size >= _FEW:
         alone = _without_outliers(windows, plain, table)
