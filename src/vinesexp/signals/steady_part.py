@@ -48,8 +48,8 @@ class SteadyPart:
     ends : tuple of float
         Mean amplitude of the first and of the last half of the cycles that count.
     drifts : bool
-        The halves differ by more than their errors and 3 %: the response has not settled, or
-        never does. A smaller difference is in `error`.
+        The amplitude moves one way, the halves differing by more than their errors and 3 %: it
+        has not settled. Any other difference between the halves is in `error`.
     """
 
     first: int
@@ -93,7 +93,7 @@ def steady_part(amplitude: FloatArray) -> SteadyPart:
     drifts = kept.size >= _FEWEST and _differ(*ends, 2.0 * _within_halves(kept))
     if drifts:
         error = math.hypot(error, 0.5 * (ends[1] - ends[0]))
-        drifts = abs(ends[1] - ends[0]) > _DRIFT * float(kept.mean())
+        drifts = abs(ends[1] - ends[0]) > _DRIFT * float(kept.mean()) and _one_way(kept)
     return SteadyPart(
         first=first,
         cycles=kept.size,
@@ -103,6 +103,12 @@ def steady_part(amplitude: FloatArray) -> SteadyPart:
         ends=ends,
         drifts=drifts,
     )
+
+
+def _one_way(values: FloatArray) -> bool:
+    """Whether the means of the quarters only rise or only fall: bursts that come and go do not."""
+    steps = np.diff([quarter.mean() for quarter in np.array_split(values, 4)])
+    return bool(np.all(steps > 0.0) or np.all(steps < 0.0))
 
 
 def error_of_mean(values: FloatArray) -> float:

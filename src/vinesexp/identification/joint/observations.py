@@ -35,8 +35,10 @@ _WIDE, _WIDE_R = 10.0, 0.5
 _ORDINARY_M = (math.log(3.0), 2.0)
 #: What velocities beside an impact may be off by, as a share of the jump: contact, mount, filter.
 _SHARE = 2e-3
-#: Lateness of the displacement that no channel shows, s.
-_LATE = 1e-5
+#: Lateness of the displacement that no channel shows, s; records that make a mean of lags.
+_LATE, _FEWEST_LAGS = 1e-5, 3
+#: The area of the pulse that a record learns is less sure than its noise alone would make it.
+_PULSE = 3.0
 #: What the model of the displacement beside an impact leaves in r and in the momentum of a record.
 _OWN_R, _OWN_EPS, _OWN_GAIN = 1e-4, 3e-4, 5e-4
 #: So many times more where the amplitude falls from impact to impact.
@@ -101,6 +103,7 @@ class _Builder:
     loads: dict[float, str] = field(default_factory=dict)
     gains: dict[tuple[str, str], str] = field(default_factory=dict)
     collisions: dict[tuple[str, int], Collisions] = field(default_factory=dict)
+    late: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     sums: dict[tuple[str, int], tuple[Sum, ...]] = field(default_factory=dict)
 
     def add(self, name: str, value: float, error: float, start: float | None = None) -> str:
@@ -145,6 +148,7 @@ def observe(
     _start_mass(b, found)
     _sensors(b, found)
     f0 = math.exp(b.start["ln_f0"]) if "ln_f0" in b.start else None
+    b.late = _lateness(found, campaign, impacts)
     for record in sorted(campaign.records, key=lambda one: one.id):
         if record.exclude or record.id not in impacts:
             continue
@@ -309,6 +313,35 @@ def _flights(b: _Builder, record: Record, impacts: Impacts, f0: float | None) ->
         _group(b, record, impacts, flights, number if several else 0, stated, frequency, integrated)
 
 
+def _lateness(
+    found: Sequence[Estimate], campaign: Campaign, impacts: Mapping[str, Impacts]
+) -> dict[str, tuple[float, float]]:
+    """Lateness that is left in the displacement of each record, s, and its standard error.
+
+    Each record was freed of the lag that it shows itself. Channels of one setup have one lag, which
+    all records together know better; of an AC-coupled accelerometer only those that show its corner
+    do, since without it the phase at the oscillation looks like a lag.
+    """
+    corners = {e.records[0] for e in found if e.parameter == "accelerometer_corner"}
+    lags = {
+        e.records[0]: (e.value, max(e.std_error, _LATE))
+        for e in found if e.parameter == "channel_lag" and e.records
+    }  # fmt: skip
+    left: dict[str, tuple[float, float]] = {}
+    for setup in {record.setup for record in campaign.records}:
+        own = [r.id for r in campaign.records if r.setup == setup and r.id in lags]
+        hit = [id for id in own if id in impacts]
+        shown = [id for id in hit if id in corners]
+        known = np.array([lags[id] for id in (shown if 2 * len(shown) >= len(hit) else hit)])
+        if len(known) < _FEWEST_LAGS:
+            continue
+        w = 1.0 / known[:, 1] ** 2
+        mean = float(w @ known[:, 0] / w.sum())
+        worse = max(1.0, float(w @ (known[:, 0] - mean) ** 2) / (len(known) - 1))
+        left |= {id: (mean - lags[id][0], math.sqrt(worse / float(w.sum()))) for id in hit}
+    return left
+
+
 def _group(
     b: _Builder, record: Record, impacts: Impacts, flights: Flights, number: int, stated: float,
     frequency: float, integrated: bool,
@@ -332,6 +365,7 @@ def _group(
     if integrated:
         loose = _INTEGRATED
     collisions = collisions_of(flights, impacts, omega2=(2.0 * math.pi * frequency) ** 2)
+    pulses = np.abs(flights.jump_acceleration[np.isfinite(flights.jump_acceleration)])
     local = (
         {r: 1.0, b.add(f"own r: {tag}", 0.0, loose * _OWN_R): 1.0},
         {ln_m: 1.0, "ln_M": -1.0, b.add(f"own momentum: {tag}", 0.0, loose * _OWN_EPS): 1.0},
@@ -339,7 +373,8 @@ def _group(
         jumps,
         {b.add("jump reading", 0.0, inputs.template.of(1.0)): 1.0},
         {b.add("share", 0.0, _SHARE): 1.0},
-        {b.add("late", 0.0, _LATE): 1.0},
+        {b.add("late", 0.0, _LATE): 1.0,
+         b.add(f"own late: {record.id}", *b.late.get(record.id, (0.0, _LATE))): 1.0},
         {b.add("clearance scale", 0.0, 0.0): stated, b.add("clearance offset", 0.0, u): 1.0,
          own: 1.0},
         *({name: 1.0} for name in EFFECTS),
@@ -349,8 +384,12 @@ def _group(
     constants[7] = stated
     start = np.zeros(len(local))
     start[0], start[1], start[7] = 0.6, math.log(mass) - b.start["ln_M"], stated
+    start[6] = b.late.get(record.id, (0.0, 0.0))[0]
     late = float(np.median(impacts.time_error_s[flights.index]))
     collisions = with_errors(collisions, start, time_error=late)
+    if pulses.size >= _FEWEST:  # one template a record: its noise is common to all impacts
+        relative = collisions.scatter[2] / float(np.median(pulses)) / math.sqrt(pulses.size)
+        jumps[b.add(f"own pulse: {tag}", 0.0, _PULSE * relative)] = 1.0
     b.collisions[record.id, number] = collisions
     b.sums[record.id, number] = tuple(zip(local, constants, strict=True))
 
