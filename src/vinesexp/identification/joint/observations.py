@@ -54,7 +54,6 @@ _FREE = (0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3, 0.05, 0.05, 0.3, 0.3, 1.5e
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
 _TINY = 1e-9
-_ROBUST = 4.0  # degrees of freedom of Student's distribution, for single values of records
 _AIR = 1e-3  # of r from a drop: air, table
 
 
@@ -166,24 +165,16 @@ def observe(
     )  # fmt: skip
 
 
-def gaussian(value: FloatArray, covariance: FloatArray, freedom: float = _ROBUST
-             ) -> _Gaussian:  # fmt: skip
-    """Look of a block whose local quantities were observed with normal errors, robustly."""
-    return _Gaussian(value, np.asarray(np.linalg.inv(covariance), dtype=np.float64), freedom)
-
-
 @dataclass(frozen=True)
-class _Gaussian:
-    """Observed local quantities; one far off counts less, by Student's distribution."""
+class _Single:
+    """One local quantity that was observed with a normal error."""
 
-    value: FloatArray
-    information: FloatArray
-    freedom: float
+    value: float
+    error: float
 
     def __call__(self, p: FloatArray) -> Local:
-        rest = self.value - p
-        gradient = self.information @ rest
-        return self.information, gradient, -0.5 * float(rest @ gradient)
+        rest, w = self.value - float(p[0]), self.error**-2
+        return np.array([[w]]), np.array([w * rest]), -0.5 * w * rest * rest
 
 
 def _rig(b: _Builder, found: Sequence[Estimate], spread: Mapping[str, float]) -> None:
@@ -460,9 +451,8 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
         sums = ({b.gain(record, "acceleration"): 1.0, b.gain(record, "displacement"): -1.0}, 0.0)
         error = max(e.std_error / abs(e.value), 3e-4)
         b.blocks.append(
-            Block(record.id, "channels", (sums,),
-                  gaussian(np.array([math.log(abs(e.value))]), np.array([[error**2]])))
-        )  # fmt: skip
+            Block(record.id, "channels", (sums,), _Single(math.log(abs(e.value)), error))
+        )
 
 
 def _base(
@@ -485,10 +475,7 @@ def _base(
             error = max(e.std_error / e.value, 1e-5)
             sums = ({**here, b.gain(record, "base"): 1.0,
                      b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0}, 0.0)  # fmt: skip
-            b.blocks.append(
-                Block(record.id, "base channel", (sums,),
-                      gaussian(np.array([seen]), np.array([[error**2]])))
-            )  # fmt: skip
+            b.blocks.append(Block(record.id, "base channel", (sums,), _Single(seen, error)))
     if driven is None or "ln_f0" not in b.priors or "ln_zeta" not in b.priors:
         return
     f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
@@ -544,7 +531,4 @@ def _drops(b: _Builder, found: Sequence[Estimate]) -> None:
         off = b.add("drop", 0.0, model * e.value)
         sums = ({name: 1.0, off: 1.0}, 0.0)
         error = max(e.std_error, 1e-6)
-        b.blocks.append(
-            Block(e.records[0], "drop", (sums,),
-                  gaussian(np.array([e.value]), np.array([[error**2]])))
-        )  # fmt: skip
+        b.blocks.append(Block(e.records[0], "drop", (sums,), _Single(e.value, error)))

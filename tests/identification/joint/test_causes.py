@@ -1,0 +1,126 @@
+"""Causes are weighed by their evidence, and none is seen in noise."""
+
+import numpy as np
+import pytest
+
+from vinesexp.identification.joint.causes import (
+    Cause,
+    believed,
+    gain_of,
+    judge,
+    score,
+)
+from vinesexp.identification.joint.observations import Observed
+from vinesexp.identification.joint.unknowns import (
+    Beliefs,
+    Block,
+    Direction,
+    Prior,
+    expand,
+    posterior_of,
+)
+
+
+class Mean:
+    """A level observed with a normal error."""
+
+    def __init__(self, value, error):
+        self.value, self.w = value, error**-2
+
+    def __call__(self, p):
+        rest = self.value - p[0]
+        return np.array([[self.w]]), np.array([self.w * rest]), -0.5 * self.w * rest**2
+
+
+N = 8
+NAMES = ("level", *(f"own r: t{i}" for i in range(N)))
+
+
+def campaign(values, error=0.01):
+    """One level seen in each of several records, whose own parts are small."""
+    blocks = [
+        Block(f"t{i}", "flights", (({"level": 1.0, f"own r: t{i}": 1.0}, 0.0),), Mean(v, error))
+        for i, v in enumerate(values)
+    ]
+    beliefs = Beliefs({n: Prior(0.0, 1.0 if n == "level" else 1e-3) for n in NAMES})
+    order = tuple(f"t{i}" for i in range(N))
+    observed = Observed(NAMES, beliefs, tuple(blocks), np.zeros(N + 1), {}, {}, {}, {}, {}, order)
+    return observed, expand(blocks, NAMES, np.zeros(N + 1))
+
+
+def drift():
+    line = np.linspace(-0.5, 0.5, N)
+    terms = {f"own r: t{i}": float(v) for i, v in enumerate(line)}
+    return Cause("drift of r", "drift", "r", Direction(terms, Prior(0.0, 0.5)))
+
+
+def jump(k):
+    terms = {f"own r: t{i}": 1.0 for i in range(k, N)}
+    return Cause(f"change from t{k}", "drift", "r", Direction(terms, Prior(0.0, 0.5)), members=N)
+
+
+def one(i):
+    terms = {f"own r: t{i}": 1.0}
+    return Cause(f"one t{i}", "mistake", "r", Direction(terms, Prior(0.0, 0.5)), members=N)
+
+
+CAUSES = [drift(), *(jump(k) for k in range(2, N - 1)), *(one(i) for i in range(N))]
+
+
+@pytest.mark.parametrize("cause", CAUSES, ids=lambda c: c.key)
+def test_the_short_way_to_the_evidence_is_the_long_way(cause):
+    observed, data = campaign(np.random.default_rng(1).normal(0.3, 0.03, N))
+    base = posterior_of(data, observed.beliefs)
+    gain, value, error = gain_of(data, observed.beliefs, base, cause.direction)
+    whole = posterior_of(data, believed(observed.beliefs, cause))
+    assert gain == pytest.approx(whole.log_evidence - base.log_evidence, abs=1e-8)
+    assert (value, error) == pytest.approx(whole.of({cause.key: 1.0}), rel=1e-6)
+    assert score(data, observed.beliefs, base, cause) == pytest.approx(gain + cause.log_odds)
+
+
+def test_noise_has_no_cause():
+    """At most 2 of 300 campaigns without any cause name one: by chance of the prior odds."""
+    rng = np.random.default_rng(2)
+    named = 0
+    for _ in range(300):
+        observed, data = campaign(rng.normal(0.5, 0.01, N))
+        named += any(w.sure for w in judge(data, observed, CAUSES).found)
+    assert named <= 2
+
+
+@pytest.mark.parametrize("cause", [drift(), jump(4), one(3)], ids=lambda c: c.key)
+def test_a_cause_that_is_there_is_found_with_its_size(cause):
+    rng = np.random.default_rng(3)
+    size = 0.2
+    shape = np.array([cause.direction.terms.get(f"own r: t{i}", 0.0) for i in range(N)])
+    observed, data = campaign(0.5 + size * shape + rng.normal(0.0, 0.01, N))
+    found = judge(data, observed, CAUSES).found
+    assert [w.cause.key for w in found] == [cause.key]
+    assert abs(found[0].value - size) < 4.0 * found[0].error
+    assert found[0].sure
+
+
+def test_a_factor_that_cannot_be_negative_has_no_evidence_from_a_negative_value():
+    observed, data = campaign(0.5 - 0.2 * np.linspace(-0.5, 0.5, N))
+    base = posterior_of(data, observed.beliefs)
+    plain = drift()
+    positive = Cause(plain.key, "drift", "r", plain.direction, positive=True)
+    assert score(data, observed.beliefs, base, plain) > 100.0
+    assert (
+        score(data, observed.beliefs, base, positive)
+        < score(data, observed.beliefs, base, plain) - 20.0
+    )
+
+
+def test_what_nothing_explains_is_in_the_errors():
+    """Scatter from record to record that no cause makes widens the error of the level."""
+    rng = np.random.default_rng(4)
+    values = 0.5 + rng.normal(0.0, 0.1, N)
+    observed, data = campaign(values)
+    names = [n for n in NAMES if n != "level"]
+    scatter = Cause("scatter", "scatter", "own r", None, wider=dict.fromkeys(names, 0.1))
+    judged = judge(data, observed, [scatter])
+    value, error = judged.posterior.of({"level": 1.0})
+    assert 0.02 < error < 0.06
+    assert abs(value - values.mean()) < 0.01
+    assert not judged.found[0].sure

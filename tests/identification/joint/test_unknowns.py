@@ -1,0 +1,131 @@
+"""The joint estimate on problems whose answers are known in closed form."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vinesexp.identification.joint.unknowns import (
+    Beliefs,
+    Block,
+    Direction,
+    Prior,
+    Tempered,
+    expand,
+    fit,
+    posterior_of,
+    total,
+)
+
+
+@dataclass(frozen=True)
+class Line:
+    """Normal observations of a linear function of the local quantities."""
+
+    A: np.ndarray
+    y: np.ndarray
+    sigma: float
+
+    def __call__(self, p):
+        rest = (self.y - self.A @ p) / self.sigma
+        J = self.A / self.sigma
+        return J.T @ J, J.T @ rest, -0.5 * float(rest @ rest)
+
+
+NAMES = ("a", "b", "c")
+PLAIN = tuple(({name: 1.0}, 0.0) for name in NAMES)
+
+
+def problem(seed, n=7, sigma=0.3):
+    rng = np.random.default_rng(seed)
+    return Line(rng.normal(size=(n, 3)), rng.normal(size=n), sigma)
+
+
+def brute_force(look, mean, width):
+    """Posterior and evidence of the linear problem by the joint normal distribution."""
+    n = look.y.size
+    S = look.A @ np.diag(width**2) @ look.A.T + look.sigma**2 * np.eye(n)
+    rest = look.y - look.A @ mean
+    gain = np.diag(width**2) @ look.A.T @ np.linalg.inv(S)
+    log_evidence = -0.5 * rest @ np.linalg.solve(S, rest) - 0.5 * np.linalg.slogdet(S)[1]
+    covariance = np.diag(width**2) - gain @ look.A @ np.diag(width**2)
+    return mean + gain @ rest, covariance, log_evidence
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_values_errors_and_evidence_are_those_of_the_normal_distribution(seed):
+    look = problem(seed)
+    width = np.array([1.0, 0.2, 3.0])
+    mean = np.array([0.1, -0.4, 2.0])
+    beliefs = Beliefs({n: Prior(m, w) for n, m, w in zip(NAMES, mean, width, strict=True)})
+    data = fit([Block("r", "decay", PLAIN, look)], NAMES, beliefs, mean)
+    found = posterior_of(data, beliefs)
+    value, covariance, _ = brute_force(look, mean, width)
+    np.testing.assert_allclose(found.values, value, atol=1e-9)
+    np.testing.assert_allclose(found.covariance, covariance, atol=1e-9)
+    # evidence is known but for a constant: the difference between two priors counts
+    other = Beliefs({n: Prior(m, 2 * w) for n, m, w in zip(NAMES, mean, width, strict=True)})
+    gain = posterior_of(data, other).log_evidence - found.log_evidence
+    assert gain == pytest.approx(
+        brute_force(look, mean, 2 * width)[2] - brute_force(look, mean, width)[2], abs=1e-8
+    )
+
+
+@given(st.integers(0, 1000), st.floats(-2.0, 2.0), st.floats(0.05, 5.0))
+def test_a_cause_is_one_more_unknown(seed, centre, width):
+    """Believing a cause equals an unknown of that prior put into the sums."""
+    look = problem(seed)
+    priors = {n: Prior(0.0, 0.5) for n in NAMES}
+    direction = Direction({"a": 1.0, "b": -2.0}, Prior(centre, width))
+    beliefs = Beliefs(priors).believing("x", direction)
+    data = expand([Block("r", "decay", PLAIN, look)], NAMES, np.zeros(3))
+    by_cause = total(posterior_of(data, beliefs), beliefs)
+
+    four = (*NAMES, "x")
+    sums = (({"a": 1.0, "x": 1.0}, 0.0), ({"b": 1.0, "x": -2.0}, 0.0), ({"c": 1.0}, 0.0))
+    spelled = Beliefs({**priors, "x": Prior(centre, width)})
+    plain = posterior_of(expand([Block("r", "decay", sums, look)], four, np.zeros(4)), spelled)
+    value, error = plain.of({"a": 1.0, "x": 1.0})
+    assert by_cause.of({"a": 1.0})[0] == pytest.approx(value, abs=1e-7)
+    assert by_cause.of({"a": 1.0})[1] == pytest.approx(error, rel=1e-6)
+
+
+def test_a_sum_that_is_not_linear_is_found_where_the_residual_is_least():
+    @dataclass(frozen=True)
+    class Exponential:
+        y: float
+
+        def __call__(self, p):
+            model = math.exp(p[0])
+            w = 1e6
+            return (
+                np.array([[w * model**2]]),
+                np.array([w * model * (self.y - model)]),
+                -0.5 * w * (self.y - model) ** 2,
+            )
+
+    block = Block("r", "decay", (({"a": 1.0, "b": 1.0}, 0.0),), Exponential(7.0))
+    beliefs = Beliefs({"a": Prior(0.0, 10.0), "b": Prior(0.0, 1e-3)})
+    data = fit([block], ("a", "b"), beliefs, np.zeros(2))
+    assert posterior_of(data, beliefs).of({"a": 1.0, "b": 1.0})[0] == pytest.approx(
+        math.log(7.0), abs=1e-6
+    )
+
+
+def test_a_record_left_out_is_as_if_it_had_not_been_measured():
+    blocks = [Block(str(i), "decay", PLAIN, problem(i)) for i in range(4)]
+    at = np.array([0.1, 0.2, 0.3])
+    left = expand(blocks, NAMES, at).without("2")
+    plain = expand([b for b in blocks if b.record != "2"], NAMES, at)
+    np.testing.assert_allclose(left.information, plain.information, atol=1e-9)
+    np.testing.assert_allclose(left.gradient, plain.gradient, atol=1e-9)
+
+
+def test_a_tempered_block_counts_as_if_its_errors_were_larger():
+    wide = problem(1, sigma=0.3 * 3.0)
+    p = np.array([0.3, -0.2, 0.9])
+    for tempered, plain in zip(Tempered(problem(1), 9.0)(p), wide(p), strict=True):
+        np.testing.assert_allclose(tempered, plain, rtol=1e-12)
