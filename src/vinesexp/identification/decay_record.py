@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from vinesexp.identification.estimate import Estimate, is_known
 from vinesexp.identification.oscillation import displacement_of, motion_role
+from vinesexp.identification.other_modes import Mode, other_modes
 from vinesexp.identification.ringdown import ring_down
 from vinesexp.identification.ringdown_result import RingDown
 from vinesexp.records.schema import Record
 from vinesexp.records.store import RecordView
 from vinesexp.signals.clipping import resolution_of
+from vinesexp.signals.means import channel_means, fill_gaps
 
 #: Amplitudes at which f0 and zeta are tabled: this many a decade, the same for all records.
 A_DECADE = 8
+_POINTS = 200  # block means a period, in which further modes are looked for
 _BEYOND = 2.0  # times above the largest and below the smallest amplitude of the record
 _LEAST = 1e-3  # of the largest amplitude: nobody asks for less
 
@@ -35,7 +39,8 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     -------
     list of Estimate
         Besides f0 and zeta of each method, of the one that counts: `f0_at` and `zeta_at` over
-        amplitude, the terms of the law of damping, `misfit`, and a second oscillation (`beat`).
+        amplitude, the terms of the law of damping, `misfit`, a second oscillation (`beat`), and
+        of every further mode `mode`, `mode_zeta` and `mode_share`.
 
     Raises
     ------
@@ -62,10 +67,31 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     rows = [*_law(best), ("misfit", best.residual, 0.0, "1")]
     if best.beat is not None:
         rows += [("beat", best.beat[0], 0.0, "Hz"), ("beat_share", best.beat[1], 0.0, "1")]
+    for mode in _others(view, role, best):
+        rows += [
+            ("mode", mode.f0, mode.f0_error, "Hz"),
+            ("mode_zeta", mode.zeta, mode.zeta_error, "1"),
+            ("mode_share", mode.amplitude / best.amplitude, 0.0, "1"),
+        ]
     return found + [
         Estimate(name, value, error, unit, best.method, (record.id,))
         for name, value, error, unit in rows
     ]
+
+
+def _others(view: RecordView, role: str, best: RingDown) -> list[Mode]:
+    """Further modes, up to many times the frequency of the one that counts."""
+    k = max(1, int(view.sample_rate / (_POINTS * best.f0)))
+    means = channel_means(view, role, k)
+    step = k / view.sample_rate
+    begin, end = (round(t / step) for t in best.window)
+    x = fill_gaps(means[max(begin, 0) : end])
+    found = other_modes(x, step, frequency=best.f0, zeta=best.zeta)
+    if view.quantity(role) == "acceleration":  # the amplitudes of the decay are displacements
+        return [
+            replace(one, amplitude=one.amplitude / (2.0 * math.pi * best.f0) ** 2) for one in found
+        ]
+    return found
 
 
 def _over_amplitude(record: Record, best: RingDown, suffix: str) -> list[Estimate]:

@@ -19,7 +19,7 @@ def remarks(found: Sequence[Estimate]) -> list[Check]:
     """Rows of checks.csv on the estimates of single records."""
     return [
         *_channels(found), *_integrated(found), *_of_sweeps(found), *_misfits(found),
-        *_beats(found),
+        *_beats(found), *_modes(found),
     ]  # fmt: skip
 
 
@@ -163,4 +163,25 @@ def _beats(found: Sequence[Estimate]) -> list[Check]:
         )
         for e in found
         if e.parameter == "beat"
+    ]
+
+
+def _modes(found: Sequence[Estimate]) -> list[Check]:
+    """Further modes in a free decay."""
+    said: dict[str, list[str]] = {}
+    own = [e for e in found if e.parameter in ("mode", "mode_zeta", "mode_share")]
+    for f, zeta, share in zip(own[::3], own[1::3], own[2::3], strict=True):
+        said.setdefault(f.records[0], []).append(
+            f"{f.value:.4g} Hz (zeta {zeta.value:.2g} +- {zeta.std_error:.1g}, "
+            f"{100 * share.value:.2g} % of the amplitude)"
+        )
+    return [
+        Check(
+            record,
+            "modes",
+            "ok",
+            f"it rings at {', '.join(modes)} too; if that is the one to be used, write it into "
+            "frequency_hz",
+        )
+        for record, modes in said.items()
     ]

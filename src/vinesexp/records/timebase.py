@@ -5,6 +5,7 @@ interval dt differ from dt by less than q, and lie within q of the straight line
 first and last time (q/2 of their own, at most q/2 of the line's). Where q comes near dt, a lost
 sample could hide in it, so at most dt/2 is allowed for a step.
 
+The interval is that of the straight line through all times where they are rounded or stray.
 Beyond rounding, a time may stray by a tenth of a sample and the clock still counts as uniform: a
 motion of frequency f is off by 2 pi f dt/10 of its amplitude then, a thousandth at 600 samples a
 period. What strays more, by jitter or a drifting clock, is `UnevenClockError`: the record can be
@@ -25,6 +26,7 @@ from vinesexp.errors import RecordError
 Floats = NDArray[np.float64]
 
 _JITTER = 0.1  # of an interval: what impact timing needs
+_COARSE = 1e-3  # of an interval: printed times that are coarser round the interval, too
 _GAP = 1.6  # intervals: a lost sample makes two, jitter of a quarter of a sample 1.5
 _RECORD = 20  # rows at least of a record that another one follows
 _PIECES = 64  # stretches of a block whose extremes are kept for the check against the whole line
@@ -75,6 +77,8 @@ class Clock:
         self.first = self.last = self.stray = math.nan
         self._interval = self._coarsest = self._finest = math.nan
         self._uneven = False
+        self._even = math.nan  # interval of a first line, from which the sums below count
+        self._sum = self._moment = 0.0
         self._extremes: list[tuple[NDArray[np.int64], Floats]] = []
 
     def add(self, times: Floats, *, row: int) -> None:
@@ -112,6 +116,11 @@ class Clock:
         # The line through all times is known at the end only: keep the points that stray most
         # from the line so far, in stretches so short that the two lines run parallel there.
         interval = (self.last - self.first) / max(self.n - 1, 1)
+        if math.isnan(self._even):
+            self._even = interval
+        late = times - (self.first + index * self._even)
+        self._sum += float(late.sum())
+        self._moment += float(index @ late)
         astray = times - (self.first + index * interval)
         pieces = np.array_split(np.arange(len(times)), min(_PIECES, len(times)))
         chosen = np.array([p[f(astray[p])] for p in pieces for f in (np.argmin, np.argmax)])
@@ -140,7 +149,19 @@ class Clock:
         self.stray = max(worst - self._coarsest, 0.0) / interval
         if self._uneven or self.stray > _JITTER:
             raise UnevenClockError(float(np.abs(astray).max()) / interval)
+        if self.stray > 0.0 or self._coarsest > _COARSE * interval:
+            interval = self._interval_of_line()
         return self._rate(interval), self.first * self.size
+
+    def _interval_of_line(self) -> float:
+        """Interval of the straight line through all times (least squares).
+
+        First and last time stray as the others do, or are rounded; of a record of n times the line
+        has the interval better by the root of n.
+        """
+        middle = 0.5 * (self.n - 1)
+        slope = (self._moment - middle * self._sum) / (self.n * (self.n**2 - 1) / 12.0)
+        return self._even + slope
 
     def _refuse_gap(self, times: Floats, steps: Floats, row: int) -> None:
         """Refuse a step backward, of nothing, or over a gap."""
