@@ -77,6 +77,10 @@ UNITS: dict[str, dict[str, float]] = {
         "lbf/in": 4.4482216152605 / 0.0254,
         "lbf/ft": 4.4482216152605 / 0.3048,
     },
+    "rate of turn": {"rad/s": 1.0, "deg/s": math.pi / 180.0, "°/s": math.pi / 180.0},
+    "magnetic field": {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "µT": 1e-6, "nT": 1e-9},
+    "temperature": {"°C": 1.0, "K": 1.0},
+    "illuminance": {"lx": 1.0},
     "angle": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0},
     "ratio": {"": 1.0, "1": 1.0, "%": 1e-2},
 }

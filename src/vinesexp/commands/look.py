@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from vinesexp.records.readers import Floats
 _BARS = " ▁▂▃▄▅▆▇█"
 _PLAIN_BARS = " .:-=+*#@"  # of the same heights, where the console has no blocks
 _WIDTH = 32
+_CYCLES = 200  # of a motion that its phase plane shows
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -112,8 +114,34 @@ def _described(column: ColumnView) -> str:
     return f"{span}, strongest at {frequency:.4g} {unit} |{small_plot(finite)}|"
 
 
+def phase_plane(column: ColumnView) -> tuple[Floats, Floats]:
+    """A signal about its mean, and its rate over the angular frequency of its strongest motion.
+
+    What is slower than half or faster than four times that frequency is left out, so that the rate
+    is that of the motion and not of the noise. A steady motion is one loop, a decay a spiral.
+
+    Examples
+    --------
+    >>> t = np.arange(4000) / 200.0
+    >>> steady = ColumnView(0, "", None, "signal", 3.0 * np.cos(2 * np.pi * 5.0 * t), 200.0)
+    >>> x, y = phase_plane(steady)
+    >>> bool(np.abs(np.hypot(x, y) - 3.0).max() < 1e-9)
+    True
+    """
+    x = column.finite[: 1 << 18]
+    frequency = column.peak()[0] / (column.rate or 1.0)
+    lines, f = np.fft.rfft(x - x.mean()), np.fft.rfftfreq(x.size)
+    if not frequency > 0.0:
+        return np.zeros(0), np.zeros(0)
+    lines[(f < 0.5 * frequency) | (f > 4.0 * frequency)] = 0.0
+    cycle = math.ceil(1.0 / frequency)
+    inner = slice(cycle, min(x.size - cycle, _CYCLES * cycle))  # at the ends both meet
+    swing, rate = (np.fft.irfft(k * lines, x.size)[inner] for k in (1.0, 1j * f / frequency))
+    return np.asarray(swing, dtype=np.float64), np.asarray(rate, dtype=np.float64)
+
+
 def draw(views: list[FileView], path: Path) -> None:
-    """A picture: every signal of every file over time, and its spectrum beside it."""
+    """A picture: every signal of every file over time, its spectrum and phase plane beside it."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -123,9 +151,10 @@ def draw(views: list[FileView], path: Path) -> None:
     if not rows:
         raise CampaignError("no signal to draw", file=path)
     figure, axes = plt.subplots(
-        len(rows), 2, figsize=(10, 1.0 + 1.5 * len(rows)), squeeze=False, layout="constrained"
-    )
-    for (view, column), (left, right) in zip(rows, axes, strict=True):
+        len(rows), 3, figsize=(12, 1.0 + 1.8 * len(rows)), squeeze=False, layout="constrained",
+        width_ratios=(4, 4, 1.6),
+    )  # fmt: skip
+    for (view, column), (left, right, plane) in zip(rows, axes, strict=True):
         rate = column.rate or 1.0
         step = max(len(column.values) // 4000, 1)
         shown = column.values[: len(column.values) // step * step].reshape(-1, step)
@@ -144,11 +173,13 @@ def draw(views: list[FileView], path: Path) -> None:
             amplitudes[:count].reshape(-1, group)[1:].max(axis=1),
             linewidth=0.7,
         )
-        for axis in (left, right):
+        plane.plot(*phase_plane(column), linewidth=0.5)
+        for axis in (left, right, plane):
             axis.tick_params(labelsize=7)
     known = all(column.rate for _, column in rows)
     axes[-1][0].set_xlabel("time (s)" if known else "sample", fontsize=8)
     axes[-1][1].set_xlabel("frequency (Hz)" if known else "cycles a sample", fontsize=8)
+    axes[-1][2].set_xlabel("signal, and its rate over 2πf", fontsize=8)
     try:
         figure.savefig(path, dpi=110)
     except (OSError, ValueError) as error:

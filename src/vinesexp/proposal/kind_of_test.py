@@ -9,7 +9,7 @@ import numpy as np
 from vinesexp.identification.heard_bounces import bounces_heard
 from vinesexp.proposal.roles import Guess, label_of
 from vinesexp.proposal.survey import ColumnView, FileView
-from vinesexp.proposal.traits import common_frequency, envelope
+from vinesexp.proposal.traits import common_frequency, envelope, stands_out
 from vinesexp.records.readers import Floats
 from vinesexp.units import UNITS
 
@@ -24,7 +24,6 @@ _SCATTER = 0.1  # of the logarithm of a sweep's frequency from cycle to cycle
 _PIECES, _ENDS = 48, 12  # of a record; those at either end that a hand may be in
 _LAST = 0.8  # of a decay: a ball hits before that, too
 _LOUDER = 2.5  # times the usual level of a record
-_CYCLES = 3  # in a record of an oscillation
 _AROUND = 64  # samples at least that a shock is compared with
 
 
@@ -49,11 +48,11 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
             "nothing says how fast it was sampled: no record in time, or one without times",
         )
     hits = has_shocks(a.finite, _period(file))
-    if not _stands_out(x) and (base is None or not _stands_out(base)):
+    if not stands_out(x) and (base is None or not stands_out(base)):
         if hits:
             return "drop", {}, "shocks and no oscillation"
         return OPEN, {}, "nothing moves in it"
-    if base is not None and _stands_out(base) and base.rate and common_frequency(file) > 0.0:
+    if base is not None and stands_out(base) and base.rate and common_frequency(file) > 0.0:
         return _driven(file, base)
     handled = calm_part(x.finite)
     calm = x.finite[handled]
@@ -250,18 +249,9 @@ def oscillates(values: Floats) -> bool:
     """Whether one oscillation holds a tenth of a signal's power; shocks fill the whole spectrum."""
     column = ColumnView(0, "", None, "signal", values, None)
     frequencies, amplitudes = column.spectrum()
-    if not _stands_out(column):
+    if not stands_out(column):
         return False
     power = amplitudes**2
     peak = column.peak()[0]
     near = np.abs(frequencies - peak) <= 0.05 * peak + 2.0 / len(values)
     return bool(power[near].sum() > 0.1 * power[1:].sum())
-
-
-def _stands_out(column: ColumnView) -> bool:
-    _, amplitudes = column.spectrum()
-    if len(amplitudes) < 8:
-        return False
-    if int(np.argmax(amplitudes[1:])) + 1 < _CYCLES:
-        return False  # a slope, not an oscillation
-    return float(amplitudes[1:].max()) > 40.0 * float(np.median(amplitudes))

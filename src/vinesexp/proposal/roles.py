@@ -15,8 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.identification.heard_bounces import bounces_heard
-from vinesexp.proposal.survey import ColumnView, FileView, is_called_time
-from vinesexp.proposal.traits import Traits, derivative_of, duration, is_pulse, traits_of
+from vinesexp.proposal.survey import SLOWEST, ColumnView, FileView, is_called_time
+from vinesexp.proposal.traits import (
+    Traits,
+    derivative_of,
+    duration,
+    is_pulse,
+    stands_out,
+    traits_of,
+)
 from vinesexp.units import UNITS
 
 _NAMES = {
@@ -219,7 +226,11 @@ def _by_physics(
             reported = f"{reasons[role]} (in {votes[role][chosen]} of {count} files)"
             guesses[chosen] = Guess(role, reported, False)
             rest.remove(chosen)
-    left = [label for label in rest if _anywhere(files, label, "displacement")]
+    left = [
+        label
+        for label in rest
+        if _anywhere(files, label, "displacement") and _moves_in(files, label)
+    ]
     if "displacement" in open_roles and left:
         why = "the only signal" if len(labels) == 1 else "what is left"
         if len(left) > 1:
@@ -234,6 +245,15 @@ def _by_physics(
 def _anywhere(files: Sequence[FileView], label: str, role: str) -> bool:
     columns = [c for file in files for c in file.signals if label_of(c) == label]
     return all(may_be(column, role) for column in columns)
+
+
+def _moves_in(files: Sequence[FileView], label: str) -> bool:
+    """Whether a channel may move: it oscillates in a file, or was sampled as motions are.
+
+    A list of results, a height by GPS, the loss of a network do neither.
+    """
+    own = [c for file in files for c in file.signals if label_of(c) == label]
+    return any((c.rate or 0.0) >= SLOWEST or stands_out(c) for c in own)
 
 
 def _clearness(files: Sequence[FileView], label: str) -> float:

@@ -29,7 +29,8 @@ _FREQUENCY_NAME = re.compile(
     r"(?:.*/)?(freq[a-z]*|fr[eé]q[a-zé]*|frekven[a-z]*|f|hz)(?![a-z])", re.IGNORECASE
 )
 _FEWEST = 50  # rows: no record of a motion is shorter
-_SLOWEST = 5.0  # Hz: no record of a vibration is sampled more slowly
+#: Hz: no record of a vibration is sampled more slowly.
+SLOWEST = 5.0
 _UNEVEN = 0.6  # standard deviation of the steps over their mean
 _APART = 0.01  # by which the header's rate and that of the times may differ, relative
 
@@ -261,9 +262,9 @@ def _unit_of_times(stated: str | None, times: Floats) -> str:
         return str(stated)
     finite = times[np.isfinite(times)]
     step = float(finite[-1] - finite[0]) / max(len(finite) - 1, 1)
-    if step < 1.0 / _SLOWEST or bool((finite != np.round(finite)).any()):
+    if step < 1.0 / SLOWEST or bool((finite != np.round(finite)).any()):
         return "s"
-    return "ms" if step * UNITS["time"]["ms"] < 1.0 / _SLOWEST else "us"
+    return "ms" if step * UNITS["time"]["ms"] < 1.0 / SLOWEST else "us"
 
 
 def is_called_time(name: str) -> bool:
@@ -354,7 +355,7 @@ def _time_and_rate(
         if not named and (uneven or steps.min() == steps.max() == 1.0):
             continue  # anything that grows; row numbers
         unit = _unit_of_times(source.columns[j].unit, read[j])
-        if not named and unit == "s" and steps.mean() > 1.0 / _SLOWEST:
+        if not named and unit == "s" and steps.mean() > 1.0 / SLOWEST:
             continue  # nobody samples a vibration so slowly: frequencies, angles, positions
         rate = (len(finite) - 1) / (float(finite[-1] - finite[0]) * UNITS["time"].get(unit, 1.0))
         remarks = []

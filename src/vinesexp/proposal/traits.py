@@ -9,6 +9,7 @@ import numpy as np
 from vinesexp.proposal.survey import ColumnView, FileView
 from vinesexp.records.readers import Floats
 
+_CYCLES = 3  # in a record of an oscillation
 _DOUBLED = 0.06  # by which a frequency may be off twice another
 _SEGMENTS = 6  # of a record, over which coherence is taken
 _COHERENT = 0.9
@@ -160,3 +161,13 @@ def _unsteadiness(values: Floats) -> float:
     levels = envelope(values)
     mean = float(levels.mean())
     return float(levels.std()) / mean if mean > 0.0 else 0.0
+
+
+def stands_out(column: ColumnView) -> bool:
+    """Whether one oscillation of some cycles stands out of all else in a signal."""
+    _, amplitudes = column.spectrum()
+    if len(amplitudes) < 8:
+        return False
+    if int(np.argmax(amplitudes[1:])) + 1 < _CYCLES:
+        return False  # a slope, not an oscillation
+    return float(amplitudes[1:].max()) > 40.0 * float(np.median(amplitudes))
