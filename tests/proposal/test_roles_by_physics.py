@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles
 from vinesexp.proposal.survey import view_file
@@ -114,3 +115,23 @@ def test_rows_too_slow_for_a_vibration_are_no_times(tmp_path):
     view = view_file(tmp_path / "a.txt")
     assert view.rate is None
     assert describe_test(view, guess_roles([view]))[0] == OPEN
+
+
+@pytest.mark.parametrize("names", ["t,P,Q", "Time (s),Force (N),Acc (m/s^2)"])
+def test_a_hammer_test_gives_the_decay_after_the_blow(names, tmp_path):
+    t = np.arange(20000) / 10000.0
+    force = 250.0 * np.exp(-(((t - 0.1) / 5e-4) ** 2)) + 0.1 * RNG.standard_normal(t.size)
+    late = (t - 0.1).clip(0.0)
+    w, zeta = 2 * np.pi * 210.0, 0.006
+    ring = 30.0 * np.where(t > 0.1, np.exp(-zeta * w * late) * np.sin(w * late), 0.0)
+    ring += 0.02 * RNG.standard_normal(t.size)
+    view, roles = looked_at(tmp_path / "a.csv", names, t, force, ring)
+    force_name, response = [column.split(" (")[0] for column in names.split(",")[1:]]
+    assert roles[force_name] == "force"
+    assert roles[response] in ("acceleration", "displacement")
+    test, _, why = describe_test(view, guess_roles([view]))
+    assert (test, "decays" in why) == ("ringdown", True)
+    found = fit_ringdown(ring, sample_rate=1e4, frequency=210.0)
+    assert found.start == pytest.approx(0.1, abs=0.012)
+    assert found.f0 == pytest.approx(210.0, rel=1e-4)
+    assert found.zeta == pytest.approx(zeta, rel=0.01)

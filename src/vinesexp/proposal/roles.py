@@ -33,7 +33,8 @@ _NAMES = {
     "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),
 }
 #: What phones and loggers record besides motion along a line.
-_OTHERS = re.compile(r"gyro|rotat|magnet|temper|humid|pressure|light|force|torque|rad/s|°", re.I)
+_OTHERS = re.compile(r"gyro|rotat|magnet|temper|humid|pressure|light|torque|rad/s|°", re.I)
+_FORCE = re.compile(r"force|hammer|kraft|marteau|martillo|load ?cell", re.I)
 _NO_MOTION = re.compile(r"fft|psd|spectr|correl|coheren", re.I)  # what was computed of it
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
@@ -78,9 +79,11 @@ def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
                 places.setdefault(label_of(column), []).append((file, column))
     guesses: dict[str, Guess] = {}
     for label in [label for label in places if _is_force(label, places)]:
-        guesses[label] = Guess(
-            "force", "it rests but for brief pulses of one sign: a hammer", False
-        )
+        said = bool(_FORCE.search(label)) or places[label][0][1].unit in UNITS["force"]
+        why = "it rests but for brief pulses of one sign: a hammer"
+        if said:
+            why = "its unit or its name says force"
+        guesses[label] = Guess("force", why, said)
         del places[label]
     left = _without_other_axes(places)
     for role in _NAMES:
@@ -117,6 +120,8 @@ def _is_force(label: str, places: Mapping[str, Places]) -> bool:
     own = places[label]
     units = {column.unit for _, column in own}
     if units <= set(UNITS["force"]):
+        return True
+    if _FORCE.search(label) and units <= {None, *UNITS["voltage"]}:
         return True
     if len(places) < 2 or units & (set(UNITS["displacement"]) | set(UNITS["acceleration"])):
         return False
