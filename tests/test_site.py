@@ -130,3 +130,24 @@ def test_the_picture_of_the_readme_is_of_the_shipped_campaign():
     from benchmarks.readme_figure import PICTURE, digest
 
     assert f"data/twin {digest(REPOSITORY / 'data/twin')}".encode() in PICTURE.read_bytes()
+
+
+def test_the_citation_names_the_version_that_is_installed():
+    """That of the last release; between releases the package counts on from it."""
+    from importlib.metadata import version
+
+    import yaml
+    from packaging.version import Version
+
+    cited = Version(str(yaml.safe_load((REPOSITORY / "CITATION.cff").read_text())["version"]))
+    installed = Version(version("vinesexp"))
+    newest = re.search(
+        r"^## ([\d.]+)", (REPOSITORY / "CHANGELOG.md").read_text(), flags=re.MULTILINE
+    )
+    assert newest is not None
+    assert cited == Version(newest[1])
+    if installed.is_devrelease:
+        counted = (installed.major, installed.minor, installed.micro)
+        assert counted in (cited.release, (cited.major, cited.minor, cited.micro + 1))
+    else:
+        assert installed == cited

@@ -115,7 +115,7 @@ def _with_error(value: float, error: float | None) -> str:
     if not error or not math.isfinite(error):
         return f"{value:.7g}"
     decimals = max(0, 1 - math.floor(math.log10(error)))
-    return f"{value:.{decimals}f} +- {error:.2g}"
+    return f"{value:.{decimals}f} +- {COVERAGE_95 * error:.2g}"
 
 
 def _widened(errors: Sequence[float | None]) -> str:

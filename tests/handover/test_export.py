@@ -132,9 +132,24 @@ def test_the_metadata_names_every_file_its_digest_and_its_source(results, tmp_pa
         assert f'"{name}"' in references
 
 
+def test_author_licence_and_title_are_those_that_were_asked_for(results, tmp_path):
+    out, ada = tmp_path / "out", "https://orcid.org/0000-0002-1825-0097"
+    words = ["--title", "Spring", "--author", f"Ada Example ({ada})", "--author", "Bo Example"]
+    assert main(["export", str(results), str(out), *words, "--license", "CC-BY-4.0"]) == 0
+    crate = json.loads((out / "ro-crate-metadata.json").read_text(encoding="utf-8"))
+    things = {thing["@id"]: thing for thing in crate["@graph"]}
+    whole = things["./"]
+    assert whole["name"] == "Spring"
+    assert whole["license"] == {"@id": "https://spdx.org/licenses/CC-BY-4.0"}
+    assert things[whole["license"]["@id"]]["name"] == "CC-BY-4.0"
+    assert [things[one["@id"]]["name"] for one in whole["author"]] == ["Ada Example", "Bo Example"]
+    assert whole["author"][0] == {"@id": ada}
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        (["--license", "mine alone"], "expected an SPDX identifier"),
         (["--record", "b33"], "did you mean 'b34'"),
         ([], "holds files already"),
     ],

@@ -76,7 +76,7 @@ def test_a_ball_that_rubs_is_reported_by_its_friction(friction):
     assert holds(effects(found)["friction"], friction)
     assert holds(r_of(found), R)
     assert r_of(found).std_error < 1e-2 * R
-    assert says(found, "rubs on its floor", "friction")
+    assert says(found, "friction on its floor slows the ball")
 
 
 @pytest.mark.parametrize(

@@ -102,7 +102,7 @@ def test_a_value_with_an_error_of_more_than_half_of_it_is_left_out_and_said():
     ]
     whole = identify_campaign(found, campaign, {})
     assert {e.parameter for e in whole.rows} == {"zeta"}
-    assert any("1063 +- 4.6e+04 Hz" in check.detail for check in whole.checks)
+    assert any("1063 +- 9e+04 Hz" in check.detail for check in whole.checks)
 
 
 @pytest.mark.long

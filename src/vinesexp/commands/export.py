@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from vinesexp.commands.options import writing
 from vinesexp.errors import RecordError, VinesexpError, nearest
@@ -39,24 +42,51 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MM",
         help="instead of records: the figures drawn MM wide, such as a journal's 90 or 190",
     )
-    parser.add_argument("--title", help="of the metadata (the name of the results folder)")
+    parser.add_argument("--title", help="of the metadata (that of the campaign)")
+    parser.add_argument(
+        "--author",
+        action="append",
+        metavar="NAME",
+        help="of the data, with an ORCID in brackets (author of campaign.yaml; may be repeated)",
+    )
+    parser.add_argument(
+        "--license", metavar="SPDX", help="such as CC-BY-4.0 (license of campaign.yaml)"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Write the files; records that could not be used are left out, and named."""
     open_results(args.results)  # says in one line what is missing
-    names = _asked(args.results, args.record)
+    names, said = _asked(args.results, args.record), _said(args)
     if args.out.exists() and any(args.out.iterdir()):
         raise VinesexpError("holds files already; name an empty or a new folder", file=args.out)
     campaign = _campaign(args) if args.figures else None
     with writing(args.out / NAME):
         files = _tables(args.results, args.out)
         files += _records(args, names) if campaign is None else _figures(args, campaign)
-        title = args.title or args.results.resolve().name
-        write_crate(args.out, title=title, files=files)
+        write_crate(args.out, files=files, **said)
     megabytes = sum(file.path.stat().st_size for file in files) / 1e6
     print(f"{args.out}: {len(files)} files, {megabytes:.1f} MB, described in {NAME}")
     return 0
+
+
+def _said(args: argparse.Namespace) -> dict[str, Any]:
+    """Title, authors and licence: as asked for, else as campaign.yaml has them."""
+    title, people = args.results.resolve().name, dict[str, str]()
+    with suppress(VinesexpError):  # results that were moved away from their campaign
+        campaign = load_campaign(campaign_of(args.results))
+        title, people = campaign.title, dict(campaign.people)
+    license = args.license or people.get("license", "")
+    if not re.fullmatch(r"[A-Za-z0-9.+-]*", license):
+        raise VinesexpError(
+            f"license: found '{license}', expected an SPDX identifier such as CC-BY-4.0 or CC0-1.0"
+        )
+    authors = args.author or people.get("author", "").split(";")
+    return {
+        "title": args.title or title,
+        "authors": [name.strip() for name in authors if name.strip()],
+        "license": license,
+    }
 
 
 def _asked(results: Path, wanted: Sequence[str] | None) -> list[str]:

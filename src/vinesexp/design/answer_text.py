@@ -23,6 +23,7 @@ from vinesexp.design.predictions import (
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.rig import Oscillator
 from vinesexp.theory.intervals import ClearancePrediction
+from vinesexp.units import COVERAGE_95
 
 #: How the values beyond the model are called in the table.
 SYMBOLS = {
@@ -98,7 +99,7 @@ def _rig_lines(given: Given, theory: Theory) -> list[str]:
             apart = " to " if option in EXCITATION else "; "
             unit, size = ("mm", 1e3) if option.unit == "m" else (option.unit, 1.0)
             for q in given[option.symbol]:
-                error = f" +- {size * q.std_error:.3g}" if q.std_error else ""
+                error = f" +- {size * COVERAGE_95 * q.std_error:.3g}" if q.std_error else ""
                 texts.append(f"{size * q.value:.6g}{error} {unit}".rstrip())
             lines.append(f"  {SYMBOLS.get(option.symbol, option.symbol):3} = {apart.join(texts)}")
     if theory.F_c is not None:

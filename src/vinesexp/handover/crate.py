@@ -16,6 +16,7 @@ from typing import Any
 from vinesexp.records.file_attributes import package_version
 
 NAME = "ro-crate-metadata.json"
+_SPDX = "https://spdx.org/licenses/"
 _TYPES = {
     ".csv": "text/csv",
     ".mat": "application/x-matlab-data",
@@ -34,7 +35,15 @@ class Described:
     sources: Mapping[str, str]
 
 
-def write_crate(folder: Path, *, title: str, files: Sequence[Described], made: str = "") -> Path:
+def write_crate(
+    folder: Path,
+    *,
+    title: str,
+    files: Sequence[Described],
+    authors: Sequence[str] = (),
+    license: str = "",
+    made: str = "",
+) -> Path:
     """Write the metadata of a folder.
 
     Parameters
@@ -43,10 +52,15 @@ def write_crate(folder: Path, *, title: str, files: Sequence[Described], made: s
         Every file of `files` lies in it.
     title : str
         Of the campaign.
+    authors : sequence of str
+        Names, each followed by an ORCID address in brackets where there is one.
+    license : str
+        SPDX identifier, such as ``CC-BY-4.0``; empty: none is given, and nobody may reuse it.
     made : str, optional
         ISO date of publication; left out: today.
     """
     date = made or datetime.now(UTC).date().isoformat()
+    people = [_person(author, number) for number, author in enumerate(authors, start=1)]
     sources = {name: digest for file in files for name, digest in file.sources.items()}
     graph: list[dict[str, Any]] = [
         {
@@ -61,7 +75,8 @@ def write_crate(folder: Path, *, title: str, files: Sequence[Described], made: s
             "name": title,
             "description": f"Results of the campaign '{title}': channels, impacts and tables, SI.",
             "datePublished": date,
-            "license": "See the owner of the records.",
+            **({"license": {"@id": _SPDX + license}} if license else {}),
+            **({"author": [{"@id": person["@id"]} for person in people]} if people else {}),
             "hasPart": [{"@id": _id(folder, file.path)} for file in files],
             "mentions": [{"@id": "#analysis"}],
         },
@@ -89,11 +104,29 @@ def write_crate(folder: Path, *, title: str, files: Sequence[Described], made: s
                 "identifier": f"sha256:{digest}",
             }
         )
+    graph += people
+    if license:
+        graph.append({"@id": _SPDX + license, "@type": "CreativeWork", "name": license})
     graph += [_file(folder, file) for file in files]
     path = folder / NAME
     crate = {"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph}
     path.write_text(json.dumps(crate, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return path
+
+
+def _person(author: str, number: int) -> dict[str, Any]:
+    """An author as the metadata name one.
+
+    Examples
+    --------
+    >>> _person("Ada Example (https://orcid.org/0000-0002-1825-0097)", 1)["@id"]
+    'https://orcid.org/0000-0002-1825-0097'
+    >>> _person("Ada Example", 1)
+    {'@id': '#author-1', '@type': 'Person', 'name': 'Ada Example'}
+    """
+    name, _, orcid = author.partition("(")
+    found = {"@id": orcid.strip(" )") or f"#author-{number}"}
+    return found | {"@type": "Person", "name": name.strip()}
 
 
 def _file(folder: Path, file: Described) -> dict[str, Any]:

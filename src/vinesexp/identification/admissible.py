@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from vinesexp.identification.estimate import Estimate, is_known
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.checks import Check
+from vinesexp.units import COVERAGE_95
 
 #: r of a contact without a bounce: an error below half of it says so.
 _NO_BOUNCE = 0.1
@@ -65,8 +66,9 @@ def possible(estimates: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]
             restitution and not is_known(max(e.value, _NO_BOUNCE), e.std_error)
         ):
             detail = (
-                f"{e.parameter} ({e.method}) is not known: {e.value:.4g} +- {e.std_error:.2g} "
-                f"{e.unit}, expected an error of half the value at most; left out"
+                f"{e.parameter} ({e.method}) is not known: {e.value:.4g} +- "
+                f"{COVERAGE_95 * e.std_error:.2g} {e.unit}, expected a standard error of half "
+                "the value at most; left out"
             )
         else:
             kept.append(e)

@@ -12,7 +12,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.identification.average import DISAGREES, weighted_mean
 from vinesexp.identification.bounce_series import chance_of_series, series_of_flights
 from vinesexp.identification.least_squares import least_squares
-from vinesexp.units import STANDARD_GRAVITY
+from vinesexp.units import COVERAGE_95, STANDARD_GRAVITY
 
 _FEWEST = 3  # flights: two give any r, the third tests it
 _CHANCE = 0.02  # probability above which a series of flights may be chance
@@ -75,7 +75,7 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
         apart = abs(one.r - mean.value)
         if apart > max(_APART * mean.value, DISAGREES * one.error):
             shown = ", ".join(
-                f"{each.r:.3g} +- {each.error:.1g} from {each.start:.4g} s on"
+                f"{each.r:.3g} +- {COVERAGE_95 * each.error:.1g} from {each.start:.4g} s on"
                 for each in sorted(drops, key=lambda each: each.start)
             )
             raise AnalysisError(
@@ -140,8 +140,8 @@ def _bounces(t: FloatArray, error: FloatArray, *, others: int) -> Bounces:
     found = float(scale * np.sqrt(covariance[2, 2]))
     if not (0.0 < p[2] < 1.0 and found < _SURE * p[2]):
         raise AnalysisError(
-            f"the flights between hits do not agree on r: {p[2]:.3g} +- {found:.2g} from "
-            f"{flights.size} of them"
+            f"the flights between hits do not agree on r: {p[2]:.3g} +- "
+            f"{COVERAGE_95 * found:.2g} from {flights.size} of them"
         )
     return Bounces(float(p[2]), found, t.size, float(p[1]), float(t[0]))
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from vinesexp.identification.estimate import Estimate
 from vinesexp.records.result_columns import BUDGET
 from vinesexp.records.tables import Value, write_rows
+from vinesexp.units import COVERAGE_95
 
 #: Parts of an error that are no input: noise and scatter of the records; sources that disagree.
 RECORDS, DISAGREEMENT = "records", "disagreement"
@@ -21,6 +22,9 @@ RECORDS, DISAGREEMENT = "records", "disagreement"
 #: Parts of the error of a predicted clearance alone.
 BASE, FREQUENCY, RELEASE = "base amplitude", "base frequency", "release"
 COLLISIONS = "what ball and contact do"
+
+#: Below this share of the error nothing is said of what would be left without its largest part.
+_LEFT = 0.1
 
 #: What would shrink a part: the note of its row in budget.csv.
 _REMEDY: Mapping[str, str] = {
@@ -107,9 +111,11 @@ def rows_of(
             continue
         note = _ASSUMED.get(name, "")
         if place == 0 and name in _REMEDY:
-            left = math.sqrt(max(total**2 - part**2, 0.0)) / unit
-            note += f"{'; ' if note else ''}would shrink the error most, to {left:.2g}"
-            note += f"{name_of_unit} at best: {_REMEDY[name]}"
+            left = math.sqrt(max(total**2 - part**2, 0.0))
+            note += f"{'; ' if note else ''}the largest part: {_REMEDY[name]}"
+            if left > _LEFT * total:
+                half = COVERAGE_95 * left / unit
+                note += f". Without it the 95 % interval is +- {half:.2g}{name_of_unit}"
         rows.append(
             {
                 "parameter": parameter,

@@ -29,6 +29,7 @@ from vinesexp.identification.ringdown_result import RingDown
 from vinesexp.signals.clipping import resolution_of
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.means import block_means, fill_gaps
+from vinesexp.units import COVERAGE_95
 
 __all__ = ["POINTS", "RingDown", "cycle_amplitudes", "fit_ringdown", "ring_down"]
 
@@ -126,10 +127,11 @@ def ring_down(
         )
     if not _sure(best):
         raise AnalysisError(
-            f"no free decay stands out: zeta = {best.zeta:.2g} +- {best.zeta_error:.1g}, f0 = "
-            f"{best.f0:.4g} +- {best.f0_error:.1g} Hz over {best.end - best.start:.3g} s, of which "
-            f"the best decay leaves {100 * best.residual:.2g} %; expected an error of zeta of a "
-            "third of it at most: record more of the decay, or nothing but the decay"
+            f"no free decay stands out: zeta = {best.zeta:.2g} +- "
+            f"{COVERAGE_95 * best.zeta_error:.1g}, f0 = {best.f0:.4g} +- "
+            f"{COVERAGE_95 * best.f0_error:.1g} Hz over {best.end - best.start:.3g} s, of which "
+            f"the best decay leaves {100 * best.residual:.2g} %; expected a standard error of zeta "
+            "of a third of it at most: record more of the decay, or nothing but the decay"
         )
     return [decrement, best]
 

@@ -28,6 +28,7 @@ from vinesexp.records.checks import Check
 from vinesexp.records.result_columns import Verdict
 from vinesexp.records.tables import Value
 from vinesexp.signals.impacts.impact_table import Impacts
+from vinesexp.units import COVERAGE_95
 
 _METHODS = ("log decrement", "likelihood", "envelope", "half power", "sweep")
 _IMPACTS = "impacts"
@@ -388,11 +389,12 @@ def _contradicted(inputs: Sequence[Mapping[str, Value]], answer: Answer) -> list
     for item, rows in groups.items():
         if item.replace("nes_mass", "ball mass").replace("_", " ") in causes:
             continue
+        error = float(rows[0]["found_error"] or 0.0)
         first, more = rows[0], f" and of {len(rows) - 1} more" if len(rows) > 1 else ""
         detail = (
             f"{item} of {first['record'] or 'the campaign'}{more}: stated {first['stated']:.5g} "
             f"{first['unit']}, the records show {first['found']:.5g} +- "
-            f"{first['found_error']:.2g}; the analysis takes what was found (inputs.csv)"
+            f"{COVERAGE_95 * error:.2g}; the analysis takes what was found (inputs.csv)"
         )
         checks.append(Check("", "test log", "warning", detail.replace(" 1,", ",")))
     return checks

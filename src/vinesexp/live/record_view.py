@@ -12,6 +12,7 @@ from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Record
 from vinesexp.records.store import open_record
 from vinesexp.signals.impacts.impact_table import read_impacts
+from vinesexp.units import COVERAGE_95
 
 #: Impacts per cycle below which a ball of a steady test may be stuck.
 _STILL = 0.1
@@ -86,7 +87,7 @@ def _numbers(regime: dict[str, object], base: list[dict[str, float]]) -> list[tu
     mean, largest = regime.get("amplitude_mean_m"), regime.get("amplitude_max_m")
     if isinstance(mean, float) and isinstance(largest, float):
         error = regime.get("amplitude_error_m")
-        by = f" ± {1.96e3 * error:.2g}" if isinstance(error, float) else ""
+        by = f" ± {1e3 * COVERAGE_95 * error:.2g}" if isinstance(error, float) else ""
         found.append(
             ("amplitude of the mass", f"{1e3 * mean:.4g}{by} mm, largest {1e3 * largest:.4g} mm")
         )

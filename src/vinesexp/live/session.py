@@ -41,7 +41,7 @@ from vinesexp.records.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, she
 from vinesexp.records.sheet_edit import add_row, change_row, row_of
 from vinesexp.records.step_inputs import step_text
 from vinesexp.records.tables import read_rows
-from vinesexp.units import Quantity
+from vinesexp.units import COVERAGE_95, Quantity
 from vinesexp.whole_files import write_whole
 
 #: Cells that the page may change; what a record is called and where its file is stays.
@@ -245,7 +245,7 @@ class Session:
         if found is None:
             return row
         cell = clearance_cell(found, campaign.records)
-        shown = f"{1e3 * found.value:.4g} +- {1.96e3 * found.std_error:.2g}"
+        shown = f"{1e3 * found.value:.4g} +- {1e3 * COVERAGE_95 * found.std_error:.2g}"
         note = (
             cells["note"].replace(" clearance_mm", "", 1).removesuffix("; FILL IN, if it applies:")
         )

@@ -43,7 +43,9 @@ KEYS = (
 KNOWN_KEYS = ("mass", "nes_mass")
 BAND_KEYS = ("low", "high")
 #: Keys for people: text, carried into the results and never used in them.
-PEOPLE_KEYS = ("operator", "date", "instrument", "place", "temperature", "notes")
+PEOPLE_KEYS = (
+    "author", "license", "operator", "date", "instrument", "place", "temperature", "notes",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

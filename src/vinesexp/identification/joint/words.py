@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 
 from vinesexp.identification.joint.causes import FACTORS, Cause, Judged, Weighed
 from vinesexp.records.checks import Check
+from vinesexp.units import COVERAGE_95
 
 #: Where each thing that is stated stands.
 _PLACES = {
@@ -112,8 +113,8 @@ def called(cause: Cause) -> str:
 
 
 def said(weighed: Weighed) -> str:
-    """A cause that is named, with its size and what to do."""
-    cause, value, error = weighed.cause, weighed.value, weighed.error
+    """A cause that is named, with its size +- half of its 95 % interval, and what to do."""
+    cause, value, error = weighed.cause, weighed.value, COVERAGE_95 * weighed.error
     if cause.kind == "effect":
         return _EFFECTS[cause.about](value, error)
     if cause.kind == "drift":
@@ -186,7 +187,7 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         "the usual speed of these tests"
     ),
     "friction": lambda v, e: (
-        f"the ball rubs on its floor: friction slows it by mu g = {v:.3g} +- {e:.2g} m/s^2 between "
+        f"friction on its floor slows the ball by mu g = {v:.3g} +- {e:.2g} m/s^2 between "
         "the walls; r allows for it, and b_c is predicted with r_effective, in which it is"
     ),
     "tilt": lambda v, e: (
