@@ -65,7 +65,7 @@ def test_a_disagreement_is_in_the_headline_with_its_causes():
     text = headline([apart], [], {}, [check("base amplitude")])
     assert text.endswith(
         " Prediction and measurement disagree at G = 0.2 mm (b_c is 12.5 % below 31 mm); likely "
-        "causes by the checks: the base amplitude differs from the sheet."
+        "causes by the checks: the base amplitude differs from the test log."
     )
 
 

@@ -57,7 +57,7 @@ class IdentifiedRig:
     f0, zeta : natural frequency, Hz, and damping ratio where identified, at the amplitude of the
         periodic tests.
     inputs : what the lab set, and how well: the release of a transient test.
-    effective : of `values`, those that stand for rubbing or a contact that lasts.
+    effective : of `values`, those that stand for friction or a contact that lasts.
     rolling : share s of the floor's motion that a ball takes which rolls. It moves as one of mass
         m (1 - s) that slides in a cavity of clearance b/(1 - s) on a mass M + s m: exactly, as the
         ball's place less s times that of the mass, over 1 - s, moves uniformly between the walls.
@@ -114,7 +114,7 @@ def identified_rig(
 ) -> IdentifiedRig:
     """The `combined` rows of identified.csv and the weighed ball.
 
-    Where a ball rubs or a contact lasts, the effective r and mass of the ball take their places:
+    With friction, or where a contact lasts, the effective r and mass of the ball take their places:
     with these the model moves as the rig does.
     """
     found = {

@@ -53,7 +53,7 @@ class Flights:
     jump_acceleration, jump_displacement : arrays (n,)
         What either channel says of the jump, m/s; NaN where it says nothing.
     clearance : array (n,)
-        On the sheet, m.
+        In the test log, m.
     pulse : array (n,)
         How long a half-sine of this jump and peak lasts, s.
     """

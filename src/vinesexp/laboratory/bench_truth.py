@@ -1,6 +1,6 @@
 """What was really on the virtual bench, where that is more than the campaign's files say.
 
-A table beside the true impacts of a record: each wall of each ball, what rubs and tilts, the spring
+A table beside the true impacts of a record: each wall of each ball, friction and tilt, the spring
 and damper beyond k1 and c1, the true gain of each sensor. A plain test has none.
 """
 

@@ -171,7 +171,7 @@ def _beginning(x: Floats, rate: float, frequency: float) -> tuple[float, float]:
 def _base(
     record: Record, bases: Mapping[str, Mapping[str, str]], identified: Rows
 ) -> LevelBase | None:
-    """The base of one periodic test: as measured, else as the sheet says."""
+    """The base of one periodic test: as measured, else as the test log says."""
     if record.test != "periodic" or not record.base_amplitude:
         return None
     own = bases.get(record.id)

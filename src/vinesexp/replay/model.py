@@ -1,6 +1,6 @@
 """The rig that records are replayed with: the identified values, and the effects that were chosen.
 
-Friction, tilt, walls that differ, r over speed and a clearance off the sheet come from the
+Friction, tilt, walls that differ, r over speed and a clearance off the test log come from the
 impacts; quadratic and Coulomb damping and a spring that stiffens from the ring-downs. What no
 record shows is absent, and a rig without effects is the plain one.
 """

@@ -35,7 +35,7 @@ BALL_STARTS = {
 MORE_STARTS = {
     f"ball moving, {n}": (math.sin(2.4 * n), 1.2 * math.cos(1.7 * n)) for n in range(1, 9)
 }
-#: A ball that rubs may lie in the middle while the mass swings under it.
+#: With friction a ball may lie in the middle while the mass swings under it.
 AT_REST = {"ball in the middle": (0.0, 0.0)}
 #: In a release the ball rests anywhere in its cavity.
 _PLACES = 12

@@ -12,8 +12,8 @@ Row = Mapping[str, str]
 
 #: Checks that can be why a prediction misses, in words.
 CAUSES = {
-    "base amplitude": "the base amplitude differs from the sheet",
-    "base frequency": "the base frequency differs from the sheet",
+    "base amplitude": "the base amplitude differs from the test log",
+    "base frequency": "the base frequency differs from the test log",
     "base motion": "the base was no steady sine",
     "mass": "ways to M disagree",
     "agreement": "records disagree",

@@ -1,6 +1,6 @@
 """The base as it moved: amplitude, frequency, harmonics and steadiness from its own channel.
 
-A sheet says what the shaker was set to. A base that is 10 % below it moves b_c by 10 %, so the
+The test log says what the shaker was set to. A base that is 10 % below it moves b_c by 10 %, so the
 channel on the base, where there is one, is what predictions use.
 """
 
