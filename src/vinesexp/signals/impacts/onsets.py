@@ -1,6 +1,6 @@
 """Hits that ring for longer than any template: each is one onset, however long it rings.
 
-For drop tests, recorded by a microphone or by any other sensor: only times matter. An onset is where
+For drop tests, by a microphone or any other sensor: only times matter. An onset is where
 the level rises well above all of the last moments; what rings, beats and fades after it does not.
 The time is that of Maeda's criterion: the sample that divides the record around an onset into two
 stretches that differ most.
