@@ -57,6 +57,12 @@ def scene_of(tmp_path, text=SCENE):
     return load_scene(path)
 
 
+@pytest.mark.parametrize("given", ["32 kg", "[32 g, 5 kg]"])
+def test_a_ball_heavier_than_the_mass_is_refused_with_the_unit_that_was_meant(given, tmp_path):
+    with pytest.raises(CampaignError, match=r"more than the mass 4\.7 kg.*write grams as 'g'"):
+        scene_of(tmp_path, SCENE.replace("nes_mass: 32 g", f"nes_mass: {given}"))
+
+
 def test_a_scene_is_understood_in_si(tmp_path):
     scene = scene_of(tmp_path)
     assert list(scene.groups) == ["free", "driven", "fall"]

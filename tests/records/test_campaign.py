@@ -117,6 +117,17 @@ def test_ball_masses_are_one_or_several(given, masses, tmp_path):
     assert [mass.value for mass in campaign.known.nes_mass] == pytest.approx(masses)
 
 
+@pytest.mark.parametrize("given", ["32 kg", "[32 g, 5 kg]"])
+def test_a_ball_heavier_than_the_mass_is_refused_with_the_unit_that_was_meant(given, tmp_path):
+    with pytest.raises(CampaignError, match=r"line 4, key known.*more than the mass 4\.7 kg"):
+        make(tmp_path, YAML.replace("32 g ", f"{given} "))
+
+
+def test_a_ball_is_held_against_nothing_where_the_mass_is_not_known(tmp_path):
+    yaml = YAML.replace("  mass: 4.7 kg                 # oscillator M, if weighed\n", "")
+    assert make(tmp_path, yaml.replace("32 g ", "32 kg ")).known.nes_mass[0].value == 32.0
+
+
 def test_more_clearances_than_masses_are_reported(tmp_path):
     with pytest.raises(CampaignError, match=r"line 2, column clearance_mm: 3 clearances.*2 masses"):
         make(tmp_path, YAML.replace("32 g  ", "[32 g, 40 g]"), rows="a,a.csv,drop,10;23;34\n")

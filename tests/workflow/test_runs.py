@@ -211,6 +211,13 @@ def test_editing_code_runs_what_uses_it_and_no_more(finished):
     assert not {"ingest", "condition", "impacts"} & edited
 
 
+def test_a_result_asked_for_by_name_brings_what_it_needs_and_no_more(workflow):
+    workflow.tiny_campaign()
+    done = workflow.run("results/tiny/records/bare.nc", "--config", "campaign=data/tiny")
+    assert done.returncode == 0, done.stderr
+    assert steps(done) == [("ingest", "bare")]
+
+
 @pytest.mark.long
 def test_two_runs_at_once_simulate_once_and_come_to_the_same_results(workflow):
     campaign = workflow.folder / "data/made"
@@ -231,6 +238,8 @@ def test_two_runs_at_once_simulate_once_and_come_to_the_same_results(workflow):
     one, other = (workflow.folder / name for name in ("one", "other"))
     assert (one / "identified.csv").read_bytes() == (other / "identified.csv").read_bytes()
     assert "f0" in (one / "identified.csv").read_text()
+    assert {path.stem for path in (campaign / "raw").iterdir()} == {"bare", "light"}, "every group"
+    assert not [row for row in table(one / "checks.csv") if row["outcome"] == "refused"]
 
 
 SIMULATED = {
@@ -241,7 +250,8 @@ channels:
 time: {column: Time, unit: s}
 bandpass: {low: 2 Hz, high: 40 Hz}
 """,
-    "records.csv": "record,file,test,release_mm\nbare,raw/bare.csv,ringdown,20\n",
+    "records.csv": "record,file,test,release_mm\nbare,raw/bare.csv,ringdown,20\n"
+    "light,raw/light.csv,ringdown,10\n",
     "scene.yaml": """\
 title: Made
 seed: 1
@@ -256,5 +266,11 @@ groups:
     oscilloscope: {format: oscilloscope-csv}
     records:
       bare: {release: 20 mm}
+  lighter:
+    test: ringdown
+    duration: 8 s
+    oscilloscope: {format: oscilloscope-csv}
+    records:
+      light: {release: 10 mm}
 """,
 }

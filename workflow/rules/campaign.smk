@@ -54,9 +54,9 @@ def table(path):
 
 def calls(step, *words):
     """The command of a step, as anybody can type it: python -m vinesexp.steps STEP CAMPAIGN RESULTS."""
-    start = [sys.executable, "-m", "vinesexp.steps", step, CAMPAIGN_FOLDER, PATHS.folder]
-    command = shown(shlex.join(map(str, start)))
-    return " ".join(["exec", command, *words, "--log {log:q} --output {output:q}"])
+    python, places = [sys.executable, "-m", "vinesexp.steps"], [CAMPAIGN_FOLDER, PATHS.folder]
+    start, folders = (shown(shlex.join(map(str, part))) for part in (python, places))
+    return " ".join(["exec", start, step, folders, *words, "--log {log:q} --output {output:q}"])
 
 
 ON_BATCH = "--batch {wildcards.batch:q}"
@@ -82,7 +82,9 @@ for KIND, STEP, FILE in (
             FILE("{record}"),
         log:
             PATHS.log(f"{STEP}.only.{{record}}"),
+        params:
+            step=STEP,  # a command is put together when the job runs, after the loop has ended
         message:
             f"{STEP:10} {{wildcards.record}}"
         shell:
-            calls(STEP, "--batch only.{wildcards.record:q}")
+            calls("{params.step}", "--batch only.{wildcards.record:q}")

@@ -14,7 +14,9 @@ for GROUP in SCENE.groups if SCENE else ():
             PATHS.simulated(GROUP),
         log:
             PATHS.log("simulate", GROUP),
+        params:
+            group=GROUP,  # a command is put together when the job runs, after the loop has ended
         message:
             f"simulate   {GROUP}"
         shell:
-            calls("simulate", f"--group {shlex.quote(GROUP)}")
+            calls("simulate", "--group {params.group:q}")
