@@ -141,6 +141,7 @@ def find_impacts(
 
     campaign, record = _seen(campaign, record, step="impacts")
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
+    said: list[tuple[str, str, str]] = []
     find = partial(
         impacts_of_record,
         measured,
@@ -150,8 +151,9 @@ def find_impacts(
         nes_mass=[mass.value for mass in campaign.known.nes_mass],
         test=record.test,
         settings=record.settings,
+        said=said,
     )
-    impacts, rows = rows_or_refuse(record, find, paths=paths, strict=strict)
+    impacts, rows = rows_or_refuse(record, find, paths=paths, strict=strict, said=said)
     return impacts, rows["regime"][0]
 
 

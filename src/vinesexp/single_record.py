@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from vinesexp.errors import ParameterError, RecordError, nearest
 from vinesexp.pipeline import analyse_record, identify
-from vinesexp.records.checks import read_checks
+from vinesexp.records.checks import checks_of_regime, read_checks
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import (
     MOST_BALLS,
@@ -193,7 +193,11 @@ def _analysed(campaign: Campaign, record: Record, paths: ResultPaths, *, held: b
         raise RecordError(error.problem, where=error.where) from None
     collect_regimes(campaign, paths=paths)
     identify(campaign, paths=paths)
-    checks = [*read_checks(paths.ingest_checks(record.id)), *read_checks(paths.identify_checks)]
+    checks = [
+        *read_checks(paths.ingest_checks(record.id)),
+        *checks_of_regime(record.id, paths.regime(record.id)),
+        *read_checks(paths.identify_checks),
+    ]
     names = ("check", "outcome", "detail")
     table = pandas.DataFrame([[getattr(c, n) for n in names] for c in checks], columns=names)
     found = record_results(

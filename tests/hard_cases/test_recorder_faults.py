@@ -218,3 +218,33 @@ def test_a_fault_of_the_recorder_reaches_no_value_of_the_rig(damage):
     value, error = value_of(found, "base_amplitude")
     assert value == pytest.approx(G, rel=5e-3)
     assert found.regime["regime"] == "two symmetric"
+
+
+def knocked(a, count, *, seed=2, rate=RATE):
+    """An accelerometer beside a table that somebody knocks: bursts of 700 Hz that move nothing."""
+    a, rng, t = a.copy(), np.random.default_rng(seed), np.arange(round(0.02 * rate)) / rate
+    for first in rng.integers(0, a.size - t.size, count):
+        burst = np.exp(-t / 0.003) * np.sin(2 * np.pi * 700.0 * t)
+        a[first : first + t.size] += rng.uniform(20.0, 150.0) * burst
+    return a
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_knocks_are_named_and_no_impacts(seed):
+    plain = analysed(channels())
+    given = channels() | {"acceleration": knocked(channels()["acceleration"], 6, seed=seed)}
+    found = analysed(given)
+    assert "move nothing" in found.checks[found.checks.check == "knocks"].detail.item()
+    assert (plain.checks.check == "knocks").sum() == 0
+    assert abs(len(found.impacts) - len(plain.impacts)) <= 2
+    assert found.regime["regime"] == "two symmetric"
+    value, error = value_of(found, "r")
+    assert abs(value - R) < max(4.0 * error, 1e-3)
+
+
+@pytest.mark.parametrize("gain", [0.1, 1 / 25.4, -1.0, 30.0])
+def test_a_sensor_with_another_gain_knocks_nothing(gain):
+    given = channels() | {"acceleration": gain * channels()["acceleration"]}
+    found = analysed(given)
+    assert (found.checks.check == "knocks").sum() == 0
+    assert len(found.impacts) == len(analysed(channels()).impacts)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +21,9 @@ Find = Callable[[], Impacts]
 
 
 def rows_or_refuse(
-    record: Record, find: Find, *, paths: ResultPaths, strict: bool = False
-) -> tuple[Impacts, dict[str, Any]]:
+    record: Record, find: Find, *, paths: ResultPaths, strict: bool = False,
+    said: Sequence[tuple[str, str, str]] = (),
+) -> tuple[Impacts, dict[str, Any]]:  # fmt: skip
     """Find the impacts of a record and write what it shows; the reason where it cannot be done.
 
     Parameters
@@ -33,6 +34,8 @@ def rows_or_refuse(
     paths : ResultPaths
     strict : bool
         Raise a `RecordError` instead.
+    said : sequence of (check, outcome, detail)
+        What `find` says of the record; read when it has run.
     """
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
     impacts, rows = no_impacts(), {}
@@ -47,6 +50,7 @@ def rows_or_refuse(
         rows.update(
             rows_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
         )
+        rows["checks"] += [list(one) for one in said]
     out = paths.regime(record.id)
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")

@@ -6,7 +6,7 @@ the record.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -64,6 +64,12 @@ class Detection:
     template: Template | None
     interval: float
     noise: float
+
+    def keep(self, chosen: BoolArray) -> Detection:
+        """The chosen contacts."""
+        each = ("time", "time_error", "jump", "jump_error", "peak", "strength", "confidence",
+                "crowded", "clipped")  # fmt: skip
+        return replace(self, **{name: getattr(self, name)[chosen] for name in each})
 
 
 def detect_contacts(

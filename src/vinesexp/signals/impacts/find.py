@@ -17,11 +17,13 @@ from vinesexp.records.store import RecordView, open_record
 from vinesexp.settings.stages import ChannelSettings, Settings
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.clipping import range_in, read_unstuck
+from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.attribution import attribute
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.detectors import detect
 from vinesexp.signals.impacts.from_integral import may_be_integrated, slopes_of_integral
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
+from vinesexp.signals.impacts.knocks import knocks_among
 from vinesexp.signals.impacts.onsets import detect_onsets, ring_time
 from vinesexp.signals.impacts.slopes import (
     SlopeChanges,
@@ -31,6 +33,7 @@ from vinesexp.signals.impacts.slopes import (
 )
 from vinesexp.signals.impacts.stream import Stream
 
+_ONE_KNOCK, _SHOWN = 0.02, 8  # s between two knocks; times that are named
 #: Channels of a drop test, the best first.
 _HEARD = ("acceleration", "sound", "displacement", "base")
 
@@ -39,6 +42,7 @@ def impacts_of_record(
     record_nc: Path, conditioned_nc: Path, out_csv: Path, *,
     clearance: Sequence[float] = (), nes_mass: Sequence[float] = (), test: str = "periodic",
     frequency: float | None = None, settings: Settings | None = None,
+    said: list[tuple[str, str, str]] | None = None,
 ) -> Impacts:  # fmt: skip
     """Find the impacts of one record and write them.
 
@@ -58,6 +62,8 @@ def impacts_of_record(
     frequency : float, optional
         Of the oscillation, Hz; by default what the record was conditioned with.
     settings : Settings, optional
+    said : list, optional
+        Gets what checks.csv says of what was left out: check, outcome, detail.
 
     Returns
     -------
@@ -71,7 +77,7 @@ def impacts_of_record(
         elif wanted and record.refused is None and "acceleration" in record.roles:
             impacts = find_impacts(
                 record, conditioned, clearance=clearance, nes_mass=nes_mass,
-                frequency=frequency, test=test, settings=settings,
+                frequency=frequency, test=test, settings=settings, said=said,
             )  # fmt: skip
     write_impacts(out_csv, impacts)
     return impacts
@@ -81,6 +87,7 @@ def find_impacts(
     record: RecordView, conditioned: RecordView, *,
     clearance: Sequence[float] = (), nes_mass: Sequence[float] = (),
     frequency: float | None = None, test: str = "periodic", settings: Settings | None = None,
+    said: list[tuple[str, str, str]] | None = None,
 ) -> Impacts:  # fmt: skip
     """Impacts of an open record; see `impacts_of_record`."""
     settings = Settings() if settings is None else settings
@@ -92,7 +99,28 @@ def find_impacts(
     slopes, sign = None, 1.0
     if settings.slopes.use and motion and "displacement" in record.roles and found.time.size:
         agreement = agreement_in(conditioned.attributes)
-        slopes, sign = _from_displacement(record, found, motion, agreement, settings)
+        x = coarse_displacement(record, motion, settings=settings.slopes)
+        sign, lag = _beside(agreement, settings)
+        doubtful = np.zeros(found.time.size, dtype=bool)
+        gain = sign if agreement is None else agreement.gain
+        sure = (
+            agreement is not None and abs(gain) > settings.channels.gain_sure * agreement.gain_error
+        )
+        if len(clearance) == 1 and sure:
+            knocked, doubtful = knocks_among(
+                found, x, frequency=motion, gain=gain, lag=lag, settings=settings.slopes
+            )
+            # The release of a mass that was held is a spike as well.
+            free = float(conditioned.attributes.get(FREE_FROM, 0.0))
+            told = knocked & ((found.time > free + 0.5 / motion) | (free == 0.0))
+            if told.any() and said is not None:
+                said.append(("knocks", "warning", _knocks_in_words(found, told, record.start)))
+            found, doubtful = found.keep(~knocked), doubtful[~knocked]
+        slopes = slope_changes(
+            x, found.time + lag, sign * found.jump, frequency=motion,
+            jump_errors=found.jump_error, settings=settings.slopes,
+        )  # fmt: skip
+        slopes.x[doubtful], slopes.v_before[doubtful] = np.nan, np.nan
     elif settings.slopes.use and motion and may_be_integrated(record, test, clearance):
         slopes = slopes_of_integral(record, found, frequency=motion, settings=settings.slopes)
     impacts = _table(found, slopes, sign=sign, start=record.start)
@@ -161,23 +189,28 @@ def stream_of_channel(
     )  # fmt: skip
 
 
-def _from_displacement(
-    record: RecordView, found: Detection, frequency: float, agreement: Agreement | None,
-    settings: Settings,
-) -> tuple[SlopeChanges, float]:  # fmt: skip
-    """What the displacement says, and the sign of the acceleration beside it."""
-    x = coarse_displacement(record, frequency, settings=settings.slopes)
+def _beside(agreement: Agreement | None, settings: Settings) -> tuple[float, float]:
+    """Sign of the acceleration beside the displacement, and by how much the latter is late, s."""
     sign, lag = 1.0, 0.0
     sure = settings.channels.gain_sure
     if agreement is not None and abs(agreement.gain) > sure * agreement.gain_error:
         sign = math.copysign(1.0, agreement.gain)
         if agreement.lag_error < settings.channels.lag_known:
             lag = agreement.lag
-    slopes = slope_changes(
-        x, found.time + lag, sign * found.jump, frequency=frequency,
-        jump_errors=found.jump_error, settings=settings.slopes,
-    )  # fmt: skip
-    return slopes, sign
+    return sign, lag
+
+
+def _knocks_in_words(found: Detection, knocked: BoolArray, start: float) -> str:
+    """What checks.csv says of spikes that moved nothing."""
+    times = start + found.time[knocked]
+    apart = np.diff(times, prepend=-np.inf) > _ONE_KNOCK
+    shown = ", ".join(f"{t:.4g}" for t in times[apart][:_SHOWN])
+    more = f" and {int(apart.sum()) - _SHOWN} more" if apart.sum() > _SHOWN else ""
+    return (
+        f"{int(knocked.sum())} spikes of the acceleration at {shown}{more} s move nothing: the "
+        "displacement does not change its slope there, as it would where a ball hits. Knocks on "
+        "the table or the sensor's cable, most likely; they are left out"
+    )
 
 
 def _table(found: Detection, slopes: SlopeChanges | None, *, sign: float, start: float) -> Impacts:
