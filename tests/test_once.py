@@ -73,6 +73,8 @@ def write_transient(folder: Path) -> None:
     for k, start in enumerate(np.arange(0.03, 3.9, np.pi / w)):
         pulse = np.sin(np.pi * (t - start) / 1e-3)
         a += np.where((t > start) & (t < start + 1e-3), (-1) ** k * 30.0 * pulse, 0.0)
+        late = np.maximum(t - start - 0.5e-3, 0.0)
+        x += (-1) ** k * 1e3 * (0.06 / np.pi) * np.exp(-0.3 * late) * np.sin(w * late) / w
     noise = np.random.default_rng(0).normal(size=(2, t.size))
     table = np.column_stack([t, x + 0.005 * noise[0], a + 0.05 * noise[1]])
     np.savetxt(
