@@ -1,19 +1,18 @@
 """`vinesexp watch` over a day at a simulated bench: how long each record and the page take.
 
-    python -m benchmarks.watching [--records 200] [--write]
+    python -m benchmarks.watching [--records 200]
 
 Records of 20 s at 10 kHz appear one after the other, as text files of four columns: ring-downs
 without and with added mass, periodic tests at three base amplitudes, releases. Of each record: the
 time from the end of its file to its words on the page, and what of it the processor worked; on the
 way, what the campaign as a whole and its values take in their own processes, and what the page
-sends. `--write` puts the table into docs/benchmarks/watch.md.
+sends. docs/benchmarks/watch.md has the figures.
 """
 
 from __future__ import annotations
 
 import argparse
 import io
-import re
 import tempfile
 import time
 from collections.abc import Iterator
@@ -29,7 +28,6 @@ from vinesexp.excitation import Harmonic
 from vinesexp.live.live_page import Parts
 from vinesexp.live.session import Session
 
-PAGE = Path(__file__).parents[1] / "docs/benchmarks/watch.md"
 HOST = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 BALL, RESTITUTION, FREQUENCY = 0.032, 0.6, 7.862
 YAML = """\
@@ -161,6 +159,37 @@ def measure(
     return turns, wholes
 
 
+def bookkeeping(folder: Path, records: int) -> tuple[float, float, float]:
+    """Processor s of a look at the folder, one row more, and the page, without the analysis."""
+    raw = folder / "bench/raw"
+    raw.mkdir(parents=True)
+    (folder / "bench/campaign.yaml").write_text(YAML, encoding="utf-8")
+    rows = ["record,file,test,clearance_mm,base_amplitude_mm,frequency_hz"]
+    for k in range(records):
+        (raw / f"r{k}.csv").write_text("Time (s),Laser (mm)\n0,1\n", encoding="utf-8")
+        rows.append(f"r{k},raw/r{k}.csv,periodic,{30.0 + 0.01 * k:.2f},0.25,{FREQUENCY}")
+    sheet = folder / "bench/records.csv"
+    sheet.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    session = Session(folder / "bench", folder / "results", quiet=0.0)
+    session._analyse = lambda record: setattr(session.seen[record.id], "state", "done")  # type: ignore[method-assign]
+    session._begin_background = lambda: None  # type: ignore[method-assign]
+    session.begin()
+    while session.step():
+        pass
+    parts, times = Parts(session), []
+
+    def one_row_more() -> None:
+        sheet.write_text(sheet.read_text() + "new,raw/new.csv,ringdown,,,\n", encoding="utf-8")
+        session._read_campaign()
+
+    for work in (session.step, one_row_more, lambda: parts.since(-1)):
+        begun = time.thread_time()
+        work()
+        times.append(time.thread_time() - begun)
+    session.stop()
+    return times[0], times[1], times[2]
+
+
 def table_of(turns: list[Turn], wholes: list[Whole]) -> str:
     """The figures as the page has them; of the ten records before each look."""
     head = (
@@ -184,16 +213,15 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--records", type=int, default=200)
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--rate", type=float, default=10000.0, help="Hz")
-    parser.add_argument("--write", action="store_true", help="into docs/benchmarks/watch.md")
     args: Any = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as place:
         found = measure(Path(place), records=args.records, seconds=args.seconds, rate=args.rate)
     table = table_of(*found)
     print(table)
-    if args.write:
-        text = PAGE.read_text(encoding="utf-8")
-        new = re.sub(r"\| records \|.*?\n(?!\|)", lambda _: table, text, flags=re.DOTALL)
-        PAGE.write_text(new, encoding="utf-8")
+    for number in (20, 200):
+        with tempfile.TemporaryDirectory() as place:
+            shown = ", ".join(f"{1e3 * t:.0f} ms" for t in bookkeeping(Path(place), number))
+        print(f"{number} records: a look at the folder, one row more, the page: {shown}")
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ def clock():
 
 @pytest.fixture
 def arrivals(tmp_path, clock):
-    return Arrivals(tmp_path, ignored=lambda path: path.suffix == ".yaml", quiet=1.0, clock=clock)
+    return Arrivals(tmp_path, ignored=lambda name: name.endswith(".yaml"), quiet=1.0, clock=clock)
 
 
 def names(found: list[Path]) -> list[str]:
@@ -84,3 +84,14 @@ def test_a_renamed_file_is_a_new_one(arrivals, clock, tmp_path):
     arrivals.scan()
     clock.now = 4.0
     assert names(arrivals.scan()) == ["b.csv"]
+
+
+def test_the_results_in_the_folder_are_not_looked_into(clock, tmp_path):
+    results = tmp_path / "results"
+    (results / "deeper").mkdir(parents=True)
+    (results / "deeper/a.csv").write_text("x")
+    (tmp_path / "b.csv").write_text("x")
+    found = Arrivals(tmp_path, ignored=lambda _: False, besides=results, clock=clock)
+    found.scan()
+    clock.now = 2.0
+    assert names(found.scan()) == ["b.csv"]

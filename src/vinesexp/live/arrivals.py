@@ -25,7 +25,9 @@ class Arrivals:
     ----------
     folder : Path
     ignored : callable
-        Whether a file is none of an instrument.
+        Whether a file of this name is none of an instrument.
+    besides : Path, optional
+        A folder that is not looked into.
     quiet : float
         s for which size and time of change of a file have to stay as they are.
     clock : callable
@@ -36,21 +38,24 @@ class Arrivals:
         self,
         folder: Path,
         *,
-        ignored: Callable[[Path], bool],
+        ignored: Callable[[str], bool],
+        besides: Path | None = None,
         quiet: float = 1.0,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.folder = folder
         self._ignored = ignored
+        self._besides = None if besides is None else os.path.realpath(besides)
         self._quiet = quiet
         self._clock = clock
-        self._seen: dict[Path, tuple[State, float]] = {}
-        self._settled: dict[Path, State] = {}
+        self._seen: dict[str, tuple[State, float]] = {}
+        self._settled: dict[str, State] = {}
 
     @property
     def growing(self) -> tuple[Path, ...]:
         """Files that were seen and are not at rest yet."""
-        return tuple(p for p, (state, _) in self._seen.items() if self._settled.get(p) != state)
+        seen = self._seen.items()
+        return tuple(Path(p) for p, (state, _) in seen if self._settled.get(p) != state)
 
     def scan(self) -> list[Path]:
         """Files that came to rest since the last look, in the order of their names.
@@ -58,7 +63,7 @@ class Arrivals:
         A file that changes later comes again.
         """
         now = self._clock()
-        states = dict(_states(self.folder, self._ignored))
+        states = dict(self._states())
         found = []
         for path, state in states.items():
             before = self._seen.get(path)
@@ -72,30 +77,24 @@ class Arrivals:
         for path in set(self._seen) - set(states):
             del self._seen[path]
             self._settled.pop(path, None)
-        return sorted(found)
+        return [Path(path) for path in sorted(found)]
 
-    def take_as_known(self, paths: Iterator[Path]) -> None:
-        """Files that are known from before are at rest as they stand."""
-        for path in paths:
-            try:
-                stat = path.stat()
-            except OSError:
-                continue
-            state = (stat.st_size, stat.st_mtime_ns)
-            self._seen[path] = (state, self._clock())
-            self._settled[path] = state
-
-
-def _states(folder: Path, ignored: Callable[[Path], bool]) -> Iterator[tuple[Path, State]]:
-    """Size and time of change of every file that may be an instrument's."""
-    for place, folders, names in os.walk(folder):
-        folders[:] = [name for name in folders if not name.startswith(".")]
-        for name in names:
-            path = Path(place) / name
-            if name.startswith((".", "~")) or path.suffix.lower() in _UNFINISHED or ignored(path):
-                continue
-            try:
-                stat = path.stat()
-            except OSError:  # gone, or renamed, between the two looks
-                continue
-            yield path, (stat.st_size, stat.st_mtime_ns)
+    def _states(self) -> Iterator[tuple[str, State]]:
+        """Size and time of change of every file that may be an instrument's."""
+        for place, folders, names in os.walk(self.folder):
+            folders[:] = [
+                name
+                for name in folders
+                if not name.startswith(".")
+                and os.path.realpath(os.path.join(place, name)) != self._besides
+            ]
+            for name in names:
+                ending = os.path.splitext(name)[1].lower()
+                if name.startswith((".", "~")) or ending in _UNFINISHED or self._ignored(name):
+                    continue
+                path = os.path.join(place, name)
+                try:
+                    stat = os.stat(path)
+                except OSError:  # gone, or renamed, between the two looks
+                    continue
+                yield path, (stat.st_size, stat.st_mtime_ns)

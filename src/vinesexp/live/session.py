@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import threading
 import time
 from collections.abc import Iterator, Mapping
@@ -96,11 +97,12 @@ class Session:
         self.changed = threading.Condition()
         self.seen: dict[str, Seen] = {}
         self.campaign: Campaign | None = None
+        self._by_file: dict[Path, Record] = {}
         self._editing, self._drawing = threading.RLock(), threading.Lock()
         self._drawn: dict[str, tuple[str, list[tuple[str, str]]]] = {}
         self._texts = ""
         self._digests: dict[Path, tuple[tuple[int, int], str]] = {}
-        self._arrivals = Arrivals(folder, ignored=self._is_none, quiet=quiet)
+        self._arrivals = Arrivals(folder, ignored=_is_none, besides=results, quiet=quiet)
         self._pending_files: list[Path] = []
         self._wanted: dict[str, str] = {}
         self.identifying, self.looking = Background(find_values), Background(look_at_campaign)
@@ -175,18 +177,13 @@ class Session:
         """Files that are not at rest yet."""
         return self._arrivals.growing
 
-    def _is_none(self, path: Path) -> bool:
-        inside = self.results.resolve() in path.resolve().parents
-        return inside or path.suffix.lower() in SKIPPED or path.name in _NO_FILE
-
     def _take(self, path: Path) -> None:
         """A file that came to rest: the record that names it is due again, or it gets a row."""
         campaign = self.campaign
         assert campaign is not None
         try:
             name = path.relative_to(self.folder).as_posix()
-            named = {file.resolve(): r for r in campaign.records for file in r.files}
-            record = named.get(path.resolve())
+            record = self._by_file.get(path.resolve())
             if record is not None:
                 analysed = self.seen[record.id].state == "done"
                 self._due(record)
@@ -375,6 +372,7 @@ class Session:
             gone = set(self.seen) - {record.id for record in self.campaign.records}
             for id in gone:
                 del self.seen[id]
+            self._by_file = {f.resolve(): r for r in self.campaign.records for f in r.files}
             for record in self.campaign.records:
                 self._due(record)
             self._say(self.status.busy)
@@ -513,6 +511,11 @@ class Session:
         short = text.removeprefix(f"{path}: ")
         self.status.remarks[path.relative_to(self.folder).as_posix()] = short
         self._say("")
+
+
+def _is_none(name: str) -> bool:
+    """Whether a file of this name is no instrument's."""
+    return os.path.splitext(name)[1].lower() in SKIPPED or name in _NO_FILE
 
 
 def _digest_of_code() -> str:
