@@ -62,7 +62,8 @@ _EXPLAINS = 2.0  # by which a rival's evidence falls when the best cause is beli
 _SURE = 4.0  # standard errors of a cause that is named
 _MOST = 5  # causes of one campaign
 _NO_WORSE = 1.0  # logarithm of the odds of the records left out: chance
-#: A law is only so true: beside it a cause counts from this share of what the first explained.
+#: A law is only so true: beside it a cause of the flights counts from this share of what the first
+#: explained.
 _LAW = 0.005
 
 
@@ -96,6 +97,11 @@ class Cause:
     @property
     def log_odds(self) -> float:
         return math.log(_ODDS[self.kind] / self.members)
+
+    @property
+    def moves(self) -> set[str]:
+        """Names of the unknowns that it moves or widens."""
+        return set(self.wider) if self.direction is None else set(self.direction.terms)
 
 
 @dataclass(frozen=True)
@@ -158,11 +164,19 @@ def judge(data: Quadratic, observed: Observed, possible: Sequence[Cause]) -> Jud
     chosen: list[tuple[Cause, tuple[Cause, ...]]] = []
     first = 0.0
     left = list(possible)
+    in_flights = {
+        name for block in observed.blocks if block.kind == "flights"
+        for terms, _ in block.sums for name in terms
+    }  # fmt: skip
     while len(chosen) < _MOST:
         base = posterior_of(data, beliefs)
-        tried = [(score(data, beliefs, base, cause), cause) for cause in left]
+        tried = [
+            (odds, cause) for cause in left
+            if (odds := score(data, beliefs, base, cause))
+            > max(_ENOUGH, _LAW * first if cause.moves & in_flights else 0.0)
+        ]  # fmt: skip
         tried.sort(key=lambda one: -one[0])
-        if not tried or tried[0][0] < max(_ENOUGH, _LAW * first):
+        if not tried:
             break
         best, cause = tried[0]
         first = max(first, best)
@@ -382,7 +396,11 @@ def _effects(o: Observed) -> list[Cause]:
         for name, width in _WIDTHS.items()
     ]  # fmt: skip
     rolls = Direction({"rolling": 1.0}, Prior(_ROLLS, _ROLLS_BY))
-    return [*found, Cause("effect rolling", "effect", "rolling", rolls, positive=True)]
+    found.append(Cause("effect rolling", "effect", "rolling", rolls, positive=True))
+    if "drop" in o.names and o.collisions:
+        elsewhere = Direction({"drop": 1.0}, Prior(0.0, _WIDTHS["wall"]))
+        found.append(Cause("drop +", "effect", "drop", elsewhere))
+    return found
 
 
 def _factors(

@@ -485,10 +485,14 @@ def _base(
     role = "displacement"
     # Setting a clearance takes the cavity apart: it is a mounting of its own.
     place = ", ".join(f"{1e3 * length:g}" for length in record.clearance) + " mm"
+    at = {  # each test works at its own amplitude
+        name: b.add(f"amplitude {name}: {record.id}", 0.0, b.priors[f"amplitude {name}"].error)
+        for name in ("f0", "zeta")
+    }
     answered = (
-        {"ln_f0": 1.0, "clock": -1.0,
+        {"ln_f0": 1.0, "clock": -1.0, at["f0"]: 1.0,
          b.add(f"mounting f0: b = {place}", 0.0, inputs.remounting.of(1.0)): 1.0},
-        {"ln_zeta": 1.0,
+        {"ln_zeta": 1.0, at["zeta"]: 1.0,
          b.add(f"mounting zeta: b = {place}", 0.0, inputs.damping.of(1.0)): 1.0},
         {**here, b.gain(record, role): 1.0, b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0},
     )  # fmt: skip

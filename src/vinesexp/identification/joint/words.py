@@ -24,6 +24,7 @@ _NAMES = {
     "tilt": "a cavity that slopes",
     "contact": "a contact that lasts",
     "rolling": "a ball that rolls",
+    "drop": "drop tests on another surface than the walls",
     "pulse area": "a pulse of the accelerometer whose area is off (a contact that rings)",
     "jumps": "jumps of velocity that both sensors show wrong (a local mode)",
 }
@@ -201,6 +202,10 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     "rolling": lambda v, e: (
         f"the ball rolls: its floor takes it along by {v:.3g} +- {e:.2g} of the floor's own motion "
         "(2/7 of a solid ball that never slips); b_c is predicted for a ball that does so"
+    ),
+    "drop": lambda v, e: (
+        f"r of the drop tests differs from that of the walls by {v:+.3g} +- {e:.2g}: they were "
+        "made on another surface, or the walls changed; the flights between the walls count"
     ),
     "jumps": lambda v, e: (
         f"the jumps of velocity that both sensors show are {math.exp(-v):.3f} +- {e:.2g} times "
