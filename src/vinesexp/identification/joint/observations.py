@@ -347,7 +347,8 @@ def _group(
     jumps = {g_x: 1.0, b.add("pulse area", 0.0, inputs.template.of(1.0)): 1.0}
     if not integrated and "acceleration" in b.campaign.setup_of(record).channels:
         jumps = {b.gain(record, "acceleration"): 1.0, "pulse area": 1.0}
-    u = inputs.clearance.of(stated)
+    # Of what is stated one half of the variance is common to all clearances, one each one's own.
+    u = inputs.clearance.of(stated) / math.sqrt(2.0)
     own = b.add(f"clearance: {tag}", 0.0, u)
     b.clearances[record.id, number] = own, stated
     for name in EFFECTS:
