@@ -84,8 +84,11 @@ class Workflow:
             env={**os.environ, **(environment or {})},
         )
 
-    def planned(self, **config: object) -> set[str]:
-        """Steps that would run, as `step record`: a dry run in this process, which is quicker."""
+    def planned(self, *, cores: int | None = 1, **config: object) -> set[str]:
+        """Steps that would run, as `step record`: a dry run in this process, which is quicker.
+
+        Without `cores` it is that of a cluster, which has none of its own.
+        """
         from snakemake.api import SnakemakeApi
         from snakemake.settings.enums import Quietness, RerunTrigger
         from snakemake.settings.types import (
@@ -102,7 +105,7 @@ class Workflow:
             SnakemakeApi(OutputSettings(dryrun=True, quiet={Quietness.ALL})) as api,
         ):
             made = api.workflow(
-                resource_settings=ResourceSettings(cores=1),
+                resource_settings=ResourceSettings(cores=cores, nodes=None if cores else 2),
                 config_settings=ConfigSettings(config={"campaign": "data/tiny", **config}),
                 snakefile=self.folder / "workflow/Snakefile",
             )

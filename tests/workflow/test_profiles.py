@@ -15,3 +15,10 @@ def profile(name):
 @pytest.mark.parametrize("key", sorted(profile("default").keys() - {"cores"}))
 def test_a_cluster_has_what_the_default_has(key):
     assert profile("slurm")[key] == profile("default")[key]
+
+
+@pytest.mark.workflow
+def test_a_run_that_has_no_cores_of_its_own_is_planned(workflow):
+    """Where jobs go to a cluster, Snakemake is not told of cores."""
+    workflow.tiny_campaign()
+    assert {"ingest bare", "ingest added"} <= workflow.planned(cores=None)

@@ -7,6 +7,8 @@ import os
 import shlex
 import sys
 
+from snakemake.exceptions import WorkflowError
+
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign import load_campaign
 from vinesexp.steps import Study
@@ -23,11 +25,16 @@ from vinesexp.workflow import (
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 try:
+    CORES = workflow.cores
+except WorkflowError:  # none are given where jobs go to a cluster
+    CORES = None
+
+try:
     CAMPAIGN_FOLDER, PATHS = read_config(config)
     KEEPS_CHANNELS = keeps_channels(config)
     CAMPAIGN = load_campaign(CAMPAIGN_FOLDER)
     STUDY = Study(CAMPAIGN, PATHS, keeps_channels=KEEPS_CHANNELS)
-    BATCHES = batches_of(config, cores=workflow.cores, records=len(CAMPAIGN.records))
+    BATCHES = batches_of(config, cores=CORES, records=len(CAMPAIGN.records))
     if (CAMPAIGN_FOLDER / "scene.yaml").is_file():
         from vinesexp.laboratory.simulated_files import scene_of_campaign
 
