@@ -140,6 +140,18 @@ def plain_unit(unit: str) -> str:
     return plain
 
 
+def measured_in(unit: str, quantity: str) -> str:
+    """What numbers in a unit measure for a channel: volts and coulombs its output, else itself.
+
+    Examples
+    --------
+    >>> measured_in("V", "displacement"), measured_in("deg", "displacement")
+    ('voltage', 'angle')
+    """
+    outputs = ("voltage", "charge", "angle")
+    return next((one for one in outputs if unit in UNITS[one]), quantity)
+
+
 def unit_size(unit: str, quantity: str) -> float:
     """Size of one `unit` in SI, refused unless it measures `quantity`.
 

@@ -10,7 +10,9 @@ import scipy.io.wavfile
 from vinesexp.cli import main
 from vinesexp.pipeline import analyse_campaign
 from vinesexp.records.campaign import load_campaign
+from vinesexp.records.ingest import ingest
 from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.store import open_record
 
 RNG = np.random.default_rng(5)
 
@@ -305,3 +307,23 @@ def test_files_whose_columns_have_other_names_are_said_to_need_a_setup(tmp_path,
     table(tmp_path / "b.csv", "Time,Accel", t, decay(t))
     _, rows, _ = proposed(tmp_path)
     assert any("columns ('Accel') are none of the channels" in row["note"] for row in rows)
+
+
+@pytest.mark.parametrize("unit", ["rad", "deg"])
+def test_an_angle_is_a_displacement_along_its_arc(tmp_path, capsys, unit):
+    t = np.arange(3000) / 50.0
+    angle = 0.2 * decay(t, 0.9, 0.004) * (1.0 if unit == "rad" else 180.0 / np.pi)
+    table(tmp_path / "a.csv", f"Time (s),Angle ({unit})", t, angle)
+    channels, rows, text = proposed(tmp_path)
+    assert f'unit: "{unit}", radius: "? m"' in channels["displacement"]
+    assert rows[0]["test"] == "ringdown"
+    path = tmp_path / "campaign.yaml"
+    path.write_text(text.replace("? m", "0.5 m"), encoding="utf-8")
+    campaign = load_campaign(tmp_path)
+    (record,) = campaign.records
+    ingest(campaign, record, tmp_path / "a.nc")
+    with open_record(tmp_path / "a.nc") as view:
+        assert np.abs(view.read("displacement", 0, 3000)).max() == pytest.approx(0.1, rel=1e-3)
+    path.write_text(text.replace(', radius: "? m"', ""), encoding="utf-8")
+    assert main(["check", str(tmp_path)]) == 1
+    assert "is an angle; give the distance" in capsys.readouterr().out

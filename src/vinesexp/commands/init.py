@@ -30,6 +30,7 @@ from vinesexp.records.campaign_schema import schema_text
 from vinesexp.records.missing_cells import FILL_IN
 from vinesexp.records.records_xlsx import new_workbook
 from vinesexp.records.schema import SHEET_COLUMNS, SHEETS
+from vinesexp.units import UNITS
 from vinesexp.whole_files import write_whole
 
 _OUTPUT = {
@@ -134,6 +135,9 @@ def _channel_lines(channel: ProposedChannel) -> list[str]:
         return [f"  # {channel.role}: look: {channel.why}", f"  {channel.role}: {entry}"]
     if channel.unit is not None:
         value, mark = f'unit: "{channel.unit}"', "" if channel.sure else "look: "
+        if channel.unit in UNITS["angle"]:
+            value += f', radius: "{OPEN} m"'
+            mark = "FILL IN the distance of the mass from the axis, such as 0.5 m; "
     else:
         unit, example = _OUTPUT[channel.quantity]
         value = f'sensitivity: "{channel.sensitivity or f"{OPEN} {unit}"}"'

@@ -129,7 +129,8 @@ def _channel(labels: Sequence[str], guess: Guess, files: Sequence[FileView]) -> 
     units = {c.unit for c in columns}
     unit = units.pop() if len(units) == 1 else None
     quantity = _quantity(guess.role, label, unit)
-    physical = unit if quantity is not None and unit in UNITS[quantity] else None
+    arc = quantity == "displacement" and unit in UNITS["angle"]
+    physical = unit if arc or (quantity is not None and unit in UNITS[quantity]) else None
     names = sorted({c.name for c in columns if c.name})
     every = [[c.name for c in f.columns] for f in files]
     pattern = _pattern(names, label, every) if names else str(columns[0].index)

@@ -33,7 +33,9 @@ _NAMES = {
     "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),
 }
 #: What phones and loggers record besides motion along a line.
-_OTHERS = re.compile(r"gyro|rotat|magnet|temper|humid|pressure|light|torque|rad/s|°", re.I)
+_OTHERS = re.compile(
+    r"gyro|rotat|magnet|temper|humid|pressure|light|torque|rad/s|deg/s|°/s|°C", re.I
+)
 _FORCE = re.compile(r"force|hammer|kraft|marteau|martillo|load ?cell", re.I)
 _NO_MOTION = re.compile(r"fft|psd|spectr|correl|coheren", re.I)  # what was computed of it
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
@@ -45,7 +47,7 @@ _KEEPS = 0.35  # variation of an amplitude that is kept: a decay to a quarter va
 _AUDIBLE = 8000.0  # Hz: a WAV file sampled faster may be a microphone's
 #: Quantities by whose units a column can have each role.
 _MEASURED = {
-    "displacement": ("displacement", "voltage"),
+    "displacement": ("displacement", "angle", "voltage"),
     "base": ("displacement", "velocity", "acceleration", "voltage"),
     "acceleration": ("acceleration", "voltage", "charge"),
     "sound": ("pressure", "voltage"),
@@ -197,6 +199,8 @@ def _by_unit_or_name(label: str, columns: Sequence[ColumnView]) -> Guess | None:
         if named in ("base", "displacement"):
             return Guess(named, f"its unit is {unit}, its name says {named}", True)
         return None
+    if unit in UNITS["angle"]:
+        return Guess("displacement", f"its unit is {unit}: an angle, whose arc it is", True)
     return Guess(named, f"its name says {named}", True) if named else None
 
 

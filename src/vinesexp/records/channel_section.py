@@ -11,6 +11,7 @@ from vinesexp.records.yamlsections import positive, refuse_unknown, subsection, 
 from vinesexp.records.yamltree import Section
 from vinesexp.units import (
     UNITS,
+    measured_in,
     parse_quantity,
     parse_sensitivity,
     relative_error,
@@ -21,6 +22,7 @@ CHANNEL_KEYS = (
     "column",
     "quantity",
     "unit",
+    "radius",
     "sensitivity",
     "offset",
     "file_unit",
@@ -120,7 +122,7 @@ def _channel(role: str, entry: Section, where: str, problems: Problems) -> Chann
     gain_error = None
     with problems.at(entry.where("unit" if sensitivity is None else "sensitivity")):
         if sensitivity is None:
-            output, scale = str(unit), unit_size(str(unit), quantity)
+            output, scale = str(unit), _size(str(unit), quantity, entry)
         else:
             scale = 1.0 / parse_sensitivity(sensitivity, quantity)
             gain_error = relative_error(sensitivity)
@@ -140,6 +142,21 @@ def _channel(role: str, entry: Section, where: str, problems: Problems) -> Chann
             gain_error=gain_error,
         )
     return None
+
+
+def _size(unit: str, quantity: str, entry: Section) -> float:
+    """Size of one unit; of an angle the arc at its `radius`, m."""
+    radius = entry.values.get("radius")
+    if unit in UNITS["angle"] and quantity == "displacement":
+        if radius is None:
+            raise ParameterError(
+                f"'{unit}' is an angle; give the distance of the mass from the axis too, such as "
+                "radius: 0.5 m (f0 and zeta do not depend on it)"
+            )
+        return UNITS["angle"][unit] * parse_quantity(radius, "displacement").value
+    if radius is not None:
+        raise ParameterError(f"a radius belongs to an angle (rad, deg), the unit is '{unit}'")
+    return unit_size(unit, quantity)
 
 
 def _quantity(role: str, entry: Section, where: str, problems: Problems) -> str | None:
@@ -177,7 +194,7 @@ def _output(entry: Section, key: str, unit: str, quantity: str, problems: Proble
     text = entry.values.get(key)
     if text is None:
         return None
-    measured = {"V": "voltage", "C": "charge"}.get(unit, quantity)
+    measured = measured_in(unit, quantity)
     with problems.at(entry.where(key)):
         bare = key == "file_unit" and str(text) in UNITS[measured]
         value = parse_quantity(f"1 {text}" if bare else text, measured).value

@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 from vinesexp.errors import RecordError, nearest
 from vinesexp.records.readers.source import Column, Source
 from vinesexp.records.schema import Channel
-from vinesexp.units import UNITS
+from vinesexp.units import UNITS, measured_in
 
 
 def find_column(source: Source, wanted: str | int, *, where: str) -> int:
@@ -93,7 +93,7 @@ def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str 
     column = source.columns[index]
     label = column.unit
     place = f"column '{column.name or index}'"
-    measured = {"V": "voltage", "C": "charge"}.get(channel.unit, channel.quantity)
+    measured = measured_in(channel.unit, channel.quantity)
     key = f"channels.{channel.role}"
     if label is None:
         if measured == "charge":
