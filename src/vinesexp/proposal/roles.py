@@ -34,7 +34,9 @@ _NAMES = {
 }
 #: What phones and loggers record besides motion along a line.
 _OTHERS = re.compile(
-    r"gyro|rotat|magnet|temper|humid|pressure|light|torque|rad/s|deg/s|°/s|°C", re.I
+    r"gyro|rotat|magnet|temper|humid|pressure|light|torque|rad/s|deg/s|°/s|°C"
+    "|latitud|longitud|altitud|heading|bearing|azimut|direction",
+    re.IGNORECASE,
 )
 _FORCE = re.compile(r"force|hammer|kraft|marteau|martillo|load ?cell", re.I)
 _NO_MOTION = re.compile(r"fft|psd|spectr|correl|coheren", re.I)  # what was computed of it
@@ -219,7 +221,7 @@ def _by_physics(
             role: {one for one in traits if _anywhere([file], one, role)}
             for role in ("acceleration", "base")
         }
-        if len(traits) >= 2:
+        if len(traits) >= 2 and (file.rate or any(c.rate for c in file.signals)):
             columns = {label_of(c): c for c in file.signals if label_of(c) in traits}
             _vote(traits, votes, allowed, columns)
     guesses: dict[str, Guess] = {}
