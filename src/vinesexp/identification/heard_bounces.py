@@ -40,9 +40,10 @@ def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
     >>> bounces_heard(np.sin(50 * t), 1e4) is None
     True
     """
-    if values.size < 100:
-        return None
     settings = Settings()
+    # Hits that are told apart take that long, all together.
+    if values.size < max(100.0, (_FEWEST - 1) * settings.drop.rest * sample_rate):
+        return None
     low, _ = default_bands(sample_rate=sample_rate, frequency=None, drop=True).displacement
     band = butterworth(sample_rate, low=low, high=None)
     filtered = zero_phase(np.asarray(values - values.mean(), dtype=np.float64), band)
