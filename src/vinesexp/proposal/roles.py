@@ -221,7 +221,7 @@ def _by_physics(
             role: {one for one in traits if _anywhere([file], one, role)}
             for role in ("acceleration", "base")
         }
-        if len(traits) >= 2 and (file.rate or any(c.rate for c in file.signals)):
+        if len(traits) >= 2 and any((c.rate or 0.0) >= SLOWEST for c in file.signals):
             columns = {label_of(c): c for c in file.signals if label_of(c) in traits}
             _vote(traits, votes, allowed, columns)
     guesses: dict[str, Guess] = {}

@@ -45,7 +45,7 @@ def name_of(head: bytes, suffix: str = "") -> str | None:
         return "a PASCO Capstone file (in Capstone: File > Export Data)"
     if suffix == ".bin" and head.startswith(_CATMAN):
         return "an HBM catman file (in catman: export as ASCII or MATLAB)"
-    if b"<phyphox" in head[:400]:
+    if b"<phyphox" in head:
         begin = b"<phyphox"
     for magic, name in _MADE_BY:
         if begin.startswith(magic):
