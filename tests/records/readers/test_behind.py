@@ -65,3 +65,26 @@ def test_rows_of_words_and_a_number_are_rows(tmp_path):
     source = open_source(path)
     assert source.losses == ()
     assert sum(len(block) for block in source.blocks([1])) == 50
+
+
+def test_behind_a_labview_file(tmp_path):
+    head = ["LabVIEW Measurement\t", "Separator\tTab", "Decimal_Separator\t.", "X_Columns\tOne"]
+    head += ["***End_of_Header***\t", "\t", "Channels\t1\t", "Samples\t771\t", "X0\t0\t"]
+    head += ["Delta_X\t0.02\t", "***End_of_Header***\t", "X_Value\tLaser\tComment"]
+    rows = [f"{t:.6f}\t{x:.6f}" for t, x in VALUES[:, :2]]
+    path = tmp_path / "a.lvm"
+    path.write_text("\n".join([*head, *rows, "Measurement stopped by user", "Total 15.4 s", ""]))
+    source = open_source(path)
+    found = np.concatenate(list(source.blocks([1])))
+    np.testing.assert_allclose(found[:, 0], VALUES[:, 1], atol=1e-6)
+    assert source.losses[0].startswith("2 lines behind the last row")
+
+
+def test_behind_a_cassy_file_with_the_results_of_its_fits(tmp_path):
+    rows = [f"{t:.3f}\t{x:.4f}".replace(".", ",") for t, x in VALUES[:, :2]]
+    behind = ["", "Fit: y = A*x+B", "A = 3,21", "B = 0,12", "Peak at t = 1,2 s", "mean = 0,3", ""]
+    path = tmp_path / "a.txt"
+    path.write_text("\n".join(["MIN=0 MAX=100 SCALE=1 DEC=1", "t / s\ts / cm", *rows, *behind]))
+    source = open_source(path)
+    assert [column.unit for column in source.columns] == ["s", "cm"]
+    assert sum(len(block) for block in source.blocks([0, 1])) == 771
