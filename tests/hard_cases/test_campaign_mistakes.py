@@ -33,6 +33,16 @@ MISTAKES = (
     "laser loses its target 40 times",
 )
 
+#: What shows in a record before any rig is fitted.
+MENDED = (
+    "second recorder 0.1 % off",
+    "55 samples lost",
+    "knocks",
+    "held before release",
+    "laser loses its target 40 times",
+)
+EACH = [pytest.param(name, marks=() if name in MENDED else FAILS) for name in MISTAKES]
+
 
 @pytest.fixture(scope="module")
 def campaigns(tmp_path_factory):
@@ -53,22 +63,19 @@ def campaigns(tmp_path_factory):
     return outcome
 
 
-@FAILS
-@pytest.mark.parametrize("name", MISTAKES)
+@pytest.mark.parametrize("name", EACH)
 def test_the_mistake_is_named_or_among_rivals(campaigns, name):
     found = campaigns(name)
     assert found["named"] or not found["causes"], [*found["warnings"], *found["verdicts"]]
 
 
-@FAILS
-@pytest.mark.parametrize("name", MISTAKES)
+@pytest.mark.parametrize("name", EACH)
 def test_no_cause_is_stated_that_is_not_there(campaigns, name):
     found = campaigns(name)
     assert not found["false"], found["warnings"]
 
 
-@FAILS
-@pytest.mark.parametrize("name", MISTAKES)
+@pytest.mark.parametrize("name", EACH)
 def test_no_interval_is_far_off_unless_something_is_not_explained(campaigns, name):
     found = campaigns(name)
     values = {name: found["values"][name] for name in found["far"]}

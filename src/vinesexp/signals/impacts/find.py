@@ -208,8 +208,8 @@ def _knocks_in_words(found: Detection, knocked: BoolArray, start: float) -> str:
     more = f" and {int(apart.sum()) - _SHOWN} more" if apart.sum() > _SHOWN else ""
     return (
         f"{int(knocked.sum())} spikes of the acceleration at {shown}{more} s move nothing: the "
-        "displacement does not change its slope there, as it would where a ball hits. Knocks on "
-        "the table or the sensor's cable, most likely; they are left out"
+        "displacement does not change its slope there, as it would where a ball hits; knocks on "
+        "the table or the sensor's cable, most likely, which are left out"
     )
 
 

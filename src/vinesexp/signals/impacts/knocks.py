@@ -15,6 +15,7 @@ from vinesexp.signals.impacts.slopes import Coarse, slope_changes
 
 _TOGETHER = 0.08  # periods: contacts nearer to one another are one event to the displacement
 _AREA = 0.15  # share by which the area of a pulse may be off
+_SEEN, _STILL = 0.1, 9.0  # of the usual jump: an error that shows it; chi^2 of no jump
 _SURE = 25.0  # difference in chi^2: five standard deviations
 
 
@@ -76,7 +77,10 @@ def knocks_among(
         shown, own = np.abs(slopes.jump), slopes.jump_error
         still = (shown / own) ** 2
         asked = ((shown - size) / np.hypot(np.hypot(own, error), _AREA * size)) ** 2
-        new: BoolArray = np.isfinite(shown) & (asked - still > _SURE)
+        # Nothing is seen where what most events show would be, and would be seen.
+        usual = float(np.nanmedian(shown[~knocked])) if (~knocked).any() else 0.0
+        blind = ~np.isfinite(shown) | (own > _SEEN * usual) | (still > _STILL)
+        new: BoolArray = ~blind & (asked - still > _SURE)
         if (new == knocked).all():
             break
         knocked = new
