@@ -186,7 +186,3 @@ def _sensitivity_lines(given: Given, theory: Theory) -> list[str]:
             cells += f"{f'{slope:.5g} {unit}':>20}{f'{change:+.3f} mm':>12}"
         lines.append(f"  {option.symbol:8}{cells}")
     return lines
-
-
-def _signed(change: float) -> str:
-    return f"{change:+.3f}" if change == 0.0 or abs(change) >= 5e-4 else f"{change:+.2g}"

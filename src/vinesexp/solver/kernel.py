@@ -223,6 +223,42 @@ def fly(
     return count
 
 
+@compiled
+def one_turn(
+    closed: bool, light: bool, response: FloatArray, par: FloatArray, kind: int,
+    table: FloatArray, piece: int, duration: float, remainder: float, state: FloatArray,
+    balls: FloatArray, numbers: FloatArray, labels: IntArray, row: int, work: FloatArray,
+    before: FloatArray,
+) -> tuple[int, int]:  # fmt: skip
+    """One flight and the impact after it, one bounce, or one turn of the general loop.
+
+    Rows written so far, and evaluations; the phasor in `work[3]` is carried along.
+    """
+    head, c = response, work[3]
+    left, span = (duration - state[T_HIGH]) - state[T_LOW], (ENTRIES - 2) * head[H_SPACING]
+    if closed and closing_now(balls, state[V_NOW]) == 0:
+        xh, vh = state[X_NOW] - c[0], state[V_NOW] + head[H_W] * c[1]
+        a = -(head[H_W] ** 2) * c[0] - head[H_W0SQ] * xh - head[H_TWOALPHA] * vh
+        flown = 0
+        if is_flight(balls, a, head[H_RATE]):
+            flown = fly(response, state, balls, c, min(left, span))
+        elif light and hop(head, state, balls, c, work[1], a, left, 1.0 / duration, remainder):
+            flown = 1
+        if flown > 0:
+            if state[T_HIGH] >= duration or left <= EPS * duration:
+                state[T_HIGH], state[T_LOW] = duration, 0.0
+            elif light and closing_now(balls, state[V_NOW]) == 1:
+                row = bounce(state, balls, only_hit(balls), par[0], numbers, labels, row)
+            return row, flown
+    row = turn(
+        par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
+        work, before,
+    )  # fmt: skip
+    if closed:
+        c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
+    return row, 1
+
+
 @entry
 def run(
     closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
@@ -235,10 +271,24 @@ def run(
     without it every turn is one of the general loop. `work` (4, ORDER + 1) is scratch space,
     zeros at the start.
     """
+    before = np.empty(balls.shape[0])
+    return run_on(
+        closed, response, par, kind, table, duration, remainder, state, balls, numbers, labels,
+        work, before,
+    )  # fmt: skip
+
+
+@compiled
+def run_on(
+    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
+    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
+    labels: IntArray, work: FloatArray, before: FloatArray,
+) -> tuple[int, int]:  # fmt: skip
+    """`run`, with its scratch space."""
     row = int(np.int64(0))  # a literal 0 would be a type of its own, with machine code of its own
     evaluations, age, piece = 0, 0, piece_at(table, state[T_HIGH])
     room = numbers.shape[0] - 2 * balls.shape[0] - 2
-    head, c, before = response, work[3], np.empty(balls.shape[0])
+    head, c = response, work[3]
     light, span = closed and balls.shape[0] > 0, (ENTRIES - 2) * head[H_SPACING]
     for i in range(balls.shape[0]):
         light = light and balls[i, MASS] <= par[0]
@@ -260,34 +310,15 @@ def run(
             if age >= REFRESH:
                 c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
                 age = 0
-        left = (duration - state[T_HIGH]) - state[T_LOW]
-        if closed and closing_now(balls, state[V_NOW]) == 0:
-            xh, vh = state[X_NOW] - c[0], state[V_NOW] + head[H_W] * c[1]
-            a = -(head[H_W] ** 2) * c[0] - head[H_W0SQ] * xh - head[H_TWOALPHA] * vh
-            flown = 0
-            if is_flight(balls, a, head[H_RATE]):
-                flown = fly(response, state, balls, c, min(left, span))
-            elif light and hop(head, state, balls, c, work[1], a, left, 1.0 / duration, remainder):
-                flown = 1
-            if flown > 0:
-                evaluations += flown
-                age += 1
-                if age >= REFRESH:
-                    c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
-                    age = 0
-                if state[T_HIGH] >= duration or left <= EPS * duration:
-                    state[T_HIGH], state[T_LOW] = duration, 0.0
-                elif light and closing_now(balls, state[V_NOW]) == 1:
-                    row = bounce(state, balls, only_hit(balls), par[0], numbers, labels, row)
-                continue
         while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
             piece += 1
-        evaluations += 1
-        row = turn(
-            par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
-            work, before,
+        row, used = one_turn(
+            closed, light, response, par, kind, table, piece, duration, remainder, state, balls,
+            numbers, labels, row, work, before,
         )  # fmt: skip
-        if closed:
+        evaluations += used
+        age += 1
+        if closed and age >= REFRESH:
             c[0], c[1] = phasor(head, state[T_HIGH], state[T_LOW])
             age = 0
     return row, evaluations

@@ -189,7 +189,7 @@ def turn(
     piece = piece_at(table, t)
     since = t - table[piece, 0]
     step = expand_loaded(
-        par, mass, force, kind, table, piece, since, state[X_NOW], state[V_NOW], E, X
+        par, mass, force, kind, table, piece, since, state[X_NOW], state[V_NOW], E, X, P
     )
     stop = duration
     if piece + 1 < table.shape[0]:
@@ -227,6 +227,15 @@ def run_lasting(
     balls: FloatArray, numbers: FloatArray, labels: IntArray, work: FloatArray,
 ) -> tuple[int, int]:  # fmt: skip
     """Run to `duration`, until the log is full or ALLOWANCE is used: rows written, turns."""
+    return go_on(par, kind, table, duration, state, balls, numbers, labels, work)
+
+
+@compiled
+def go_on(
+    par: FloatArray, kind: int, table: FloatArray, duration: float, state: FloatArray,
+    balls: FloatArray, numbers: FloatArray, labels: IntArray, work: FloatArray,
+) -> tuple[int, int]:  # fmt: skip
+    """`run_lasting`, without the counting of references that an entry has."""
     row, turns, room = 0, 0, numbers.shape[0] - 4 * balls.shape[0] - 4
     while state[T_HIGH] < duration and row < room and turns < ALLOWANCE:
         row = turn(par, kind, table, duration, state, balls, numbers, labels, row, work)

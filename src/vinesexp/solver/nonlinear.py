@@ -67,12 +67,12 @@ def spring_force(par: FloatArray, E: FloatArray, X: FloatArray) -> float:
 
 @compiled
 def fill_nonlinear(
-    par: FloatArray, mass: float, force: float, direction: float, E: FloatArray, X: FloatArray
-) -> None:
-    """Coefficients X_2... from X_0, X_1; `direction` is the sign of z'."""
+    par: FloatArray, mass: float, force: float, direction: float, E: FloatArray, X: FloatArray,
+    square: FloatArray,
+) -> None:  # fmt: skip
+    """Coefficients X_2... from X_0, X_1; `direction` is the sign of z', `square` scratch space."""
     c, k = par[P_C], par[P_K]
     quadratic, cubic = direction * par[P_QUADRATIC], par[P_CUBIC]
-    square = np.empty(X.shape[0])
     for n in range(X.shape[0] - 2):
         pull = k * (E[n] - X[n]) + c * (n + 1) * (E[n + 1] - X[n + 1])
         if n == 0:
@@ -96,13 +96,13 @@ def fill_nonlinear(
 
 @compiled
 def follow_base(
-    par: FloatArray, mass: float, pull: float, E: FloatArray, X: FloatArray, limit: float
-) -> float:
+    par: FloatArray, mass: float, pull: float, E: FloatArray, X: FloatArray, P: FloatArray,
+    limit: float,
+) -> float:  # fmt: skip
     """Series of an oscillator that Coulomb friction holds to the base; how far it does, s.
 
     `pull` is what the friction has to balance now, all but the inertia.
     """
-    P = np.empty(X.shape[0])
     for n in range(1, X.shape[0]):
         X[n] = E[n]
     excess = pull - mass * 2.0 * E[2]
@@ -137,9 +137,12 @@ def stiffest(par: FloatArray, mass: float, E: FloatArray, X: FloatArray) -> floa
 @compiled
 def expand_loaded(
     par: FloatArray, mass: float, force: float, kind: int, table: FloatArray, piece: int,
-    since: float, x: float, v: float, E: FloatArray, X: FloatArray,
+    since: float, x: float, v: float, E: FloatArray, X: FloatArray, P: FloatArray,
 ) -> float:  # fmt: skip
-    """Fill the series of x_e and x at (x, v) under a constant force; how far it holds, s."""
+    """Fill the series of x_e and x at (x, v) under a constant force; how far it holds, s.
+
+    `P` is scratch space, as long.
+    """
     rate = expand_base(kind, table[piece], since, E)
     X[0], X[1] = x, v
     limit: float = THETA / max(rate, own_rate(mass, par[P_C], stiffest(par, mass, E, X)))
@@ -149,11 +152,11 @@ def expand_loaded(
         X[1] = E[1]
         pull = force + spring_force(par, E, X)
         if abs(pull - mass * 2.0 * E[2]) <= par[P_COULOMB]:
-            return follow_base(par, mass, pull, E, X, limit)
+            return follow_base(par, mass, pull, E, X, P, limit)
         direction = math.copysign(1.0, pull - mass * 2.0 * E[2])
     if not damped:
         direction = 0.0
-    fill_nonlinear(par, mass, force, direction, E, X)
+    fill_nonlinear(par, mass, force, direction, E, X, P)
     reach, top = limit, X.shape[0] - 1
     if damped or par[P_CUBIC] != 0.0:
         scale, power = 0.0, 1.0
@@ -164,7 +167,6 @@ def expand_loaded(
             reach = min(reach, (CUT_OFF * scale / last) ** (1.0 / top))
     if not damped:
         return reach
-    P = np.empty(X.shape[0])
     for n in range(top):
         P[n] = direction * (n + 1) * (X[n + 1] - E[n + 1])
     P[top] = 0.0
@@ -178,7 +180,7 @@ def sample_loaded(
     pace: float, x: FloatArray, v: FloatArray, a: FloatArray,
 ) -> float:  # fmt: skip
     """`events.sample` for these: rows (time, x, v, mass, force) in `nodes`, times sorted."""
-    E, X = np.empty(ORDER + 1), np.empty(ORDER + 1)
+    E, X, P = np.empty(ORDER + 1), np.empty(ORDER + 1), np.empty(ORDER + 1)
     node, last, spent, mark = 0, nodes.shape[0] - 1, 0, nodes[0, 0]
     t, t_end, reach, piece = nodes[0, 0], nodes[0, 0], 0.0, 0
     here, speed = nodes[0, 1], nodes[0, 2]
@@ -192,7 +194,7 @@ def sample_loaded(
                 here, speed = nodes[node, 1], nodes[node, 2]
             piece = piece_at(table, t)
             mass, force, since = nodes[node, 3], nodes[node, 4], t - table[piece, 0]
-            reach = expand_loaded(par, mass, force, kind, table, piece, since, here, speed, E, X)
+            reach = expand_loaded(par, mass, force, kind, table, piece, since, here, speed, E, X, P)
             t_end = max(t + reach, np.nextafter(t, math.inf))
             if node < last:
                 t_end = min(t_end, nodes[node + 1, 0])

@@ -177,7 +177,7 @@ def rub(
         return row
     force, held = loads(balls)
     mass, x, v = par[P_M] + held, state[X_NOW], state[V_NOW]
-    reach = expand_loaded(par, mass, force, kind, table, piece, since, x, v, E, X)
+    reach = expand_loaded(par, mass, force, kind, table, piece, since, x, v, E, X, P)
     state[V_NOW] = X[1]
     rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
     T, dx, dv = close_rubbing_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], X[1], remainder)
@@ -218,9 +218,21 @@ def run_rubbing(
 
     Resume with the same arrays (`kernel.run`).
     """
+    before = np.empty(balls.shape[0])
+    return rub_on(
+        par, kind, table, duration, remainder, state, balls, numbers, labels, work, before
+    )
+
+
+@compiled
+def rub_on(
+    par: FloatArray, kind: int, table: FloatArray, duration: float, remainder: float,
+    state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, work: FloatArray,
+    before: FloatArray,
+) -> tuple[int, int]:  # fmt: skip
+    """`run_rubbing`, with its scratch space."""
     row, turns, piece = 0, 0, piece_at(table, state[T_HIGH])
     room = numbers.shape[0] - 4 * balls.shape[0] - 4
-    before = np.empty(balls.shape[0])
     while row < room and state[T_HIGH] < duration and turns < ALLOWANCE:
         while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
             piece += 1
