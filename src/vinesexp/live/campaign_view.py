@@ -170,15 +170,19 @@ def look_at_campaign(
 
 
 def _test_in_words(cells: Mapping[str, str]) -> str:
-    parts = [cells["test"]]
-    for column, unit in (
-        ("clearance_mm", "mm clearance"),
-        ("release_mm", "mm release"),
-        ("added_mass_g", "g added"),
-    ):
-        if cells.get(column):
-            parts.append(f"{cells[column]} {unit}")
-    return ", ".join(parts)
+    """A test as its line of the plan says it: the line itself names test and release.
+
+    Examples
+    --------
+    >>> _test_in_words({"test": "transient", "clearance_mm": "27.3", "release_mm": "20"})
+    '27.3 mm'
+    >>> _test_in_words({"test": "ringdown", "added_mass_g": "400"})
+    'ringdown, 400 g added'
+    """
+    if cells.get("clearance_mm"):
+        return f"{cells['clearance_mm']} mm"
+    added = cells.get("added_mass_g")
+    return cells["test"] + (f", {added} g added" if added else "")
 
 
 def _figures(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hmac
 import json
 import secrets
+import sys
 from dataclasses import dataclass
 from functools import partial
 from http import HTTPStatus
@@ -45,11 +46,17 @@ def serve(session: Session, *, port: int = 0, token: str | None = None) -> Serve
         Secret part of the address; by default a new one.
     """
     token = token or secrets.token_urlsafe(24)
-    server = ThreadingHTTPServer(
-        ("127.0.0.1", port), partial(_Handler, session, Parts(session), token)
-    )
+    server = _Server(("127.0.0.1", port), partial(_Handler, session, Parts(session), token))
     server.daemon_threads = True
     return Served(server, f"http://127.0.0.1:{server.server_port}/{token}/")
+
+
+class _Server(ThreadingHTTPServer):
+    """A browser that goes away in the middle of an answer is no error."""
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        if not isinstance(sys.exception(), ConnectionError):
+            super().handle_error(request, client_address)
 
 
 class _Handler(BaseHTTPRequestHandler):

@@ -58,6 +58,8 @@ def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
 
 def _meaning(name: str) -> str:
     """Of r_1, r_2: balls are numbered in the order of clearance_mm, in tests with several."""
+    if name == "m":
+        return "mass of the ball"
     if not name.startswith("r_"):
         return ""
     return f"restitution, tests with several balls: ball {name[2:]} in the order of clearance_mm"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,9 @@ SYMBOLS = {"f0": "f₀", "zeta": "ζ", "M": "M", "c1": "c₁", "k1": "k₁", "r"
 
 #: c1 and k1 are made from M, f0 and zeta: their panels would repeat that of M.
 _FOLLOW = ("c1", "k1")
+
+#: Logarithm of the ratio of two widths below which their names would cover one another.
+_SAME_PLACE = 0.2
 
 #: Units of a relative deviation, smallest first, with their sizes.
 _SHARES = (("ppm", 1e-6), ("%", 1e-2))
@@ -75,9 +79,10 @@ def intervals_over_records(
     parameters : sequence of str
         Which are drawn.
     """
-    from matplotlib.ticker import MaxNLocator
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
     figure, [axis] = new_figure(height=2.3)
+    ends: list[tuple[list[str], tuple[float, float], str]] = []
     for name, colour in zip(parameters, SEQUENCE, strict=False):
         own = [
             (one["records"], 100.0 * COVERAGE_95 * one["values"][name][1] / one["values"][name][0])
@@ -87,8 +92,17 @@ def intervals_over_records(
         if own:
             records, widths = zip(*own, strict=True)
             axis.plot(records, widths, "o-", color=colour, markersize=3)
-            label(axis, SYMBOLS[name], own[-1], colour=colour)
+            near = [end for end in ends if abs(math.log(end[1][1] / widths[-1])) < _SAME_PLACE]
+            if near:  # one name beside the other
+                near[0][0].append(SYMBOLS[name])
+            else:
+                ends.append(([SYMBOLS[name]], own[-1], colour))
+    for names, place, colour in ends:
+        label(axis, ", ".join(names), place, colour=colour)
     axis.set_yscale("log")
+    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.yaxis.set_major_formatter("{x:g}")
+    axis.yaxis.set_minor_formatter(NullFormatter())
     axis.set_xlabel("records")
     axis.set_ylabel("± % of the value")
     axis.xaxis.set_major_locator(MaxNLocator(integer=True))
