@@ -324,9 +324,7 @@ def _between_channels(view: RecordView, frequency: float) -> Lost | OtherClock |
     if series is None or law is None:
         return None
     rate, length = view.sample_rate, view.n / view.sample_rate
-    if law.steps:
-        if abs(law.step) * rate < 1.0 - _WHOLE:
-            return None
+    if law.steps and abs(law.step) * rate > 1.0 - _WHOLE:
         # A displacement that comes earlier beside the acceleration has lost samples.
         role = "displacement" if law.step < 0.0 else "acceleration"
         before = float(np.median(series.value[series.time < law.at]))
