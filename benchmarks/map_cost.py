@@ -24,8 +24,8 @@ from vinesexp.solver.arrays import ball_table, closed_form, parameters
 from vinesexp.solver.chatter import REMAINDER
 from vinesexp.solver.drive import drive_table
 from vinesexp.solver.kernel import run
+from vinesexp.solver.map import amplitude_map
 from vinesexp.solver.series import ORDER
-from vinesexp.solver.side_by_side import amplitudes, row_of
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks" / "map_cost.md"
 TABLE_2, G = Oscillator(M=4.7, c1=3.02, k1=1.147e4), 0.25e-3
@@ -54,19 +54,15 @@ def loop(b: float) -> float:
 
 def whole_map() -> float:
     """ns an impact over a map with its statistics."""
-    best = math.inf
+    rig, best = Rig(TABLE_2, nes=[NES(m=0.032, b=0.03, r=0.6)]), math.inf
     for cells in (2, *(CELLS for _ in range(ROUNDS - 2))):
         begin = time.process_time_ns()
-        found = amplitudes(np.array([
-            row_of(
-                Rig(TABLE_2, nes=[NES(m=0.032, b=b, r=0.6)]), Harmonic(level, TABLE_2.f0),
-                Release(y0=[0.99 * b]), settle=0.0, duration=200.0,
-            )
-            for level in np.linspace(0.05e-3, 0.40e-3, cells)
-            for b in np.linspace(5e-3, 60e-3, cells)
-        ]))  # fmt: skip
+        grid = amplitude_map(
+            rig, frequency=TABLE_2.f0, clearances=np.linspace(5e-3, 60e-3, cells),
+            levels=np.linspace(0.05e-3, 0.40e-3, cells), duration=200.0, workers=1,
+        )  # fmt: skip
         if cells == CELLS:
-            best = min(best, (time.process_time_ns() - begin) / float(found.impacts.sum()))
+            best = min(best, (time.process_time_ns() - begin) / float(grid.impacts.sum()))
     return best
 
 

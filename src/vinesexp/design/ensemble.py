@@ -1,9 +1,8 @@
 """Many steady responses at once: mean and largest amplitude of every start, exactly simulated.
 
-A `Run` is one rig under one harmonic base from one start. Plain rigs with one ball run side by side
-in the lanes of one loop (`solver/lanes.py`), others one by one; the compiled loops release the
-interpreter's lock, so the runs of an ensemble share all cores. Each keeps its own random draw and
-no lane looks at another, so the result does not depend on how they are shared out.
+A `Run` is one rig under one harmonic base from one start. The compiled event loop releases the
+interpreter's lock, so the runs of an ensemble share all cores; each keeps its own random draw, so
+the result does not depend on how they are shared out.
 """
 
 from __future__ import annotations
@@ -28,7 +27,6 @@ from vinesexp.solver.effort import Effort
 from vinesexp.solver.kernel import run
 from vinesexp.solver.response import H_PHASE, prepare
 from vinesexp.solver.series import ORDER
-from vinesexp.solver.side_by_side import amplitudes, fits_lanes, row_of
 from vinesexp.solver.simulation import simulate
 from vinesexp.solver.statistics import add_amplitudes
 
@@ -216,16 +214,12 @@ def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = 
     5.9
     """
     out = np.empty((3, len(runs)))
-    side_by_side = [k for k, run in enumerate(runs) if fits_lanes(run.rig, run.damping)]
-    alone = sorted(set(range(len(runs))) - set(side_by_side))
+
     stop = threading.Event()
 
     def share(first: int, step: int) -> None:
-        own = side_by_side[first::step]
-        if own:
-            out[:, own] = _together([runs[k] for k in own], haste, stop)
         tables: dict[tuple[float, float, float, float, float], FloatArray] = {}
-        for k in alone[first::step]:
+        for k in range(first, len(runs), step):
             if stop.is_set():
                 return
             out[:, k] = _one(runs[k], tables, haste)
@@ -241,19 +235,6 @@ def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = 
             finally:  # an interrupt ends the other threads too
                 stop.set()
     return Responses(out[0], out[1], out[2], len(runs[0].rig.nes) if runs else 0)
-
-
-def _together(runs: Sequence[Run], haste: float, stop: threading.Event) -> FloatArray:
-    """(mean, largest, impacts per cycle) of runs with one ball each, in the lanes of one loop."""
-    rows, spans = [], []
-    for one in runs:
-        settle, duration = duration_of(one.rig, one.base.frequency)
-        duration = settle + (duration - settle) / haste
-        _check(one)
-        rows.append(row_of(one.rig, one.base, one.release, settle=settle, duration=duration))
-        spans.append((duration - settle) * one.base.frequency)
-    found = amplitudes(np.array(rows), stop=stop.is_set)
-    return np.array([found.mean, found.largest, found.impacts / np.array(spans)])
 
 
 def _one(
@@ -275,7 +256,7 @@ def _one(
     par = parameters(one.rig, WeakDamping())
     balls, _ = ball_table(one.rig, one.release)
     log, labels = np.empty((2048, 6)), np.empty((2048, 3), dtype=np.int32)
-    work, sums = np.zeros((4, ORDER + 1)), np.zeros(5)
+    work, sums = np.zeros((4, ORDER + 1)), np.zeros(4)
     state, node = np.zeros(4), np.zeros(4)
     effort = Effort(one.rig, base, VISCOUS, duration)
     state[2:] = one.release.x0, one.release.v0

@@ -35,7 +35,6 @@ MODULES = (
     "hold",
     "hop",
     "kernel",
-    "lanes",
     "lasting",
     "nonlinear",
     "nothing_before",
