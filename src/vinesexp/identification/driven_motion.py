@@ -88,11 +88,15 @@ class DrivenMotion:
     scale: float
     flights: int
 
-    def base(self, *, f0: float, zeta: float) -> tuple[float, float]:
-        """Amplitude of the base's sine on the scale of the displacement, and its error, m."""
+    def base(self, *, f0: float, zeta: float, late: float = 0.0) -> tuple[float, float]:
+        """Amplitude of the base's sine on the scale of the displacement, and its error, m.
+
+        The channel of a recorded base may be `late` by some s: its velocity makes up for it.
+        """
         w = 2.0 * math.pi * f0
         v = np.array([1.0, w * w, -2.0 * zeta * w])
-        through = np.linalg.inv(np.eye(len(self.parts)) - 2.0 * zeta / w * self.turned)
+        ahead = 2.0 * zeta / w + (late if len(self.parts) == 1 else 0.0)
+        through = np.linalg.inv(np.eye(len(self.parts)) - ahead * self.turned)
         q = through @ self.parts @ v
         size = float(np.hypot.reduce(q))
         covariance = np.einsum("iajb,a,b->ij", self.scatter, v, v)

@@ -41,6 +41,8 @@ _LATE, _FEWEST_LAGS = 1e-5, 3
 _PULSE = 3.0
 #: What the model of the displacement beside an impact leaves in r and in the momentum of a record.
 _OWN_R, _OWN_EPS, _OWN_GAIN = 1e-4, 3e-4, 5e-4
+#: Lateness of the base's channel against the displacement, s: filters, converters that take turns.
+_BASE_LATE = 3e-4
 #: So many times more where the amplitude falls from impact to impact.
 _RELEASED = 3.0
 #: The same where the displacement is the integral of the acceleration, whose phase is less sure.
@@ -496,6 +498,7 @@ def _base(
         {"ln_zeta": 1.0, at["zeta"]: 1.0,
          b.add(f"mounting zeta: b = {place}", 0.0, inputs.damping.of(1.0)): 1.0},
         {**here, b.gain(record, role): 1.0, b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0},
+        {b.add(":".join(filter(None, ("base late", record.setup))), 0.0, _BASE_LATE): 1.0},
     )  # fmt: skip
     b.blocks.append(
         Block(
@@ -506,25 +509,27 @@ def _base(
 
 @dataclass(frozen=True)
 class _Answer:
-    """The base as the mass answers it, for an oscillator of local (ln f0, ln zeta, ln base)."""
+    """The base as the mass answers it, for local (ln f0, ln zeta, ln base, s of its lateness)."""
 
     driven: DrivenMotion
     ln_level: float
 
     def __call__(self, p: FloatArray) -> Local:
-        value, error = self.driven.base(f0=math.exp(p[0]), zeta=math.exp(p[1]))
+        value, error = self._base(*p)
         moved = [
-            math.log(self.driven.base(f0=math.exp(p[0] + d), zeta=math.exp(p[1] + z))[0] / value)
-            / _STEP
-            for d, z in ((_STEP, 0.0), (0.0, _STEP))
+            math.log(self._base(p[0] + f, p[1] + z, p[2], p[3] + late)[0] / value) / _STEP
+            for f, z, late in ((_STEP, 0.0, 0.0), (0.0, _STEP, 0.0), (0.0, 0.0, _STEP))
         ]
-        J = np.array([-moved[0], -moved[1], 1.0])
+        J = np.array([-moved[0], -moved[1], 1.0, -moved[2]])
         rest = math.log(value) - self.ln_level - p[2]
         w = 1.0 / (error / value) ** 2
         return w * np.outer(J, J), w * J * rest, -0.5 * w * rest * rest
 
+    def _base(self, ln_f0: float, ln_zeta: float, _: float, late: float) -> tuple[float, float]:
+        return self.driven.base(f0=math.exp(ln_f0), zeta=math.exp(ln_zeta), late=late)
 
-_STEP = 1e-6  # of ln f0 and ln zeta
+
+_STEP = 1e-6  # of ln f0, ln zeta and s
 
 
 def _drops(b: _Builder, found: Sequence[Estimate]) -> None:
