@@ -170,15 +170,16 @@ def judge(data: Quadratic, observed: Observed, possible: Sequence[Cause]) -> Jud
     }  # fmt: skip
     while len(chosen) < _MOST:
         base = posterior_of(data, beliefs)
-        tried = [
-            (odds, cause) for cause in left
-            if (odds := score(data, beliefs, base, cause))
-            > max(_ENOUGH, _LAW * first if cause.moves & in_flights else 0.0)
-        ]  # fmt: skip
-        tried.sort(key=lambda one: -one[0])
-        if not tried:
+        odds = scores(data, beliefs, base, left).tolist()
+        tried = sorted(zip(odds, left, strict=True), key=lambda one: -one[0])
+        best, cause = next(
+            (one for one in tried
+             if one[0] > max(_ENOUGH, _LAW * first if one[1].moves & in_flights else 0.0)),
+            (0.0, None),
+        )  # fmt: skip
+        if cause is None:
             break
-        best, cause = tried[0]
+        tried = [(best, cause), *(one for one in tried if one[1] is not cause)]
         first = max(first, best)
         after = believed(beliefs, cause)
         chosen.append((cause, _rivals(data, after, tried, cause)))
@@ -272,51 +273,60 @@ def _rivals(
     ]  # fmt: skip
     if not near:
         return ()
-    base = posterior_of(data, after)
+    left = scores(data, after, posterior_of(data, after), [other for _, other in near])
     return tuple(
-        other for odds, other in near if score(data, after, base, other) < odds - _EXPLAINS
+        other for now, (odds, other) in zip(left, near, strict=True) if now < odds - _EXPLAINS
     )
 
 
-def score(data: Quadratic, beliefs: Beliefs, base: Posterior, cause: Cause) -> float:
-    """Logarithm of the odds for a cause beside what is believed so far."""
-    if cause.direction is None:
-        wide = posterior_of(data, beliefs.wider(cause.wider))
-        return wide.log_evidence - base.log_evidence + cause.log_odds
-    gain, value, error = gain_of(data, beliefs, base, cause.direction)
-    if cause.positive:  # the share of the posterior over that of the prior that is possible
-        prior = cause.direction.prior
-        before = _above_zero(prior.value / prior.error)
-        gain += math.log(max(_above_zero(value / error), 1e-300) / before)
-    return gain + cause.log_odds
+def scores(
+    data: Quadratic, beliefs: Beliefs, base: Posterior, causes: Sequence[Cause]
+) -> FloatArray:
+    """Logarithms of the odds for causes beside what is believed so far."""
+    odds = np.array([cause.log_odds for cause in causes])
+    own = [i for i, cause in enumerate(causes) if cause.direction is not None]
+    directions = [d for cause in causes if (d := cause.direction) is not None]
+    if own:
+        gains, values, errors = gains_of(data, beliefs, base, directions)
+        for i, d, gain, value, error in zip(own, directions, gains, values, errors, strict=True):
+            odds[i] += gain
+            if causes[i].positive:  # the share of the posterior over that of the prior
+                before = _above_zero(d.prior.value / d.prior.error)
+                odds[i] += math.log(max(_above_zero(value / error), 1e-300) / before)
+    for i, cause in enumerate(causes):
+        if cause.direction is None:
+            wide = posterior_of(data, beliefs.wider(cause.wider))
+            odds[i] += wide.log_evidence - base.log_evidence
+    return odds
 
 
 def _above_zero(z: float) -> float:
     return 0.5 * math.erfc(-z / math.sqrt(2.0))
 
 
-def gain_of(
-    data: Quadratic, beliefs: Beliefs, base: Posterior, direction: Direction
-) -> tuple[float, float, float]:
-    """Log evidence that a direction adds, with value and error of its coefficient."""
-    v = np.array([direction.terms.get(name, 0.0) for name in data.names])
+def gains_of(
+    data: Quadratic, beliefs: Beliefs, base: Posterior, directions: Sequence[Direction]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Log evidence that each of some directions adds, with value and error of its coefficient."""
+    D = np.zeros((len(data.names), len(directions)))
+    for k, direction in enumerate(directions):
+        for name, factor in direction.terms.items():
+            if name in data.index:
+                D[data.index[name], k] = factor
     V = beliefs.directions(data.names)
-    slope = float(v @ (data.gradient - data.information @ (V @ base.values - data.at)))
-    # what is left of the direction when everything else follows it: a sum of squares, since the
+    slope = D.T @ (data.gradient - data.information @ (V @ base.values - data.at))
+    # what is left of a direction when everything else follows it: a sum of squares, since the
     # difference of two large numbers would be all rounding
-    follows = base.covariance @ (V.T @ (data.information @ v))
-    left = v - V @ follows
-    held = follows / beliefs.widths(data.names)
-    curvature = float(left @ data.information @ left + held @ held)
-    prior = direction.prior
-    w = 1.0 / prior.error**2
-    value = (slope + prior.value * w) / (curvature + w)
-    gain = 0.5 * (
-        (slope + prior.value * w) ** 2 / (curvature + w)
-        - prior.value**2 * w
-        - math.log1p(curvature / w)
-    )
-    return gain, value, 1.0 / math.sqrt(curvature + w)
+    follows = base.covariance @ (V.T @ (data.information @ D))
+    left = D - V @ follows
+    held = follows / beliefs.widths(data.names)[:, np.newaxis]
+    curvature = (left * (data.information @ left)).sum(axis=0) + (held**2).sum(axis=0)
+    centre = np.array([direction.prior.value for direction in directions])
+    w = np.array([direction.prior.error for direction in directions]) ** -2.0
+    value = (slope + centre * w) / (curvature + w)
+    gain = 0.5 * ((slope + centre * w) ** 2 / (curvature + w) - centre**2 * w
+                  - np.log1p(curvature / w))  # fmt: skip
+    return gain, value, 1.0 / np.sqrt(curvature + w)
 
 
 def _predicts(data: Quadratic, without: Beliefs, with_it: Beliefs) -> bool:
@@ -338,8 +348,9 @@ def _averaged(
     n = len(data.names)
     found = total(base, beliefs)
     weights, values, spreads = [1.0], [found.values[:n]], [found.covariance[:n, :n]]
-    tested = [c for c in left if _is_tested(data, beliefs, base, c)]
-    tried = sorted(((score(data, beliefs, base, c), c.key) for c in tested), reverse=True)
+    tested = _tested(data, beliefs, base, left)
+    odds = scores(data, beliefs, base, tested).tolist()
+    tried = sorted(zip(odds, [c.key for c in tested], strict=True), reverse=True)
     by_key = {c.key: c for c in left}
     others = [
         (odds, believed(beliefs, by_key[key]))
@@ -365,12 +376,17 @@ def _averaged(
     return Posterior(data.names, mean, covariance, base.log_evidence)
 
 
-def _is_tested(data: Quadratic, beliefs: Beliefs, base: Posterior, cause: Cause) -> bool:
-    """Whether the records say anything of how far a cause goes; else only its prior would."""
-    if cause.direction is None:
-        return True
-    error = gain_of(data, beliefs, base, cause.direction)[2]
-    return error < _SHOWN * cause.direction.prior.error or cause.factor is not None
+def _tested(
+    data: Quadratic, beliefs: Beliefs, base: Posterior, causes: Sequence[Cause]
+) -> list[Cause]:
+    """Those of which the records say how far they go; of others only their prior would."""
+    known = [(c, d) for c in causes if (d := c.direction) is not None]
+    errors = gains_of(data, beliefs, base, [d for _, d in known])[2].tolist() if known else []
+    shown = {
+        c.key for (c, d), error in zip(known, errors, strict=True)
+        if error < _SHOWN * d.prior.error or c.factor is not None
+    }  # fmt: skip
+    return [c for c in causes if c.direction is None or c.key in shown]
 
 
 _SHOWN = 0.5  # of its prior width that the records have to leave of a cause
