@@ -199,7 +199,7 @@ def test_identified_values_are_simulated(tmp_path: Path, small: None) -> None:
     options = {"--identified": str(tmp_path), "--nes-mass": "32 g", **LEVEL}
     answer, text = answered(options)
     assert answer["inputs"]["M"] == [{"value": 4.7, "std_error": 0.05}]
-    assert "M   = 4.7 +- 0.05 kg" in text
+    assert "M   = 4.7 +- 0.098 kg" in text  # 1.96 of 0.05
     assert answer["b_c"]["std_error_mm"] > 0.1
 
 

@@ -133,7 +133,9 @@ def _require_finite(path: Path) -> None:
     with open_record(path) as view:
         for role in view.roles:
             values = view.read(role)
-            if not np.isfinite(values).all() or np.abs(values).max() > 1e9:
+            if role == "displacement":  # gaps, where the laser lost its target
+                values = values[~np.isnan(values)]
+            if not np.isfinite(values).all() or np.abs(values).max(initial=0.0) > 1e9:
                 raise FoundError(f"{role} called good: {values[~np.isfinite(values)][:3]}")
         if not 0.0 < view.sample_rate < np.inf:
             raise FoundError(f"sample rate {view.sample_rate} called good")

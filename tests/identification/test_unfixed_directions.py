@@ -124,4 +124,4 @@ def test_a_short_noisy_decay_gives_a_frequency_that_holds_or_none():
         published += 1
         assert best.f0_error <= 0.5 * best.f0
         assert abs(best.f0 - f0) < 6.0 * best.f0_error
-    assert published > 1
+    assert published >= 1

@@ -50,11 +50,7 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
     hits = has_shocks(a.finite, _period(file))
     if not stands_out(x) and (base is None or not stands_out(base)):
         if hits:
-            return (
-                OPEN,
-                {},
-                "shocks and no oscillation; the times between them do not shrink by a ratio",
-            )
+            return "drop", {}, "shocks and no oscillation"
         return OPEN, {}, "nothing moves in it"
     if base is not None and stands_out(base) and base.rate and common_frequency(file) > 0.0:
         return _driven(file, base)
