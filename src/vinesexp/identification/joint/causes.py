@@ -23,6 +23,7 @@ from vinesexp.identification.joint.unknowns import (
     Posterior,
     Prior,
     Quadratic,
+    evidence_of,
     posterior_of,
     total,
 )
@@ -207,11 +208,10 @@ def _with(beliefs: Beliefs, causes: Sequence[Cause]) -> Beliefs:
 def _without_needless(data: Quadratic, plain: Beliefs, chosen: _Chosen) -> tuple[_Chosen, Beliefs]:
     """Causes that the others make needless go: they were steps on the way."""
     while chosen:
-        whole = posterior_of(data, _with(plain, [c for c, _ in chosen])).log_evidence
+        whole = evidence_of(data, _with(plain, [c for c, _ in chosen]))
         odds = [
             whole + cause.log_odds
-            - posterior_of(data, _with(plain, [c for c, _ in chosen if c is not cause]))
-            .log_evidence
+            - evidence_of(data, _with(plain, [c for c, _ in chosen if c is not cause]))
             for cause, _ in chosen
         ]  # fmt: skip
         worst = int(np.argmin(odds))
@@ -228,7 +228,7 @@ def _weighed(data: Quadratic, plain: Beliefs, chosen: _Chosen) -> tuple[Weighed,
     found, scattered = [], False
     for cause, rivals in chosen:
         without = _with(plain, [c for c, _ in chosen if c is not cause])
-        odds = whole.log_evidence - posterior_of(data, without).log_evidence + cause.log_odds
+        odds = whole.log_evidence - evidence_of(data, without) + cause.log_odds
         scattered = scattered or cause.kind == "scatter"
         value, error = whole.of({cause.key: 1.0}) if cause.direction else (0.0, 0.0)
         sure = (
@@ -295,8 +295,8 @@ def scores(
                 odds[i] += math.log(max(_above_zero(value / error), 1e-300) / before)
     for i, cause in enumerate(causes):
         if cause.direction is None:
-            wide = posterior_of(data, beliefs.wider(cause.wider))
-            odds[i] += wide.log_evidence - base.log_evidence
+            wide = evidence_of(data, beliefs.wider(cause.wider))
+            odds[i] += wide - base.log_evidence
     return odds
 
 
@@ -313,12 +313,14 @@ def gains_of(
         for name, factor in direction.terms.items():
             if name in data.index:
                 D[data.index[name], k] = factor
-    V = beliefs.directions(data.names)
-    slope = D.T @ (data.gradient - data.information @ (V @ base.values - data.at))
+    added, n = beliefs.added(data.names), len(data.names)
+    here = base.values[:n] + added @ base.values[n:]
+    slope = D.T @ (data.gradient - data.information @ (here - data.at))
     # what is left of a direction when everything else follows it: a sum of squares, since the
     # difference of two large numbers would be all rounding
-    follows = base.covariance @ (V.T @ (data.information @ D))
-    left = D - V @ follows
+    along = data.information @ D
+    follows = base.covariance @ np.concatenate([along, added.T @ along])
+    left = D - follows[:n] - added @ follows[n:]
     held = follows / beliefs.widths(data.names)[:, np.newaxis]
     curvature = (left * (data.information @ left)).sum(axis=0) + (held**2).sum(axis=0)
     centre = np.array([direction.prior.value for direction in directions])
@@ -332,10 +334,10 @@ def gains_of(
 def _predicts(data: Quadratic, without: Beliefs, with_it: Beliefs) -> bool:
     """Whether records left out, one after another, are predicted better with a cause."""
     gain = 0.0
-    whole = [posterior_of(data, beliefs).log_evidence for beliefs in (without, with_it)]
-    for record in data.of_record:
+    whole = [evidence_of(data, beliefs) for beliefs in (without, with_it)]
+    for record in data.records:
         rest = data.without(record)
-        parts = [posterior_of(rest, beliefs).log_evidence for beliefs in (without, with_it)]
+        parts = [evidence_of(rest, beliefs) for beliefs in (without, with_it)]
         gain += (whole[1] - parts[1]) - (whole[0] - parts[0])
     return gain > -_NO_WORSE
 
@@ -358,7 +360,7 @@ def _averaged(
         if odds > _NEGLIGIBLE
     ]
     for other in rivals:
-        others.append((posterior_of(data, other).log_evidence - base.log_evidence, other))
+        others.append((evidence_of(data, other) - base.log_evidence, other))
     for odds, more in others:
         own = total(posterior_of(data, more), more)
         weights.append(math.exp(min(odds, 5.0)))

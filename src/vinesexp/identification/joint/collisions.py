@@ -18,6 +18,7 @@ impact off by a share of the jump.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +88,7 @@ class Collisions:
     sigma: FloatArray
 
     def rest(self, p: Complex) -> Complex:
-        """Residuals of the three equations, m/s, shape (3, n)."""
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (14, ..., 1)."""
         f = self.flights
         r, ln_eps, g_x, g_a, reading, share, late, b, wall, slope, rub, tilt, contact, roll = p
         scale = np.exp(-g_x)
@@ -96,7 +97,7 @@ class Collisions:
         way_after = self.x_after - self.x + late * (f.v_next - middle)
         by_laser = f.jump_displacement * scale * np.exp(-reading)
         by_pulse = f.jump_acceleration * np.exp(-g_a)
-        of_laser, of_pulse = self._weights()
+        of_laser, of_pulse = self._weights
         jump = np.where(of_laser > 0.0, by_laser, 0.0) * of_laser
         jump = jump + np.where(of_pulse > 0.0, by_pulse, 0.0) * of_pulse
         middle = (middle - late * self.omega2 * self.x) * scale + share * jump
@@ -128,29 +129,23 @@ class Collisions:
              (by_pulse + gained) * pulse]
         )  # fmt: skip
 
+    @cached_property
     def _weights(self) -> tuple[FloatArray, FloatArray]:
         """Weights of laser and accelerometer in the jump, by the scatter of their momentum."""
         weights = self.known[1:] / self.scatter[1:, np.newaxis] ** 2
         weights = weights / weights.sum(axis=0)
         return weights[0], weights[1]
 
-    def mean_rest(self, p: Complex) -> Complex:
-        """Residuals averaged over collisions alike, shape (3 groups,)."""
-        rest = np.where(self.known, self.rest(p), 0.0)
-        return np.concatenate([m @ part for m, part in zip(self.means, rest, strict=True)])
-
     def look(self, p: FloatArray) -> Local:
         """Information about the local quantities, gradient and log-likelihood."""
         sigma = self.sigma.ravel()
         used = np.isfinite(sigma)
-        rest = self.mean_rest(p.astype(np.complex128)).real[used] / sigma[used]
-        columns = []
-        for i in range(p.size):
-            moved = p.astype(np.complex128)
-            moved[i] += 1j * _IMAGINARY
-            columns.append(self.mean_rest(moved).imag[used] / sigma[used] / _IMAGINARY)
-        J = np.stack(columns, axis=1)
-        return J.T @ J, -J.T @ rest, -0.5 * float(rest @ rest)
+        moved = p[:, np.newaxis] + 1j * _IMAGINARY * np.eye(p.size)  # each in its own column
+        rest = np.where(self.known[:, np.newaxis], self.rest(moved[..., np.newaxis]), 0.0)
+        means = [part @ m.T for m, part in zip(self.means, rest, strict=True)]
+        scaled = (np.concatenate(means, axis=1) / sigma)[:, used]
+        J, value = scaled.imag.T / _IMAGINARY, scaled[0].real
+        return J.T @ J, -J.T @ value, -0.5 * float(value @ value)
 
 
 def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collisions:
@@ -172,7 +167,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     groups = _alike(c.flights, time_error)
     count = int(groups.max()) + 1
     member = groups[np.newaxis, :] == np.arange(count)[:, np.newaxis]
-    rest = np.where(c.known, c.rest(p.astype(np.complex128)).real, np.nan)
+    rest = np.where(c.known, c.rest(p[:, np.newaxis].astype(np.complex128)).real, np.nan)
     means, sigma, scatter = [], np.full((3, count), np.inf), np.ones(3)
     for k, part in enumerate(rest):
         good = np.isfinite(part)

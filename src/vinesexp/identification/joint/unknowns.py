@@ -10,13 +10,15 @@ campaign costs one small linear system (`causes.py`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg.lapack import dpotri
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import FloatArray, IntArray
 
 #: A local quantity as a sum of unknowns: name to coefficient, and what is added.
 Sum = tuple[Mapping[str, float], float]
@@ -57,32 +59,73 @@ class Block:
 
 
 @dataclass(frozen=True)
+class Part:
+    """What one block adds to gradient and information of the unknowns that it depends on.
+
+    Attributes
+    ----------
+    record : id, as in `Block`.
+    used : int array (k,), which unknowns.
+    gradient, information : arrays (k,), (k, k)
+    """
+
+    record: str
+    used: IntArray
+    gradient: FloatArray
+    information: FloatArray
+
+
+@dataclass(frozen=True)
 class Quadratic:
-    """Log-likelihood of all blocks near one point: gradient and information, record by record.
+    """Log-likelihood of all blocks near one point: gradient and information, block by block.
 
     Attributes
     ----------
     names : the unknowns.
     at : their values at which it was expanded.
+    parts : what each block contributes.
     gradient, information : arrays (n,), (n, n)
-    of_record : record id to the part of each that its blocks contribute.
+        Their sums.
+    log_likelihood : at that point.
     """
 
     names: tuple[str, ...]
     at: FloatArray
+    parts: tuple[Part, ...]
     gradient: FloatArray
     information: FloatArray
-    of_record: Mapping[str, tuple[FloatArray, FloatArray]]
     log_likelihood: float = 0.0
 
     @cached_property
     def index(self) -> dict[str, int]:
         return {name: i for i, name in enumerate(self.names)}
 
+    @property
+    def records(self) -> tuple[str, ...]:
+        """Records that have blocks."""
+        return tuple(dict.fromkeys(part.record for part in self.parts))
+
+    def of(self, records: Collection[str]) -> Quadratic:
+        """The same of the blocks of some records."""
+        own = tuple(part for part in self.parts if part.record in records)
+        return Quadratic(self.names, self.at, own, *_sums(own, len(self.names)))
+
     def without(self, record: str) -> Quadratic:
         """The same without the blocks of one record."""
-        g, information = self.of_record[record]
-        return replace(self, gradient=self.gradient - g, information=self.information - information)
+        gradient, information = self.gradient.copy(), self.information.copy()
+        for part in self.parts:
+            if part.record == record:
+                gradient[part.used] -= part.gradient
+                information[np.ix_(part.used, part.used)] -= part.information
+        return replace(self, gradient=gradient, information=information)
+
+
+def _sums(parts: Iterable[Part], n: int) -> tuple[FloatArray, FloatArray]:
+    gradient, information = np.zeros(n), np.zeros((n, n))
+    for part in parts:
+        gradient[part.used] += part.gradient
+        information[np.ix_(part.used, part.used)] += part.information
+    return gradient, information
 
 
 @dataclass(frozen=True)
@@ -158,14 +201,15 @@ class Beliefs:
             priors[name] = replace(priors[name], error=_EXACT * priors[name].error)
         return replace(self, priors=priors)
 
-    def directions(self, names: tuple[str, ...]) -> FloatArray:
-        """Unknowns as sums of their own parts and of the coefficients of the causes."""
-        columns = [np.eye(len(names))]
-        columns += [
-            np.array([[direction.terms.get(name, 0.0)] for name in names])
-            for direction in self.causes.values()
-        ]
-        return np.concatenate(columns, axis=1)
+    def added(self, names: tuple[str, ...]) -> FloatArray:
+        """What the coefficient of each cause adds to the unknowns; shape (n, causes)."""
+        index = {name: i for i, name in enumerate(names)}
+        found = np.zeros((len(names), len(self.causes)))
+        for k, direction in enumerate(self.causes.values()):
+            for name, factor in direction.terms.items():
+                if name in index:
+                    found[index[name], k] = factor
+        return found
 
     def _every(self, names: tuple[str, ...]) -> list[Prior]:
         return [self.priors[n] for n in names] + [d.prior for d in self.causes.values()]
@@ -207,29 +251,53 @@ class Tempered:
 def expand(blocks: Sequence[Block], names: tuple[str, ...], at: FloatArray) -> Quadratic:
     """Gradient and information of all blocks at a point."""
     index = {name: i for i, name in enumerate(names)}
-    n = len(names)
-    of_record: dict[str, tuple[FloatArray, FloatArray]] = {}
-    value = 0.0
+    parts, value = [], 0.0
     for block in blocks:
-        used = sorted({index[name] for terms, _ in block.sums for name in terms})
-        place = {i: k for k, i in enumerate(used)}
-        A = np.zeros((len(block.sums), len(used)))
-        local = np.empty(len(block.sums))
-        for row, (terms, constant) in enumerate(block.sums):
-            local[row] = constant
+        used = np.array(sorted({index[name] for terms, _ in block.sums for name in terms}))
+        place = {i: k for k, i in enumerate(used.tolist())}
+        A = np.zeros((len(block.sums), used.size))
+        for row, (terms, _) in zip(A, block.sums, strict=True):
             for name, factor in terms.items():
-                A[row, place[index[name]]] += factor
-                local[row] += factor * at[index[name]]
+                row[place[index[name]]] += factor
+        local = np.array([constant for _, constant in block.sums]) + A @ at[used]
         information, gradient, own = block.look(local)
         value += own
-        g, whole = of_record.setdefault(block.record, (np.zeros(n), np.zeros((n, n))))
-        g[used] += A.T @ gradient
-        whole[np.ix_(used, used)] += A.T @ information @ A
-    gradient = np.sum([g for g, _ in of_record.values()], axis=0) if of_record else np.zeros(n)
-    information = (
-        np.sum([w for _, w in of_record.values()], axis=0) if of_record else np.zeros((n, n))
-    )
-    return Quadratic(names, at, gradient, information, of_record, value)
+        parts.append(Part(block.record, used, A.T @ gradient, A.T @ information @ A))
+    return Quadratic(names, at, tuple(parts), *_sums(parts, len(names)), value)
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """Priors and records as one linear system, in prior widths: the prior is the unit matrix."""
+
+    mean: FloatArray
+    width: FloatArray
+    factor: FloatArray  # of information and prior, by Cholesky: lower
+    half: FloatArray  # factor^-1 times the gradient at the prior means
+    log_evidence: float
+
+
+def _scaled(data: Quadratic, beliefs: Beliefs) -> _Scaled:
+    mean, width = beliefs.means(data.names), beliefs.widths(data.names)
+    D = beliefs.added(data.names)
+    along = data.information @ D
+    H = np.block([[data.information, along], [along.T, D.T @ along]])
+    H *= width[:, None] * width
+    H.flat[:: width.size + 1] += 1.0
+    n = len(data.names)
+    start = data.at - mean[:n] - D @ mean[n:]
+    slope = data.gradient + data.information @ start
+    g = width * np.concatenate([slope, D.T @ slope])
+    factor = cholesky(H, lower=True, check_finite=False)
+    half = solve_triangular(factor, g, lower=True, check_finite=False)
+    # half of the square, less what the expansion has at the prior means
+    fit = float(0.5 * half @ half - 0.5 * (data.gradient + slope) @ start)
+    return _Scaled(mean, width, factor, half, fit - float(np.log(np.diag(factor)).sum()))
+
+
+def evidence_of(data: Quadratic, beliefs: Beliefs) -> float:
+    """Logarithm of the evidence of the records under priors and causes, but for a constant."""
+    return _scaled(data, beliefs).log_evidence
 
 
 def posterior_of(data: Quadratic, beliefs: Beliefs) -> Posterior:
@@ -237,29 +305,24 @@ def posterior_of(data: Quadratic, beliefs: Beliefs) -> Posterior:
 
     The log-likelihood is taken as the quadratic that it is near the point of expansion.
     """
-    V = beliefs.directions(data.names)
-    mean, width = beliefs.means(data.names), beliefs.widths(data.names)
-    # scaled by the prior widths: the prior is the unit matrix
-    H = width[:, None] * (V.T @ data.information @ V) * width
-    start = data.at - V @ mean
-    g = width * (V.T @ (data.gradient + data.information @ start))
-    C = np.linalg.cholesky(H + np.eye(width.size))
-    half = np.linalg.solve(C, g)
-    inverse = np.linalg.inv(C)
-    z = inverse.T @ half
-    fit = float(0.5 * half @ half - data.gradient @ start - 0.5 * start @ data.information @ start)
-    log_evidence = fit - float(np.log(np.diag(C)).sum())
-    covariance = width[:, None] * (inverse.T @ inverse) * width
+    s = _scaled(data, beliefs)
+    z = solve_triangular(s.factor, s.half, lower=True, trans="T", check_finite=False)
+    inverse = dpotri(s.factor, lower=1)[0]
+    inverse = np.tril(inverse) + np.tril(inverse, -1).T
+    inverse *= s.width[:, None] * s.width
     names = data.names + tuple(beliefs.causes)
-    return Posterior(names, mean + width * z, covariance, log_evidence)
+    return Posterior(names, s.mean + s.width * z, inverse, s.log_evidence)
 
 
 def total(found: Posterior, beliefs: Beliefs) -> Posterior:
     """The posterior with what the causes add put into the unknowns themselves."""
     n = len(found.names) - len(beliefs.causes)
-    T = np.eye(len(found.names))
-    T[:n] = beliefs.directions(found.names[:n])
-    return replace(found, values=T @ found.values, covariance=T @ found.covariance @ T.T)
+    D = beliefs.added(found.names[:n])
+    values, covariance = found.values.copy(), found.covariance.copy()
+    values[:n] += D @ values[n:]
+    covariance[:n] += D @ covariance[n:]
+    covariance[:, :n] += covariance[:, n:] @ D.T
+    return replace(found, values=values, covariance=covariance)
 
 
 def fit(
@@ -275,11 +338,16 @@ def fit(
     beliefs : Beliefs
     start : array (n,)
     """
-    V = beliefs.directions(names)
+    D = beliefs.added(names)
+    n = start.size
+
+    def whole(parts: FloatArray) -> FloatArray:
+        return np.asarray(parts[:n] + D @ parts[n:])
+
     mean, width = beliefs.means(names), beliefs.widths(names)
     parts = mean.copy()
-    parts[: start.size] += start - V @ mean
-    data = expand(blocks, names, V @ parts)
+    parts[:n] += start - whole(mean)
+    data = expand(blocks, names, start)
 
     def value(data: Quadratic, parts: FloatArray) -> float:
         return data.log_likelihood - 0.5 * float((((parts - mean) / width) ** 2).sum())
@@ -289,9 +357,9 @@ def fit(
         aim = posterior_of(data, beliefs)
         step = aim.values - parts
         size = np.sqrt(np.maximum(np.diag(aim.covariance), 1e-300))
-        share = min(1.0, _LARGEST / max(float(np.abs(V @ step).max()), 1e-300))
+        share = min(1.0, _LARGEST / max(float(np.abs(whole(step)).max()), 1e-300))
         for _ in range(_HALVED):
-            tried = expand(blocks, names, V @ (parts + share * step))
+            tried = expand(blocks, names, whole(parts + share * step))
             there = value(tried, parts + share * step)
             if there >= here - 1e-6 * abs(here):
                 break

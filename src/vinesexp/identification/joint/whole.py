@@ -308,10 +308,10 @@ def effective(answer: Answer, ball: str) -> tuple[dict[str, float], dict[str, fl
     """
     r, m = {"r": 1.0}, {ball: 1.0}
     index = answer.data.index
-    flights = [b.record for b in answer.observed.blocks if b.kind == "flights"]
+    flights = {b.record for b in answer.observed.blocks if b.kind == "flights"}
     if "r" not in index or ball not in index or not flights:
         return r, m
-    H = np.sum([answer.data.of_record[record][1] for record in dict.fromkeys(flights)], axis=0)
+    H = answer.data.of(flights).information
     two = [index["r"], index[ball]]
     inner = H[np.ix_(two, two)]
     if not np.linalg.cond(inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)))) < 1e8:
