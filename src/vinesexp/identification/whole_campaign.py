@@ -356,11 +356,11 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
         rows.append(_input(answer, "base_amplitude", ids, "mm", 1e3, level, {name: 1.0}, log=True))
     for load, name in o.loads.items():
         ids = tuple(r.id for r in campaign.records if r.added_mass == load)
-        factor = math.exp(answer.posterior.of({"load scale": 1.0})[0])
-        row = _input(answer, "added_mass", ids, "g", 1e3, load, {name: 1.0}, log=False)
-        found = row["found"]
-        assert isinstance(found, float)
-        rows.append(row | {"found": found * factor})
+        scaled = load * math.expm1(answer.posterior.of({"load scale": 1.0})[0])
+        terms = {name: 1.0, "load scale": 0.0}
+        rows.append(
+            _input(answer, "added_mass", ids, "g", 1e3, load, terms, log=False, constant=scaled)
+        )
     for place, mass in enumerate(campaign.known.nes_mass, start=1):
         name = "ln_m" if len(campaign.known.nes_mass) == 1 else f"ln_m:{place}"
         if name in answer.posterior:

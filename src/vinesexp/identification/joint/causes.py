@@ -151,6 +151,13 @@ def believed(beliefs: Beliefs, cause: Cause) -> Beliefs:
 
 
 def judge(data: Quadratic, observed: Observed, possible: Sequence[Cause]) -> Judged:
+    """What is believed where the log-likelihood is this expansion: `proposed` and `weighed`."""
+    return weighed(data, observed, possible, proposed(data, observed, possible))
+
+
+def proposed(
+    data: Quadratic, observed: Observed, possible: Sequence[Cause], begin: Sequence[Cause] = ()
+) -> tuple[Cause, ...]:
     """Believe one cause after another, the best first, while the records ask for it.
 
     Parameters
@@ -160,18 +167,19 @@ def judge(data: Quadratic, observed: Observed, possible: Sequence[Cause]) -> Jud
     observed : Observed
         For the priors.
     possible : sequence of Cause
+    begin : sequence of Cause
+        Believed to begin with; they go again where the records do not need them.
     """
-    beliefs = observed.beliefs
-    chosen: list[tuple[Cause, tuple[Cause, ...]]] = []
-    first = 0.0
-    left = list(possible)
+    chosen = _without_needless(data, observed.beliefs, list(begin))
+    first = max(_odds(data, observed.beliefs, chosen), default=0.0)
     in_flights = {
         name for block in observed.blocks if block.kind == "flights"
         for terms, _ in block.sums for name in terms
     }  # fmt: skip
     while len(chosen) < _MOST:
-        base = posterior_of(data, beliefs)
-        odds = scores(data, beliefs, base, left).tolist()
+        left = _others(possible, chosen)
+        beliefs = believing(observed.beliefs, chosen)
+        odds = scores(data, beliefs, posterior_of(data, beliefs), left).tolist()
         tried = sorted(zip(odds, left, strict=True), key=lambda one: -one[0])
         best, cause = next(
             (one for one in tried
@@ -180,55 +188,32 @@ def judge(data: Quadratic, observed: Observed, possible: Sequence[Cause]) -> Jud
         )  # fmt: skip
         if cause is None:
             break
-        tried = [(best, cause), *(one for one in tried if one[1] is not cause)]
         first = max(first, best)
-        after = believed(beliefs, cause)
-        chosen.append((cause, _rivals(data, after, tried, cause)))
-        beliefs = after
-        left = [one for one in left if one.key != cause.key and not _same(one, cause)]
-    chosen, beliefs = _without_needless(data, observed.beliefs, chosen)
-    found = _weighed(data, observed.beliefs, chosen)
-    rivals = [
-        _with(observed.beliefs, [c for c, _ in chosen if c is not cause] + [rival])
-        for cause, others in chosen
-        for rival in others
-    ]
-    return Judged(beliefs, _averaged(data, beliefs, left, rivals), found)
+        chosen.append(cause)
+    return tuple(_without_needless(data, observed.beliefs, chosen))
 
 
-_Chosen = list[tuple[Cause, tuple[Cause, ...]]]
+def weighed(
+    data: Quadratic, observed: Observed, possible: Sequence[Cause], chosen: Sequence[Cause]
+) -> Judged:
+    """Some causes as they are believed: their evidence, their rivals, and all unknowns with them.
 
-
-def _with(beliefs: Beliefs, causes: Sequence[Cause]) -> Beliefs:
-    for cause in causes:
-        beliefs = believed(beliefs, cause)
-    return beliefs
-
-
-def _without_needless(data: Quadratic, plain: Beliefs, chosen: _Chosen) -> tuple[_Chosen, Beliefs]:
-    """Causes that the others make needless go: they were steps on the way."""
-    while chosen:
-        whole = evidence_of(data, _with(plain, [c for c, _ in chosen]))
-        odds = [
-            whole + cause.log_odds
-            - evidence_of(data, _with(plain, [c for c, _ in chosen if c is not cause]))
-            for cause, _ in chosen
-        ]  # fmt: skip
-        worst = int(np.argmin(odds))
-        if odds[worst] >= _ENOUGH:
-            break
-        chosen = [one for i, one in enumerate(chosen) if i != worst]
-    return chosen, _with(plain, [c for c, _ in chosen])
-
-
-def _weighed(data: Quadratic, plain: Beliefs, chosen: _Chosen) -> tuple[Weighed, ...]:
-    """Each believed cause with its evidence beside all others."""
-    beliefs = _with(plain, [c for c, _ in chosen])
+    Parameters
+    ----------
+    data : Quadratic
+        Log-likelihood near the fit with these causes.
+    observed : Observed
+    possible, chosen : sequences of Cause
+    """
+    plain, beliefs = observed.beliefs, believing(observed.beliefs, chosen)
+    left = _others(possible, chosen)
     whole = posterior_of(data, beliefs)
-    found, scattered = [], False
-    for cause, rivals in chosen:
-        without = _with(plain, [c for c, _ in chosen if c is not cause])
-        odds = whole.log_evidence - evidence_of(data, without) + cause.log_odds
+    found, rivals, scattered = [], [], False
+    for cause, odds in zip(chosen, _odds(data, plain, chosen), strict=True):
+        beside = [c for c in chosen if c is not cause]
+        without = believing(plain, beside)
+        others = _rivals(data, without, cause, odds, left)
+        rivals += [believing(plain, [*beside, rival]) for rival in others]
         scattered = scattered or cause.kind == "scatter"
         value, error = whole.of({cause.key: 1.0}) if cause.direction else (0.0, 0.0)
         sure = (
@@ -238,8 +223,44 @@ def _weighed(data: Quadratic, plain: Beliefs, chosen: _Chosen) -> tuple[Weighed,
             and _possible(cause, value)
             and _predicts(data, without, beliefs)
         )
-        found.append(Weighed(cause, odds, value, error, rivals, sure))
-    return tuple(found)
+        found.append(Weighed(cause, odds, value, error, others, sure))
+    return Judged(beliefs, _averaged(data, beliefs, left, rivals), tuple(found))
+
+
+def believing(beliefs: Beliefs, causes: Sequence[Cause]) -> Beliefs:
+    """Priors with some causes."""
+    for cause in causes:
+        beliefs = believed(beliefs, cause)
+    return beliefs
+
+
+def _others(possible: Sequence[Cause], chosen: Sequence[Cause]) -> list[Cause]:
+    """Causes that say something else than those chosen."""
+    return [
+        one for one in possible
+        if not any(one.key == cause.key or _same(one, cause) for cause in chosen)
+    ]  # fmt: skip
+
+
+def _odds(data: Quadratic, plain: Beliefs, chosen: Sequence[Cause]) -> list[float]:
+    """Logarithm of the odds of each of some causes beside the others."""
+    whole = evidence_of(data, believing(plain, chosen)) if chosen else 0.0
+    return [
+        whole + cause.log_odds
+        - evidence_of(data, believing(plain, [c for c in chosen if c is not cause]))
+        for cause in chosen
+    ]  # fmt: skip
+
+
+def _without_needless(data: Quadratic, plain: Beliefs, chosen: list[Cause]) -> list[Cause]:
+    """Causes that the others make needless go: they were steps on the way."""
+    while chosen:
+        odds = _odds(data, plain, chosen)
+        worst = int(np.argmin(odds))
+        if odds[worst] >= _ENOUGH:
+            break
+        chosen = [one for i, one in enumerate(chosen) if i != worst]
+    return chosen
 
 
 def _possible(cause: Cause, value: float) -> bool:
@@ -264,19 +285,22 @@ def _same(a: Cause, b: Cause) -> bool:
 
 
 def _rivals(
-    data: Quadratic, after: Beliefs, tried: Sequence[tuple[float, Cause]], best: Cause
+    data: Quadratic, without: Beliefs, best: Cause, odds: float, left: Sequence[Cause]
 ) -> tuple[Cause, ...]:
     """Causes nearly as good that the best one makes needless: either explains the records."""
+    tried = scores(data, without, posterior_of(data, without), left).tolist()
     near = [
-        (odds, other) for odds, other in tried[1:]
-        if odds > max(tried[0][0] - _RIVAL, 0.0) and not _same(other, best)
+        (own, other) for own, other in zip(tried, left, strict=True)
+        if own > max(odds - _RIVAL, 0.0)
     ]  # fmt: skip
     if not near:
         return ()
-    left = scores(data, after, posterior_of(data, after), [other for _, other in near])
-    return tuple(
-        other for now, (odds, other) in zip(left, near, strict=True) if now < odds - _EXPLAINS
-    )
+    after = believed(without, best)
+    now = scores(data, after, posterior_of(data, after), [other for _, other in near])
+    near = [
+        one for beside, one in zip(now, near, strict=True) if beside < one[0] - _EXPLAINS
+    ]  # fmt: skip
+    return tuple(other for _, other in sorted(near, key=lambda one: -one[0]))
 
 
 def scores(

@@ -263,13 +263,13 @@ class _Decay:
 
     def __call__(self, p: FloatArray) -> Local:
         unloaded, ln_M, ln_scale, error = p
-        added = (self.load + error) * math.exp(ln_scale) if self.load else 0.0
-        share = added * math.exp(-ln_M)
-        share = max(share, -0.9)
+        # a wrong unit in the column leaves the error of the scales as it is
+        scaled = self.load * math.exp(ln_scale - ln_M)
+        share = max(scaled + (error * math.exp(-ln_M) if self.load else 0.0), -0.9)
         model = unloaded - 0.5 * math.log1p(share)
         d = -0.5 / (1.0 + share)
-        by_added = d * math.exp(ln_scale - ln_M) if self.load else 0.0
-        J = np.array([1.0, -d * share, d * share, by_added])
+        by_added = d * math.exp(-ln_M) if self.load else 0.0
+        J = np.array([1.0, -d * share, d * scaled, by_added])
         rest = self.value - model
         w = 1.0 / self.error**2
         return w * np.outer(J, J), w * J * rest, -0.5 * w * rest * rest

@@ -19,8 +19,10 @@ from vinesexp.identification.joint.causes import (
     Cause,
     Judged,
     Weighed,
-    judge,
+    believing,
     possible_causes,
+    proposed,
+    weighed,
 )
 from vinesexp.identification.joint.observations import Observed, observe
 from vinesexp.identification.joint.unknowns import (
@@ -28,6 +30,7 @@ from vinesexp.identification.joint.unknowns import (
     Posterior,
     Quadratic,
     Tempered,
+    evidence_of,
     fit,
     local_values,
     posterior_of,
@@ -37,7 +40,7 @@ from vinesexp.records.campaign import Campaign
 from vinesexp.records.uncertainties import EXACT
 from vinesexp.signals.impacts.impact_table import Impacts
 
-_ROUNDS = 2  # of choosing causes and fitting with them
+_FITS = 10  # of causes proposed, at most
 _ANY_CLEARANCE = 0.5  # share by which a clearance may be wrong while causes are looked for
 _ANY_LOAD = 3.0  # ln of a factor of all added masses
 _FAR_WORSE = 20.0  # mean square residual over the usual one from which a record counts less
@@ -231,26 +234,30 @@ def answer_of(
 
 
 def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[Judged, Quadratic]:
-    """Causes and fit, looked for from where anything may be wrong and from what was stated."""
-    found = []
+    """The causes with which the records are the most probable, and the fit with them.
+
+    What is proposed near one fit need not hold where the fit goes with it: a factor of 1000 is no
+    small step. So each proposal is fitted, from where anything may be wrong and from what was
+    stated, and judged by its own fit.
+    """
+    fits: dict[frozenset[str], tuple[float, tuple[Cause, ...], Quadratic]] = {}
     for beliefs in (wide, observed.beliefs):
         data = fit(observed.blocks, observed.names, beliefs, observed.start)
-        judged, data = _judged(observed, data, causes)
-        evidence = posterior_of(data, judged.beliefs).log_evidence + data.log_likelihood
-        odds = sum(weighed.cause.log_odds for weighed in judged.found)
-        found.append((evidence + odds, judged, data))
-    return max(found, key=lambda one: one[0])[1:]
-
-
-def _judged(
-    observed: Observed, data: Quadratic, causes: Sequence[Cause]
-) -> tuple[Judged, Quadratic]:
-    """Causes, and the fit with them, by turns."""
-    for _ in range(_ROUNDS):
-        judged = judge(data, observed, causes)
-        start = judged.posterior.values[: len(observed.names)]
-        data = fit(observed.blocks, observed.names, judged.beliefs, start)
-    return judged, data
+        queue = [(proposed(data, observed, causes), data)]
+        while queue and len(fits) < _FITS:
+            chosen, data = queue.pop(0)
+            key = frozenset(cause.key for cause in chosen)
+            if key in fits:
+                continue
+            own = believing(observed.beliefs, chosen)
+            aim = total(posterior_of(data, own), own).values[: len(observed.names)]
+            data = fit(observed.blocks, observed.names, own, aim)
+            evidence = evidence_of(data, own) + data.log_likelihood
+            fits[key] = evidence + sum(cause.log_odds for cause in chosen), chosen, data
+            queue.append((proposed(data, observed, causes, chosen), data))
+            queue.append((proposed(data, observed, causes), data))
+    _, chosen, data = max(fits.values(), key=lambda one: one[0])
+    return weighed(data, observed, causes, chosen), data
 
 
 def _outliers(observed: Observed, data: Quadratic) -> dict[str, float]:
@@ -289,10 +296,10 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
     """The posterior with what the laws of friction and contact may be wrong by."""
     found = judged.posterior
     covariance = found.covariance
-    for weighed in judged.found:
-        if weighed.cause.kind != "effect" or weighed.cause.about not in _HIDDEN:
+    for one in judged.found:
+        if one.cause.kind != "effect" or one.cause.about not in _HIDDEN:
             continue
-        causes = {k: d for k, d in judged.beliefs.causes.items() if k != weighed.cause.key}
+        causes = {k: d for k, d in judged.beliefs.causes.items() if k != one.cause.key}
         plain = Beliefs(judged.beliefs.priors, causes)
         without = total(posterior_of(data, plain), plain)
         shift = _LAW * (found.values - without.values[: found.values.size])
