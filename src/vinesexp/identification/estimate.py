@@ -23,6 +23,8 @@ BEST = ("likelihood", "envelope", "sweep", "impacts", "drop")
 
 #: Parameter name of a record that gave nothing; its `note` is the reason.
 NOTHING = "nothing"
+#: Parameter name: the phase error of a displacement integrated from the acceleration; its note.
+INTEGRATED = "integrated_phase"
 
 
 @dataclass(frozen=True)

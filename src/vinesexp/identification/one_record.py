@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.driven_motion import DRIVEN, driven_motion
-from vinesexp.identification.estimate import NOTHING, Estimate, estimates_of, nothing
+from vinesexp.identification.estimate import (
+    INTEGRATED,
+    NOTHING,
+    Estimate,
+    estimates_of,
+    nothing,
+)
 from vinesexp.identification.impact_estimates import impact_estimates
-from vinesexp.identification.oscillation import displacement_of, frequency_of_motion
+from vinesexp.identification.oscillation import POINTS, displacement_of, frequency_of_motion
 from vinesexp.identification.phasors import SAMPLES
 from vinesexp.identification.sweep_record import estimates_of_sweep
 from vinesexp.records.campaign import Known, Record
@@ -24,11 +28,10 @@ from vinesexp.signals.base_motion import base_of
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.impacts.from_integral import integrated_impacts, may_be_integrated
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
+from vinesexp.signals.means import channel_means
 
 __all__ = ["NOTHING", "estimate_record", "nothing"]
 
-#: Parameter name: the phase error of a displacement integrated from the acceleration; its note.
-INTEGRATED = "integrated_phase"
 _SEEN = 1 << 16  # samples of a channel by which copies are known
 
 
@@ -65,7 +68,7 @@ def estimate_record(
             return []
         content = _content(record, view)
         try:
-            return [content, *_by_test(record, known, view, band.attributes, impacts)]
+            return [content, *_by_test(record, known, view, band, impacts)]
         except AnalysisError as error:
             return [content, nothing(record.id, str(error))]
         except Exception as error:  # one record that nobody foresaw must not stop the others
@@ -88,13 +91,13 @@ def _content(record: Record, view: RecordView) -> Estimate:
 
 
 def _by_test(
-    record: Record, known: Known, view: RecordView, conditioned: Mapping[str, Any], impacts: Path
+    record: Record, known: Known, view: RecordView, band: RecordView, impacts: Path
 ) -> list[Estimate]:
     if record.test == "drop":
         return _drop(record, read_impacts(impacts))
-    agreement = agreement_in(conditioned)
+    agreement = agreement_in(band.attributes)
     found = [] if agreement is None else _agreement(record, agreement)
-    frequency = conditioned.get("oscillation_hz")
+    frequency = band.attributes.get("oscillation_hz")
     if record.test == "sweep" and not record.clearance:
         return found + estimates_of_sweep(record, view, frequency)
     # A line too fast to follow is hum, or its alias; a slow decay is too broad a line to stand out.
@@ -104,7 +107,7 @@ def _by_test(
     if record.test == "ringdown":
         return found + estimates_of_decay(record, view, frequency)
     if record.clearance:
-        found += _swing(record, view, frequency)
+        found += _swing(record, view, band, frequency)
         table = read_impacts(impacts)
         found += _driven(record, view, table, frequency)
         if "displacement" in view.roles or not table.n:
@@ -143,11 +146,18 @@ def _without_laser(
     return rows + impact_estimates(record, known, impacts, frequency, None, integrated)
 
 
-def _swing(record: Record, view: RecordView, frequency: float) -> list[Estimate]:
+def _swing(record: Record, view: RecordView, band: RecordView, frequency: float) -> list[Estimate]:
     """Amplitude at which a periodic test works: the effective one, m."""
-    if record.test != "periodic" or "displacement" not in view.roles:
+    if record.test != "periodic":
         return []
-    x = displacement_of(view, frequency)[0]
+    if "displacement" in view.roles:
+        x = displacement_of(view, frequency)[0]
+    elif "displacement" in band.roles:  # of the accelerometer, without its pulses
+        x = channel_means(
+            band, "displacement", max(1, int(view.sample_rate / (POINTS * frequency)))
+        )
+    else:
+        return []
     return estimates_of(
         record, "displacement", [("working_amplitude", math.sqrt(2.0) * float(x.std()), 0.0, "m")]
     )

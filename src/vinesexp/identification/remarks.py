@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from vinesexp.identification.average import DISAGREES
-from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.estimate import INTEGRATED, Estimate
 from vinesexp.records.checks import Check
 
 #: Gain of one channel beside the other from which on it is none; smaller ones are in inputs.csv.
@@ -26,9 +26,7 @@ def remarks(found: Sequence[Estimate]) -> list[Check]:
 def _integrated(found: Sequence[Estimate]) -> list[Check]:
     """Records whose displacement is the integral of the acceleration."""
     return [
-        Check(e.records[0], "integrated", "ok", e.note)
-        for e in found
-        if e.parameter == "integrated_phase"
+        Check(e.records[0], "integrated", "ok", e.note) for e in found if e.parameter == INTEGRATED
     ]
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -89,9 +90,11 @@ def condition(
             limits = converter_range(record, "acceleration", piled=settings.channels.piled)
         try:
             free = free_sample(record, frequency=bands.frequency) if bands.frequency else 0
+            quantities = {role: record.quantity(role) for role in record.roles}
+            if _swings(record, bands):
+                quantities["displacement"] = "displacement"
             streams = {
-                role: _filtered(record, role, bands, limits, settings, free)
-                for role in record.roles
+                role: _filtered(record, role, bands, limits, settings, free) for role in quantities
             }
         except ParameterError as error:
             raise ParameterError(f"{record_path}: {error}") from None
@@ -99,7 +102,7 @@ def condition(
             Path(out_path),
             sample_rate=record.sample_rate,
             start=record.start,
-            quantities={role: record.quantity(role) for role in record.roles},
+            quantities=quantities,
             attributes=_attributes(record, bands, limits, settings)
             | {FREE_FROM: free / record.sample_rate},
             state="bandpassed",
@@ -135,25 +138,42 @@ def _attributes(
     return found
 
 
+def _swings(record: RecordView, bands: Bands) -> bool:
+    """Whether the displacement in its band is that of the accelerometer, integrated twice."""
+    return (
+        "displacement" not in record.roles
+        and "acceleration" in record.roles
+        and record.quantity("acceleration") == "acceleration"
+        and bands.frequency is not None
+        and bool(bands.displacement[0])
+    )
+
+
 def _filtered(
     record: RecordView, role: str, bands: Bands, limits: Range, settings: Settings, free: int
 ) -> Iterator[FloatArray]:
     """The channel's filtered blocks; the ends are read now, the rest is read later.
 
-    The displacement of a mass that is held is as measured, from `free` on it is filtered.
+    The displacement of a mass that is held is as measured, from `free` on it is filtered; one that
+    was not recorded is that of the accelerometer (-1/w^2), which shows nothing of what is held.
     """
     low, high = bands.of(role)
     band = butterworth(record.sample_rate, low=low, high=high, order=settings.filter.order)
     free = free if role == "displacement" else 0
+    slow = None if role == "acceleration" else bands.frequency
+    held = iter([np.zeros(free)])
+    if role in record.roles:
+        held = _held(record, role, free, bands.frequency)
+    else:
+        role, band = "acceleration", None if band is None else replace(band, twice=True)
     blocks = _blocks(record, role, limits, settings.channels.stuck, free)
     if band is None:
         return blocks
     pad = settling_samples(band, remains=_EDGE_REMAINS)
-    slow = None if role == "acceleration" else bands.frequency
     line = max(_LINE, _LINE_SHARE / low) if low else _LINE
     before, after = _extensions(record, role, pad, slow, line, free)
     filtered = zero_phase_blocks(blocks, band, before=before, after=after)
-    return itertools.chain(_held(record, role, free, bands.frequency), filtered)
+    return itertools.chain(held, filtered)
 
 
 def _held(
@@ -190,7 +210,7 @@ def _blocks(
             yield fill_gaps(record.read(role, begin, begin + _BLOCK))
         return
     length = math.ceil(_LINE * record.sample_rate)
-    for begin in range(0, record.n, _BLOCK):
+    for begin in range(free, record.n, _BLOCK):
         x = read_unstuck(record, role, limits, begin, min(record.n, begin + _BLOCK), stuck=stuck)
         yield bridge_gaps(x, length=length)
 

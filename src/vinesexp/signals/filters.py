@@ -30,12 +30,16 @@ _SHORTEST = 1 << 17  # samples transformed at once, where the record has them
 
 @dataclass(frozen=True)
 class Butterworth:
-    """A band with corners `low` and `high` in Hz (None: open on that side)."""
+    """A band with corners `low` and `high` in Hz (None: open on that side).
+
+    What passes may be integrated twice (`twice`), which takes a lower corner: -1/w^2 has no phase.
+    """
 
     sample_rate: float
     low: float | None
     high: float | None
     order: int = 2
+    twice: bool = False
 
     @property
     def corners(self) -> tuple[float, float]:
@@ -62,7 +66,11 @@ class Butterworth:
                 W = t / high
             else:
                 W = (t - low * high / t) / (high - low)
-            return np.asarray(1.0 / (1.0 + W ** (2 * self.order)))
+            gain = 1.0 / (1.0 + W ** (2 * self.order))
+        if not self.twice:
+            return np.asarray(gain)
+        w = 2.0 * np.pi * self.sample_rate * np.arange(1, gain.size) / n
+        return np.append(0.0, -gain[1:] / w**2)
 
     def poles(self) -> NDArray[np.complex128]:
         """Poles of one direction in the z plane."""

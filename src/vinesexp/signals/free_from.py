@@ -76,10 +76,33 @@ def free_sample(record: RecordView, *, frequency: float) -> int:
     frequency : float
         Of the oscillation, Hz.
     """
-    if record.attributes.get("test") not in RELEASES or "displacement" not in record.roles:
+    role = next((role for role in ("displacement", "acceleration") if role in record.roles), None)
+    if record.attributes.get("test") not in RELEASES or role is None:
         return 0
     k = max(1, int(record.sample_rate / (_POINTS * frequency)))
-    x = channel_means(record, "displacement", k)
-    begin = free_from(x, k / record.sample_rate, frequency=frequency)
+    step, x = k / record.sample_rate, channel_means(record, role, k)
+    found = free_from if role == "displacement" else _swings_from
+    begin = found(x, step, frequency=frequency)
     # The first of the means stands in the middle of its samples.
     return round(begin * record.sample_rate + 0.5 * (k - 1)) if begin > 0.0 else 0
+
+
+def _swings_from(a: FloatArray, step: float, *, frequency: float) -> float:
+    """`free_from` by an accelerometer, which shows nothing of a hold: impacts hide the first swing.
+
+    The oscillation in a window of one period grows from nothing to all of it, and is half when the
+    window's middle is where it begins.
+    """
+    n = max(round(1.0 / (frequency * step)), 4)
+    if a.size < 4 * n:
+        return 0.0
+    turned = np.exp(-2j * np.pi * np.arange(a.size) / n) * (a - a.mean())
+    sums = np.append(0.0, np.cumsum(turned))
+    size = np.abs(sums[n:] - sums[:-n])
+    first = int(np.argmax(size > 0.5 * size[: _FIRST * n].max()))
+    if first < _STILL * n:
+        return 0.0
+    return (first + 0.5 * n) * step
+
+
+_FIRST = 400  # periods in which a release begins

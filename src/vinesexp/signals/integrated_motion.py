@@ -30,13 +30,14 @@ ComplexArray = NDArray[np.complex128]
 _POINTS = 400  # block means a period: impacts alias into what is coarser
 _LOW = (0.25, 0.5)  # of the oscillation: nothing below the first, everything above the second
 _EDGE = 6.0  # periods at either end that the band's lower edge spoils
-_CYCLES = 12.0  # periods in a segment
+_CYCLES, _FEWEST_CYCLES = 12.0, 5.0  # periods in a segment: in short records fewer
+_SEGMENTS = 5.0  # whole ones that a record holds at least
 _ENOUGH = 100  # segments that the corner is looked for in
 _FUNDAMENTAL = (0.8, 1.2)  # of the oscillation
 _LINES = (1.6, 12.0)  # of the oscillation: where impacts show the phase of the sensor
 _PASSES = 3
 _NEAREST = 0.25  # of the oscillation: a corner above is too near
-_UNSURE = 0.05  # rad at the oscillation: a phase that is known less well is not known
+_UNSURE = 0.02  # rad at the oscillation: a phase that is known less well is not known
 _DRIFT = 0.1  # of the motion, between 0.3 and 0.6 of its frequency
 _DRIFT_BAND = (0.3, 0.6)
 _MISSING = 1e-3  # share of samples
@@ -117,10 +118,12 @@ def integrated_motion(
         raise AnalysisError("sampled too slowly for a displacement from the acceleration")
     a = _means(record, "acceleration", k)
     base = _means(record, "base", k)
-    if a.size * step * frequency < 2.0 * _EDGE + 5.0 * _CYCLES:
+    periods = a.size * step * frequency
+    cycles = min(_CYCLES, (periods - 2.0 * _EDGE) / _SEGMENTS)
+    if cycles < _FEWEST_CYCLES:
         raise AnalysisError(
-            f"{a.size * step * frequency:.0f} periods are too few for a displacement from the "
-            f"acceleration, expected {2.0 * _EDGE + 5.0 * _CYCLES:.0f} or more"
+            f"{periods:.0f} periods are too few for a displacement from the acceleration, "
+            f"expected {2.0 * _EDGE + _SEGMENTS * _FEWEST_CYCLES:.0f} or more"
         )
     start = 0.5 * (k - 1) / record.sample_rate
     x_e, v_e, _ = _integrated(base, step, frequency, ORDER[record.quantity("base")])
@@ -129,7 +132,7 @@ def integrated_motion(
         x, v, a_band = _integrated(a, step, frequency, 2, corner=corner)
         law = _law(
             (a_band, v - v_e, x - x_e), _integrated(a, step, frequency, 2)[2], times - start, jumps,
-            step=step, frequency=frequency,
+            step=step, frequency=frequency, cycles=cycles,
         )  # fmt: skip
         corner = law.corner
         if not -0.5 * frequency < corner < _NEAREST * frequency:
@@ -202,7 +205,7 @@ def _integrated(
 
 def _law(
     motion: tuple[FloatArray, FloatArray, FloatArray], measured: FloatArray, times: FloatArray,
-    jumps: FloatArray, *, step: float, frequency: float,
+    jumps: FloatArray, *, step: float, frequency: float, cycles: float,
 ) -> PhaseLaw:  # fmt: skip
     """Phase of the measured acceleration beside what impacts and base do to the mass.
 
@@ -212,7 +215,7 @@ def _law(
     measured : the acceleration with whatever the sensor did to its phase
     times, jumps : impacts, on the axis of the arrays
     """
-    size = round(_CYCLES / (frequency * step))
+    size = round(cycles / (frequency * step))
     edge = round(_EDGE / (frequency * step))
     begins = np.arange(edge, measured.size - edge - size + 1, size // 2)[:_ENOUGH]
     f = np.fft.rfftfreq(size, step)

@@ -10,7 +10,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.identification.driven_motion import DrivenMotion
-from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.estimate import INTEGRATED, Estimate
 from vinesexp.identification.flights import Flights, flights_of
 from vinesexp.identification.joint.collisions import EFFECTS, LOCALS, Collisions, with_errors
 from vinesexp.identification.joint.unknowns import (
@@ -23,6 +23,7 @@ from vinesexp.identification.joint.unknowns import (
     fit,
 )
 from vinesexp.records.campaign import Campaign, Record
+from vinesexp.signals.impacts.from_integral import ACROSS
 from vinesexp.signals.impacts.impact_table import Impacts
 
 #: Methods of single records that count; the cheaper ones are shown beside them.
@@ -34,7 +35,9 @@ _WIDE, _WIDE_R = 10.0, 0.5
 #: ln of the mass of an oscillator in a lab, kg, and its spread: parts factors of 1000, no more.
 _ORDINARY_M = (math.log(3.0), 2.0)
 #: What velocities beside an impact may be off by, as a share of the jump: contact, mount, filter.
-_SHARE = 2e-3
+_SHARE = 1e-3
+#: The same of the jump that the displacement shows.
+_READING = 2e-3
 #: Lateness of the displacement that no channel shows, s; records that make a mean of lags.
 _LATE, _FEWEST_LAGS = 1e-5, 3
 #: The area of the pulse that a record learns is less sure than its noise alone would make it.
@@ -149,7 +152,7 @@ def observe(
     _start_mass(b, found)
     _sensors(b, found)
     f0 = math.exp(b.start["ln_f0"]) if "ln_f0" in b.start else None
-    b.late = _lateness(found, campaign, impacts)
+    b.late = _lateness(found, campaign, impacts) | _phases(found, campaign, f0)
     for record in sorted(campaign.records, key=lambda one: one.id):
         if record.exclude or record.id not in impacts:
             continue
@@ -335,6 +338,24 @@ def _lateness(
     return left
 
 
+def _phases(
+    found: Sequence[Estimate], campaign: Campaign, f0: float | None
+) -> dict[str, tuple[float, float]]:
+    """The same of a displacement that is the integral of the acceleration.
+
+    Its sensor's phase at the oscillation, and what it shows of the base across its axis, a quarter
+    of a period away from the motion.
+    """
+    swings = {e.records[0]: e.value for e in found if e.parameter == "working_amplitude"}
+    left = {}
+    for e in found:
+        if e.parameter == INTEGRATED and f0:
+            base = campaign.record(e.records[0]).base_amplitude or 0.0
+            across = ACROSS * base / swings.get(e.records[0], math.inf)
+            left[e.records[0]] = 0.0, math.hypot(e.value, across) / (2.0 * math.pi * f0)
+    return left
+
+
 def _group(
     b: _Builder, record: Record, impacts: Impacts, flights: Flights, number: int, stated: float,
     frequency: float, integrated: bool,
@@ -365,7 +386,7 @@ def _group(
         {ln_m: 1.0, "ln_M": -1.0, b.add(f"own momentum: {tag}", 0.0, loose * _OWN_EPS): 1.0},
         {g_x: 1.0, b.add(f"own gain: {record.id}", 0.0, _OWN_GAIN * (loose - 1.0)): 1.0},
         jumps,
-        {b.add("jump reading", 0.0, inputs.template.of(1.0)): 1.0},
+        {b.add("jump reading", 0.0, _READING): 1.0},
         {b.add("share", 0.0, _SHARE): 1.0},
         {b.add("late", 0.0, _LATE): 1.0,
          b.add(f"own late: {record.id}", *b.late.get(record.id, (0.0, _LATE))): 1.0},

@@ -60,7 +60,6 @@ INPUTS = {
     "gain acceleration": "acceleration gain",
     "gain base": "base gain",
     "pulse area": "template",
-    "jump reading": "template",
     "clearance": "clearance",
     "clearance offset": "clearance",
     "clearance scale": "clearance",
