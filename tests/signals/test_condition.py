@@ -11,6 +11,7 @@ from vinesexp.records.file_attributes import write_refused
 from vinesexp.records.store import open_record
 from vinesexp.signals.bands import default_bands
 from vinesexp.signals.condition import condition
+from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.means import fill_gaps
 
 
@@ -104,3 +105,20 @@ def test_user_band_is_for_the_motion_only() -> None:
 def test_gaps_are_bridged() -> None:
     assert fill_gaps(np.array([np.nan, 1.0, np.nan, 3.0, np.inf])).tolist() == [1, 1, 2, 3, 3]
     assert fill_gaps(np.full(3, np.nan)).tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("b", [0.03, 0.046])  # two impacts per cycle; strongly modulated
+def test_an_accelerometer_alone_shows_the_displacement_in_its_band(measure, store, tmp_path, b):
+    record = measure(b=[b], drive=Harmonic(0.25e-3, 7.862), start=10.0, duration=8.0)
+    kept = {role: record.channels[role] for role in ("base", "acceleration")}
+    for name, channels in (("with", record.channels), ("without", kept)):
+        store(tmp_path / f"{name}.nc", channels, record.sample_rate)
+        condition(tmp_path / f"{name}.nc", tmp_path / f"{name}_out.nc", f0_hint=7.862)
+    amplitudes = {}
+    for name in ("with", "without"):
+        with open_record(tmp_path / f"{name}_out.nc") as out:
+            x = out.read("displacement")
+            amplitudes[name] = cycle_amplitudes(x, record.sample_rate, 7.862)[1]
+    mean = amplitudes["with"].mean()
+    assert np.abs(amplitudes["without"] / amplitudes["with"] - 1.0)[2:-2].max() < 0.02
+    assert amplitudes["without"].mean() == pytest.approx(mean, rel=3e-3)

@@ -64,3 +64,27 @@ def test_the_filter_makes_no_swing_of_a_hold(tmp_path, hold):
     time, amplitude = cycle_amplitudes(x, RATE, 7.9)
     decayed = 0.01 * np.exp(-0.005 * 2 * np.pi * 7.9 * time)
     assert amplitude[:20] == pytest.approx(decayed[:20], rel=0.012)
+
+
+@pytest.mark.parametrize("hold", [0.0, 0.1, 0.55, 2.0])
+@pytest.mark.parametrize("struck", [0.0, 60.0])
+def test_an_accelerometer_alone_shows_when_a_release_began(tmp_path, hold, struck):
+    """By its oscillation, whatever the impacts of the ball are."""
+    w = 2 * np.pi * 7.9
+    t = np.arange(round(6 * RATE)) / RATE
+    s = np.maximum(t - hold, 0.0)
+    a = -0.01 * w**2 * np.exp(-0.005 * w * s) * np.cos(w * s) * (t >= hold)
+    hits = np.arange(hold + 0.05, 5.0, 0.5 / 7.9)
+    a[np.round(hits * RATE).astype(int)] += struck * np.resize([1.0, -1.0], hits.size)
+    a += 0.3 * np.random.default_rng(3).standard_normal(t.size)
+    with create_record(
+        tmp_path / "r.nc", sample_rate=RATE, quantities={"acceleration": "acceleration"},
+        attributes={"test": "transient"},
+    ) as writer:  # fmt: skip
+        writer.append({"acceleration": a})
+    condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.9)
+    with open_record(tmp_path / "c.nc") as view:
+        assert view.attributes[FREE_FROM] == pytest.approx(hold, abs=0.01)
+        x = view.read("displacement", round((hold + 0.3) * RATE), round((hold + 1.3) * RATE))
+    expected = 0.01 * np.exp(-0.005 * w * (s - 0.0))[round((hold + 0.3) * RATE)]
+    assert np.abs(x).max() == pytest.approx(expected, rel=0.05)

@@ -100,7 +100,7 @@ def _swings_from(a: FloatArray, step: float, *, frequency: float) -> float:
     sums = np.append(0.0, np.cumsum(turned))
     size = np.abs(sums[n:] - sums[:-n])
     first = int(np.argmax(size > 0.5 * size[: _FIRST * n].max()))
-    if first < _STILL * n:
+    if first < 0.25 * n:  # held for less than three quarters of a period: not to be told
         return 0.0
     return (first + 0.5 * n) * step
 

@@ -49,7 +49,7 @@ _BASE_LATE = 3e-4
 #: So many times more where the amplitude falls from impact to impact.
 _RELEASED = 3.0
 #: The same where the displacement is the integral of the acceleration, whose phase is less sure.
-_INTEGRATED = 15.0
+_INTEGRATED = 30.0
 #: The same of the base that the mass answers to, relative: harmonics, a channel that is late.
 _OWN_BASE = 2e-3
 _FEWEST = 10  # collisions of a record
