@@ -17,6 +17,8 @@ from vinesexp.solver.motion import Motion
 
 #: Evaluations a radian that no scene of these may take; `effort.STALL` ends a run at 300,000.
 DENSE = 60_000
+#: Radians of its fastest motion that a scene goes on for: some seconds of the processor.
+LONGEST = 30_000.0
 #: Of the energy, by which rounding may raise it over a run.
 ROUNDING = 1e-9
 
@@ -71,6 +73,7 @@ def random_scene(
     base = rng.choice(bases) if rng.random() < 0.4 else None
     y0 = [x0 + n.b * rng.choice((1.0, -1.0, 0.0, rng.uniform(-1.0, 1.0))) for n in balls]
     v0 = rng.choice((0.0, x0 * o.w0 * rng.uniform(-1.0, 1.0)))
+    duration = min(duration, LONGEST / (o.w0 * (1.0 + math.sqrt(abs(k3) / k1) * x0)))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RigWarning)
         return Rig(o, balls), base, Release(x0=x0, v0=v0, y0=y0), duration, damping
