@@ -9,13 +9,15 @@ import numpy as np
 from benchmarks.design.rigs import SEED, cheaper_models, rig_of
 
 from vinesexp.design.advice import Advice, advise
-from vinesexp.design.ensemble import responses
+from vinesexp.design.ensemble import duration_of, responses
 from vinesexp.design.task import Task, random_starts, wall_starts
 
 #: The dense search: clearances over a wider span than the search itself, fresh phases and starts.
 DENSE, PHASES, STARTS = 60, 8, 40
-#: The lowest by each criterion are judged again with four times as many.
-LOWEST = 3
+#: The lowest by each criterion are judged again with so many phases and starts, fewer where a run
+#: lasts thousands of cycles.
+LOWEST, FINE, FINE_STARTS = 3, 200, 400
+LONG, FINE_LONG, FINE_STARTS_LONG = 3000.0, 32, 160
 #: Random starts by which the captured share is checked.
 CAPTURED_STARTS = 400
 CRITERIA = {"mean": "mean from rest", "max": "largest from rest", "robust": "90th percentile"}
@@ -59,7 +61,10 @@ def dense(task: Task, advice: Advice, cheaper: list[float]) -> tuple[np.ndarray,
     values = criteria(task, b, phases=PHASES, shift=0.7, starts=STARTS, seed=SEED)
     lowest = np.argsort(values, axis=1)[:, :LOWEST].ravel()
     b = np.unique(np.concatenate([b[lowest], places]))
-    return b, criteria(task, b, phases=4 * PHASES, shift=0.15, starts=4 * STARTS, seed=SEED + 1)
+    f = task.frequencies[0]
+    long = duration_of(task.rig(advice.robust.b), f)[1] * f > LONG
+    phases, starts = (FINE_LONG, FINE_STARTS_LONG) if long else (FINE, FINE_STARTS)
+    return b, criteria(task, b, phases=phases, shift=0.15, starts=starts, seed=SEED + 1)
 
 
 def study(index: int) -> dict[str, float]:

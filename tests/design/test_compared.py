@@ -33,7 +33,7 @@ def test_starts_go_where_clearances_compete() -> None:
             0.030: amplitudes(3, 0.2, 2.0, 12.0),
         }
     )
-    won = race(starts.found, starts, first=40, most=320)  # type: ignore[arg-type]
+    won = race(starts.found, starts, first=40, most=640)  # type: ignore[arg-type]
     assert starts.asked[0.030] == 40, "beaten beyond doubt: no more starts for it"
     assert starts.asked[won.b] == won.starts
     assert 0.030 not in won.tied
@@ -43,10 +43,19 @@ def test_what_the_starts_cannot_tell_apart_is_a_tie_and_the_wider_margin_wins() 
     """One sample under many names: each lowest of several noisy values is luck."""
     names = (0.010, 0.012, 0.014)
     starts = Drawn({b: amplitudes(int(1e3 * b), 0.9, 2.0, 6.0) for b in names})
-    won = race(names, starts, first=50, most=400, margin=lambda b: abs(b - 0.012))  # type: ignore[arg-type]
+    won = race(names, starts, first=50, most=1200, margin=lambda b: abs(b - 0.012))  # type: ignore[arg-type]
     assert len(won.tied) > 1
     assert won.b == 0.012 or 0.012 not in won.tied
     assert won.error > 0.01 * won.value
+
+
+def test_no_starts_are_spent_where_nothing_depends_on_them() -> None:
+    """Clearances side by side that differ by 0.1 % and scatter by 0.2 %."""
+    rng = np.random.default_rng(1)
+    starts = Drawn({b: 5.0 * (1.0 + b) * rng.normal(1.0, 0.002, 400) for b in (0.01, 0.011)})
+    won = race(starts.found, starts, first=40, most=10_000)  # type: ignore[arg-type]
+    assert won.starts == 40
+    assert won.within < 0.02
 
 
 def test_the_error_is_that_of_other_samples() -> None:

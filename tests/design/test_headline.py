@@ -78,7 +78,7 @@ def test_starts_are_spread_over_what_a_workshop_delivers() -> None:
 def test_the_end_of_the_orbit_is_a_cliff_as_far_away_as_it_is() -> None:
     """b_c exact is 33.92 mm: 2.5 % beyond 33.1 mm the starts from rest are lost."""
     task = Task(OSCILLATOR, (0.032,), (0.6,), (2.5e-4,) * 2, (OSCILLATOR.f0,) * 2, tolerance=0.01)
-    found = cliffs_of(task, 0.0331, Effort(2, 4, 8, 8, 3), seed=1)
+    found = cliffs_of(task, 0.0331, Effort(2, 4, 4, 8, 100, 8, 3), seed=1)
     assert found.wider.jump is not None
     assert found.wider.clear <= 0.025 < found.wider.jump <= 0.05
     assert found.wider.amplitude > 1.25 * 0.0053
@@ -90,7 +90,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in (("COARSE", 8), ("CLOSER", 2), ("FINALISTS", 3), ("MOST", 0.2)):
         monkeypatch.setattr(best_clearance, name, value)
     monkeypatch.setattr(slow_sweep, "MOST_CYCLES", 600.0)
-    monkeypatch.setattr("vinesexp.design.advice.SHARE_STARTS", 30)
+    monkeypatch.setattr("vinesexp.design.advice.JUDGED", (30, 60))
 
 
 @pytest.mark.usefixtures("small")

@@ -14,16 +14,16 @@ from vinesexp.design.ensemble import cut_short, responses
 from vinesexp.design.one_value_off import Changed, changes
 from vinesexp.design.operating_range import Range, operating_range
 from vinesexp.design.slow_sweep import Swept, slow_sweeps
-from vinesexp.design.task import Task, centre_starts, wall_starts
+from vinesexp.design.task import Task, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError
 from vinesexp.theory.optimal_clearance import b_c_exact, b_c_published
 from vinesexp.theory.orbits import Reduced, amplitudes_at, family
 
 #: Shares of the exact b_c that the scan looks at besides its grid.
 NEAR_B_C = (0.85, 0.9, 0.95, 0.98, 1.0)
-#: At least so many random starts tell the captured share of the robust clearance: its standard
-#: error is then 0.05 at most.
-SHARE_STARTS = 100
+#: Random starts that a clearance is judged by: as many as it was compared by, within these. With the
+#: fewer the standard error of the captured share is 0.05 at most.
+JUDGED = (100, 400)
 #: Share of the bare amplitude below which nothing is called a gain.
 WORTH = 0.05
 
@@ -136,9 +136,10 @@ def advise(task: Task, *, asked: float | None = None, seed: int = 1) -> Advice:
     ends = low, high / min(task.ratios)  # of several balls the least one has to get as far
     marks = [] if exact is None else [share * exact for share in NEAR_B_C]
     found = search(task, ends=ends, marks=marks, seed=seed)
-    many = max(found.race.starts, SHARE_STARTS)
+    many = min(max(found.race.starts, JUDGED[0]), JUDGED[1])
     shown = {found.least_mean, found.least_max, found.robust}
-    judged = {b: judge(task, b, found, many) for b in (*shown, *([] if asked is None else [asked]))}
+    every = (*shown, *([] if asked is None else [asked]))
+    judged = {b: judge(task, b, found, many, seed + 2) for b in every}
     unchanged, changed = changes(task, found.robust, found.effort, seed=seed + 3)
     return Advice(
         task=task,
@@ -148,7 +149,7 @@ def advise(task: Task, *, asked: float | None = None, seed: int = 1) -> Advice:
         exact=exact,
         orbit=None
         if exact is None
-        else orbit_and_rest(task, 0.98 * exact, f, phases=2 * found.effort.phases),
+        else orbit_and_rest(task, 0.98 * exact, f, phases=found.effort.judged),
         found=found,
         least_mean=judged[found.least_mean],
         least_max=judged[found.least_max],
@@ -178,12 +179,12 @@ def theory_of(task: Task, G: float, frequency: float) -> tuple[float, float | No
     return published, exact
 
 
-def judge(task: Task, b: float, found: Found, starts: int) -> Judged:
-    """One clearance: from rest, and under the first `starts` of the random starts compared with."""
-    rest = responses(wall_starts(task, b, phases=2 * found.effort.phases, shift=0.4))
-    drawn = found.starts.drawn(b, starts)
-    anywhere = found.starts.of(b, starts)
-    means = anywhere.mean[:starts]
+def judge(task: Task, b: float, found: Found, starts: int, seed: int) -> Judged:
+    """One clearance: from rest, and under random starts that had no part in the choice."""
+    rest = responses(wall_starts(task, b, phases=found.effort.judged, shift=0.4))
+    drawn = random_starts(task, b, starts=starts, seed=seed)
+    anywhere = responses(drawn)
+    means = anywhere.mean
     centre = responses(centre_starts(task, b, phases=2))
     return Judged(
         b=b,
@@ -192,9 +193,9 @@ def judge(task: Task, b: float, found: Found, starts: int) -> Judged:
         random_mean=float(means.mean()),
         random_p90=percentile(means),
         random_error=float(resampled(means, 1).std()),
-        random_max=float(anywhere.largest[:starts].max()),
+        random_max=float(anywhere.largest.max()),
         random_bare=float(np.mean([task.bare_of(run) for run in drawn])),
-        captured=float(anywhere.captured[:starts].mean()),
+        captured=float(anywhere.captured.mean()),
         captured_rest=float(task.share(rest.captured)),
         centre_mean=float(task.average(centre.mean)),
         centre_touched=bool((centre.impacts_per_cycle > 0.0).any()),

@@ -101,6 +101,7 @@ def as_json(advice: Advice) -> Mapping[str, object]:
             "wider": _side(advice.cliffs.wider),
         },
         "tied_mm": [1e3 * b for b in advice.found.race.tied],
+        "tied_within": advice.found.race.within,
         "least_mean": _judged(advice.least_mean, advice),
         "least_max": _judged(advice.least_max, advice),
         "robust": _judged(robust, advice),
@@ -133,7 +134,12 @@ def as_json(advice: Advice) -> Mapping[str, object]:
 
 
 def _side(side: Side) -> dict[str, float | None]:
-    return {"clear": side.clear, "jump": side.jump, "amplitude_mm": _mm(side.amplitude)}
+    return {
+        "clear": side.clear,
+        "jump": side.jump,
+        "before_mm": _mm(side.before),
+        "amplitude_mm": _mm(side.amplitude),
+    }
 
 
 def _mm(value: float | None) -> float | None:

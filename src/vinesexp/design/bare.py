@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -22,6 +23,7 @@ def bare_gain(oscillator: Oscillator, frequency: float) -> float:
     return math.hypot(1.0, z) / math.hypot((1.0 - w) * (1.0 + w), z) * mean_of_cycle(w)
 
 
+@lru_cache(maxsize=512)
 def mean_of_cycle(w: float) -> float:
     """Mean of hypot(sin, w cos) over a cycle: amplitude of x to mean amplitude, w = f/f0."""
     angle = (np.arange(64) + 0.5) * (math.pi / 64)

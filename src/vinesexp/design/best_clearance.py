@@ -33,14 +33,14 @@ SAFER = (0.95, 0.9)
 #: next round of them around what the last has found, while a round gains more than GAINED.
 BESIDE = ((0.98, 0.99, 1.01, 1.02, 1.035), (0.985, 0.993, 1.007, 1.015))
 GAINED = 0.005
-#: Starts at which a race between robust clearances ends, in those it begins with.
-LASTING = 4
-#: The search runs watch the settled motion for a shorter time, by this factor.
-HASTE = 2.0
-#: Rigs whose run takes this many cycles get 8 phases and 20 starts a clearance in the search;
-#: others more or fewer in proportion, between these bounds. Cycles are those of base or oscillator,
+#: Cycles that one comparison in a race between robust clearances may take.
+RACE_CYCLES = 1.6e6
+#: The search runs are shorter than those that judge, by this factor.
+HASTE = 1.5
+#: Rigs whose run takes so many cycles or fewer get 8 phases and 20 starts a clearance in the search,
+#: others fewer in proportion, between these bounds. Cycles are those of base or oscillator,
 #: whichever is faster, and dearer with several balls: that is what a run costs (`cost_of`).
-CYCLES, FEWEST, MOST = 1500.0, 0.25, 3.0
+CYCLES, FEWEST, MOST = 1500.0, 0.2, 1.0
 #: What a cycle costs by power series (friction, a damping law), in cycles by closed form.
 SERIES = 25.0
 #: Where a run is longer still, fewer clearances are scanned and looked at closer.
@@ -52,11 +52,20 @@ MARGIN = 1.0
 
 @dataclass(frozen=True)
 class Effort:
-    """How many starts a clearance is given in scan and judgement, and how many clearances."""
+    """How many starts a clearance is given in scan and judgement, and how many clearances.
+
+    Attributes
+    ----------
+    phases, starts : of the search, a clearance: from rest, and random ones.
+    judged, fresh : the same of a clearance that is judged; `race` runs may compare it with others.
+    coarse, closer : clearances of the scan, and of a closer look.
+    """
 
     phases: int
     starts: int
+    judged: int
     fresh: int
+    race: int
     coarse: int
     closer: int
 
@@ -65,12 +74,14 @@ class Effort:
         """From the length of a run: the time of an answer stays about the same."""
         conditions = len(task.grid())
         f = 0.5 * sum(task.frequencies)
-        share = min(max(CYCLES / cost_of(task, b, f), FEWEST), MOST)
-        phases = max(round(8 * share / conditions), 2)
+        cost = cost_of(task, b, f)
+        share = min(max(CYCLES / cost, FEWEST), MOST)
         return cls(
-            phases=phases, starts=max(round(20 * share), 10), fresh=max(round(56 * share), 28),
-            coarse=COARSE_LONG if cost_of(task, b, f) > LONG else COARSE,
-            closer=CLOSER_LONG if cost_of(task, b, f) > LONG else CLOSER,
+            phases=max(round(8 * share / conditions), 2), starts=max(round(20 * share), 8),
+            judged=max(round(48 * share / conditions), 4), fresh=max(round(56 * share), 20),
+            race=round(RACE_CYCLES / cost),
+            coarse=COARSE_LONG if cost > LONG else COARSE,
+            closer=CLOSER_LONG if cost > LONG else CLOSER,
         )  # fmt: skip
 
 
@@ -238,7 +249,7 @@ def search(
     rest = least(
         grid,
         lambda b: wall_starts(task, b, phases=effort.phases),
-        lambda b: wall_starts(task, b, phases=2 * effort.phases, shift=0.25),
+        lambda b: wall_starts(task, b, phases=effort.judged, shift=0.25),
         [lambda found: task.average(found.mean), lambda found: task.worst(found.largest)],
         effort.closer,
     )
@@ -263,6 +274,6 @@ def run_race(clearances: Iterable[float], starts: SameStarts, effort: Effort) ->
         return max(percentile(starts.means(share * b, effort.fresh)) for share in ASIDE)
 
     every = [float(b) for b in clearances]
-    first = race(every, starts, first=effort.fresh, most=effort.fresh)
+    first = race(every, starts, first=effort.fresh, most=0)
     every = [*first.tied, *(first.b * share for share in BESIDE[0])]
-    return race(every, starts, first=effort.fresh, most=LASTING * effort.fresh, margin=margin)
+    return race(every, starts, first=effort.fresh, most=effort.race, margin=margin)

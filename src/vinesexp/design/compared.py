@@ -2,8 +2,8 @@
 
 A 90th percentile of thirty starts is uncertain by tens of percent where some starts are captured
 and some are not. So no clearance is called better than another by less than twice the error of
-their difference: more starts are spent, the same ones on all that are still in the race, and where
-they run out the rest is a tie.
+their difference: more starts are spent, the same ones on all that are still in the race, until the
+rest differ by nothing that matters or the runs are used up. What is left is a tie.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ PERCENTILE = 90.0
 RESAMPLED = 200
 #: Standard errors of the difference by which a clearance has to be worse to be out.
 WORSE = 2.0
+#: Clearances that differ by less than this share, doubt included, are as good as each other.
+MATTERS = 0.02
 #: A tie is settled by what these shares of the clearance give, the wider margin first.
 ASIDE = (0.96, 1.04)
 #: At most so many of those that tie are asked for their margin.
@@ -53,11 +55,6 @@ class SameStarts:
         self._task, self._seed, self._batch = task, seed, batch
         self._found: dict[float, Responses] = {}
 
-    def drawn(self, b: float, n: int) -> list[Run]:
-        """The first n starts at clearance b (m), batch by batch."""
-        whole = -(-n // self._batch)
-        return [run for k in range(whole) for run in self._one(b, k)][:n]
-
     def of(self, b: float, n: int) -> Responses:
         """Responses to at least n starts at clearance b, whole batches."""
         whole, known = -(-n // self._batch), self._found.get(b)
@@ -85,6 +82,7 @@ class Race:
     b : the clearance preferred, m.
     value, error : its percentile and the standard error of that, m.
     tied : clearances that are no worse beyond doubt, the preferred one included; sorted, m.
+    within : share by which the worst of those may be worse than the best, doubt included.
     starts : random starts that each of them was given.
     """
 
@@ -92,6 +90,7 @@ class Race:
     value: float
     error: float
     tied: tuple[float, ...]
+    within: float
     starts: int
 
 
@@ -111,8 +110,10 @@ def race(
     clearances : iterable of float
         m.
     starts : SameStarts
-    first, most : int
-        Starts of the first comparison, and at which to stop; doubled in between.
+    first : int
+        Starts of the first comparison; doubled from one to the next.
+    most : int
+        Runs that a comparison may take, of all clearances together.
     margin : callable, optional
         Of those that tie the one with the least of this is preferred; else the lowest.
     seed : int
@@ -127,12 +128,14 @@ def race(
         alike = value - value[best] <= WORSE * doubt
         alike[best] = True
         left = [b for b, same in zip(left, alike, strict=True) if same]
+        within = float((value + WORSE * doubt)[alike].max() / value[best] - 1.0)
         value, draws = value[alike], draws[alike]
-        if len(left) == 1 or 2 * n > most:
+        if within <= MATTERS or 2 * n * len(left) > most:
             break
         n *= 2
     chosen = int(value.argmin())
     if len(left) > 1 and margin is not None:
         few = np.argsort(value)[:ASKED]
         chosen = int(few[np.argmin([margin(left[i]) for i in few])])
-    return Race(left[chosen], float(value[chosen]), float(draws[chosen].std()), tuple(left), n)
+    error = float(draws[chosen].std())
+    return Race(left[chosen], float(value[chosen]), error, tuple(left), within, n)

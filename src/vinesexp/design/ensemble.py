@@ -12,9 +12,10 @@ import os
 import threading
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
@@ -32,8 +33,12 @@ from vinesexp.solver.statistics import add_amplitudes
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0
-#: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-4.
-BARE = 4.0
+#: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-3, which
+#: moves a mean amplitude by 0.06 %.
+BARE = 3.0
+#: A run is judged for this share of the time it has to settle at the least: a modulated motion is
+#: then known as well as it costs.
+WATCHED = 0.25
 #: No run is shorter than this many cycles of the base to settle and to be judged (of each).
 SHORTEST = 60.0
 #: No run is longer than this many cycles in all, of base or oscillator, whichever is faster: near
@@ -129,7 +134,7 @@ def slow_time(rig: Rig) -> float:
 def duration_of(rig: Rig, frequency: float) -> tuple[float, float]:
     """(settle, whole duration) of a run, s."""
     settle, whole = _wanted(rig, frequency)
-    shrink = cut_short(rig, frequency)
+    shrink = _cut(rig, frequency, whole)
     return shrink * settle, shrink * whole
 
 
@@ -138,17 +143,21 @@ def cut_short(rig: Rig, frequency: float) -> float:
 
     Far from resonance a light damping takes more cycles to settle than can be run.
     """
-    ratio = frequency / rig.oscillator.f0
-    longest = LONGEST if 1.0 / FAR <= ratio <= FAR else LONGEST_FAR
-    return min(1.0, longest / (_wanted(rig, frequency)[1] * max(frequency, rig.oscillator.f0)))
+    return _cut(rig, frequency, _wanted(rig, frequency)[1])
+
+
+def _cut(rig: Rig, frequency: float, whole: float) -> float:
+    f0 = rig.oscillator.f0
+    longest = LONGEST if 1.0 / FAR <= frequency / f0 <= FAR else LONGEST_FAR
+    return min(1.0, longest / (whole * max(frequency, f0)))
 
 
 def _wanted(rig: Rig, frequency: float) -> tuple[float, float]:
-    period, o = 1.0 / frequency, rig.oscillator
-    settle = max(SETTLE * slow_time(rig), SHORTEST * period)
+    period, o, slow = 1.0 / frequency, rig.oscillator, slow_time(rig)
+    settle = max(SETTLE * slow, SHORTEST * period)
     if o.zeta > 0.0:  # where the ball is seldom struck the bare transient has to die out
         settle = max(settle, BARE / (o.zeta * o.w0))
-    return settle, settle + max(WINDOW * slow_time(rig), SHORTEST * period)
+    return settle, settle + max(WINDOW * slow, SHORTEST * period, WATCHED * settle)
 
 
 @dataclass(frozen=True)
@@ -196,7 +205,7 @@ def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = 
     runs : sequence of Run
         All with the same number of balls.
     haste : float
-        The window is shortened by this factor, for a first look; the time to settle is not.
+        A run is shortened by this factor, for a first look.
     workers : int, optional
         Threads; by default one per core.
 
@@ -218,11 +227,11 @@ def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = 
     stop = threading.Event()
 
     def share(first: int, step: int) -> None:
-        tables: dict[tuple[float, float, float, float, float], FloatArray] = {}
+        room = Room()
         for k in range(first, len(runs), step):
             if stop.is_set():
                 return
-            out[:, k] = _one(runs[k], tables, haste)
+            out[:, k] = _one(runs[k], room, haste)
 
     threads = workers or os.cpu_count() or 1
     if threads == 1 or len(runs) < 4:
@@ -237,27 +246,34 @@ def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = 
     return Responses(out[0], out[1], out[2], len(runs[0].rig.nes) if runs else 0)
 
 
-def _one(
-    one: Run, tables: dict[tuple[float, float, float, float, float], FloatArray], haste: float
-) -> tuple[float, float, float]:
+@dataclass
+class Room:
+    """What one thread keeps from run to run: the log, scratch space, closed forms."""
+
+    log: FloatArray = field(default_factory=lambda: np.empty((2048, 6)))
+    labels: NDArray[np.int32] = field(default_factory=lambda: np.empty((2048, 3), dtype=np.int32))
+    work: FloatArray = field(default_factory=lambda: np.zeros((4, ORDER + 1)))
+    tables: dict[tuple[float, float, float, float, float], FloatArray] = field(default_factory=dict)
+
+
+def _one(one: Run, room: Room, haste: float) -> tuple[float, float, float]:
     """(mean, largest, impacts per cycle) of one run."""
     o, base = one.rig.oscillator, one.base
-    settle, duration = duration_of(one.rig, base.frequency)
-    duration = settle + (duration - settle) / haste
+    settle, duration = (t / haste for t in duration_of(one.rig, base.frequency))
     if one.damping != VISCOUS or not is_plain(one.rig):
         return _simulated(one, settle, duration)
     key = (o.M, o.c1, o.k1, base.amplitude, base.frequency)
-    if key not in tables:
+    if key not in room.tables:
         _check(one)
-        tables[key] = prepare(*key, 0.0)
-    response = tables[key].copy()
+        room.tables[key] = prepare(*key, 0.0)
+    response = room.tables[key].copy()
     response[H_PHASE] += base.phase
     kind, table = drive_table(base)
     par = parameters(one.rig, WeakDamping())
     balls, _ = ball_table(one.rig, one.release)
-    log, labels = np.empty((2048, 6)), np.empty((2048, 3), dtype=np.int32)
-    work, sums = np.zeros((4, ORDER + 1)), np.zeros(4)
-    state, node = np.zeros(4), np.zeros(4)
+    log, labels, work = room.log, room.labels, room.work
+    work[:] = 0.0
+    state, node, sums = np.zeros(4), np.zeros(4), np.zeros(4)
     effort = Effort(one.rig, base, VISCOUS, duration)
     state[2:] = one.release.x0, one.release.v0
     node[1:3] = one.release.x0, one.release.v0

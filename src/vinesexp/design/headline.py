@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from vinesexp.design.advice import Advice
+from vinesexp.design.advice import WORTH, Advice
 from vinesexp.design.answer import Answer
 from vinesexp.design.cliffs import Side
+from vinesexp.design.compared import Race
 from vinesexp.design.numbers_text import percent
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
@@ -84,8 +85,8 @@ def build_this(advice: Advice) -> list[str]:
     tied = advice.found.race.tied
     if len(tied) > 1:
         said.append(
-            f"Clearances from {clearance(tied[0])} to {clearance(tied[-1])} mm are equal within "
-            f"the error of {advice.found.race.starts} starts; this one has the widest margin."
+            f"Clearances from {clearance(tied[0])} to {clearance(tied[-1])} mm are "
+            f"{_alike(advice.found.race)}; this one has the widest margin."
         )
     said.append(_cliff(advice))
     return [*said, damper(advice)]
@@ -105,6 +106,12 @@ def nothing_helps(advice: Advice) -> list[str]:
     ]
 
 
+def _alike(race: Race) -> str:
+    if race.within <= WORTH:
+        return f"equal within {max(percent(race.within), '1 %')}"
+    return f"no different beyond the error of {race.starts} random starts"
+
+
 def _cliff(advice: Advice) -> str:
     sides = (("narrower", advice.cliffs.narrower), ("wider", advice.cliffs.wider))
     words = [_side(name, side) for name, side in sides if side.jump is not None]
@@ -118,7 +125,8 @@ def _cliff(advice: Advice) -> str:
 
 def _side(name: str, side: Side) -> str:
     assert side.jump is not None
-    return f"{100.0 * side.jump:.2g} % {name} (to {mm(side.amplitude or 0.0)} mm)"
+    ends = f"from {mm(side.before or 0.0)} to {mm(side.amplitude or 0.0)} mm"
+    return f"{100.0 * side.jump:.2g} % {name} ({ends})"
 
 
 def damper(advice: Advice) -> str:

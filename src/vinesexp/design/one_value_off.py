@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vinesexp.design.best_clearance import Effort
+from vinesexp.design.best_clearance import HASTE, Effort
 from vinesexp.design.compared import PERCENTILE
 from vinesexp.design.ensemble import responses
 from vinesexp.design.task import Task, random_starts, wall_starts
@@ -49,8 +49,8 @@ def changes(task: Task, b: float, effort: Effort, *, seed: int) -> tuple[Changed
 
 
 def _seen(task: Task, b: float, effort: Effort, seed: int, name: str, change: float) -> Changed:
-    rest = responses(wall_starts(task, b, phases=effort.phases))
-    anywhere = responses(random_starts(task, b, starts=effort.starts, seed=seed))
+    rest = responses(wall_starts(task, b, phases=effort.phases), haste=HASTE)
+    anywhere = responses(random_starts(task, b, starts=effort.starts, seed=seed), haste=HASTE)
     return Changed(
         name=name,
         change=change,

@@ -79,9 +79,13 @@ def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
         # Within rounding of the wall means on it: 0.034 - 0.0 and b need not agree in the last bit.
         gap = 0.0 if gap <= rounding else gap
         half, r = 0.5 * (nes.b + nes.clearance(-1)), (nes.r, nes.restitution(-1), nes.r_slope)
-        table[i, [MASS, CLEARANCE, RESTITUTION, B_PLUS]] = nes.m, half, nes.restitution(side), nes.b
-        table[i, [R_PLUS, R_MINUS, R_SLOPE, RUB, TILT, WAY]] = *r, nes.friction, nes.tilt, UNSET
-        table[i, [D, SIDE, RHO, STATE, U]] = gap, side, release.v0 - vy0[i], FREE, vy0[i]
+        row = table[i]
+        row[MASS], row[CLEARANCE], row[RESTITUTION], row[B_PLUS] = (
+            nes.m, half, nes.restitution(side), nes.b,
+        )  # fmt: skip
+        row[R_PLUS], row[R_MINUS], row[R_SLOPE], row[RUB], row[TILT] = *r, nes.friction, nes.tilt
+        row[D], row[SIDE], row[RHO], row[U] = gap, side, release.v0 - vy0[i], vy0[i]
+        row[STATE], row[WAY] = FREE, UNSET
     return table, y0
 
 

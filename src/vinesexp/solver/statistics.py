@@ -46,7 +46,10 @@ def add_amplitudes(
             pieces = 1 if node[3] > 0.0 else int((t1 - node[0]) * per_second) + 1
             step = (t1 - node[0]) / pieces
             xh, vh, done = node[1] - cr, node[2] + w * ci, 0
+            counts = t1 > settle
             for i in range(1, pieces + 1):
+                if not counts and i < pieces and i - done < REBASE:
+                    continue
                 new = amplitude(x1, v1, 1.0 / w0)
                 if node[3] == 0.0:
                     # Each from the same place: they do not wait for one another.
