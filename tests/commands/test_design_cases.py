@@ -35,7 +35,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(best_clearance, name, value)
     monkeypatch.setattr(operating_range, "LEVELS", 5)
     monkeypatch.setattr(slow_sweep, "MOST_CYCLES", 600.0)
-    monkeypatch.setattr("vinesexp.design.advice.SHARE_STARTS", 30)
+    monkeypatch.setattr("vinesexp.design.advice.JUDGED", (30, 60))
     monkeypatch.setattr("vinesexp.design.ensemble.WINDOW", 3.0)
     monkeypatch.setattr("vinesexp.design.ensemble.SETTLE", 3.0)
     monkeypatch.setattr("vinesexp.design.ensemble.BARE", 2.0)

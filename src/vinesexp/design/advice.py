@@ -76,6 +76,7 @@ class Advice:
     unchanged, changed : the robust clearance as it is, and with one value off.
     working : levels at which the robust clearance works.
     watched : share of the time to settle that was run; below 1 where that would be too long.
+    judged : random starts that each clearance was judged by.
     """
 
     task: Task
@@ -98,6 +99,7 @@ class Advice:
     sweeps: tuple[Swept, Swept]
     asked_sweeps: tuple[Swept, Swept] | None
     watched: float
+    judged: int
     seed: int
 
     @property
@@ -164,6 +166,7 @@ def advise(task: Task, *, asked: float | None = None, seed: int = 1) -> Advice:
         sweeps=slow_sweeps(task, found.robust),
         asked_sweeps=None if asked is None else slow_sweeps(task, asked),
         watched=min(cut_short(task.rig(found.robust), f) for f in task.frequencies),
+        judged=many,
         seed=seed,
     )
 

@@ -35,8 +35,8 @@ def build_lines(advice: Advice) -> list[str]:
         "  impacts a cycle or more, not modulated;",
         "  mid-cavity: mean with the ball at rest in the middle; least mean and least largest",
         "  are averaged over the phase at which the shaker starts; robust: least 90th percentile;",
-        f"  +-: two standard errors of {advice.found.race.starts} starts; every start has "
-        f"its own b within {100.0 * advice.task.tolerance:.2g} %",
+        f"  +-: two standard errors of {advice.judged} starts that had no part in the choice; every",
+        f"  start has its own b within {100.0 * advice.task.tolerance:.2g} %",
     ]
     if len(set(advice.task.ratios)) > 1:
         lines.append("  b: of the largest cavity; the others keep their ratios to it")
@@ -74,7 +74,7 @@ def _random_cells(one: Judged, hopeless: bool) -> tuple[str, ...]:
     return (
         mm(one.b),
         mm(one.random_mean),
-        f"{mm(one.random_p90)} +- {mm(2.0 * one.random_error)}",
+        f"{mm(one.random_p90)} +- {2e3 * one.random_error:.3f}",
         mm(one.random_max),
         percent(1.0 - one.random_mean / one.random_bare),
         "-" if hopeless else percent(one.captured),
