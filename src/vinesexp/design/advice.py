@@ -21,8 +21,8 @@ from vinesexp.theory.orbits import Reduced, amplitudes_at, family
 
 #: Shares of the exact b_c that the scan looks at besides its grid.
 NEAR_B_C = (0.85, 0.9, 0.95, 0.98, 1.0)
-#: Random starts that a clearance is judged by: as many as it was compared by, within these. With the
-#: fewer the standard error of the captured share is 0.05 at most.
+#: Random starts that a clearance is judged by: as many as it was compared by, within these. With
+#: the fewer the standard error of the captured share is 0.05 at most.
 JUDGED = (100, 400)
 #: Share of the bare amplitude below which nothing is called a gain.
 WORTH = 0.05

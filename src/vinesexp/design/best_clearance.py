@@ -37,9 +37,9 @@ GAINED = 0.005
 RACE_CYCLES = 1.6e6
 #: The search runs are shorter than those that judge, by this factor.
 HASTE = 1.5
-#: Rigs whose run takes so many cycles or fewer get 8 phases and 20 starts a clearance in the search,
-#: others fewer in proportion, between these bounds. Cycles are those of base or oscillator,
-#: whichever is faster, and dearer with several balls: that is what a run costs (`cost_of`).
+#: Rigs whose run takes so many cycles or fewer get 8 phases and 20 starts a clearance in the
+#: search, others fewer in proportion, between these bounds. Cycles are those of base or
+#: oscillator, whichever is faster, and dearer with several balls: what a run costs (`cost_of`).
 CYCLES, FEWEST, MOST = 1500.0, 0.2, 1.0
 #: What a cycle costs by power series (friction, a damping law), in cycles by closed form.
 SERIES = 25.0

@@ -35,8 +35,8 @@ def build_lines(advice: Advice) -> list[str]:
         "  impacts a cycle or more, not modulated;",
         "  mid-cavity: mean with the ball at rest in the middle; least mean and least largest",
         "  are averaged over the phase at which the shaker starts; robust: least 90th percentile;",
-        f"  +-: two standard errors of {advice.judged} starts that had no part in the choice; every",
-        f"  start has its own b within {100.0 * advice.task.tolerance:.2g} %",
+        f"  +-: two standard errors of {advice.judged} starts that had no part in the choice;",
+        f"  every start has its own b within {100.0 * advice.task.tolerance:.2g} %",
     ]
     if len(set(advice.task.ratios)) > 1:
         lines.append("  b: of the largest cavity; the others keep their ratios to it")

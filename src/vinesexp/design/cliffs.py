@@ -31,8 +31,8 @@ class Side:
     ----------
     clear : share by which the clearance can be changed without a jump.
     jump : share at which there is one, None where there is none as far as was looked.
-    before, amplitude : what the clearance itself and what the one beyond the jump gives, m: mean from
-        rest or mean of random starts, whichever jumps higher.
+    before, amplitude : what the clearance itself and what the one beyond the jump gives, m: mean
+        from rest or mean of random starts, whichever jumps higher.
     """
 
     clear: float

@@ -33,8 +33,8 @@ from vinesexp.solver.statistics import add_amplitudes
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0
-#: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-3, which
-#: moves a mean amplitude by 0.06 %.
+#: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-3,
+#: which moves a mean amplitude by 0.06 %.
 BARE = 3.0
 #: A run is judged for this share of the time it has to settle at the least: a modulated motion is
 #: then known as well as it costs.
