@@ -36,6 +36,16 @@ def test_a_record_triggered_by_its_release_is_free_from_the_start():
     assert found(released(0.0)) == 0.0
 
 
+def test_a_free_decay_is_free_wherever_in_its_cycle_the_record_begins():
+    x = released(0.0)
+    cycle = round(RATE / 7.9)
+    assert {found(x[k:]) for k in range(1, cycle, 5)} == {0.0}
+
+
+def test_a_hold_shorter_than_a_quarter_of_a_period_is_found():
+    assert found(released(0.7 * 0.25 / 7.9)) == pytest.approx(0.7 * 0.25 / 7.9, abs=2.5e-3)
+
+
 def test_a_hand_that_draws_the_mass_out_first_is_no_release():
     t = np.arange(round(6 * RATE)) / RATE
     out = 0.01 * np.clip((t - 0.5) / 0.4, 0.0, 1.0)  # drawn out within 0.4 s, held until 1.5 s
