@@ -10,7 +10,6 @@ those of the first one, with the library, and of the next ones.
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import re
 import shutil
 import statistics
@@ -18,8 +17,9 @@ import subprocess
 import tempfile
 import time
 from pathlib import Path
-from types import ModuleType
 from urllib.parse import quote
+
+from tests.report import synthetic
 
 from vinesexp.figures.gallery import draw_all
 from vinesexp.record_pages.build import build_pages
@@ -55,17 +55,6 @@ addEventListener("DOMContentLoaded", async () => {
   document.documentElement.dataset.times = times.map(t => t.toFixed(0)).join(" ");
   frame.contentDocument.close();
 });</script></body>"""
-
-
-def made_up_results() -> ModuleType:
-    """The generator that the tests use."""
-    path = Path(__file__).parents[1] / "tests/report/synthetic.py"
-    spec = importlib.util.spec_from_file_location("synthetic", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def rows(count: int) -> list[str]:
@@ -105,7 +94,6 @@ def opened(page: Path, *, at: str = "", script: str = "", name: str) -> str:
 
 def measure(count: int, folder: Path) -> None:
     """Make everything for `count` records and print what it takes."""
-    synthetic = made_up_results()
     campaign = synthetic.make_campaign(folder / "large", rows(count))
     paths = ResultPaths(folder / "results")
     synthetic.make_results(campaign, paths.folder, parameters=tuple(synthetic.VALUES))

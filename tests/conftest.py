@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
+import pickle
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -14,7 +18,30 @@ from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.store import create_record
 
+T = TypeVar("T")
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory) -> Callable[[str, Callable[[Path], T]], T]:
+    """Make what several tests only look at once for all processes of the tests.
+
+    `once(name, make)` calls `make(folder)` in the first process that asks; what it returns, and the
+    folder, are there for the others.
+    """
+    base = tmp_path_factory.getbasetemp()
+    base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+    def made(name: str, make: Callable[[Path], T]) -> T:
+        folder, kept = base / f"once-{name}", base / f"once-{name}.pickle"
+        with (base / f"once-{name}.lock").open("a") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not kept.exists():
+                folder.mkdir()  # a second try after a failure fails here and not later
+                kept.write_bytes(pickle.dumps(make(folder)))
+        return pickle.loads(kept.read_bytes())
+
+    return made
 
 
 @dataclass(frozen=True)

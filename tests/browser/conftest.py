@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import re
-import shutil
-import subprocess
-import sys
-from collections.abc import Callable
-from html import unescape
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.browser.chromium import Browser
+from tests.report.made_up import reported
+from tests.report.synthetic import FULL
 
 from vinesexp.figures.draw.design_curve import DesignCurve
 from vinesexp.record_pages.build import build_pages
@@ -24,37 +21,25 @@ from vinesexp.report.differences_page import differences_page
 from vinesexp.report.rendering import rendered
 from vinesexp.results_differences import compare_results
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-
-_HOME = Path(__file__).parents[1] / "report" / "conftest.py"
-_SPEC = importlib.util.spec_from_file_location("made_up_campaigns", _HOME)
-assert _SPEC is not None
-assert _SPEC.loader is not None
-made_up = sys.modules["made_up_campaigns"] = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(made_up)
-
-#: Runs `body` once the page is ready, and leaves what it returns in the page.
-_ASK = """<script>(async () => {
+#: Runs a script of several statements; what it returns comes back.
+_ASK = """(async () => {
   const wait = ms => new Promise(done => setTimeout(done, ms));
-  let found;
-  try { found = await (async () => { %s })(); } catch (error) { found = {error: String(error)}; }
-  const holder = document.createElement("pre");
-  holder.id = "outcome";
-  holder.textContent = JSON.stringify(found);
-  document.body.append(holder);
-})()</script></body>"""
+  return JSON.stringify(await (async () => { %s })()) ?? null;
+})()"""
 
 Ask = Callable[..., Any]
 
 
 @pytest.fixture(scope="session")
-def site(tmp_path_factory) -> Path:
+def site(once) -> Path:
     """A results folder with report and pages; one id means something in an address."""
-    folder = tmp_path_factory.mktemp("site")
-    lines = [line.replace("p_33", "p+3.3_x") for line in made_up.synthetic.FULL]
-    made = made_up._made(folder, lines, tuple(made_up.synthetic.VALUES), title="Rig <A> & ball")
-    paths = ResultPaths(made.results)
-    build_pages(made.campaign, paths=paths, code="of the test")
+    return once("site", _site)
+
+
+def _site(folder: Path) -> Path:
+    lines = [line.replace("p_33", "p+3.3_x") for line in FULL]
+    made = reported(folder, lines, title="Rig <A> & ball")
+    build_pages(made.campaign, paths=ResultPaths(made.results), code="of the test")
     _design_sheet(made.results / "sheet.html")
     found = compare_results(made.results, made.results)
     (made.results / "differences.html").write_text(differences_page(found), encoding="utf-8")
@@ -83,28 +68,21 @@ def _design_sheet(page: Path) -> None:
 
 
 @pytest.fixture(scope="session")
-def ask(site, tmp_path_factory) -> Ask:
+def tab(tmp_path_factory) -> Iterator[Browser]:
+    """One tab for all pages: to start a browser takes longer than to look at a page."""
+    browser = Browser(tmp_path_factory.mktemp("profile"))
+    yield browser
+    browser.close()
+
+
+@pytest.fixture
+def ask(site, tab) -> Ask:
     """Open a page and run a script in it; what the script returns comes back."""
-    if CHROMIUM is None:
-        pytest.skip("needs Chromium")
 
     def run(page: str, script: str, *, at: str = "", width: int = 1000, dark: bool = False) -> Any:
-        source = (site / page).read_text(encoding="utf-8")
-        asked = site / f"asked_{page}"
-        asked.write_text(source.replace("</body>", _ASK % script), encoding="utf-8")
-        command = [
-            CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-            f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
-            f"--window-size={width},1200", "--virtual-time-budget=20000", "--dump-dom",
-            *(["--blink-settings=preferredColorScheme=0"] if dark else []),
-            asked.as_uri() + at,
-        ]  # fmt: skip
-        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-        asked.unlink()
-        outcome = re.search(r'<pre id="outcome">(.*?)</pre>', done.stdout, re.DOTALL)
-        assert outcome is not None, done.stderr[-2000:]
-        found = json.loads(unescape(outcome[1]))
-        assert not (isinstance(found, dict) and "error" in found), found
-        return found
+        tab.look(width=width, dark=dark)
+        tab.open((site / page).as_uri() + at)
+        found = tab.ask(_ASK % script)
+        return None if found is None else json.loads(found)
 
     return run

@@ -9,7 +9,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.laboratory.rehearsal import rehearse
 
-F0, ZETA, RATE = 7.862, 0.0065, 2000.0
+F0, ZETA, RATE = 7.862, 0.0065, 500.0
 
 
 def decay(*, seconds=18.0, A=0.02, noise=6e-6, seed=0, f0=F0, zeta=ZETA, start=0.0):
@@ -62,7 +62,7 @@ def test_a_twentieth_of_the_samples_missing(seed):
 
 def test_a_gap_of_half_a_second():
     x = decay()
-    x[9000:10000] = np.nan
+    x[round(4.5 * RATE) : round(5.0 * RATE)] = np.nan
     right(fitted(x))
 
 
@@ -85,8 +85,9 @@ def test_two_periods_are_refused():
         fitted(decay(seconds=2.2 / F0))
 
 
-@pytest.mark.parametrize("share", [0.02, 0.1, 0.3])
-@pytest.mark.parametrize("other", [8.4, 7.2, 11.0])
+@pytest.mark.parametrize(
+    ("share", "other"), [(0.02, 8.4), (0.1, 7.2), (0.3, 11.0), (0.02, 11.0), (0.3, 8.4)]
+)
 def test_beats_of_two_close_modes_are_said(share, other):
     found = fitted(decay() + decay(A=0.02 * share, f0=other, zeta=0.004, noise=0.0))
     assert abs(found.f0 - F0) < 4 * found.f0_error

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 from benchmarks.watching import YAML, record_text
@@ -30,19 +27,3 @@ def bench(tmp_path: Path) -> Path:
     (folder / "raw").mkdir(parents=True)
     (folder / "campaign.yaml").write_text(YAML)
     return folder
-
-
-@pytest.fixture
-def browser_of() -> Any:
-    """The class of a browser; skipped where there is no Chromium."""
-    spec = importlib.util.spec_from_file_location(
-        "browser_of_live", Path(__file__).parent / "browser.py"
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = sys.modules.setdefault(spec.name, importlib.util.module_from_spec(spec))
-    if not hasattr(module, "Browser"):
-        spec.loader.exec_module(module)
-    if module.CHROMIUM is None:
-        pytest.skip("needs Chromium")
-    return module.Browser

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.browser.chromium import Browser
 
 from vinesexp.live.server import serve
 from vinesexp.live.session import Session
@@ -44,11 +45,9 @@ EDIT = """
 })"""
 
 
-def test_a_record_appears_and_two_browsers_correct_its_row(
-    page, bench, texts, tmp_path, browser_of
-):
+def test_a_record_appears_and_two_browsers_correct_its_row(page, bench, texts, tmp_path):
     session, address = page
-    one, two = browser_of(tmp_path / "one"), browser_of(tmp_path / "two", width=400, dark=True)
+    one, two = Browser(tmp_path / "one"), Browser(tmp_path / "two", width=400, dark=True)
     try:
         for browser in (one, two):
             browser.open(address)

@@ -1,5 +1,8 @@
 """What the records say of stated values: its part of the report, and its figure."""
 
+import shutil
+from dataclasses import replace
+
 import pytest
 
 from vinesexp.figures.collect import stated_inputs
@@ -25,16 +28,17 @@ def row(item: str, record: str, stated: float, found: float, verdict: str, unit:
 
 
 @pytest.fixture
-def results(full, monkeypatch):
+def results(full, monkeypatch, tmp_path):
+    own = replace(full, results=tmp_path / "results")
+    shutil.copytree(full.results, own.results)
     monkeypatch.setattr(stated_inputs, "TABLES", (INPUTS,))
     rows = [
         row("clearance", "p_33", 33.0, 33.01, "ok"),
         row("clearance", "p_34", 34.0, 34.4, "off"),
         row("base gain", "", 1.0, 1.0, "not tested", "1"),
     ]
-    write_rows(full.results / "inputs.csv", INPUTS, rows)
-    yield full
-    (full.results / "inputs.csv").unlink()
+    write_rows(own.results / "inputs.csv", INPUTS, rows)
+    return own
 
 
 def test_the_part_stands_behind_the_identified_values_and_names_what_is_off(results):

@@ -13,6 +13,7 @@ import urllib.request
 from pathlib import Path
 from typing import Any
 
+import pytest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -26,7 +27,8 @@ class Browser:
     """One tab, by the protocol of the developer tools."""
 
     def __init__(self, profile: Path, *, width: int = 1000, dark: bool = False) -> None:
-        assert CHROMIUM is not None
+        if CHROMIUM is None:
+            pytest.skip("needs Chromium")
         self._loop = asyncio.new_event_loop()
         self._process = subprocess.Popen(
             [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
@@ -42,6 +44,12 @@ class Browser:
             tab = next(one for one in json.load(answer) if one["type"] == "page")
         self._numbers = itertools.count(1)
         self._socket = self._loop.run_until_complete(_connected(tab["webSocketDebuggerUrl"]))
+        self._loaded = False
+        self.tell("Page.enable")
+        self.look(width=width, dark=dark)
+
+    def look(self, *, width: int = 1000, dark: bool = False) -> None:
+        """How wide the window is, and which colours a person has asked for."""
         scheme = "dark" if dark else "light"
         feature = [{"name": "prefers-color-scheme", "value": scheme}]
         self.tell("Emulation.setEmulatedMedia", features=feature)
@@ -59,17 +67,24 @@ class Browser:
         await self._socket.write_message(
             json.dumps({"id": number, "method": method, "params": values})
         )
-        while True:
-            message = await asyncio.wait_for(self._socket.read_message(), 120.0)
-            assert message is not None, "the browser has gone"
-            answer = json.loads(message)
-            if answer.get("id") == number:
-                assert "error" not in answer, answer
-                return answer["result"]
+        while (answer := await self._heard()).get("id") != number:
+            self._loaded |= answer.get("method") == "Page.loadEventFired"
+        assert "error" not in answer, answer
+        return answer["result"]
+
+    async def _heard(self) -> dict[str, Any]:
+        message = await asyncio.wait_for(self._socket.read_message(), 120.0)
+        assert message is not None, "the browser has gone"
+        return json.loads(message)
 
     def open(self, address: str) -> None:
-        """Go to a page."""
-        self.tell("Page.navigate", url=address)
+        """Go to a page, anew also where only the end of the address differs."""
+        for page in ("about:blank", address):
+            self._loaded = False
+            self.tell("Page.navigate", url=page)
+            while not self._loaded:
+                heard = self._loop.run_until_complete(self._heard())
+                self._loaded = heard.get("method") == "Page.loadEventFired"
 
     def ask(self, script: str) -> Any:
         """What an expression, or an awaited one, is in the page."""
@@ -85,7 +100,7 @@ class Browser:
         while time.monotonic() < end:
             if found := self.ask(script):
                 return found
-            time.sleep(0.1)
+            time.sleep(0.02)
         raise AssertionError(f"never true: {script}\n{self.ask('document.body.innerText')}")
 
     def picture(self, path: Path) -> None:
@@ -97,6 +112,10 @@ class Browser:
             clip={"x": 0, "y": 0, "width": width, "height": height, "scale": 1},
         )  # fmt: skip
         path.write_bytes(base64.b64decode(shot["data"]))
+
+    def pdf(self) -> bytes:
+        """The page as it is printed."""
+        return base64.b64decode(self.tell("Page.printToPDF", displayHeaderFooter=False)["data"])
 
     def close(self) -> None:
         """End it."""

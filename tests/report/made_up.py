@@ -1,0 +1,49 @@
+"""Made-up campaigns with results, figures and report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.report.synthetic import FULL, VALUES, make_campaign, make_results
+
+from vinesexp.figures.entry import Drawn
+from vinesexp.figures.gallery import draw_all
+from vinesexp.records.campaign import Campaign
+from vinesexp.report.page import build_report
+
+
+@dataclass(frozen=True)
+class Made:
+    """A campaign with results, figures and report."""
+
+    campaign: Campaign
+    results: Path
+    drawn: list[Drawn]
+    html: str
+
+
+def with_results(
+    folder: Path,
+    lines: Sequence[str] = FULL,
+    parameters: Iterable[str] = VALUES,
+    **more: str,
+) -> tuple[Campaign, Path]:
+    """A campaign of some rows of records.csv, and its results folder without figures."""
+    campaign = make_campaign(folder / "rig", list(lines), **more)
+    make_results(campaign, folder / "results", parameters=tuple(parameters))
+    return campaign, folder / "results"
+
+
+def reported(
+    folder: Path,
+    lines: Sequence[str] = FULL,
+    parameters: Iterable[str] = VALUES,
+    **more: str,
+) -> Made:
+    """The same with figures and report."""
+    campaign, results = with_results(folder, lines, parameters, **more)
+    drawn = draw_all(campaign, results)
+    page = build_report(campaign, results, results / "report.html")
+    return Made(campaign, results, drawn, page.read_text(encoding="utf-8"))
