@@ -7,8 +7,12 @@ of ball and contact moves them in its own way:
     friction on the floor, mu g    the ball arrives slower and had left faster by mu g T/2
     tilt, an acceleration g_t      + g_t T/2 at the end, - g_t T/2 at the beginning
     clearance                      2 b/T more between walls, at both ends
-    contact of duration tau        the way took T - tau: tau/T of the relative speed more
+    contact of duration tau        the way took T - tau: tau/T of the relative speed more; and the
+                                   spring moves the mass on by 0.6 (1 - r) tau x'' while they touch
     rolling, a share s             + s (v - mean v of the mass) at either end
+
+A contact is a spring with a dashpot. Its impulse has its centroid r/(1 + r) of it after it begins:
+there the motions before and after meet if they are continued.
 
 The sensors move them too: gains of displacement and acceleration, a common lateness of the
 displacement, slopes whose change reads off by a share, and velocities on either side of an
@@ -42,6 +46,8 @@ EFFECTS = {
     "rolling": "1",
 }
 _IMAGINARY = 1e-30  # step of a derivative without cancellation
+#: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
+_DURING = 0.6
 _FREEDOM = 4.0  # of Student's distribution: how much an outlier counts
 _TINY = 1e-9
 _LEAST, _MOST = 0.4, 6.0  # variance of a mean over that of independent collisions
@@ -105,8 +111,10 @@ class Collisions:
         T_before, T_after, s = f.time_before, f.time_after, f.side
         u_before = way_before * scale / T_before - 2.0 * s * b / T_before
         u_after = way_after * scale / T_after + 2.0 * s * b / T_after
-        carried_before = u_before - 0.5 * (f.v_previous * scale + v_before)
-        carried_after = u_after - 0.5 * (v_after + f.v_next * scale)
+        # a contact ends the approach at its centroid, r/(1 + r) of it after its beginning
+        arrives = r / (1.0 + r)
+        carried_before = u_before - (1.0 - arrives) * f.v_previous * scale - arrives * v_before
+        carried_after = u_after - (1.0 - arrives) * v_after - arrives * f.v_next * scale
         rolled_before = v_before - u_before - 2.0 * s * b / T_before
         rolled_after = v_after - u_after + 2.0 * s * b / T_after
         u_before = (
@@ -120,12 +128,14 @@ class Collisions:
         before, after = v_before - u_before, v_after - u_after
         speed = before * np.sign(before.real)
         own_r = r + 0.5 * wall * s + slope * (speed - self.speed)
+        # the spring moves the mass on while they touch
+        moved = _DURING * (1.0 - r) * contact * self.omega2 * self.x * scale
         eps = np.exp(ln_eps)
         gained = eps * (u_after - u_before)
         # in the units of the readings, whose noise it is: a gain of zero would else explain all
         laser, pulse = np.exp(g_x), np.exp(g_a)
         return np.stack(
-            [(after + own_r * before) * laser, (by_laser + gained) * laser,
+            [(after + own_r * before - moved) * laser, (by_laser + gained) * laser,
              (by_pulse + gained) * pulse]
         )  # fmt: skip
 
