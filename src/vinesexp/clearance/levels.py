@@ -14,7 +14,7 @@ from typing import TypeVar
 from vinesexp.clearance.level_base import LevelBase, base_of_level, found_base
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.records.tables import number
-from vinesexp.theory.regime_definitions import Regime
+from vinesexp.theory.regime_definitions import PERMANENT, TELLING, Regime
 from vinesexp.theory.steadiness import UNKNOWN, Swing
 
 Rows = Sequence[Mapping[str, str]]
@@ -131,11 +131,15 @@ def periodic_levels(
 def _regime(row: Mapping[str, str]) -> str:
     """The regime of a periodic test; a ball that meets its walls hardly ever is not on any orbit.
 
-    What is found there are a false impact or two, or the last of how the test began.
+    What is found there are a false impact or two, or the last of how the test began. A test of few
+    cycles does not tell what is permanent.
     """
     per_cycle = number(row.get("impacts_per_cycle", ""))
     if row["regime"] and per_cycle is not None and per_cycle < _STILL:
         return Regime.NO_IMPACT.value
+    cycles = number(row.get("cycles", ""))
+    if row["regime"] in PERMANENT and cycles is not None and cycles < TELLING:
+        return ""
     return row["regime"]
 
 

@@ -10,9 +10,10 @@ import math
 from collections.abc import Sequence
 
 from vinesexp.clearance.levels import Tested
-from vinesexp.clearance.optimum import PERMANENT, UNSEEN
+from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.records.checks import Check
+from vinesexp.theory.regime_definitions import PERMANENT
 
 #: Decay times of the oscillator that a record must last to be believed against the prediction.
 _LASTS = 1.0

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.clearance.levels import Periodic, periodic_levels
-from vinesexp.clearance.optimum import PERMANENT
 from vinesexp.clearance.predicted import IdentifiedRig, identified_rig
 from vinesexp.design.ensemble import duration_of
 from vinesexp.planning.expected_valley import Valley, expected_valley
@@ -20,6 +19,7 @@ from vinesexp.records.result_columns import BASE, IDENTIFIED, IMPACTS, RECORD_RE
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.tables import number, read_rows
 from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.theory.regime_definitions import PERMANENT
 from vinesexp.units import Quantity
 
 #: Scatter of mean amplitudes where no two records or replays show one.

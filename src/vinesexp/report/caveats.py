@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from vinesexp.clearance.levels import Periodic
-from vinesexp.clearance.optimum import PERMANENT, UNSEEN
+from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.records.tables import number
+from vinesexp.theory.regime_definitions import PERMANENT
 
 Row = Mapping[str, str]
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from vinesexp.clearance.levels import Periodic, Tested
-from vinesexp.clearance.optimum import PERMANENT, UNSEEN
+from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.errors import VinesexpError
 from vinesexp.maps.basins import STARTS, Attractor, coexisting
 from vinesexp.records.tables import number
 from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
+from vinesexp.theory.regime_definitions import PERMANENT
 
 Row = Mapping[str, str]
 

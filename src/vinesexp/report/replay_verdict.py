@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from vinesexp.clearance.optimum import PERMANENT
 from vinesexp.figures.numbers import significant
+from vinesexp.theory.regime_definitions import PERMANENT
 
 Row = Mapping[str, str]
 

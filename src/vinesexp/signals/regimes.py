@@ -21,7 +21,13 @@ from vinesexp.signals.sweep_bands import band_rows, largest_running_mean
 from vinesexp.signals.swept_frequency import swept
 from vinesexp.signals.transition import transition_of, transition_row
 from vinesexp.signals.visibility import could_be_seen
-from vinesexp.theory.regime_definitions import BY_FREQUENCY, activation_spells, regime_of
+from vinesexp.theory.regime_definitions import (
+    BY_FREQUENCY,
+    TELLING,
+    Regime,
+    activation_spells,
+    regime_of,
+)
 from vinesexp.theory.steadiness import Swing
 
 #: Amplitudes of a release that times are reported for, as shares of the release.
@@ -102,6 +108,8 @@ def shown_by_record(
         checks = _how_it_began(steady, begin)
     counted = amplitude[time >= begin]
     row["cycles"] = float(counted.size)
+    if record.test == "periodic" and record.clearance and counted.size < TELLING:
+        checks += _too_short(counted.size)
     row["amplitude_mean_m"] = float(counted.mean())
     row["amplitude_max_m"] = float(counted.max())
     decay = start + time, amplitude
@@ -114,13 +122,15 @@ def shown_by_record(
         end = min(free + settings.first_cycles * period, length)
     series = by_ball(impacts, record.clearance, unowned_share=settings.unowned_share)
     row |= _regimes(record, series, period=period, begin=start + begin, end=start + end)
+    if row["regime"] == Regime.NO_IMPACT.value and record.test != "sweep":
+        checks += _did_not_work(min(record.clearance), float(counted.max()))
     row |= _spells(record, impacts, period, start, (time, amplitude))
     if base is not None:
         return Shown(row, bands=band_rows(record.id, series, base, decay, settings))
     if record.test != "transient":
         return Shown(row, checks=checks)
     found = [transition_row(record.id, one, decay, start=start, period=period) for one in series]
-    return Shown(row, transitions=[one for one in found if one is not None])
+    return Shown(row, transitions=[one for one in found if one is not None], checks=checks)
 
 
 def _steady(
@@ -156,6 +166,24 @@ def _how_it_began(steady: SteadyPart, begin: float) -> tuple[tuple[str, str, str
         f"the first {begin:.3g} s are the start of the test and are left out: with them the mean "
         f"amplitude would be {1e3 * (steady.mean + moved):.3g} mm instead of "
         f"{1e3 * steady.mean:.3g} mm",
+    ),)  # fmt: skip
+
+
+def _too_short(cycles: int) -> tuple[tuple[str, str, str], ...]:
+    return ((
+        "length of the test", "warning",
+        f"too short: {cycles} cycles after the start of the test, of {TELLING} that tell two "
+        "impacts per cycle for good from those that are lost later; it does not count for their "
+        "end, record longer",
+    ),)  # fmt: skip
+
+
+def _did_not_work(b: float, amplitude: float) -> tuple[tuple[str, str, str], ...]:
+    return ((
+        "ball", "warning",
+        f"no impact: the ball did not move, stuck or never met by a wall (the mass swings by "
+        f"{1e3 * amplitude:.3g} mm, the clearance is {1e3 * b:.3g} mm); the test says nothing of "
+        "the NES. Free the ball, or start it with a push",
     ),)  # fmt: skip
 
 

@@ -44,6 +44,12 @@ REGIMES: dict[str, str] = {
     "chatter": "the ball comes to rest on a wall (ten impacts on one side within half a period)",
 }
 
+#: Regimes in which two impacts per cycle are permanent: the smooth side of the valley.
+PERMANENT = (Regime.TWO_SYMMETRIC.value, Regime.TWO_ASYMMETRIC.value)
+
+#: Cycles of a steady test from which on they may be called so.
+TELLING = 20
+
 #: What the cell of a sweep says in place of a regime: it has several, one after the other.
 BY_FREQUENCY = "by frequency"
 
