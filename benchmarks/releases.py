@@ -1,10 +1,10 @@
-"""Releases of rigs nobody chose: whether the median ball keeps the time that is printed.
+"""Releases of rigs nobody chose: whether three of four balls keep the time that is printed.
 
     python -m benchmarks.releases 20 [seconds]     # a table, and the sentences of the page
 
 A rig of random eps, zeta and r (log-uniform 1e-3 to 0.05 and 1e-3 to 0.03, 0.3 to 0.9) is released;
-`design.released` prints for each level the fastest clearance and its median time. Thirty other
-balls, at rest anywhere, are then released at that clearance.
+`design.released` prints for each level the fastest clearance and the time by which three of four
+balls are there. Thirty other balls, at rest anywhere, are then released at that clearance.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ def study(index: int) -> list[tuple[float, float, float, float, float, float]]:
         motions = [
             simulate(rig, None, Release(X_M, 0.0, [X_M + u * best.b]), duration) for u in places
         ]
-        seen = float(np.median([_measures(one, [level])[0][0] for one in motions]))
+        seen = float(np.percentile([_measures(one, [level])[0][0] for one in motions], 75.0))
         theory = best_clearance(Decaying(M=1.0, c1=o.c1, k1=o.k1, m=eps, r=r, x_m=X_M), level=level)
-        printed = best.median(k)
+        printed = best.sure(k)
         row = (printed, seen, falls.bare[k], best.share, theory.time, theory.capture_rate)
         found.append(row)
     return found
@@ -60,9 +60,9 @@ def main() -> None:
     helps = printed < 0.95 * bare
     off = np.abs(seen / printed - 1.0)[helps]
     print(f"{rigs} rigs, {len(rows)} levels, {int(helps.sum())} at which a clearance is printed")
-    print(f"median of 30 other balls over the printed time, off: median {100 * np.median(off):.1f} "
-          f"%, 95th percentile {100 * np.percentile(off, 95):.1f} %, above 20 %: "
-          f"{int((off > 0.2).sum())}")  # fmt: skip
+    print(f"three of four of {OTHERS} other balls over the printed time, off: median "
+          f"{100 * np.median(off):.1f} %, 95th percentile {100 * np.percentile(off, 95):.1f} %, "
+          f"above 20 %: {int((off > 0.2).sum())}")  # fmt: skip
     slower = seen[helps] > 0.95 * bare[helps]
     print(f"no faster than without a ball: {int(slower.sum())}")
     shown = reach >= 1.0

@@ -13,6 +13,7 @@ from tests.browser.chromium import Browser
 from tests.report.made_up import reported
 from tests.report.synthetic import FULL
 
+from vinesexp.design.shown import Table
 from vinesexp.figures.draw.design_curve import DesignCurve
 from vinesexp.record_pages.build import build_pages
 from vinesexp.records.result_paths import ResultPaths
@@ -58,11 +59,13 @@ def _design_sheet(page: Path) -> None:
     card = dict.fromkeys(names, "30")
     content = {
         "version": "1", "headline": "Build a clearance of 30 mm.",
-        "inputs": [("mass", "4.7 kg")], "theory": [("b_c", "34", "33.9", "–")],
-        "cards": [card] * 4, "changed": [("b", ["5"] * 4)], "beside": [("bare", "19 mm")],
-        "releases": [("3", "4", "27", "2.1", "80 %", "25", "2", "100 %", "30; 2 s")],
-        "remarks": ["A remark."],
-        "svg": curve_markup(curve), "few": 24, "unchanged": "5; 7",
+        "inputs": [("mass M", "4.7 kg")], "cards": [card] * 4,
+        "tables": [
+            Table("Beside it", (), [("bare oscillator", "19 mm")]),
+            Table("One value off", ("-5 %", "+5 %"), [("b", "5; 7", "5; 7")], "Mean; 90 % below."),
+            Table("Release", ("b\n(mm)",) * 9, [("to 3 mm", *["27"] * 9)]),
+        ],
+        "remarks": ["A remark."], "svg": curve_markup(curve),
     }  # fmt: skip
     page.write_text(rendered("vinesexp.report", "design_sheet.html.j2", content), encoding="utf-8")
 

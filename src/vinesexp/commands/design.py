@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
 
         print(json.dumps(answer_of(given, answer), indent=2))
     else:
-        from vinesexp.design.answer_text import text_of
+        from vinesexp.design.shown import text_of
 
         print(text_of(given, answer))
     # last: a place that cannot be written to does not cost the answer

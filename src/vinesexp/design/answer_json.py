@@ -233,6 +233,10 @@ def falls_as_json(falls: Falls) -> dict[str, object]:
                 "b_mm": 1e3 * one.b,
                 "captured_share": one.share,
                 "median_time_s": [finite(float(t)) for t in times],
+                "three_of_four_time_s": [finite(one.sure(k)) for k in range(len(falls.levels))],
+                "three_of_four_time_at_wall_s": [
+                    finite(one.sure(k, at_wall=True)) for k in range(len(falls.levels))
+                ],
                 "worst_time_s": [finite(float(t)) for t in anywhere.times.max(axis=0)],
                 "captured_share_at_wall": one.captured_share(at_wall=True),
                 "median_time_at_wall_s": [finite(float(t)) for t in walled],

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from vinesexp.design.advice import advise
 from vinesexp.design.answer import Answer
 from vinesexp.design.answer_json import answer_of
-from vinesexp.design.answer_text import text_of
 from vinesexp.design.answer_warnings import remarks_of
 from vinesexp.design.best_clearance import SERIES, Effort
 from vinesexp.design.ensemble import Workload, workload_of
@@ -16,6 +15,7 @@ from vinesexp.design.given_task import asked_of, driven_of, release_of, task_of
 from vinesexp.design.headline import headline_of
 from vinesexp.design.inputs import OPTIONS, Given, gather
 from vinesexp.design.predictions import predict
+from vinesexp.design.shown import text_of
 from vinesexp.errors import AnalysisError, ParameterError, RigWarning
 from vinesexp.excitation import Measured
 from vinesexp.rig import NES, Oscillator, Rig

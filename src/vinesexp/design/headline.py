@@ -166,19 +166,19 @@ def releases(falls: Falls) -> list[str]:
     said = []
     if not helped:
         said.append(
-            "Released, the median ball at rest somewhere in its cavity is no faster than none at "
-            "any clearance."
+            "Released, three of four balls at rest somewhere in their cavity are no faster than "
+            "none at any clearance."
         )
     ways = [
-        f"to {mm(falls.levels[k])} mm in {_time(falls.found[i].median(k))} with b = "
+        f"to {mm(falls.levels[k])} mm in {_time(falls.found[i].sure(k))} with b = "
         f"{clearance(falls.found[i].b)} mm (without a ball {_time(falls.bare[k])})"
         for k, i in enumerate(falls.fastest)
         if k in helped
     ]
     if ways:
-        said.append(f"Released, the median ball at rest somewhere brings it {'; '.join(ways)}.")
+        said.append(f"Released, three of four balls at rest somewhere bring it {'; '.join(ways)}.")
     walls = [
-        f"to {mm(falls.levels[k])} mm in {_time(falls.found[i].median(k, at_wall=True))} with b = "
+        f"to {mm(falls.levels[k])} mm in {_time(falls.found[i].sure(k, at_wall=True))} with b = "
         f"{clearance(falls.found[i].b)} mm"
         for k, i in enumerate(falls.fastest_at_wall)
         if k in walled

@@ -33,8 +33,8 @@ OFF_WALL = 0.02
 CAPTURED = 0.9
 #: A release is followed for this many times 1/(zeta w0), and at most for so many cycles.
 FOLLOWED, LONGEST = 3.5, 600.0
-#: Percentile of the times that the fastest clearance makes least: with twelve balls the median of
-#: others is then no later.
+#: Percentile of the times that the fastest clearance makes least, and that is printed: with twelve
+#: balls, or four, the next one above it is three of four; the median of others is then no later.
 SURE = 65.0
 #: Share of the bare time by which a release has to be faster to be called so.
 WORTH = 0.05
@@ -83,9 +83,9 @@ class Fall:
         """Share of the balls anywhere, or of those at a wall, that are captured."""
         return float(self.captured[self.at_wall == at_wall].mean())
 
-    def median(self, level: int, *, at_wall: bool = False) -> float:
-        """Median time to a level (by its number) over the balls anywhere, or at a wall, s."""
-        return float(np.median(self.times[self.at_wall == at_wall, level]))
+    def sure(self, level: int, *, at_wall: bool = False) -> float:
+        """Time to a level (by its number) by which three of four balls are there, s."""
+        return float(_sure(self.times[self.at_wall == at_wall, level]))
 
 
 @dataclass(frozen=True)
@@ -96,8 +96,8 @@ class Falls:
     ----------
     levels : m.
     found : one entry per clearance tried.
-    fastest, fastest_at_wall : for each level the fastest clearance for balls at rest anywhere (for
-        two of three, so that the median is kept), and for balls at a wall, as its index.
+    fastest, fastest_at_wall : for each level the fastest clearance for three of four balls at rest
+        anywhere, and of those at a wall, as its index.
     bare : time to each level without a ball, s; infinite where it is not reached.
     asked : index of a clearance that was asked for, if any.
     """
@@ -112,7 +112,7 @@ class Falls:
     def helps(self, level: int, *, at_wall: bool = False) -> bool:
         """Whether any clearance is faster to a level than no ball, by a twentieth or more."""
         best = self.found[(self.fastest_at_wall if at_wall else self.fastest)[level]]
-        return best.median(level, at_wall=at_wall) < (1.0 - WORTH) * self.bare[level]
+        return best.sure(level, at_wall=at_wall) < (1.0 - WORTH) * self.bare[level]
 
 
 def released(
@@ -198,15 +198,16 @@ def _places(balls: int, heading: float, rng: np.random.Generator) -> tuple[Float
 
 
 def _fastest(found: Sequence[Fall], *, at_wall: bool) -> tuple[int, ...]:
-    """For each level the clearance at which `SURE` per cent of the balls are fastest, as its index.
+    """For each level the clearance at which three of four balls are fastest, as its index.
 
     Where a wide cavity lets just half of the balls be struck the median is a matter of luck.
     """
-    times = [
-        np.percentile(one.times[one.at_wall == at_wall], SURE, axis=0, method="higher")
-        for one in found
-    ]
+    times = [_sure(one.times[one.at_wall == at_wall]) for one in found]
     return tuple(int(i) for i in np.array(times).argmin(axis=0))
+
+
+def _sure(times: FloatArray) -> FloatArray:
+    return np.asarray(np.percentile(times, SURE, axis=0, method="higher"))
 
 
 def _neighbours(known: Sequence[float], at: int) -> list[tuple[float, float]]:
