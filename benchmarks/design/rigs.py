@@ -9,9 +9,9 @@ import numpy as np
 
 from vinesexp import Oscillator
 from vinesexp.design.advice import theory_of
+from vinesexp.design.ask import DRILLED
 from vinesexp.design.best_clearance import scan_ends
 from vinesexp.design.ensemble import responses
-from vinesexp.design.given_task import DRILLED
 from vinesexp.design.task import Task, wall_starts
 from vinesexp.errors import AnalysisError
 from vinesexp.theory import boundaries, orbits

@@ -6,7 +6,7 @@ import numpy as np
 from benchmarks.paper.resonance import settled
 from benchmarks.paper.rig import TABLE_2, G, Verdict, Verdicts, periodic
 
-from vinesexp.design.bare import bare_gain
+from vinesexp.design.task import bare_gain
 from vinesexp.theory.regime_definitions import Regime, regime_of
 
 FREQUENCIES = (7.5, 7.7, 7.8, 7.9, 8.0, 8.1)

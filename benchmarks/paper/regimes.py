@@ -17,7 +17,7 @@ from benchmarks.paper.rig import (
     rig_with,
 )
 
-from vinesexp.design.bare import bare_gain
+from vinesexp.design.task import bare_gain
 from vinesexp.theory import boundaries, manifold, orbits, slowflow
 from vinesexp.theory.regime_definitions import Regime, regime_of
 

@@ -6,7 +6,7 @@ import numpy as np
 from benchmarks.paper.rig import BALL, TABLE_2, G, R, Verdict, Verdicts, amplitude_peaks, rig_with
 
 from vinesexp import NES, Harmonic, Release, Rig, simulate
-from vinesexp.design.bare import bare_gain
+from vinesexp.design.task import bare_gain
 from vinesexp.theory.multiple import bands, gaps, response_amplitude
 
 LEVELS = np.array([0.15, 0.25, 0.40]) * 1e-3

@@ -11,7 +11,7 @@ import pytest
 
 from vinesexp.cli import main
 from vinesexp.commands.design import curve_of
-from vinesexp.design import best_clearance, operating_range, slow_sweep
+from vinesexp.design import around, best_clearance, slow_sweep
 from vinesexp.design.answer import Answer
 from vinesexp.design.answer_json import answer_of
 from vinesexp.design.ask import answered as design
@@ -34,7 +34,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
         ("FEWEST", 0.1), ("MOST", 0.1),
     ):  # fmt: skip
         monkeypatch.setattr(best_clearance, name, value)
-    monkeypatch.setattr(operating_range, "LEVELS", 5)
+    monkeypatch.setattr(around, "LEVELS", 5)
     monkeypatch.setattr(slow_sweep, "MOST_CYCLES", 600.0)
     monkeypatch.setattr("vinesexp.design.advice.JUDGED", (30, 60))
     monkeypatch.setattr("vinesexp.design.ensemble.WINDOW", 3.0)

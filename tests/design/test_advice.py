@@ -12,10 +12,9 @@ from vinesexp.design import best_clearance
 from vinesexp.design.absorber import den_hartog, equal_mass_den_hartog, equal_mass_optimal
 from vinesexp.design.advice import advise, orbit_and_rest, theory_of
 from vinesexp.design.answer_json import as_json
-from vinesexp.design.answer_warnings import warnings_of
-from vinesexp.design.bare import bare_gain
 from vinesexp.design.ensemble import Run, responses
-from vinesexp.design.task import Task, centre_starts, random_starts, wall_starts
+from vinesexp.design.headline import warnings_of
+from vinesexp.design.task import Task, bare_gain, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError, ParameterError
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)

@@ -3,8 +3,8 @@
 import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig
-from vinesexp.design.bare import bare_gain
 from vinesexp.design.ensemble import Run, responses
+from vinesexp.design.task import bare_gain
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.9, 2.5, 15.0, 40.0, 130.0])

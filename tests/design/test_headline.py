@@ -13,8 +13,8 @@ from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.design import best_clearance, slow_sweep
 from vinesexp.design.advice import advise
 from vinesexp.design.answer import Answer
+from vinesexp.design.around import cliffs_of
 from vinesexp.design.best_clearance import Effort
-from vinesexp.design.cliffs import cliffs_of
 from vinesexp.design.headline import build_this, nothing_helps
 from vinesexp.design.released import released
 from vinesexp.design.shown import from_random, from_rest

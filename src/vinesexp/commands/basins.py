@@ -131,7 +131,7 @@ def write_table(found: Sequence[Attractor], path: Path) -> None:
 
 
 def _draw(found: Sequence[Attractor], values: dict[str, float], picture: Path) -> None:
-    from vinesexp.design.bare import bare_gain
+    from vinesexp.design.task import bare_gain
     from vinesexp.figures.draw.coexisting_motions import coexisting_motions
     from vinesexp.figures.draw.style import write
     from vinesexp.rig import Oscillator

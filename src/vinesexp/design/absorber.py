@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.bare import mean_of_cycle
-from vinesexp.design.task import Task
+from vinesexp.design.task import Task, mean_of_cycle
 from vinesexp.rig import Oscillator
 
 #: Error of the absorber's frequency that the comparison includes.

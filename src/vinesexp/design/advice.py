@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vinesexp.design.absorber import Absorber, equal_mass_den_hartog, equal_mass_optimal
+from vinesexp.design.around import Changed, Cliffs, Range, changes, cliffs_of, operating_range
 from vinesexp.design.best_clearance import Found, scan_ends, search
-from vinesexp.design.cliffs import Cliffs, cliffs_of
 from vinesexp.design.compared import percentile, resampled
 from vinesexp.design.ensemble import cut_short, responses
-from vinesexp.design.one_value_off import Changed, changes
-from vinesexp.design.operating_range import Range, operating_range
 from vinesexp.design.slow_sweep import Swept, slow_sweeps
 from vinesexp.design.task import Task, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError

@@ -10,12 +10,10 @@ import numpy as np
 from vinesexp.design.absorber import Absorber
 from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.answer import Answer
-from vinesexp.design.answer_warnings import gaps_of, remarks_of, warnings_of
-from vinesexp.design.cliffs import Side
-from vinesexp.design.given_task import bands_given
-from vinesexp.design.headline import headline_of
+from vinesexp.design.around import Changed, Side
+from vinesexp.design.headline import gaps_of, headline_of, remarks_of, warnings_of
 from vinesexp.design.inputs import OPTIONS, Given
-from vinesexp.design.one_value_off import Changed
+from vinesexp.design.predictions import bands_given
 from vinesexp.design.recorded import Driven, UnderRecord
 from vinesexp.design.released import Falls
 from vinesexp.design.slow_sweep import Swept

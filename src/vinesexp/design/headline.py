@@ -1,4 +1,4 @@
-"""The answer in words, first of all that is shown: what to build, what it gives, what to fear."""
+"""The answer in words: first what to build, what it gives, what to fear; then the notes."""
 
 from __future__ import annotations
 
@@ -8,22 +8,47 @@ import numpy as np
 
 from vinesexp.design.advice import WORTH, Advice
 from vinesexp.design.answer import Answer
-from vinesexp.design.cliffs import Side
+from vinesexp.design.around import Side
 from vinesexp.design.compared import Race
-from vinesexp.design.numbers_text import percent
+from vinesexp.design.inputs import BEYOND, Given
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
+from vinesexp.design.task import Task, mean_of_cycle
+from vinesexp.theory.multiple import gaps
 
 
 def mm(length: float) -> str:
+    """A length (m) in mm: three decimals, three digits where these would say nothing.
+
+    Examples
+    --------
+    >>> mm(0.0339234), mm(2.177e-7), mm(0.0)
+    ('33.923', '0.000218', '0.000')
+    """
+    value = 1e3 * length
+    return f"{value:.3f}" if value == 0.0 or abs(value) >= 0.1 else f"{value:.3g}"
+
+
+def percent(share: float) -> str:
+    """A share in whole percent, never minus zero.
+
+    Examples
+    --------
+    >>> percent(0.726), percent(-0.001)
+    ('73 %', '0 %')
+    """
+    return f"{round(100.0 * share) + 0:d} %"
+
+
+def brief(value: float) -> str:
     """An amplitude (m) in mm, as exactly as it is known to a reader: three digits.
 
     Examples
     --------
-    >>> mm(0.0103921), clearance(0.0339234)
+    >>> brief(0.0103921), clearance(0.0339234)
     ('10.4', '33.92')
     """
-    return f"{1e3 * length:.3g}"
+    return f"{1e3 * value:.3g}"
 
 
 def clearance(length: float) -> str:
@@ -54,7 +79,7 @@ def headline_of(answer: Answer) -> str:
                 )
         said.append("Which starts reach these clearances only a simulation tells.")
     if answer.falls is None and answer.theory.unreached:
-        levels = ", ".join(mm(level) for level in answer.theory.unreached)
+        levels = ", ".join(brief(level) for level in answer.theory.unreached)
         said.append(
             f"Down to {levels} mm theory's fastest clearance is wider than the release is large: "
             "most balls would never be struck, so it is not given."
@@ -71,16 +96,17 @@ def build_this(advice: Advice) -> list[str]:
     said = [
         f"Build a one-sided clearance b of {each} mm{tolerance}.",
         f"At a base amplitude of {at[0]} and {at[1]} the mean amplitude is then "
-        f"{mm(best.random_mean)} mm over random starts, below {mm(best.random_p90)} mm "
-        f"(+- {mm(2.0 * best.random_error)}) for nine of ten, against {mm(best.random_bare)} mm "
-        f"without a ball ({percent(1.0 - best.random_mean / best.random_bare)} less); from rest "
-        f"with the ball at a wall {mm(best.rest_mean)} mm.",
+        f"{brief(best.random_mean)} mm over random starts, below {brief(best.random_p90)} mm "
+        f"(+- {brief(2.0 * best.random_error)}) for nine of ten, against "
+        f"{brief(best.random_bare)} mm without a ball "
+        f"({percent(1.0 - best.random_mean / best.random_bare)} less); from rest "
+        f"with the ball at a wall {brief(best.rest_mean)} mm.",
     ]
     if advice.least_mean.rest_mean < 0.8 * best.random_mean:
         said.append(
             f"Where nothing but rest with the ball at a wall is to be expected, b = "
-            f"{clearance(advice.least_mean.b)} mm leaves {mm(advice.least_mean.rest_mean)} mm, and "
-            f"{mm(advice.least_mean.random_mean)} mm over random starts."
+            f"{clearance(advice.least_mean.b)} mm leaves {brief(advice.least_mean.rest_mean)} mm, "
+            f"and {brief(advice.least_mean.random_mean)} mm over random starts."
         )
     tied = advice.found.race.tied
     if len(tied) > 1:
@@ -99,7 +125,7 @@ def nothing_helps(advice: Advice) -> list[str]:
     return [
         f"No clearance helps: from {clearance(float(grid[0]))} to "
         f"{clearance(float(grid[-1]))} mm the best takes {percent(taken)} off the bare "
-        f"amplitude of {mm(best.random_bare)} mm.",
+        f"amplitude of {brief(best.random_bare)} mm.",
         f"The ball has {100.0 * advice.task.eps:.2g} % of the mass, the damping ratio is "
         f"{advice.task.oscillator.zeta:.2g}.",
         damper(advice),
@@ -125,7 +151,7 @@ def _cliff(advice: Advice) -> str:
 
 def _side(name: str, side: Side) -> str:
     assert side.jump is not None
-    ends = f"from {mm(side.before or 0.0)} to {mm(side.amplitude or 0.0)} mm"
+    ends = f"from {brief(side.before or 0.0)} to {brief(side.amplitude or 0.0)} mm"
     return f"{100.0 * side.jump:.2g} % {name} ({ends})"
 
 
@@ -139,23 +165,25 @@ def damper(advice: Advice) -> str:
     if exact < ball <= off:
         word = "less than the ball if its tuning is kept, more if not"
     return (
-        f"A tuned mass damper of the same mass would leave {mm(exact)} mm, {mm(off)} mm when 5 % "
-        f"detuned: {word}."
+        f"A tuned mass damper of the same mass would leave {brief(exact)} mm, {brief(off)} mm when "
+        f"5 % detuned: {word}."
     )
 
 
 def driven(found: UnderRecord) -> list[str]:
     """Under a recorded base: the clearance of least rms, and that of least peak."""
     bare, rms, peak = found.bare, found.found[found.least_rms], found.found[found.least_peak]
-    record = f"the recorded base ({found.duration:.4g} s, peak {mm(found.base_peak)} mm)"
-    without = f"without a ball rms {mm(float(bare.rms[0]))} mm, peak {mm(float(bare.peak[0]))} mm"
+    record = f"the recorded base ({found.duration:.4g} s, peak {brief(found.base_peak)} mm)"
+    without = (
+        f"without a ball rms {brief(float(bare.rms[0]))} mm, peak {brief(float(bare.peak[0]))} mm"
+    )
     if found.hopeless:
         return [f"Under {record} no clearance takes 5 % off the deflection x - x_e ({without})."]
     return [
         f"Under {record} a clearance of {clearance(rms.b)} mm leaves the least rms of the "
-        f"deflection x - x_e, {mm(float(np.median(rms.rms)))} mm (median over balls at rest "
+        f"deflection x - x_e, {brief(float(np.median(rms.rms)))} mm (median over balls at rest "
         f"anywhere and at the walls); {clearance(peak.b)} mm the least peak, below "
-        f"{mm(float(np.percentile(peak.peak, 90.0)))} mm for nine of ten; {without}."
+        f"{brief(float(np.percentile(peak.peak, 90.0)))} mm for nine of ten; {without}."
     ]
 
 
@@ -170,7 +198,7 @@ def releases(falls: Falls) -> list[str]:
             "none at any clearance."
         )
     ways = [
-        f"to {mm(falls.levels[k])} mm in {_time(falls.found[i].sure(k))} with b = "
+        f"to {brief(falls.levels[k])} mm in {_time(falls.found[i].sure(k))} with b = "
         f"{clearance(falls.found[i].b)} mm (without a ball {_time(falls.bare[k])})"
         for k, i in enumerate(falls.fastest)
         if k in helped
@@ -178,7 +206,7 @@ def releases(falls: Falls) -> list[str]:
     if ways:
         said.append(f"Released, three of four balls at rest somewhere bring it {'; '.join(ways)}.")
     walls = [
-        f"to {mm(falls.levels[k])} mm in {_time(falls.found[i].sure(k, at_wall=True))} with b = "
+        f"to {brief(falls.levels[k])} mm in {_time(falls.found[i].sure(k, at_wall=True))} with b = "
         f"{clearance(falls.found[i].b)} mm"
         for k, i in enumerate(falls.fastest_at_wall)
         if k in walled
@@ -195,3 +223,138 @@ def _time(seconds: float) -> str:
 def _between(ends: tuple[float, float], size: float, unit: str) -> str:
     low, high = (size * end for end in ends)
     return f"{low:.4g} {unit}" if low == high else f"{low:.4g} to {high:.4g} {unit}"
+
+
+def warnings_of(advice: Advice) -> list[str]:
+    """What a reader of b_c would otherwise be misled by."""
+    said = []
+    best = advice.robust
+    if advice.exact is None:
+        said.append(
+            "no orbit with two symmetric impacts per cycle is stable at any clearance: the "
+            "published b_c does not apply"
+        )
+    else:
+        said += apart(advice.published, advice.exact)
+    alike = len(set(advice.task.ratios)) == 1  # the orbit is that of all balls as one
+    if alike and advice.orbit is not None and advice.orbit[1] > 1.3 * advice.orbit[0]:
+        said.append(
+            f"just below the exact b_c the orbit has {1e3 * advice.orbit[0]:.3g} mm but is not "
+            f"reached from rest, where the mean is {1e3 * advice.orbit[1]:.3g} mm"
+        )
+    if not best.centre_touched:
+        said.append(
+            "a ball at rest in the middle of the robust cavity is never touched (the bare "
+            f"amplitude of {1e3 * advice.bare:.3g} mm does not reach its walls): start it at a wall"
+        )
+    others = (
+        ("least-mean", advice.least_mean),
+        ("least-largest", advice.least_max),
+        ("given", advice.asked),
+    )
+    for name, one in others:
+        if one is not None and not one.centre_touched and one.b != best.b:
+            said.append(
+                f"with the {name} clearance a ball at rest mid-cavity is never touched either"
+                if not best.centre_touched
+                else f"with the {name} clearance a ball at rest mid-cavity is never touched"
+            )
+    said += ends_of_search(advice)
+    if advice.watched < 1.0:
+        said.append(
+            "damping this light takes more cycles to settle than can be run: runs were cut to "
+            f"{100 * advice.watched:.2g} % of the time they would need, and amplitudes still "
+            "contain a part of the start"
+        )
+    if not advice.task.plain:
+        said.append(
+            "friction and damping law enter the simulation; b_c and b_t know neither (friction "
+            "moves b_c by 0.1 to 0.7 %, docs/benchmarks/robustness.md)"
+        )
+    for which, one in (("", best), ("with the clearances given ", advice.asked)):
+        gaps = [] if one is None else gaps_of(advice.task, one.b)
+        if gaps:
+            words = ", ".join(f"{low:.3g} to {high:.3g} mm" for low, high in gaps)
+            said.append(
+                f"{which}no ball is captured at amplitudes of {words}: bring the clearances closer"
+            )
+    return said + beside_resonance(advice.task)
+
+
+def apart(published: float, exact: float) -> list[str]:
+    """Where the two b_c (m) differ by more than a tenth."""
+    if abs(published / exact - 1.0) <= 0.1:
+        return []
+    return [
+        f"the published b_c knows no frequency and stands at {1e3 * published:.4g} mm "
+        f"beside {1e3 * exact:.4g} mm exact: do not build it off resonance"
+    ]
+
+
+def remarks_of(given: Given, answer: Answer) -> list[str]:
+    """All that a reader of the answer should know, whatever was asked."""
+    if answer.advice is not None:
+        said = warnings_of(answer.advice)
+    elif answer.theory.b_c is not None:
+        said = apart(answer.theory.b_c.published, answer.theory.b_c.exact)
+    else:
+        said = []
+    law = any(given.size(option.symbol) > 0.0 for option in BEYOND)
+    if law and answer.falls is not None:
+        said.append(
+            "friction and damping law enter the simulated release; b*(level), bare times and b_t "
+            "of theory know neither"
+        )
+    if law and answer.advice is None and answer.falls is None:
+        said.append("b_c and b_t know neither friction nor damping law: nothing was simulated")
+    if "m" in given and len(given["m"]) > 1:
+        r = {q.value for q in given["r"]}
+        word = f", with r = {given.one('r').value:g}, that of the first" if len(r) > 1 else ""
+        said.append(
+            "b_c, b_t, b*(level) and the sensitivities take all balls as one of "
+            f"{1e3 * given.one('m').value:.4g} g in one cavity{word}"
+        )
+    return said
+
+
+#: Amplitudes are means of hypot(x, x'/w0); from this share beside f0 on the difference is named.
+BESIDE = 0.1
+
+
+def beside_resonance(task: Task) -> list[str]:
+    """What the amplitude means far from resonance, where x'/w0 is not as large as x."""
+    f0, G = task.oscillator.f0, task.levels[1]
+    off = max(task.frequencies, key=lambda f: abs(math.log(f / f0)))
+    if abs(off / f0 - 1.0) < BESIDE:
+        return []
+    ratio = mean_of_cycle(off / f0)
+    return [
+        f"amplitudes are means of hypot(x, x'/w0): of a motion at {off:.4g} Hz {ratio:.3g} times "
+        f"its amplitude in x (bare oscillator: {mm(task.bare(G, off) / ratio)} mm in x). Compare "
+        "them with each other, not with a displacement sensor"
+    ]
+
+
+def ends_of_search(advice: Advice) -> list[str]:
+    """Clearances that lie where the search ended: no minimum, a bound."""
+    first, last = float(advice.found.grid[0]), float(advice.found.grid[-1])
+    said = []
+    for name, one in (
+        ("least-mean", advice.least_mean),
+        ("least-largest", advice.least_max),
+        ("robust", advice.robust),
+    ):
+        if one.b > 0.97 * last or one.b < 1.03 * first:
+            side = "wider" if one.b > 0.97 * last else "narrower"
+            said.append(
+                f"the {name} clearance lies at the end of those tried ({1e3 * first:.3g} to "
+                f"{1e3 * last:.3g} mm): a {side} one may be better still"
+            )
+    return said
+
+
+def gaps_of(task: Task, b: float) -> list[list[float]]:
+    """Amplitudes between the activation bands of several balls (mm), by (49)."""
+    if len(task.masses) < 2:
+        return []
+    return [[1e3 * gap.low, 1e3 * gap.high] for gap in gaps(task.rig(b).nes)]

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 from vinesexp.design.inputs import RIG, Given
 from vinesexp.errors import AnalysisError, ParameterError
-from vinesexp.rig import Oscillator
+from vinesexp.rig import NES, Oscillator
 from vinesexp.theory.intervals import ClearancePrediction, predict_periodic, predict_transient
 from vinesexp.theory.manifold import A_1, A_2
+from vinesexp.theory.multiple import Band, bands
 from vinesexp.theory.optimal_clearance import b_c_published, release_amplitude
 from vinesexp.theory.slowflow import threshold
 from vinesexp.theory.timing import predict_best
@@ -162,3 +163,16 @@ def releases(given: Given, values: dict[str, Quantity]) -> list[ReleaseLevel]:
         bare = bare_time(case, level=level)
         found.append(ReleaseLevel(level, best.b, low, high, best.time, bare, best.capture_rate))
     return found
+
+
+def bands_given(given: Given) -> list[tuple[float, Band]]:
+    """Each clearance given (m) with the amplitudes at which its ball keeps two impacts."""
+    if "b" not in given:
+        return []
+    n = max(len(given[name]) for name in ("b", "m", "r") if name in given)
+    b, r = (
+        [q.value for q in given[name]] * (n if len(given[name]) == 1 else 1) for name in ("b", "r")
+    )
+    return list(
+        zip(b, bands([NES(m=1.0, b=x, r=y) for x, y in zip(b, r, strict=True)]), strict=True)
+    )

@@ -14,13 +14,10 @@ import numpy as np
 
 from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.answer import Answer
-from vinesexp.design.answer_warnings import remarks_of
-from vinesexp.design.given_task import bands_given
-from vinesexp.design.headline import headline_of
+from vinesexp.design.around import Changed
+from vinesexp.design.headline import headline_of, mm, percent, remarks_of
 from vinesexp.design.inputs import OPTIONS, RIG, Given
-from vinesexp.design.numbers_text import mm, percent
-from vinesexp.design.one_value_off import Changed
-from vinesexp.design.predictions import Theory, single_values, start_amplitude
+from vinesexp.design.predictions import Theory, bands_given, single_values, start_amplitude
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
 from vinesexp.rig import Oscillator

@@ -1,4 +1,9 @@
-"""What is designed for: a rig, its uncertainty, the excitation, and the starts it is tried from."""
+"""What is designed for: a rig, its uncertainty, the excitation, and the starts it is tried from.
+
+A resonance is narrow beside the band that one sweeps: evenly spaced frequencies would miss it, and
+with it all that a ball is for. So the frequencies that stand for a band crowd around it, ever wider
+apart, and a mean weighs each by what it stands for: the mean of the bare response is exact.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +11,99 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray
-from vinesexp.design.bare import bare_gain
-from vinesexp.design.conditions import frequencies_of, frequency_weights, level_weights, levels_of
 from vinesexp.design.ensemble import VISCOUS, Run
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.solver.simulation import simulate
+
+
+def bare_gain(oscillator: Oscillator, frequency: float) -> float:
+    """Mean over a cycle of hypot(x, x'/w0), for base motion of amplitude 1.
+
+    Examples
+    --------
+    >>> round(bare_gain(Oscillator(M=4.7, c1=3.02, k1=1.147e4), 7.8623), 2)  # 1/(2 zeta)
+    76.89
+    """
+    w = 2.0 * math.pi * frequency / oscillator.w0
+    z = 2.0 * oscillator.zeta * w
+    return math.hypot(1.0, z) / math.hypot((1.0 - w) * (1.0 + w), z) * mean_of_cycle(w)
+
+
+@lru_cache(maxsize=512)
+def mean_of_cycle(w: float) -> float:
+    """Mean of hypot(sin, w cos) over a cycle: amplitude of x to mean amplitude, w = f/f0."""
+    angle = (np.arange(64) + 0.5) * (math.pi / 64)
+    return float(np.hypot(np.sin(angle), w * np.cos(angle)).mean())
+
+
+#: Levels of a range.
+LEVELS = 3
+#: Distances of frequencies from resonance, in half widths of it with a ball that is captured.
+NEAR = (0.0, 1.0, 3.0, 9.0, 27.0)
+#: Nearer to an end of the band, or to each other, than this part of the way none is needed.
+_APART = 0.15
+_FINE = 60
+
+
+def levels_of(ends: tuple[float, float]) -> FloatArray:
+    """Base amplitudes (m) that stand for the range."""
+    return np.array(ends[:1]) if ends[0] == ends[1] else np.linspace(*ends, LEVELS)
+
+
+def level_weights(ends: tuple[float, float]) -> FloatArray:
+    """What each level stands for in a mean over the range; the sum is 1."""
+    return np.ones(1) if ends[0] == ends[1] else np.array([0.25, 0.5, 0.25])
+
+
+def frequencies_of(ends: tuple[float, float], oscillator: Oscillator, eps: float) -> FloatArray:
+    """Frequencies (Hz) that stand for the band, closer around the resonance.
+
+    Examples
+    --------
+    >>> o = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+    >>> [round(float(f), 2) for f in frequencies_of((7.2, 8.4), o, 0.0068)]
+    [7.2, 7.43, 7.66, 7.8, 7.86, 7.93, 8.06, 8.4]
+    """
+    low, high = ends
+    if low == high:
+        return np.array(ends[:1])
+    half = oscillator.f0 * (oscillator.zeta + 0.3 * eps)
+    away = half * np.array(NEAR)
+    near = np.unique(np.concatenate([oscillator.f0 - away, oscillator.f0 + away]))
+    room = np.minimum(near - low, high - near)
+    near = near[room > _APART * np.maximum(np.abs(near - oscillator.f0), half)]
+    found = np.concatenate([[low], near, [high]])
+    # at least one in the middle, also of a band that does not hold the resonance
+    widest = int(np.argmax(np.diff(found)))
+    return np.sort(np.append(found, 0.5 * (found[widest] + found[widest + 1])))
+
+
+@lru_cache(maxsize=64)
+def frequency_weights(ends: tuple[float, float], oscillator: Oscillator, eps: float) -> FloatArray:
+    """What each of `frequencies_of` stands for in a mean over the band.
+
+    Between two of them by the trapezoidal rule, times what the rule is off for the bare response.
+    """
+    nodes = frequencies_of(ends, oscillator, eps)
+    if nodes.size == 1:
+        return np.ones(1)
+    weights = np.zeros(nodes.size)
+    at = np.array([bare_gain(oscillator, float(f)) for f in nodes])
+    for k, (low, high) in enumerate(pairwise(nodes)):
+        fine = low + (high - low) * (np.arange(_FINE) + 0.5) / _FINE
+        mean = float(np.mean([bare_gain(oscillator, float(f)) for f in fine]))
+        share = (high - low) / (ends[1] - ends[0]) * mean / (at[k] + at[k + 1])
+        weights[k] += share
+        weights[k + 1] += share
+    return weights
+
 
 #: Steps of this share of a turn never meet again: evenly spread, whatever their number.
 GOLDEN = 0.6180339887498949

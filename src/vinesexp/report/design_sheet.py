@@ -27,7 +27,7 @@ CARDS = {
 
 
 def write_sheet(path: Path, given: Given, answer: Answer, curve: DesignCurve | None) -> None:
-    """Write the page; it needs nothing beside it and prints on one side of A4.
+    """Write the page, which needs nothing beside it and prints on A4: one side, with a release two.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def sheet_content(given: Given, answer: Answer) -> dict[str, Any]:
     if answer.advice is not None:
         rest, anywhere, *tables = tables
         cards = cards_of(rest, anywhere)
-    # the page is one side of A4: what is only for those who ask more is in text and JSON
+    # what is only for those who ask more is in text and JSON
     tables = [table for table in tables if table.title not in (BY_CLEARANCE, SENSITIVITIES)]
     return {
         "version": __version__,

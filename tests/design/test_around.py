@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vinesexp import Oscillator
-from vinesexp.design import best_clearance, operating_range
+from vinesexp.design import around, best_clearance
 from vinesexp.design.best_clearance import Found, search
 from vinesexp.design.ensemble import responses
 from vinesexp.design.task import Task, wall_starts
@@ -36,7 +36,7 @@ def test_the_range_read_from_the_scan_is_that_of_a_simulation(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     found = found_of(TASK, monkeypatch)
-    working = operating_range.operating_range(TASK, found)
+    working = around.operating_range(TASK, found)
     assert working.low is not None
     assert working.high is not None
     assert working.low < G < working.high
@@ -48,8 +48,8 @@ def test_the_range_read_from_the_scan_is_that_of_a_simulation(
 def test_a_range_of_levels_has_an_operating_range_too(monkeypatch: pytest.MonkeyPatch) -> None:
     task = replace(TASK, levels=(0.15e-3, 0.25e-3))
     found = found_of(task, monkeypatch)
-    working = operating_range.operating_range(task, found)
-    single = operating_range.operating_range(TASK, replace(found, rest=_middle(found, task)))
+    working = around.operating_range(task, found)
+    single = around.operating_range(TASK, replace(found, rest=_middle(found, task)))
     assert working.low == pytest.approx(single.low, rel=0.35)
     assert working.high == pytest.approx(single.high, rel=0.35)
 
@@ -70,25 +70,25 @@ def test_under_a_damping_law_levels_are_simulated_not_scaled(
 ) -> None:
     """Quadratic damping takes off large motions more than small ones: lengths do not scale."""
     law = replace(TASK, damping=WeakDamping(quadratic=5.0))
-    monkeypatch.setattr(operating_range, "LEVELS", 5)
+    monkeypatch.setattr(around, "LEVELS", 5)
     found = found_of(TASK, monkeypatch)  # of the rig without the law: its clearance will do
     half = left(law, 0.021, 0.5 * G)
     assert half < 0.9 * left(law, 0.042, G), "the same, were lengths to scale"
     found = replace(found, robust=0.021)
-    tried = operating_range._tried(law, 0.021)
+    tried = around._tried(law, 0.021)
     assert tried[0] == pytest.approx([0.25 * G, 0.5 * G, G, 2.0 * G, 4.0 * G])
     assert tried[1][1] == pytest.approx(half, rel=0.1)
-    assert operating_range.operating_range(law, found) == operating_range._range(law, *tried)
+    assert around.operating_range(law, found) == around._range(law, *tried)
 
 
 def test_ends_where_the_levels_tried_end_are_bounds() -> None:
     levels = np.array([0.1e-3, 0.24e-3, 0.4e-3])
-    all_work = operating_range._range(TASK, levels, np.full(3, 0.5), np.ones(3))
+    all_work = around._range(TASK, levels, np.full(3, 0.5), np.ones(3))
     assert (all_work.low_open, all_work.high_open) == (True, True)
-    ends = operating_range._range(TASK, levels, np.array([0.9, 0.5, 0.9]), np.zeros(3))
+    ends = around._range(TASK, levels, np.array([0.9, 0.5, 0.9]), np.zeros(3))
     assert ends.activation is None
     assert (ends.low_open, ends.high_open) == (False, False)
     assert ends.low == 0.24e-3
     assert ends.high == G
     band = replace(TASK, frequencies=(7.2, 8.4))
-    assert operating_range._range(band, levels, np.full(3, 0.5), np.ones(3)).activation is None
+    assert around._range(band, levels, np.full(3, 0.5), np.ones(3)).activation is None

@@ -1,0 +1,259 @@
+"""What lies around the recommended clearance: cliffs, one value off, other levels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.design.best_clearance import HASTE, Effort, Found
+from vinesexp.design.compared import PERCENTILE, WORSE
+from vinesexp.design.ensemble import responses
+from vinesexp.design.task import Task, frequency_weights, random_starts, wall_starts
+
+#: Shares of the clearance by which it is changed, either way.
+STEPS = (0.006, 0.012, 0.018, 0.025, 0.035, 0.05, 0.075, 0.1)
+#: A cliff stands where the amplitude is this much of that at the clearance.
+JUMP = 1.25
+#: Starts with which it is looked for, in those of the search: the more where the fewer leave it in
+#: doubt; what these leave in doubt is called a cliff.
+MORE = (1, 4)
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of a clearance.
+
+    Attributes
+    ----------
+    clear : share by which the clearance can be changed without a jump.
+    jump : share at which there is one, None where there is none as far as was looked.
+    before, amplitude : what the clearance itself and what the one beyond the jump gives, m: mean
+        from rest or mean of random starts, whichever jumps higher.
+    """
+
+    clear: float
+    jump: float | None = None
+    before: float | None = None
+    amplitude: float | None = None
+
+
+@dataclass(frozen=True)
+class Cliffs:
+    """Both sides of a clearance."""
+
+    narrower: Side
+    wider: Side
+
+
+def cliffs_of(task: Task, b: float, effort: Effort, *, seed: int) -> Cliffs:
+    """Look at clearances beside b, each exactly as wide as it says, under the same starts.
+
+    In runs of full length: just beyond the end of an orbit it takes long to be lost.
+    """
+    exact = replace(task, tolerance=0.0)
+
+    @cache
+    def seen(share: float, more: int) -> tuple[FloatArray, FloatArray]:
+        rest = responses(wall_starts(exact, b * share, phases=more * effort.phases))
+        by_phase = rest.mean.reshape(len(exact.grid()), -1).T
+        drawn = random_starts(exact, b * share, starts=more * effort.starts, seed=seed)
+        return np.array([exact.average(one) for one in by_phase]), responses(drawn).mean
+
+    return Cliffs(_side(seen, -1.0), _side(seen, 1.0))
+
+
+def _side(seen: Callable[[float, int], tuple[FloatArray, FloatArray]], way: float) -> Side:
+    clear = 0.0
+    for step in STEPS:
+        for more in MORE:
+            found = list(zip(seen(1.0, more), seen(1.0 + way * step, more), strict=True))
+            rises = [there.mean() / before.mean() for before, there in found]
+            most = int(np.argmax(rises))
+            before, there = found[most]
+            if rises[most] <= JUMP:
+                break
+            if no_accident(before, there) or more == MORE[-1]:
+                return Side(clear, step, float(before.mean()), float(there.mean()))
+        clear = step
+    return Side(clear)
+
+
+def no_accident(before: FloatArray, there: FloatArray) -> bool:
+    """Whether the mean over the same starts is higher, by more than twice the error of that.
+
+    Examples
+    --------
+    >>> no_accident(np.array([1.0, 1.1, 0.9, 1.0]), np.array([1.4, 1.5, 1.3, 1.4]))
+    True
+    >>> no_accident(np.array([1.0, 1.1, 0.9, 1.0]), np.array([1.0, 1.1, 0.9, 2.4]))
+    False
+    """
+    excess = there - before
+    doubt = float(excess.std(ddof=1)) / np.sqrt(excess.size)
+    return bool(excess.mean() > WORSE * doubt)
+
+
+#: Changes of b, G, f and r that the robust clearance is tried under.
+CHANGES = (-0.10, -0.05, 0.05, 0.10)
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A clearance with one value off: from rest and from random starts, m.
+
+    Attributes
+    ----------
+    name, change : which value, and by what share; "" and 0 where nothing is off.
+    rest_mean : mean amplitude from rest.
+    random_p90 : 90th percentile over random starts of the mean amplitude.
+    captured : share of random starts.
+    bare : mean amplitude of the oscillator alone under the same.
+    """
+
+    name: str
+    change: float
+    rest_mean: float
+    random_p90: float
+    captured: float
+    bare: float
+
+
+def changes(task: Task, b: float, effort: Effort, *, seed: int) -> tuple[Changed, list[Changed]]:
+    """The clearance b as it is, and with b, G, f or r off by 5 and 10 %; by the same starts."""
+    found = []
+    for name in ("b", "G", "f", "r"):
+        for change in CHANGES:
+            case, clearance = _moved(task, b, name, 1.0 + change)
+            if any(r > 1.0 for r in case.r):
+                continue
+            found.append(_seen(case, clearance, effort, seed, name, change))
+    return _seen(task, b, effort, seed, "", 0.0), found
+
+
+def _seen(task: Task, b: float, effort: Effort, seed: int, name: str, change: float) -> Changed:
+    rest = responses(wall_starts(task, b, phases=effort.phases), haste=HASTE)
+    anywhere = responses(random_starts(task, b, starts=effort.starts, seed=seed), haste=HASTE)
+    return Changed(
+        name=name,
+        change=change,
+        rest_mean=float(task.average(rest.mean)),
+        random_p90=float(np.percentile(anywhere.mean, PERCENTILE)),
+        captured=float(anywhere.captured.mean()),
+        bare=task.mean_bare(),
+    )
+
+
+def _moved(task: Task, b: float, name: str, factor: float) -> tuple[Task, float]:
+    def scaled(pair: tuple[float, float]) -> tuple[float, float]:
+        return pair[0] * factor, pair[1] * factor
+
+    if name == "b":
+        return task, b * factor
+    if name == "G":
+        return replace(task, levels=scaled(task.levels)), b
+    if name == "f":
+        return replace(task, frequencies=scaled(task.frequencies)), b
+    return replace(task, r=tuple(r * factor for r in task.r)), b
+
+
+#: A clearance works where it leaves at most this share of the bare amplitude.
+WORKS = 0.8
+#: With friction or a damping law: levels tried, from a share of the least to a multiple of the
+#: greatest level designed for.
+LEVELS, ENDS = 9, (0.25, 4.0)
+
+
+@dataclass(frozen=True)
+class Range:
+    """Levels (m) around those designed for at which a clearance works from rest.
+
+    Attributes
+    ----------
+    activation : least level at which half of the starts from rest are captured; None: at none, or
+        designed for a band, in most of which none is.
+    low, high : ends of the levels at which it works; None where it does not.
+    low_open, high_open : that end is where the levels tried end: it works beyond.
+    """
+
+    activation: float | None
+    low: float | None
+    high: float | None
+    low_open: bool = False
+    high_open: bool = False
+
+
+def operating_range(task: Task, found: Found) -> Range:
+    """Where the robust clearance works, over the level; mean over the band, if there is one.
+
+    Parameters
+    ----------
+    task : Task
+    found : Found
+        Its search.
+    """
+    levels, left, captured = _scaled(task, found) if task.plain else _tried(task, found.robust)
+    return _range(task, levels, left, captured)
+
+
+def _scaled(task: Task, found: Found) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Levels (m), share of the bare amplitude left, share captured, from the scan.
+
+    Lengths scale together where nothing but c1 damps: clearance b under level G s does what b/s
+    does under G, s times as large. So the scan over clearances is one over levels too.
+    """
+    conditions = np.array([G for G, _ in task.grid()])
+    ends = np.unique(conditions)
+    shape = found.grid.size, ends.size, conditions.size // ends.size, -1
+    along = frequency_weights(task.frequencies, task.oscillator, task.eps)
+    mean, captured = (
+        values.reshape(shape).mean(axis=-1) @ along
+        for values in (found.rest.scan.mean, found.rest.scan.captured.astype(np.float64))
+    )
+    levels = np.outer(found.robust / found.grid, ends)
+    left = mean / np.array([_bare(task, float(G)) for G in ends])
+    order = np.argsort(levels.ravel())
+    return (
+        levels.ravel()[order], left.ravel()[order], (captured / along.sum()).ravel()[order]
+    )  # fmt: skip
+
+
+def _tried(task: Task, b: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The same by simulation: friction and damping laws have lengths of their own."""
+    levels = np.geomspace(ENDS[0] * task.levels[0], ENDS[1] * task.levels[1], LEVELS)
+    rows = []
+    for level in levels:
+        at = replace(task, levels=(float(level),) * 2)
+        rest = responses(wall_starts(at, b, phases=2))
+        rows.append((float(at.average(rest.mean)) / at.mean_bare(), float(at.share(rest.captured))))
+    left, captured = np.array(rows).T
+    return levels, left, captured
+
+
+def _bare(task: Task, level: float) -> float:
+    return replace(task, levels=(level, level)).mean_bare()
+
+
+def _range(task: Task, levels: FloatArray, left: FloatArray, captured: FloatArray) -> Range:
+    single = task.frequencies[0] == task.frequencies[1]
+    active = np.flatnonzero(captured >= 0.5) if single else np.empty(0, dtype=np.intp)
+    works = left <= WORKS
+    at = int(np.abs(np.log(levels / np.sqrt(task.levels[0] * task.levels[1]))).argmin())
+    low = high = at
+    while low > 0 and works[low - 1]:
+        low -= 1
+    while high < works.size - 1 and works[high + 1]:
+        high += 1
+    ends = float(levels[low]), float(levels[high])
+    if task.levels[0] == task.levels[1]:  # that level lies between two of those looked at
+        ends = min(ends[0], task.levels[0]), max(ends[1], task.levels[0])
+    return Range(
+        activation=float(levels[active[0]]) if active.size else None,
+        low=ends[0] if works[at] else None,
+        high=ends[1] if works[at] else None,
+        low_open=bool(works[at]) and low == 0,
+        high_open=bool(works[at]) and high == works.size - 1,
+    )
