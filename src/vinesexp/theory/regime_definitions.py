@@ -48,7 +48,7 @@ REGIMES: dict[str, str] = {
 PERMANENT = (Regime.TWO_SYMMETRIC.value, Regime.TWO_ASYMMETRIC.value)
 
 #: Cycles of a steady test from which on they may be called so.
-TELLING = 20
+TELLING = 15
 
 #: What the cell of a sweep says in place of a regime: it has several, one after the other.
 BY_FREQUENCY = "by frequency"

@@ -150,3 +150,28 @@ def test_chunks_of_a_long_record_leave_no_seam(monkeypatch, measure, tmp_path: P
     pieces = found_in(record, tmp_path, clearance=(0.03,))
     assert pieces.n == whole.n
     assert np.abs(pieces.time_s - whole.time_s).max() < 1e-6
+
+
+def test_pulses_that_were_sampled_too_slowly_count_for_nothing_and_are_said(
+    measure, store, tmp_path
+):
+    record = measure(b=[0.03], drive=Harmonic(0.25e-3, 7.862), start=10.0, duration=8.0,
+                     ring=1700.0)  # fmt: skip
+    thin = {role: values[::10].copy() for role, values in record.channels.items()}
+    shown = {}
+    for name, channels, rate in (("whole", record.channels, 1e4), ("thin", thin, 1e3)):
+        store(tmp_path / f"{name}.nc", channels, rate)
+        condition(tmp_path / f"{name}.nc", tmp_path / "c.nc", f0_hint=7.862)
+        said: list[tuple[str, str, str]] = []
+        found = impacts_of_record(tmp_path / f"{name}.nc", tmp_path / "c.nc", tmp_path / "i.csv",
+                                  clearance=(0.03,), said=said)  # fmt: skip
+        shown[name] = found, [check for check, _, _ in said]
+    whole, said = shown["whole"]
+    assert "aliased" not in said
+    assert np.isfinite(whole.jump_acceleration_m_s).mean() > 0.9
+    thin_found, said = shown["thin"]
+    assert "aliased" in said
+    assert not np.isfinite(thin_found.jump_acceleration_m_s).any()
+    near = np.abs(thin_found.time_s[:, None] - record.time).min(axis=1) < 5e-3
+    jumps = np.abs(thin_found.velocity_jump_m_s[near & np.isfinite(thin_found.velocity_jump_m_s)])
+    assert np.median(jumps) == pytest.approx(np.median(np.abs(record.jump)), rel=0.05)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -120,6 +121,15 @@ def find_impacts(
             x, found.time + lag, sign * found.jump, frequency=motion,
             jump_errors=found.jump_error, settings=settings.slopes,
         )  # fmt: skip
+        if _unresolved(found.jump, slopes.jump):
+            if said is not None:
+                said.append(("aliased", "warning", _UNRESOLVED))
+            unknown = np.full(found.time.size, np.nan)
+            found = replace(found, jump=unknown, jump_error=unknown)
+            slopes = slope_changes(
+                x, found.time + lag, np.nan_to_num(slopes.jump), frequency=motion,
+                settings=settings.slopes,
+            )  # fmt: skip
         slopes.x[doubtful], slopes.v_before[doubtful] = np.nan, np.nan
     elif settings.slopes.use and motion and may_be_integrated(record, test, clearance):
         slopes = slopes_of_integral(record, found, frequency=motion, settings=settings.slopes)
@@ -211,6 +221,28 @@ def _knocks_in_words(found: Detection, knocked: BoolArray, start: float) -> str:
         "displacement does not change its slope there, as it would where a ball hits; knocks on "
         "the table or the sensor's cable, most likely, which are left out"
     )
+
+
+#: What checks.csv says of an accelerometer whose pulses are no measure of jumps.
+_UNRESOLVED = (
+    "the areas of the accelerometer's pulses have nothing to do with the jumps of velocity that "
+    "the displacement shows: it was sampled too slowly for them, without a filter before (aliased), "
+    "or is loose; the jumps are those of the displacement alone. Sample faster, or filter before "
+    "sampling"
+)
+_SCATTERS = 0.2  # of a pulse's area about the jump of the displacement; good sensors have 0.03
+_FEWEST = 10
+
+
+def _unresolved(pulses: FloatArray, jumps: FloatArray) -> bool:
+    """Whether areas of pulses scatter about the jumps that the displacement shows by a fifth."""
+    both = np.isfinite(pulses) & np.isfinite(jumps)
+    both[both] = np.abs(jumps[both]) > 0.5 * np.median(np.abs(jumps[both])) if both.any() else False
+    if both.sum() < _FEWEST:
+        return False
+    ratio = pulses[both] / jumps[both]
+    middle = float(np.median(ratio))
+    return float(np.median(np.abs(ratio - middle))) > _SCATTERS * abs(middle)
 
 
 def _table(found: Detection, slopes: SlopeChanges | None, *, sign: float, start: float) -> Impacts:
