@@ -226,9 +226,9 @@ def _knocks_in_words(found: Detection, knocked: BoolArray, start: float) -> str:
 #: What checks.csv says of an accelerometer whose pulses are no measure of jumps.
 _UNRESOLVED = (
     "the areas of the accelerometer's pulses have nothing to do with the jumps of velocity that "
-    "the displacement shows: it was sampled too slowly for them, without a filter before (aliased), "
-    "or is loose; the jumps are those of the displacement alone. Sample faster, or filter before "
-    "sampling"
+    "the displacement shows: the sensor was sampled too slowly for them, without a filter before "
+    "(aliased), or is loose; the jumps are those of the displacement alone. Sample faster, or "
+    "filter before sampling"
 )
 _SCATTERS = 0.2  # of a pulse's area about the jump of the displacement; good sensors have 0.03
 _FEWEST = 10
