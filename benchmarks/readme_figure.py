@@ -12,6 +12,7 @@ from pathlib import Path
 
 from vinesexp.figures.collect.campaign_results import draw
 from vinesexp.records.campaign import load_campaign
+from vinesexp.results import CampaignResults
 
 ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / "docs/images/clearance.png"
@@ -27,7 +28,7 @@ def digest(campaign: Path) -> str:
 
 def main() -> None:
     campaign = ROOT / "data/twin"
-    for figure, entry in draw(load_campaign(campaign), ROOT / "results/twin"):
+    for figure, entry in draw(CampaignResults(ROOT / "results/twin", load_campaign(campaign))):
         if entry.name == "clearance_periodic":
             made_from = f"data/twin {digest(campaign)}"
             figure.savefig(PICTURE, dpi=150, metadata={"Description": made_from})

@@ -1,4 +1,5 @@
-"""Results of a campaign opened as data: tables in pandas, records in xarray.
+"""What a results folder holds: for people tables in pandas and records in xarray, for the rooms
+above typed rows, each table read once, with the rig and the levels that follow from them.
 
 results = vinesexp.open_results("results/twin")
 results.identified            # a table, indexed by number
@@ -14,17 +15,25 @@ from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, overload
 
-from vinesexp.errors import RecordError, TableError, nearest
-from vinesexp.identification.estimate import NOTHING, read_estimates
-from vinesexp.records.result_columns import TABLES
+from vinesexp.clearance.levels import Periodic, Release, periodic_levels, release_levels
+from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
+from vinesexp.errors import RecordError, nearest
+from vinesexp.identification.estimate import COMBINED, NOTHING, read_estimates
+from vinesexp.records.campaign import Campaign
+from vinesexp.records.result_columns import IMPACTS, TABLES, WHERE
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_dataset
+from vinesexp.records.tables import Row, read_frame, read_rows
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+_TABLE = {table.name: table for table in TABLES}
+#: Tables that a campaign may lack.
+_OPTIONAL = ("bands", "transitions", "budget", "decay_times", "inputs")
 
 
 class NoChannelError(RecordError, KeyError):
@@ -139,6 +148,42 @@ class Results:
             parts.append(shown.to_html(index=False, border=0))
         return "".join(parts)
 
+    @cached_property
+    def _rows(self) -> dict[str, list[dict[str, Any]]]:
+        return {}
+
+    def rows(self, name: str) -> list[dict[str, Any]]:
+        """Rows of a table, read once; none where a campaign need not have it and has not.
+
+        Raises
+        ------
+        TableError
+            The table is missing or damaged, with the line.
+        """
+        if name not in self._rows:
+            place, table = WHERE[name][0], _TABLE[name]
+            path = self.folder / place
+            absent = name in _OPTIONAL and not path.is_file()
+            self._rows[name] = [] if absent else read_rows(path, table)
+        return self._rows[name]
+
+    def by_record(self, name: str) -> dict[str, list[dict[str, Any]]]:
+        """The same rows, by the record that they are of."""
+        found: dict[str, list[dict[str, Any]]] = {}
+        for row in self.rows(name):
+            found.setdefault(row["record"], []).append(row)
+        return found
+
+    @cached_property
+    def regime_of(self) -> dict[str, str]:
+        """Regime of each record; empty where it has none."""
+        return {row["record"]: row["regime"] for row in self.rows("regimes")}
+
+    @cached_property
+    def values(self) -> dict[str, Row]:
+        """Rows of the combined values of identified.csv, by parameter."""
+        return {r["parameter"]: r for r in self.rows("identified") if r["method"] == COMBINED}
+
     def table(self, name: str) -> pandas.DataFrame:
         """Any table of the folder by its name without ending.
 
@@ -153,7 +198,7 @@ class Results:
         if not path.is_file():
             known = [found.stem for found in sorted(self.folder.glob("*.csv"))]
             raise RecordError(f"has no table '{name}'; {nearest(name, known)}", file=self.folder)
-        return _frame(path, name)
+        return read_frame(path, _TABLE.get(name))
 
     @property
     def record_names(self) -> list[str]:
@@ -229,42 +274,72 @@ def record_results(
         id=id,
         measured=open_dataset(paths.record(id)),
         conditioned=open_dataset(paths.conditioned(id)),
-        impacts=_frame(paths.impacts(id), "impacts"),
+        impacts=read_frame(paths.impacts(id), IMPACTS),
         regime=regime,
         checks=checks,
         estimates=pandas.DataFrame(rows, columns=columns),
     )
 
 
-def _frame(path: Path, name: str) -> pandas.DataFrame:
-    """A table as pandas reads it; TableError where it is another one, or damaged."""
-    import pandas
+@dataclass(frozen=True)
+class CampaignResults(Results):
+    """A campaign beside what its analysis found: what report, pages, figures and plan are made of.
 
-    try:
-        found = pandas.read_csv(path)
-    except (ValueError, OSError) as error:
-        said = " ".join(str(error).split())
-        raise TableError(f"cannot be read ({said}); run the workflow again", file=path) from None
-    for table in (table for table in TABLES if table.name == name):
-        if table.columns[0].name not in found:
-            raise TableError(
-                f"has no column '{table.columns[0].name}'; run the {table.step} step again",
-                file=path,
-            )
-    return found
+    Rows hold numbers as numbers, None where a number is not known.
+
+    Parameters
+    ----------
+    folder : Path
+        results/<campaign>.
+    campaign : Campaign
+    """
+
+    campaign: Campaign
+
+    @cached_property
+    def rig(self) -> IdentifiedRig:
+        """The combined values and the weighed ball."""
+        return identified_rig(self.rows("identified"), self.campaign.known)
+
+    def rig_at(self, level: Periodic) -> IdentifiedRig:
+        """The rig at the amplitude at which a level works."""
+        return at_level(self.rig, self.rows("level_values"), G=level.nominal)
+
+    @cached_property
+    def periodic(self) -> list[Periodic]:
+        """Periodic tests by base amplitude."""
+        tables = (self.rows(name) for name in ("regimes", "base", "identified"))
+        return periodic_levels(self.campaign, *tables)
+
+    @cached_property
+    def releases(self) -> list[Release]:
+        """Releases by height and amplitude to be reached."""
+        return release_levels(self.campaign, self.rows("regimes"), self.rows("decay_times"))
+
+    @cached_property
+    def compared(self) -> dict[tuple[str, str], Row]:
+        """Rows of clearances.csv by kind of test and name of the level."""
+        return {(row["test"], row["level"]): row for row in self.rows("clearances")}
 
 
-def open_results(folder: str | Path) -> Results:
+@overload
+def open_results(folder: str | Path) -> Results: ...
+@overload
+def open_results(folder: str | Path, campaign: Campaign) -> CampaignResults: ...
+def open_results(folder: str | Path, campaign: Campaign | None = None) -> Results:
     """Open the results of a campaign, to read on from where the report ends.
 
     Parameters
     ----------
     folder : path
         ``results/<campaign>``.
+    campaign : Campaign, optional
+        From `vinesexp.load_campaign`: with it the answer also holds the rig and the levels, as
+        `vinesexp.planning` takes them.
 
     Returns
     -------
-    Results
+    Results or CampaignResults
         Tables are read when they are first used.
 
     Raises
@@ -289,4 +364,4 @@ def open_results(folder: str | Path) -> Results:
             "campaign, such as results/twin",
             file=folder,
         )
-    return Results(folder)
+    return Results(folder) if campaign is None else CampaignResults(folder, campaign)

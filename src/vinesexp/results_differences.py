@@ -12,10 +12,10 @@ from pathlib import Path
 
 from vinesexp.difference import Difference, Differences, Verdict
 from vinesexp.records.checks import read_checks
-from vinesexp.records.result_columns import CLEARANCES, IDENTIFIED, RECORD_REGIMES
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
-from vinesexp.records.tables import number, read_rows
+from vinesexp.records.tables import Row
+from vinesexp.results import Results
 from vinesexp.units import COVERAGE_95
 
 #: With the same data, a difference below this share of the error counts as none.
@@ -55,10 +55,10 @@ def sources_of(folder: Path) -> set[str]:
     """Digests of the instrument files behind a results folder."""
     found: set[str] = set()
     paths = ResultPaths(folder)
-    for row in read_rows(paths.regimes, RECORD_REGIMES):
-        if not paths.record(row["record"]).is_file():
+    for id in Results(folder).regime_of:
+        if not paths.record(id).is_file():
             continue  # a run that kept only its final results
-        with open_record(paths.record(row["record"])) as view:
+        with open_record(paths.record(id)) as view:
             found |= set(filter(None, str(view.attributes.get("source_sha256", "")).split(";")))
     return found
 
@@ -90,20 +90,13 @@ def difference_of(
 
 
 def _values(a: Path, b: Path, same: bool) -> Iterator[Difference]:
-    one, other = (
-        {
-            row["parameter"]: row
-            for row in read_rows(ResultPaths(folder).identified, IDENTIFIED)
-            if row["method"] == "combined"
-        }
-        for folder in (a, b)
-    )
+    one, other = (Results(folder).values for folder in (a, b))
     for name in dict.fromkeys([*one, *other]):
         if name not in one or name not in other:
-            yield _only(name in one, "value", name, (one.get(name) or other[name])["value"])
+            value = (one.get(name) or other[name])["value"]
+            yield _only(name in one, "value", name, f"{value:.7g}")
             continue
-        values = [float(row[name]["value"]) for row in (one, other)]
-        errors = [number(row[name]["std_error"]) for row in (one, other)]
+        values, errors = ([row[name][of] for row in (one, other)] for of in ("value", "std_error"))
         verdict, d, error = difference_of(values[0], values[1], errors, same_data=same)
         a_b = [_with_error(v, e) for v, e in zip(values, errors, strict=True)]
         note = _widened(errors)
@@ -127,16 +120,14 @@ def _widened(errors: Sequence[float | None]) -> str:
 
 def _clearances(a: Path, b: Path, same: bool) -> Iterator[Difference]:
     one, other = (
-        {
-            f"{row['test']}, {row['level']}": row
-            for row in read_rows(ResultPaths(folder).clearances, CLEARANCES)
-        }
+        {f"{row['test']}, {row['level']}": row for row in Results(folder).rows("clearances")}
         for folder in (a, b)
     )
     for name in dict.fromkeys([*one, *other]):
         if name not in one or name not in other:
             row = one.get(name) or other[name]
-            yield _only(name in one, "clearance", f"measured, {name}", row["measured_mm"])
+            text = "" if row["measured_mm"] is None else f"{row['measured_mm']:.6g}"
+            yield _only(name in one, "clearance", f"measured, {name}", text)
             continue
         for what, of, ends in (
             ("measured", "measured_mm", ("measured_low_mm", "measured_high_mm")),
@@ -146,40 +137,39 @@ def _clearances(a: Path, b: Path, same: bool) -> Iterator[Difference]:
 
 
 def _clearance(
-    name: str, of: str, ends: tuple[str, str], one: dict[str, str], other: dict[str, str],
-    same: bool,
-) -> Iterator[Difference]:  # fmt: skip
-    texts = [row[of] for row in (one, other)]
-    if not all(texts):
-        if any(texts):
-            yield _only(bool(texts[0]), "clearance", name, texts[0] or texts[1])
+    name: str, of: str, ends: tuple[str, str], one: Row, other: Row, same: bool
+) -> Iterator[Difference]:
+    values = [row[of] for row in (one, other)]
+    known = [f"{value:.6g}" for value in values if value is not None]
+    if len(known) < 2:
+        if known:
+            yield _only(values[0] is not None, "clearance", name, known[0])
         return
-    spans = [[number(row[end]) for end in ends] for row in (one, other)]
+    spans = [[row[end] for end in ends] for row in (one, other)]
     # A measured bracket holds the optimum anywhere with equal right; a prediction's is 95 %.
     half = math.sqrt(12.0) if of == "measured_mm" else 2.0 * COVERAGE_95
     errors = [None if low is None or high is None else (high - low) / half for low, high in spans]
-    verdict, d, error = difference_of(float(texts[0]), float(texts[1]), errors, same_data=same)
+    verdict, d, error = difference_of(values[0], values[1], errors, same_data=same)
     note = _widened(errors)
     if [end is None for end in spans[0]] != [end is None for end in spans[1]]:
         verdict, note = "changed", "one of them is a bound: nothing was tried beyond"
     shown = [
-        text + (f" ({row[ends[0]] or '?'} to {row[ends[1]] or '?'})")
-        for text, row in zip(texts, (one, other), strict=True)
+        text + " ({} to {})".format(*("?" if end is None else f"{end:.6g}" for end in span))
+        for text, span in zip(known, spans, strict=True)
     ]
     yield Difference("clearance", name, "mm", shown[0], shown[1], verdict, d, error, note)
 
 
 def _regimes(a: Path, b: Path) -> Iterator[Difference]:
     one, other = (
-        {row["record"]: row for row in read_rows(ResultPaths(folder).regimes, RECORD_REGIMES)}
-        for folder in (a, b)
+        {row["record"]: row for row in Results(folder).rows("regimes")} for folder in (a, b)
     )
     for name in dict.fromkeys([*one, *other]):
         if name not in one or name not in other:
             yield _only(name in one, "regime", name, (one.get(name) or other[name])["regime"])
             continue
         regimes = [row[name]["regime"] for row in (one, other)]
-        sizes = [number(row[name]["amplitude_mean_m"]) for row in (one, other)]
+        sizes = [row[name]["amplitude_mean_m"] for row in (one, other)]
         note = ""
         if sizes[0] and sizes[1] and abs(sizes[1] / sizes[0] - 1.0) > _AMPLITUDE:
             note = f"mean amplitude {sizes[1] / sizes[0]:.3g} times that of A"

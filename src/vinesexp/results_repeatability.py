@@ -11,9 +11,8 @@ from typing import Literal
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.records.result_columns import CLEARANCES, IDENTIFIED
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.tables import Column, Table, number, read_rows
+from vinesexp.records.tables import Column, Table
+from vinesexp.results import Results
 from vinesexp.results_differences import sources_of
 from vinesexp.units import COVERAGE_95
 
@@ -170,19 +169,18 @@ def repeatability_of(folders: Sequence[Path]) -> Repeatability:
 
 def _values_of(folder: Path) -> list[tuple[str, str, float, float]]:
     """What, unit, value and standard error of all that has an error; values before clearances."""
-    paths = ResultPaths(folder)
+    results = Results(folder)
     found: list[tuple[str, str, float, float]] = []
-    for row in read_rows(paths.identified, IDENTIFIED):
-        error = number(row["std_error"])
-        if row["method"] == "combined" and error:
-            found.append((row["parameter"], row["unit"], float(row["value"]), error))
-    rows = read_rows(paths.clearances, CLEARANCES)
+    for name, row in results.values.items():
+        if row["std_error"]:
+            found.append((name, row["unit"], row["value"], row["std_error"]))
+    rows = results.rows("clearances")
     for kind, value, low, high, half in (
         ("measured", "measured_mm", "measured_low_mm", "measured_high_mm", math.sqrt(12.0)),
         ("predicted", "exact_mm", "predicted_low_mm", "predicted_high_mm", 2.0 * COVERAGE_95),
     ):
         for row in rows:
-            at, ends = number(row[value]), (number(row[low]), number(row[high]))
+            at, ends = row[value], (row[low], row[high])
             if at is None or ends[0] is None or ends[1] is None or ends[1] <= ends[0]:
                 continue  # a bound, or nothing
             name = f"{kind} clearance, {row['test']}, {row['level']}"

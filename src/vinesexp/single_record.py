@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from vinesexp.errors import ParameterError, RecordError, nearest
 from vinesexp.pipeline import analyse_record, identify
 from vinesexp.records.checks import checks_of_regime, read_checks
+from vinesexp.records.result_columns import IDENTIFIED, RECORD_REGIMES
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import (
     MOST_BALLS,
@@ -33,6 +34,7 @@ from vinesexp.records.schema import (
     Known,
     Record,
 )
+from vinesexp.records.tables import read_frame
 from vinesexp.records.uncertainties import EXACT, Uncertainties
 from vinesexp.results import RecordResults, record_results
 from vinesexp.settings.overrides import changed_by_text
@@ -203,14 +205,14 @@ def _analysed(campaign: Campaign, record: Record, paths: ResultPaths, *, held: b
     found = record_results(
         paths,
         record.id,
-        regime=pandas.read_csv(paths.regimes).iloc[0],
+        regime=read_frame(paths.regimes, RECORD_REGIMES).iloc[0],
         checks=table,
     )
     if held:
         for dataset in (found.measured, found.conditioned):
             dataset.load()
             dataset.close()
-    return Analysis(**vars(found), identified=pandas.read_csv(paths.identified))
+    return Analysis(**vars(found), identified=read_frame(paths.identified, IDENTIFIED))
 
 
 def _checked(channels: Mapping[str, ArrayLike]) -> dict[str, np.ndarray[Any, Any]]:

@@ -28,7 +28,8 @@ from vinesexp.units import Quantity
 
 HEADER = (
     "test,level,measured_mm,measured_low_mm,measured_high_mm,published_mm,exact_mm,"
-    "predicted_low_mm,predicted_high_mm,error_percent,base_amplitude_mm,kind,records,bound"
+    "predicted_low_mm,predicted_high_mm,error_percent,base_amplitude_mm,kind,records,bound,"
+    "stated_base_mm,release_mm,target_mm"
 )
 TABLE_2 = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "f0": 7.8623, "zeta": 0.0065035}
 TRIED = (25, 30, 32, 33, 34, 35, 45)
@@ -121,11 +122,12 @@ def test_table_has_the_columns_of_the_contract_and_empty_cells(tmp_path, tests_a
     text = (tmp_path / "clearances.csv").read_text(encoding="utf-8")
     assert text.splitlines()[0] == HEADER
     first, second = read_rows(tmp_path / "clearances.csv", CLEARANCES)
-    assert (first["base_amplitude_mm"], first["kind"]) == ("0.25", "lowest amplitude")
+    assert (first["base_amplitude_mm"], first["kind"]) == (0.25, "lowest amplitude")
+    assert (first["stated_base_mm"], first["release_mm"]) == (0.25, None)
     assert second["kind"] == "end of two impacts per cycle"
     assert first["records"] == ";".join(f"b{b}" for b in TRIED)
-    assert float(first["measured_mm"]) == pytest.approx(33.0, abs=0.2)
-    assert first["exact_mm"] == first["published_mm"] == first["error_percent"] == ""
+    assert first["measured_mm"] == pytest.approx(33.0, abs=0.2)
+    assert first["exact_mm"] is first["published_mm"] is first["error_percent"] is None
 
 
 def test_without_M_or_r_the_prediction_is_empty_and_the_reason_given(tests_at_025):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.figures.collect.impacts_per_cycle import cycle_edges
+from vinesexp.figures.collect.regimes_of_tests import cycle_edges
 from vinesexp.figures.collect.single_records import amplitude, extremes
 from vinesexp.figures.draw import style
 from vinesexp.figures.draw.impact_shapes import Marks, impacts_on_acceleration

@@ -22,6 +22,7 @@ from vinesexp.records.result_columns import (
 )
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.tables import write_rows
+from vinesexp.results import CampaignResults
 from vinesexp.units import Quantity
 
 VALUES = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "m": 0.032}
@@ -66,9 +67,13 @@ def campaign(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def results_of(campaign: Path) -> CampaignResults:
+    return CampaignResults(campaign / "out", load_campaign(campaign))
+
+
 @pytest.mark.long
 def test_the_next_tests_lie_around_what_the_rig_predicts(campaign):
-    (plan,) = plan_levels(load_campaign(campaign), campaign / "out", target=0.04)
+    (plan,) = plan_levels(results_of(campaign), target=0.04)
     assert plan.width_now > 0.15
     assert plan.valley.lowest == pytest.approx(0.03298, rel=2e-3)
     assert 1 <= len(plan.next) <= 4
@@ -80,14 +85,14 @@ def test_the_next_tests_lie_around_what_the_rig_predicts(campaign):
 @pytest.mark.long
 def test_scatter_widens_what_can_be_decided(campaign):
     paths = ResultPaths(campaign / "out")
-    assert scatter_of(paths) == 0.002
+    assert scatter_of(results_of(campaign)) == 0.002
     rows = [
         {"record": f"b{k % 2}", "quantity": "amplitude", "deviation": d}
         for k, d in enumerate((0.02, 0.021, 0.019, 0.0205, 0.0195))
     ]
     write_rows(paths.replay, REPLAY, [*rows, {**rows[0], "record": "b2", "deviation": 0.5}])
-    assert scatter_of(paths) == pytest.approx(1.4826 * 0.0005)
-    (plan,) = plan_levels(load_campaign(campaign), campaign / "out", target=0.005)
+    assert scatter_of(results_of(campaign)) == pytest.approx(1.4826 * 0.0005)
+    (plan,) = plan_levels(results_of(campaign), target=0.005)
     assert plan.target > 0.005
 
 

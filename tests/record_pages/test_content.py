@@ -5,10 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vinesexp.record_pages.all_samples import chunks_of, squeezed, unsqueezed
-from vinesexp.record_pages.drawn_content import traces_of
+from vinesexp.record_pages.drawn_content import (
+    chunks_of,
+    part_size,
+    read_channel,
+    squeezed,
+    traces_of,
+    unsqueezed,
+)
 from vinesexp.record_pages.packing import exact, packed, unpacked
-from vinesexp.record_pages.zoom_levels import part_size, read_channel
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record, open_record
 
@@ -70,7 +75,7 @@ def test_odd_stretches_come_back(values):
 
 
 def test_chunks_hold_all_samples_of_both_kinds(tmp_path, monkeypatch):
-    monkeypatch.setattr("vinesexp.record_pages.all_samples.CHUNK", 1000)
+    monkeypatch.setattr("vinesexp.record_pages.drawn_content.CHUNK", 1000)
     samples = np.random.default_rng(1).normal(size=2500)
     with open_record(record(tmp_path / "a.nc", samples)) as view:
         chunks = list(chunks_of({"measured": view}, {"displacement": 1.0}))

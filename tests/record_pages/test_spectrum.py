@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
+from vinesexp.record_pages.drawn_content import phase_plane, spectrum
 from vinesexp.record_pages.packing import unpacked
-from vinesexp.record_pages.spectrum import phase_plane, spectrum
 from vinesexp.records.store import create_record, open_record
 
 RATE, F = 1000.0, 8.0

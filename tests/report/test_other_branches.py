@@ -6,13 +6,13 @@ from vinesexp.clearance.level_base import LevelBase
 from vinesexp.clearance.levels import Periodic, Tested
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.maps.basins import Attractor
-from vinesexp.report.other_branches import explanation, other_branches
+from vinesexp.report.replay_verdict import explanation, other_branches
 from vinesexp.units import Quantity
 
 VALUES = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6}
 RIG = IdentifiedRig({name: Quantity(v) for name, v in VALUES.items()}, None, None, {})
-ROW = {"test": "periodic", "level": "G = 0.25 mm", "exact_mm": "33.9",
-       "predicted_low_mm": "33", "predicted_high_mm": "35"}  # fmt: skip
+ROW = {"test": "periodic", "level": "G = 0.25 mm", "exact_mm": 33.9,
+       "predicted_low_mm": 33, "predicted_high_mm": 35}  # fmt: skip
 
 
 def level(*tests: Tested) -> Periodic:

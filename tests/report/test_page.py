@@ -10,12 +10,10 @@ from html.parser import HTMLParser
 import pytest
 
 from vinesexp.errors import TableError
-from vinesexp.report.errorbars import coverage_table
-from vinesexp.report.inline_figures import inline_svg
-from vinesexp.report.page import build_report
-from vinesexp.report.processing import changed_settings
+from vinesexp.report.page import build_report, changed_settings, grouped
 from vinesexp.report.provenance import digest, git_revision
-from vinesexp.report.summaries import grouped
+from vinesexp.report.rendering import inline_svg
+from vinesexp.report.tables_shown import coverage_table
 from vinesexp.settings.overrides import changed_by_text
 
 pytestmark = pytest.mark.long

@@ -5,19 +5,13 @@ from dataclasses import replace
 
 import pytest
 
-from vinesexp.figures.collect import stated_inputs
 from vinesexp.figures.collect.stated_inputs import draw_inputs, input_rows
-from vinesexp.records.tables import Column, Table, write_rows
+from vinesexp.records.result_columns import INPUTS
+from vinesexp.records.tables import write_rows
 from vinesexp.report.page import page_content
 from vinesexp.report.rendering import rendered
-from vinesexp.report.stated_rows import stated_sentence
-
-NUMBERS = ("stated", "stated_error", "found", "found_error")
-INPUTS = Table("inputs", "identify", (
-    Column("item", ""), Column("record", ""), Column("unit", ""),
-    *(Column(name, "", "", "number") for name in NUMBERS),
-    Column("verdict", ""),
-))  # fmt: skip
+from vinesexp.report.tables_shown import stated_sentence
+from vinesexp.results import Results
 
 
 def row(item: str, record: str, stated: float, found: float, verdict: str, unit: str = "mm"):
@@ -28,10 +22,9 @@ def row(item: str, record: str, stated: float, found: float, verdict: str, unit:
 
 
 @pytest.fixture
-def results(full, monkeypatch, tmp_path):
+def results(full, tmp_path):
     own = replace(full, results=tmp_path / "results")
     shutil.copytree(full.results, own.results)
-    monkeypatch.setattr(stated_inputs, "TABLES", (INPUTS,))
     rows = [
         row("clearance", "p_33", 33.0, 33.01, "ok"),
         row("clearance", "p_34", 34.0, 34.4, "off"),
@@ -55,12 +48,12 @@ def test_the_part_stands_behind_the_identified_values_and_names_what_is_off(resu
 
 
 def test_a_campaign_without_the_table_has_no_such_part(full):
-    assert input_rows(full.results) == []
+    assert input_rows(Results(full.results)) == []
     assert page_content(full.campaign, full.results)["stated"] == []
 
 
 def test_the_figure_has_a_line_an_input(results):
-    ((figure, entry),) = draw_inputs(input_rows(results.results))
+    ((figure, entry),) = draw_inputs(input_rows(Results(results.results)))
     (axis,) = figure.axes
     names = [text.get_text() for text in axis.get_yticklabels()]
     assert names == ["clearance, p_34", "clearance, p_33", "base gain"]
@@ -70,8 +63,8 @@ def test_the_figure_has_a_line_an_input(results):
 
 
 def test_thousands_of_errors_off_still_show_the_others(results):
-    rows = [{k: str(v) for k, v in row("mass", "", 4.7, 40.0, "off", "kg").items()}]
-    rows += input_rows(results.results)
+    rows = [row("mass", "", 4.7, 40.0, "off", "kg")]
+    rows += input_rows(Results(results.results))
     ((figure, _),) = draw_inputs(rows)
     assert figure.axes[0].get_xscale() == "symlog"
 

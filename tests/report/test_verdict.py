@@ -6,22 +6,22 @@ from dataclasses import replace
 
 import pytest
 
-from vinesexp.report.agreement import agreement
 from vinesexp.report.verdict import (
     PeriodicVerdict,
     ReleaseVerdict,
+    agreement,
     headline,
     release_verdicts,
 )
 
-PREDICTED = {"exact_mm": "33.9", "predicted_low_mm": "33.5", "predicted_high_mm": "34.3"}
+PREDICTED = {"exact_mm": 33.9, "predicted_low_mm": 33.5, "predicted_high_mm": 34.3}
 
 
-def measured(low: float, high: float) -> dict[str, str]:
+def measured(low: float, high: float) -> dict[str, float]:
     return {
-        "measured_mm": str(0.5 * (low + high)),
-        "measured_low_mm": str(low),
-        "measured_high_mm": str(high),
+        "measured_mm": 0.5 * (low + high),
+        "measured_low_mm": low,
+        "measured_high_mm": high,
     }
 
 
@@ -54,24 +54,29 @@ def test_without_a_prediction_or_a_measurement_there_is_nothing_to_compare():
 @pytest.mark.parametrize(
     ("low", "high", "says", "agrees"),
     [
-        ("31", "", "two impacts per cycle end above 31 mm: b_c is not tested further", None),
-        ("", "36", "two impacts per cycle end below 36 mm: b_c is not tested further", None),
-        ("", "", "two impacts per cycle end not bracketed by what was tried: b_c is not", None),
-        ("38", "", "b_c is 10.8 % below 38 mm, but two impacts per cycle end above 38 mm", False),
-        ("", "30", "b_c is 13.0 % above 30 mm, but two impacts per cycle end below 30 mm", False),
-        ("34.4", "", "b_c is 1.5 % below 34.4 mm, but", False),
-        ("34.31", "", "b_c is 1.2 % below 34.31 mm, but", False),
+        (31, None, "two impacts per cycle end above 31 mm: b_c is not tested further", None),
+        (None, 36, "two impacts per cycle end below 36 mm: b_c is not tested further", None),
+        (None, None, "two impacts per cycle end not bracketed by what was tried: b_c is not", None),
+        (38, None, "b_c is 10.8 % below 38 mm, but two impacts per cycle end above 38 mm", False),
+        (None, 30, "b_c is 13.0 % above 30 mm, but two impacts per cycle end below 30 mm", False),
+        (34.4, None, "b_c is 1.5 % below 34.4 mm, but", False),
+        (34.31, None, "b_c is 1.2 % below 34.31 mm, but", False),
     ],
 )
 def test_a_bound_is_contradicted_or_leaves_the_prediction_untested(low, high, says, agrees):
-    end = {"measured_mm": "30", "measured_low_mm": low, "measured_high_mm": high, "bound": "x"}
+    end = {"measured_mm": 30.0, "measured_low_mm": low, "measured_high_mm": high, "bound": "x"}
     text, found = agreement({}, end | PREDICTED)
     assert text.startswith(says)
     assert found is agrees
 
 
 def test_a_lowest_amplitude_at_the_edge_is_not_compared():
-    row = {"measured_mm": "27", "measured_low_mm": "", "measured_high_mm": "29", "bound": "at most"}
+    row = {
+        "measured_mm": 27.0,
+        "measured_low_mm": None,
+        "measured_high_mm": 29.0,
+        "bound": "at most",
+    }
     text, found = agreement(row | PREDICTED, {})
     assert text == "nothing to compare: the lowest amplitude is at the edge of what was tried"
     assert found is None
@@ -144,5 +149,8 @@ def test_headline_of_releases_says_that_there_is_no_single_best():
 
 
 def test_release_verdicts_keep_what_is_absent_absent():
-    row = {"test": "transient", "level": "20 mm to 3 mm", "published_mm": "33.3", "exact_mm": ""}
-    assert release_verdicts([row]) == [ReleaseVerdict("20 mm to 3 mm", "–", "", "33.3", "–")]
+    row = {"test": "transient", "level": "20 mm to 3 mm", "published_mm": 33.3, "exact_mm": None,
+           "release_mm": 20.0, "target_mm": 3.0}  # fmt: skip
+    assert release_verdicts([row]) == [
+        ReleaseVerdict("20 mm to 3 mm", "–", "", "33.3", "–", height="20 mm", target="3 mm")
+    ]

@@ -72,7 +72,7 @@ def test_rows_are_those_of_the_table(tmp_path):
     write_rows(tmp_path / "bands.csv", BANDS, rows)
     back = read_rows(tmp_path / "bands.csv", BANDS)
     assert [row["response"] for row in back] == [row["response"] for row in rows]
-    assert {row["nes"] for row in back} == {"1"}
+    assert {row["nes"] for row in back} == {1}
 
 
 def test_45_mm_is_modulated_and_its_running_mean_lies_below_its_peak():

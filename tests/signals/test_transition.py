@@ -72,7 +72,7 @@ def test_each_ball_of_a_pair_is_lost_at_its_own_amplitude(tmp_path):
         assert 0.6 < row["transition_m"] / (0.1572 * b) < 1.2
     assert small["from_m"] < 0.0073 * 1.3  # A_2(0.6) b, above which the small one rattles
     write_rows(tmp_path / "t.csv", TRANSITIONS, rows)
-    assert [row["nes"] for row in read_rows(tmp_path / "t.csv", TRANSITIONS)] == ["1", "2"]
+    assert [row["nes"] for row in read_rows(tmp_path / "t.csv", TRANSITIONS)] == [1, 2]
     assert transition_row(
         "a", Series(1, 0.01, np.empty(0), np.empty(0)), decay, start=0.0, period=0.1
     ) is None  # fmt: skip

@@ -70,7 +70,7 @@ class Comparison:
     published_mm, exact_mm, predicted_low_mm, predicted_high_mm : b_c or b_t.
     error_percent : the exact prediction against the measured clearance; None for a bound, and for
         a release, whose fastest clearance b_t does not predict.
-    kind, bound : see `result_columns.CLEARANCES`.
+    kind, bound, stated_base_mm, release_mm, target_mm : see `result_columns.CLEARANCES`.
     records : ids, separated by semicolons.
     """
 
@@ -88,6 +88,9 @@ class Comparison:
     kind: str = ""
     records: str = ""
     bound: str = ""
+    stated_base_mm: float | None = None
+    release_mm: float | None = None
+    target_mm: float | None = None
 
 
 def compare(
@@ -134,7 +137,9 @@ def compare(
         ):
             optimum = _measured(checks, "periodic", name, tests, find, reach)
             row = _row("periodic", name, kind, optimum, predicted)
-            rows.append(replace(row, base_amplitude_mm=1e3 * level.G))
+            rows.append(
+                replace(row, base_amplitude_mm=1e3 * level.G, stated_base_mm=1e3 * level.nominal)
+            )
     # Without f0 the time between two samples of the amplitude is unknown: no ties.
     resolution = 0.5 / rig.f0.value if rig.f0 else 0.0
     for release in release_levels(campaign, regimes, times):
@@ -144,7 +149,8 @@ def compare(
             partial(fastest, resolution=resolution),
             reach,
         )
-        rows.append(_row("transient", release.name, FASTEST, optimum, predicted))
+        row = _row("transient", release.name, FASTEST, optimum, predicted)
+        rows.append(replace(row, release_mm=1e3 * release.x0, target_mm=1e3 * release.target))
     return rows, [*_absent(campaign, rig, rows), *dict.fromkeys(checks)]
 
 

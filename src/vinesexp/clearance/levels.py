@@ -103,7 +103,7 @@ def periodic_levels(
     measured = {row["record"]: row for row in base}
     groups: dict[float, list[tuple[Record, Tested]]] = {}
     for record, row in single_nes(campaign, regimes, "periodic"):
-        if record.base_amplitude and row.get("amplitude_mean_m"):
+        if record.base_amplitude and number(row.get("amplitude_mean_m")) is not None:
             halves = (number(row.get(name, "")) for name in ("swing_first", "swing"))
             tested = Tested(
                 record.clearance[0],

@@ -132,7 +132,7 @@ def write_table(found: Sequence[Attractor], path: Path) -> None:
 
 def _draw(found: Sequence[Attractor], values: dict[str, float], picture: Path) -> None:
     from vinesexp.design.task import bare_gain
-    from vinesexp.figures.draw.coexisting_motions import coexisting_motions
+    from vinesexp.figures.draw.response_map_panels import coexisting_motions
     from vinesexp.figures.draw.style import write
     from vinesexp.rig import Oscillator
 

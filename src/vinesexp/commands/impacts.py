@@ -7,8 +7,6 @@ numbers are the same.
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import sys
 import tempfile
 from pathlib import Path
@@ -21,6 +19,7 @@ from vinesexp.records.campaign import Campaign, Channel, Known, Record, TimeColu
 from vinesexp.records.ingest import read_channels
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.single_file import channel_of, instrument_rate, time_column
+from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.whole_files import write_whole
 
 #: Probability that a repetition would find the impact again, from which on it is certain.
@@ -70,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
     for path in args.files:
         try:
             table = None if args.out is None else _table_for(path, args)
-            text = _impacts_table(path, channels, args)
+            text, found = _impacts_of(path, channels, args)
         except VinesexpError as error:
             print(f"vinesexp impacts: {error}", file=sys.stderr)
             failed += 1
@@ -81,25 +80,24 @@ def run(args: argparse.Namespace) -> int:
             sys.stdout.write(text)
         else:
             _write(table, text)
-            print(f"{path}: {text.count(chr(10)) - 1} impacts")
-        if remark := _reservation(text):
+            print(f"{path}: {found.n} impacts")
+        if remark := _reservation(found):
             print(f"vinesexp impacts: {path}: {remark}", file=sys.stderr)
     return 1 if failed else 0
 
 
-def _reservation(text: str) -> str:
-    """What a person should know of a table of impacts; empty where most of them are certain."""
-    rows = list(csv.DictReader(io.StringIO(text)))
-    if not rows:
+def _reservation(found: Impacts) -> str:
+    """What a person should know of these impacts; empty where most of them are certain."""
+    if not found.n:
         return (
             "no impacts found; vinesexp look shows what is in the file, --test says whether a mass "
             "moves in it or a ball drops"
         )
-    certain = sum(float(row["confidence"] or 0.0) > _CERTAIN for row in rows)
-    if certain > len(rows) / 2:
+    certain = int((found.confidence > _CERTAIN).sum())
+    if certain > found.n / 2:
         return ""
     return (
-        f"{certain} of {len(rows)} impacts are certain (confidence above {_CERTAIN:g}): what was "
+        f"{certain} of {found.n} impacts are certain (confidence above {_CERTAIN:g}): what was "
         "found may be vibration that is no impact"
     )
 
@@ -125,7 +123,10 @@ def _write(table: Path, text: str) -> None:
         ) from None
 
 
-def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Namespace) -> str:
+def _impacts_of(
+    path: Path, channels: dict[str, Channel], args: argparse.Namespace
+) -> tuple[str, Impacts]:
+    """The table of impacts as it is handed on, and the same as columns."""
     rate = instrument_rate(args.sample_rate, where="--sample-rate") if args.sample_rate else None
     time = time_column(path, args.time, args.time_unit) if rate is None else None
     # The clearance only says that there is a ball; without it nothing is looked for.
@@ -149,7 +150,8 @@ def _impacts_table(path: Path, channels: dict[str, Channel], args: argparse.Name
                 print(f"vinesexp impacts: {path}: {check.detail}", file=sys.stderr)
         condition_record(campaign, record, paths=paths, strict=True)
         find_impacts(campaign, record, paths=paths, strict=True)
-        return paths.impacts(record.id).read_text(encoding="utf-8")
+        table = paths.impacts(record.id)
+        return table.read_text(encoding="utf-8"), read_impacts(table)
 
 
 def _test(

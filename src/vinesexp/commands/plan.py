@@ -18,6 +18,7 @@ from vinesexp.planning.first_tests import PlannedTest, first_tests, next_tests, 
 from vinesexp.planning.other_tests import OtherPlan, plan_others
 from vinesexp.records.campaign import load_campaign
 from vinesexp.records.result_paths import ResultPaths
+from vinesexp.results import CampaignResults
 from vinesexp.rig import Oscillator
 from vinesexp.units import Quantity, parse_quantity
 
@@ -86,14 +87,15 @@ def _of_campaign(folder: Path, results: Path | None, target: float) -> list[Plan
             f"holds no results; run vinesexp run {folder} first, or name them with --results",
             file=results,
         )
-    plans = plan_levels(campaign, results, target=target)
+    found = CampaignResults(results, campaign)
+    plans = plan_levels(found, target=target)
     lines = [f"{campaign.title}: what to test next"]
     if not plans:
         lines.append("no periodic tests yet: give --mass and the others for a first plan")
     for plan in plans:
         lines += _level_lines(plan, target)
-    needs = needs_of(campaign, results, plans)
-    others = plan_others(campaign, results, needs)
+    needs = needs_of(found, plans)
+    others = plan_others(found, needs)
     for other in others:
         lines += _other_lines(other)
     tests = [*next_tests(plans), *(test for other in others for test in other.next)]

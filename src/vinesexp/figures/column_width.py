@@ -10,6 +10,7 @@ from vinesexp.figures.draw.style import save
 from vinesexp.figures.entry import Drawn
 from vinesexp.figures.gallery import FAMILIES
 from vinesexp.records.campaign import Campaign
+from vinesexp.results import CampaignResults
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,9 +37,9 @@ def draw_at_width(campaign: Campaign, results: Path, out: Path, *, width: float)
     width : float
         mm; 60 to 250.
     """
-    drawn = []
+    drawn, found = [], CampaignResults(results, campaign)
     for family in FAMILIES.values():
-        for figure, entry in family(campaign, results):
+        for figure, entry in family(found):
             for artist in figure.findobj():
                 artist.set_url(None)
             fit_to_width(figure, width)

@@ -7,19 +7,20 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Drawn:
-    """One figure in the folder: its name, the section it belongs to, and what to read off it.
+    """One figure in the folder: its name, the section it belongs to, what it shows, how to read it.
 
     Examples
     --------
-    >>> Drawn("replay", "replay", "Measured beside replayed. The band is the range.").title
-    'Measured beside replayed'
+    >>> Drawn("replay", "replay", "Measured beside replayed", "The band is the range.").caption
+    'Measured beside replayed. The band is the range.'
     """
 
     name: str
     section: str
-    caption: str
+    title: str
+    text: str
 
     @property
-    def title(self) -> str:
-        """What the figure shows, in a few words: the caption's first sentence."""
-        return self.caption.partition(". ")[0].removesuffix(".")
+    def caption(self) -> str:
+        """All that is said below the figure."""
+        return f"{self.title}. {self.text}".rstrip()

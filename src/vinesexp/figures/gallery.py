@@ -15,25 +15,26 @@ from typing import TYPE_CHECKING
 from vinesexp.figures.draw.style import save
 from vinesexp.figures.entry import Drawn
 from vinesexp.records.campaign import Campaign
+from vinesexp.results import CampaignResults
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def _draw_results(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
+def _draw_results(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     from vinesexp.figures.collect.campaign_results import draw
 
-    return draw(campaign, results)
+    return draw(results)
 
 
-def _draw_records(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
+def _draw_records(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     from vinesexp.figures.collect.single_records import draw
 
-    return draw(campaign, results)
+    return draw(results)
 
 
 #: Family to the function that yields its figures, in this order. Each loads what it draws itself.
-FAMILIES: dict[str, Callable[[Campaign, Path], Iterator[tuple[Figure, Drawn]]]] = {
+FAMILIES: dict[str, Callable[[CampaignResults], Iterator[tuple[Figure, Drawn]]]] = {
     "results": _draw_results,
     "records": _draw_records,
 }
@@ -61,7 +62,7 @@ def draw_family(family: str, campaign: Campaign, results: Path) -> list[Drawn]:
     listing = folder / f"{family}.json"
     before = {entry.name for entry in _read(listing)} if listing.is_file() else set()
     drawn = []
-    for figure, entry in FAMILIES[family](campaign, results):
+    for figure, entry in FAMILIES[family](CampaignResults(results, campaign)):
         save(figure, folder / entry.name, title=entry.title, description=entry.caption)
         drawn.append(entry)
     elsewhere = {

@@ -85,15 +85,15 @@ def plus_minus_brief(value: float, std_error: float, unit: str = "") -> str:
     return _written(value, max(round(half / least), 1) * least, unit, digits=1)
 
 
-def millimetres(text: str | None) -> str:
+def millimetres(value: float | None) -> str:
     """A length of a table, mm, to three digits; a dash where there is none.
 
     Examples
     --------
-    >>> millimetres("33.9678"), millimetres("34"), millimetres("2.3456"), millimetres("")
+    >>> millimetres(33.9678), millimetres(34.0), millimetres(2.3456), millimetres(None)
     ('34.0', '34.0', '2.35', '–')
     """
-    return f"{float(text):#.3g}".removesuffix(".") if text else "–"
+    return "–" if value is None else f"{value:#.3g}".removesuffix(".")
 
 
 def outwards(low: float | None, high: float | None) -> tuple[str, str]:
@@ -115,18 +115,17 @@ def outwards(low: float | None, high: float | None) -> tuple[str, str]:
     return cut(low, -1), cut(high, 1)
 
 
-def significant(text: str | None, *, factor: float = 1.0, digits: int = 3) -> str:
+def significant(value: float | str | None, *, factor: float = 1.0, digits: int = 3) -> str:
     """A number of a table times `factor`, to some digits; a dash where there is none.
 
     Examples
     --------
-    >>> significant("0.0051283", factor=1e3), significant("")
+    >>> significant(0.0051283, factor=1e3), significant(None)
     ('5.13', '–')
     """
-    if not text:
+    if value is None or isinstance(value, str):
         return "–"
-    value = factor * float(text)
-    return f"{value:.{digits}g}" if math.isfinite(value) else "–"
+    return f"{factor * value:.{digits}g}" if math.isfinite(value) else "–"
 
 
 def with_interval(value: float, low: float, high: float) -> str:

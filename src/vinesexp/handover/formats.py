@@ -18,7 +18,7 @@ from vinesexp.errors import VinesexpError
 from vinesexp.records.result_columns import IMPACTS
 from vinesexp.records.schema import SI_UNITS
 from vinesexp.records.store import RecordView
-from vinesexp.records.tables import number, read_rows
+from vinesexp.records.tables import read_rows
 
 _BLOCK = 1 << 16  # samples written at once
 
@@ -114,8 +114,7 @@ def _impacts(path: Path) -> Mapping[str, FloatArray]:
     rows = read_rows(path, IMPACTS)
     columns: dict[str, FloatArray] = {}
     for name in IMPACTS.names:
-        found = [number(row.get(name)) for row in rows]
-        columns[name] = np.array([np.nan if v is None else v for v in found], dtype=np.float64)
+        columns[name] = np.array([row[name] for row in rows], dtype=np.float64)
     return columns
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vinesexp.laboratory.bench import Scene
 from vinesexp.records.result_columns import IDENTIFIED, IMPACTS, TRUE_IMPACTS, TRUTH
-from vinesexp.records.tables import read_rows, write_rows
+from vinesexp.records.tables import Row, read_rows, write_rows
 
 Floats = NDArray[np.float64]
 
@@ -40,12 +40,12 @@ class Score:
     unit: str
 
 
-def score_parameters(rows: Iterable[dict[str, str]], truth: dict[str, float]) -> list[Score]:
+def score_parameters(rows: Iterable[Row], truth: dict[str, float]) -> list[Score]:
     """Relative error of each combined value of identified.csv, and its error in standard errors.
 
     Examples
     --------
-    >>> row = {"parameter": "M", "method": "combined", "value": "4.747", "std_error": "0.047",
+    >>> row = {"parameter": "M", "method": "combined", "value": 4.747, "std_error": 0.047,
     ...        "unit": "kg"}
     >>> [(s.what, round(s.error, 3), s.unit) for s in score_parameters([row], {"M": 4.7})]
     [('M', 0.01, 'relative'), ('M in standard errors', 1.0, '1')]
@@ -55,7 +55,7 @@ def score_parameters(rows: Iterable[dict[str, str]], truth: dict[str, float]) ->
         name = row["parameter"]
         if row["method"] != "combined" or name not in truth:
             continue
-        value, std_error, true = float(row["value"]), float(row["std_error"]), truth[name]
+        value, std_error, true = row["value"], row["std_error"], truth[name]
         scores.append(Score(name, "", true, value, value / true - 1.0, "relative"))
         z = (value - true) / std_error if std_error > 0.0 else math.nan
         scores.append(Score(f"{name} in standard errors", "", 0.0, z, z, "1"))
@@ -148,9 +148,9 @@ def score_campaign(
             true = read_rows(truth, TRUE_IMPACTS)
             scores += score_impacts(
                 path.stem,
-                np.array([float(row["time_s"]) for row in true]),
-                np.array([float(row["velocity_jump_m_s"]) for row in true]),
-                np.array([float(row["time_s"]) for row in read_rows(path, IMPACTS)]),
+                np.array([row["time_s"] for row in true]),
+                np.array([row["velocity_jump_m_s"] for row in true]),
+                np.array([row["time_s"] for row in read_rows(path, IMPACTS)]),
                 until=ends[path.stem],
             )
     write_rows(out, TRUTH, (asdict(score) for score in scores))

@@ -20,6 +20,7 @@ from vinesexp.whole_files import write_whole
 if TYPE_CHECKING:
     from vinesexp.identification.whole_campaign import Identified
     from vinesexp.records.schema import Campaign
+    from vinesexp.results import CampaignResults
 
 Row = Mapping[str, Any]
 
@@ -53,12 +54,12 @@ class CampaignView:
 
     Attributes
     ----------
-    parameters : identified values, as `report.parameter_rows.identified_table` writes them.
+    parameters : identified values, as `identified_table` writes them.
     identified_from : how many records these are made of.
     steps : what to test next, by level and kind of test.
     figures : markup and caption of amplitude over clearance, and of the intervals as they shrink.
     findings : what all records together show that is odd, or what cannot be known.
-    stated : rows of `report.stated_rows`, what the records say of the test log.
+    stated : rows of `tables_shown`, what the records say of the test log.
     stated_sentence : how many of them agree.
     record, settle : s that a test should be recorded for, and wait before; None while unknown.
     records : how many it is made of.
@@ -114,10 +115,13 @@ def look_at_campaign(
     from vinesexp.planning.other_tests import plan_others
     from vinesexp.records.checks import read_checks
     from vinesexp.records.missing_cells import missing_cells, read_evidence
-    from vinesexp.records.result_columns import IDENTIFIED, INPUTS
-    from vinesexp.records.tables import read_rows
-    from vinesexp.report.parameter_rows import PARAMETERS, identified_table
-    from vinesexp.report.stated_rows import stated_rows, stated_sentence
+    from vinesexp.report.tables_shown import (
+        PARAMETERS,
+        identified_table,
+        stated_rows,
+        stated_sentence,
+    )
+    from vinesexp.results import CampaignResults
 
     campaign = _only(folder, ids)
     paths = ResultPaths(results)
@@ -129,8 +133,9 @@ def look_at_campaign(
     checks = [*read_checks(paths.identify_checks), *read_checks(paths.compare_checks)]
     evidence = {r.id: read_evidence(paths.regime(r.id)) for r in campaign.records}
     missing = missing_cells(campaign, evidence)
-    plans = plan_levels(campaign, results)
-    needs = needs_of(campaign, results, plans)
+    found = CampaignResults(results, campaign)
+    plans = plan_levels(found)
+    needs = needs_of(found, plans)
     steps = [
         Step(
             plan.name,
@@ -140,17 +145,17 @@ def look_at_campaign(
         )
         for plan in plans
     ]
-    for other in plan_others(campaign, results, needs):
+    for other in plan_others(found, needs):
         tests = [_test_in_words(one.cells) for one in other.next]
         steps.append(Step(other.name, other.state, tuple(tests)))
-    parameters = identified_table(read_rows(paths.identified, IDENTIFIED))
+    parameters = identified_table(found.rows("identified"))
     known = {row["name"] for row in parameters}
-    history, inputs = _history(paths), read_rows(paths.inputs, INPUTS)
+    history, inputs = _history(paths), found.rows("inputs")
     return CampaignView(
         parameters=tuple(parameters),
         identified_from=history[-1]["records"] if history else 0,
         steps=tuple(steps),
-        figures=_figures(campaign, results, history),
+        figures=_figures(found, history),
         findings=tuple(
             f"{check.record}: {check.detail}" if check.record else check.detail
             for check in checks
@@ -185,17 +190,14 @@ def _test_in_words(cells: Mapping[str, str]) -> str:
     return cells["test"] + (f", {added} g added" if added else "")
 
 
-def _figures(
-    campaign: Campaign, results: Path, history: Sequence[Row]
-) -> tuple[tuple[str, str], ...]:
+def _figures(results: CampaignResults, history: Sequence[Row]) -> tuple[tuple[str, str], ...]:
     """Amplitude over clearance, time over clearance of releases, shrinking intervals: markup."""
     from vinesexp.figures.collect.campaign_results import draw_clearances
     from vinesexp.figures.draw.methods import intervals_over_records
-    from vinesexp.report.inline_figures import figure_markup
+    from vinesexp.report.rendering import figure_markup
 
     drawn = [
-        (figure_markup(figure, one.name), one.caption)
-        for figure, one in draw_clearances(campaign, results)
+        (figure_markup(figure, one.name), one.caption) for figure, one in draw_clearances(results)
     ]
     if len(history) > 1:
         caption = (

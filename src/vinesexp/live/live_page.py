@@ -13,7 +13,7 @@ from vinesexp.report.rendering import environment, rendered
 
 #: Parts that are written anew, each from its own template.
 PARTS = ("status", "record", "next", "campaign", "rows")
-_KINDS = ("differ", "agree", "open")  # of rows of `report.stated_rows`
+_KINDS = ("differ", "agree", "open")  # of rows of `tables_shown`
 _CELLS = tuple(c for c in EDITABLE if c not in ("test", "exclude", "note"))
 
 

@@ -257,7 +257,8 @@ class Session:
             return None
         for row in read_rows(self.paths.identified, IDENTIFIED):
             if row["parameter"] == "r" and row["method"] == "combined":
-                return Quantity(float(row["value"]), float(row["std_error"] or 0.01))
+                error = row["std_error"]
+                return Quantity(row["value"], 0.01 if error is None else error)
         return None
 
     # -- records --------------------------------------------------------------------------------
@@ -297,7 +298,7 @@ class Session:
     def figures_of(self, id: str) -> list[tuple[str, str]]:
         """Figures of a record as markup with their captions; empty while there are no results."""
         from vinesexp.figures.collect.single_records import draw_record
-        from vinesexp.report.inline_figures import figure_markup
+        from vinesexp.report.rendering import figure_markup
 
         if self.campaign is None or self.seen.get(id, Seen()).state != "done":
             return []

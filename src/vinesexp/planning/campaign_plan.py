@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from vinesexp.clearance.levels import Periodic, periodic_levels
-from vinesexp.clearance.predicted import IdentifiedRig, identified_rig
+from vinesexp.clearance.levels import Periodic
+from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.design.ensemble import duration_of
 from vinesexp.planning.expected_valley import Valley, expected_valley
 from vinesexp.planning.next_clearance import TARGET, bracket_of, next_clearance
-from vinesexp.records.campaign import Campaign
-from vinesexp.records.result_columns import BASE, IDENTIFIED, IMPACTS, RECORD_REGIMES, REPLAY
+from vinesexp.records.result_columns import IMPACTS
 from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.tables import number, read_rows
+from vinesexp.records.tables import read_rows
+from vinesexp.results import CampaignResults, Results
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.theory.regime_definitions import PERMANENT
 from vinesexp.units import Quantity
@@ -68,7 +67,7 @@ class LevelPlan:
         return bracket_of(self.tested).width if self.tested else None
 
 
-def plan_levels(campaign: Campaign, results: Path, *, target: float = TARGET) -> list[LevelPlan]:
+def plan_levels(results: CampaignResults, *, target: float = TARGET) -> list[LevelPlan]:
     """A plan for every base amplitude that was tested, from the smallest on.
 
     Raises
@@ -76,14 +75,9 @@ def plan_levels(campaign: Campaign, results: Path, *, target: float = TARGET) ->
     TableError
         A table of the results is missing or damaged.
     """
-    paths = ResultPaths(results)
-    identified = read_rows(paths.identified, IDENTIFIED)
-    rig = identified_rig(identified, campaign.known)
-    regimes, base = read_rows(paths.regimes, RECORD_REGIMES), read_rows(paths.base, BASE)
-    scatter = scatter_of(paths)
+    scatter = scatter_of(results)
     return [
-        plan_level(rig, level, scatter=scatter, target=target)
-        for level in periodic_levels(campaign, regimes, base, identified)
+        plan_level(results.rig, level, scatter=scatter, target=target) for level in results.periodic
     ]
 
 
@@ -142,21 +136,20 @@ def _scale(tested: Mapping[float, float], valley: Valley) -> float:
     return float(np.median(inside)) if inside else 1.0
 
 
-def scatter_of(paths: ResultPaths) -> float:
+def scatter_of(results: Results) -> float:
     """Relative scatter of the records' mean amplitudes about their replays: the lab's own noise.
 
     Of records with permanent impacts: others differ from replay to replay, with no noise at all. A
     share that all have in common (a sensitivity) is no scatter. Too few records: `SCATTER`.
     """
-    if not paths.replay.is_file():
+    if not ResultPaths(results.folder).replay.is_file():
         return SCATTER
-    regimes = {row["record"]: row["regime"] for row in read_rows(paths.regimes, RECORD_REGIMES)}
     found = [
-        float(row["deviation"])
-        for row in read_rows(paths.replay, REPLAY)
+        row["deviation"]
+        for row in results.rows("replay")
         if row["quantity"].startswith("amplitude")
-        and row["deviation"]
-        and regimes.get(row["record"]) in PERMANENT
+        and row["deviation"] is not None
+        and results.regime_of.get(row["record"]) in PERMANENT
     ]
     if len(found) < 4:
         return SCATTER
@@ -195,23 +188,17 @@ class Needs:
     added: float
 
 
-def needs_of(campaign: Campaign, results: Path, plans: Sequence[LevelPlan]) -> Needs:
+def needs_of(results: CampaignResults, plans: Sequence[LevelPlan]) -> Needs:
     """Lengths, ranges and ring-downs from the identified rig and the impacts that were found."""
-    paths = ResultPaths(results)
-    identified = read_rows(paths.identified, IDENTIFIED)
-    rig = identified_rig(identified, campaign.known)
+    campaign, rig, paths = results.campaign, results.rig, ResultPaths(results.folder)
     rows = [
         row
         for record in campaign.records
         if record.clearance and paths.impacts(record.id).is_file()
         for row in read_rows(paths.impacts(record.id), IMPACTS)
     ]
-    peaks = [abs(p) for row in rows if (p := number(row["peak_acceleration_m_s2"])) is not None]
-    swings = [
-        amplitude
-        for row in read_rows(paths.regimes, RECORD_REGIMES)
-        if (amplitude := number(row["amplitude_max_m"])) is not None
-    ]
+    peaks = [abs(p) for row in rows if (p := row["peak_acceleration_m_s2"]) is not None]
+    swings = [a for row in results.rows("regimes") if (a := row["amplitude_max_m"]) is not None]
     settle = record = None
     frequency = next((plan.frequency for plan in plans if plan.frequency), None)
     if not rig.missing:
@@ -234,8 +221,8 @@ def needs_of(campaign: Campaign, results: Path, plans: Sequence[LevelPlan]) -> N
         )
     return Needs(
         *(settle, record, max(swings, default=0.0), max(peaks, default=None)),
-        clipped=sum(row["clipped"] == "1" for row in rows),
-        sure=sum((number(row["confidence"]) or 0.0) > 0.9 for row in rows),
+        clipped=sum(row["clipped"] == 1 for row in rows),
+        sure=sum((row["confidence"] or 0.0) > 0.9 for row in rows),
         impacts=len(rows),
         ring_downs=ring_downs,
         added=added,

@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from vinesexp.clearance.levels import Release, release_levels
-from vinesexp.clearance.predicted import IdentifiedRig, identified_rig
+from vinesexp.clearance.levels import Release
+from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.planning.campaign_plan import Needs
 from vinesexp.planning.first_tests import PlannedTest, mm, planned
 from vinesexp.planning.next_clearance import bracket_of
 from vinesexp.records.campaign import Campaign, Record
-from vinesexp.records.result_columns import DECAY_TIMES, IDENTIFIED, RECORD_REGIMES
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.tables import read_rows
+from vinesexp.results import CampaignResults
 from vinesexp.theory.optimal_clearance import b_t_exact
 
 #: Relative standard errors of r and zeta from which more records do not move b_c visibly.
@@ -50,13 +47,12 @@ class OtherPlan:
     next: tuple[PlannedTest, ...] = ()
 
 
-def plan_others(campaign: Campaign, results: Path, needs: Needs) -> list[OtherPlan]:
+def plan_others(results: CampaignResults, needs: Needs) -> list[OtherPlan]:
     """Ring-downs, drops and every height of release of a campaign that was run.
 
     Parameters
     ----------
-    campaign : Campaign
-    results : Path
+    results : CampaignResults
     needs : Needs
         Of the same results: how many ring-downs M takes.
 
@@ -65,13 +61,10 @@ def plan_others(campaign: Campaign, results: Path, needs: Needs) -> list[OtherPl
     TableError
         A table of the results is missing or damaged.
     """
-    paths = ResultPaths(results)
-    rig = identified_rig(read_rows(paths.identified, IDENTIFIED), campaign.known)
-    regimes = read_rows(paths.regimes, RECORD_REGIMES)
-    times = read_rows(paths.decay_times, DECAY_TIMES)
+    campaign, rig = results.campaign, results.rig
     plans = [plan_ring_downs(campaign, rig, needs), plan_drops(campaign, rig)]
     levels: dict[float, list[Release]] = {}
-    for level in release_levels(campaign, regimes, times):
+    for level in results.releases:
         levels.setdefault(level.x0, []).append(level)
     return [*plans, *(plan_releases(own, rig) for own in levels.values())]
 

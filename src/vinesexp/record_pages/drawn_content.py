@@ -6,7 +6,11 @@ as they are.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import base64
+import math
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,11 +18,8 @@ from typing import Any
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.figures.collect.impacts_per_cycle import impacts_per_cycle
-from vinesexp.record_pages.all_samples import CHUNK, chunks_of
+from vinesexp.figures.collect.regimes_of_tests import impacts_per_cycle
 from vinesexp.record_pages.packing import exact, packed
-from vinesexp.record_pages.spectrum import phase_plane, spectrum
-from vinesexp.record_pages.zoom_levels import SHORT, part_size, read_channel
 from vinesexp.records.result_columns import DECAY
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import RecordView, open_record
@@ -27,6 +28,266 @@ from vinesexp.signals.cycles import cycles_from
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import fill_gaps
 from vinesexp.units import COVERAGE_95
+
+#: Parts of a trace: at least so many, and with many cycles up to so many.
+_FEWEST, _MOST = 8192, 65536
+#: Parts of a cycle that show its shape; below the second number it would look modulated.
+_A_CYCLE, _LEAST = 16, 8
+#: Records of fewer samples are stored as they are.
+SHORT = 2 * _FEWEST
+_BLOCK = 1 << 20  # samples read at once
+
+
+@dataclass(frozen=True)
+class Level:
+    """A trace in equal parts: smallest and largest value of each; one of them where a part is one
+    sample, and NaN where a part is a gap."""
+
+    size: int
+    low: FloatArray
+    high: FloatArray
+
+
+def part_size(n: int, sample_rate: float, frequency: float) -> int:
+    """Samples of a part.
+
+    Where parts are too long to show a cycle they are whole cycles: shorter ones would beat with
+    the oscillation, and a steady motion look modulated.
+
+    Parameters
+    ----------
+    n : int
+        Samples of the record.
+    sample_rate, frequency : float
+        Hz; frequency of the oscillation, 0 where there is none.
+
+    Examples
+    --------
+    >>> part_size(9_000, 1e4, 8.0), part_size(500_000, 1e4, 8.0)
+    (1, 62)
+
+    An hour at 100 kHz: no longer 16 parts a cycle, but a cycle a part.
+
+    >>> part_size(360_000_000, 1e5, 8.0)
+    12500
+    """
+    if n <= SHORT:
+        return 1
+    period = sample_rate / frequency if frequency > 0.0 else math.inf
+    cycles = n / period
+    size = math.ceil(n / min(max(_A_CYCLE * cycles, _FEWEST), _MOST))
+    if size * _LEAST <= period:
+        return max(size, 1)
+    return math.ceil(math.ceil(size / period) * period)
+
+
+def read_channel(view: RecordView, role: str, size: int) -> Level:
+    """A channel in parts of `size` samples, SI.
+
+    Read once, by blocks of whole parts: memory does not grow with the record.
+    """
+    if size == 1:
+        samples = view.read(role)
+        return Level(1, samples, samples)
+    count = -(-view.n // size)
+    low, high = np.empty(count), np.empty(count)
+    together = max(_BLOCK // size, 1)
+    for first in range(0, count, together):
+        last = min(first + together, count)
+        samples = view.read(role, first * size, last * size)
+        starts = np.arange(0, samples.size, size)
+        low[first:last] = np.fmin.reduceat(samples, starts)
+        high[first:last] = np.fmax.reduceat(samples, starts)
+    return Level(size, low, high)
+
+
+#: Samples of one file, of each channel.
+CHUNK = 1 << 20
+#: Steps of the range, at most and at least, and steps to the noise.
+_STEPS, _CLASSES, _TO_THE_NOISE = 65_000, 4_000, 8.0
+_GAP = -32768
+#: Samples from which the order of the differences is chosen, and of one stretch for the noise.
+_LOOKED_AT, _STRETCH = 1 << 14, 1 << 10
+
+
+def chunks_of(views: dict[str, RecordView], units: dict[str, float]) -> Iterator[dict[str, Any]]:
+    """The content of each file: first sample, and for each channel its samples.
+
+    Parameters
+    ----------
+    views : dict
+        ``measured`` and ``bandpassed`` to their records, of one length.
+    units : dict
+        Role to the size of its shown unit in SI.
+    """
+    n = next(iter(views.values())).n
+    for begin in range(0, n, CHUNK):
+        end = min(begin + CHUNK, n)
+        yield {
+            "begin": begin,
+            "end": end,
+            "channels": {
+                f"{kind} {role}": squeezed(view.read(role, begin, end) / units[role])
+                for kind, view in views.items()
+                for role in view.roles
+            },
+        }
+
+
+def squeezed(values: FloatArray) -> dict[str, Any]:
+    """Samples as differences in 16 bits, deflated: 4 to 8 bits a sample.
+
+    Steps are an eighth of the noise, but between a 65,000th and a 4,000th of the range. Differences
+    of the order (0, 1 or 2) that leaves least are written as bytes: all low ones, then all high
+    ones.
+
+    Examples
+    --------
+    >>> x = np.sin(np.arange(1000) / 50.0)
+    >>> bool(np.abs(unsqueezed(squeezed(x)) - x).max() < 1e-4)
+    True
+    """
+    known = np.isfinite(values)
+    low, high = (values[known].min(), values[known].max()) if known.any() else (0.0, 0.0)
+    offset = 0.5 * (low + high)
+    coarse = min(_noise(values) / _TO_THE_NOISE, (high - low) / _CLASSES)
+    scale = max((high - low) / _STEPS, coarse) or 1.0
+    given = np.where(known, np.round((np.where(known, values, offset) - offset) / scale), _GAP)
+    steps = given.astype(np.int16)
+    looked_at = steps[:_LOOKED_AT]
+    order = int(np.argmin([np.abs(_difference(looked_at, k).astype(int)).sum() for k in range(3)]))
+    left = _difference(steps, order)
+    folded = ((left << 1) ^ (left >> 15)).astype("<u2")  # small numbers of either sign stay small
+    planes = folded.view(np.uint8).reshape(-1, 2).T
+    deflate = zlib.compressobj(1, strategy=zlib.Z_RLE)
+    content = deflate.compress(planes.tobytes()) + deflate.flush()
+    return {
+        "offset": float(offset),
+        "scale": float(scale),
+        "order": order,
+        "deflated": base64.b64encode(content).decode("ascii"),
+    }
+
+
+def unsqueezed(content: dict[str, Any]) -> FloatArray:
+    """What `squeezed` made small; the page does the same."""
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(content["deflated"])), np.uint8)
+    half = planes.size // 2
+    folded = planes[:half].astype(np.int32) | planes[half:].astype(np.int32) << 8
+    steps = ((folded >> 1) ^ -(folded & 1)).astype(np.int16)
+    for _ in range(content["order"]):
+        steps = np.cumsum(steps, dtype=np.int16)
+    values: FloatArray = content["offset"] + content["scale"] * steps.astype(np.float64)
+    values[steps == _GAP] = np.nan
+    return values
+
+
+def _difference(steps: np.ndarray, order: int) -> np.ndarray:
+    """Differences that wrap around in 16 bits, as the sums that undo them do."""
+    found = steps
+    for _ in range(order):
+        found = np.diff(found, prepend=np.int16(0))
+    return found
+
+
+def _noise(values: FloatArray) -> float:
+    """Standard deviation of what jumps from sample to sample, from stretches of the samples."""
+    if values.size < 8 * _STRETCH:
+        bends = np.diff(values, 2)
+    else:
+        starts = np.linspace(0, values.size - _STRETCH, 16).astype(int)
+        bends = np.concatenate([np.diff(values[i : i + _STRETCH], 2) for i in starts])
+    known = bends[np.isfinite(bends)]
+    return float(1.4826 * np.median(np.abs(known)) / np.sqrt(6.0)) if known.size else 0.0
+
+
+#: Frequencies that are drawn of one spectrum: the largest value of each equal part of a decade.
+_MOST_LINES = 1500
+_LONGEST = 1 << 17  # samples of one section
+#: Points of a cycle on the phase plane, and cycles of which all points are drawn.
+_POINTS_A_CYCLE, _CYCLES_SHOWN = 64, 400
+
+
+def spectrum(read: Callable[[int, int], FloatArray], n: int, sample_rate: float) -> dict[str, Any]:
+    """Amplitude spectral density, unit of the channel over sqrt(Hz), by the method of Welch.
+
+    Sections of a quarter of the record, half overlapping, with a Hann window; mean and slope of
+    each removed. Sections with gaps are left out. Read section by section.
+
+    Returns
+    -------
+    dict
+        ``frequency`` (Hz) and ``density``, packed; ``resolution``, Hz; ``sections``, how many.
+
+    Examples
+    --------
+    >>> x = np.sin(2.0 * np.pi * 8.0 * np.arange(8000) / 500.0)
+    >>> found = spectrum(lambda begin, end: x[begin:end], 8000, 500.0)
+    >>> round(found["resolution"], 2), found["sections"]
+    (0.49, 14)
+    """
+    size = min(1 << max(int(np.log2(max(n // 4, 1))), 5), _LONGEST, n)
+    total, count = np.zeros(size // 2 + 1), 0
+    window, ramp = np.hanning(size + 1)[:-1], np.linspace(-1.0, 1.0, size)
+    for begin in range(0, n - size + 1, max(size // 2, 1)):
+        section = read(begin, begin + size)
+        if np.isfinite(section).all():
+            section = section - section.mean()
+            section -= ramp * (np.sum(ramp * section) / np.sum(ramp * ramp))
+            lines = np.fft.rfft(window * section)
+            total += lines.real**2 + lines.imag**2
+            count += 1
+    if not count or size < 8:
+        return {"frequency": None, "density": None, "resolution": 0.0, "sections": 0}
+    frequency = np.arange(1, size // 2 + 1) * (sample_rate / size)
+    density = np.sqrt(2.0 * total[1:] / (count * sample_rate * np.sum(window * window)))
+    edges = np.unique(np.round(np.geomspace(1, size // 2 + 1, _MOST_LINES)).astype(int)) - 1
+    edges = edges[edges < density.size]
+    parts = np.append(edges[1:], density.size)
+    peaks = [int(a + np.argmax(density[a:b])) for a, b in zip(edges, parts, strict=True)]
+    return {
+        "frequency": exact(frequency[peaks]),
+        # 16 bits of the logarithm: a spectrum reaches over many decades.
+        "density": packed(np.log10(np.maximum(density[peaks], 1e-300))),
+        "resolution": sample_rate / size,
+        "sections": count,
+    }
+
+
+def phase_plane(view: RecordView, frequency: float) -> dict[str, Any] | None:
+    """Displacement and velocity of the mass over the angular frequency, mm, at 64 points a cycle.
+
+    Parameters
+    ----------
+    view : RecordView
+        Bandpassed.
+    frequency : float
+        Of the oscillation, Hz.
+
+    Returns
+    -------
+    dict or None
+        ``time`` (s), ``x`` and ``v``, packed, of the last 400 cycles; ``each``, how many points a
+        cycle: every so many-th is at one phase (a Poincaré section). None without a displacement.
+    """
+    if view.refused is not None or not frequency or "displacement" not in view.roles:
+        return None
+    cycles = min(int(view.n * frequency / view.sample_rate) - 1, _CYCLES_SHOWN)
+    step = view.sample_rate / (frequency * _POINTS_A_CYCLE)
+    if cycles < 1 or step < 1.0:
+        return None
+    begin = view.n - 1 - int(cycles * _POINTS_A_CYCLE * step)
+    x = 1e3 * view.read("displacement", begin, view.n)
+    v = np.gradient(x) * view.sample_rate / (2.0 * np.pi * frequency)
+    at = np.arange(cycles * _POINTS_A_CYCLE) * step
+    whole = np.arange(x.size)
+    return {
+        "time": exact(view.start + (begin + at) / view.sample_rate),
+        "x": packed(np.interp(at, whole, x)),
+        "v": packed(np.interp(at, whole, v)),
+        "each": _POINTS_A_CYCLE,
+    }
+
 
 #: How a quantity is shown: unit, and its size in SI.
 SHOWN = {
@@ -192,7 +453,7 @@ def _decay(path: Path) -> dict[str, Any] | None:
     rows = read_rows(path, DECAY) if path.is_file() else []
     if not rows:
         return None
-    column = {name: np.array([float(row[name] or "nan") for row in rows]) for name in DECAY.names}
+    column = {name: np.array([row[name] for row in rows], dtype=float) for name in DECAY.names}
     return {
         "time": exact(column["time_s"]),
         "amplitude": packed(1e3 * column["amplitude_m"]),

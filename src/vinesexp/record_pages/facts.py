@@ -2,23 +2,83 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.figures.collect.motions_on_manifold import projected
-from vinesexp.figures.numbers import significant
-from vinesexp.identification.estimate import read_estimates
-from vinesexp.record_pages.estimate_rows import estimate_rows
+from vinesexp.figures.numbers import plus_minus, significant
+from vinesexp.identification.estimate import Estimate, read_estimates
 from vinesexp.record_pages.packing import exact, packed
 from vinesexp.records.campaign import Record
 from vinesexp.records.result_columns import REPLAY_CYCLES
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
+from vinesexp.records.tables import Row
 
-Row = Mapping[str, str]
+#: Parameter of an estimate to what it is; others serve later steps and are not shown.
+_WORDS = {
+    "f0": "natural frequency f0",
+    "zeta": "damping ratio ζ",
+    "f0_added": "natural frequency with the added mass",
+    "zeta_added": "damping ratio with the added mass",
+    "M": "mass of the oscillator M",
+    "r": "restitution r",
+    "r_scatter": "scatter of r from impact to impact",
+    "r_slope": "change of r with impact speed",
+    "working_amplitude": "amplitude of the mass",
+    "accelerometer_gain": "accelerometer over displacement channel",
+    "channel_lag": "lag of the acceleration behind the displacement",
+    "base_gain": "base channel over what moves the mass",
+    "base_lag": "lag of the base channel",
+    "damping_quadratic": "damping in proportion to amplitude",
+    "damping_coulomb": "dry friction",
+    "stiffening": "stiffening",
+    "frequency_slope": "change of f0 with amplitude",
+}
+_BALL = re.compile(r"^(r)_(\d+)(.*)$")
+
+
+def estimate_rows(found: Iterable[Estimate]) -> list[list[str]]:
+    """Rows of the page: what it is, method, value with the error of the record's noise, note.
+
+    Examples
+    --------
+    >>> one = Estimate("r_2", 0.6, 0.001, "1", "impacts", ("a",))
+    >>> estimate_rows([one, Estimate("misfit", 0.1, 0.0, "1", "likelihood", ("a",))])
+    [['restitution r of ball 2', 'impacts', '0.6000 ± 0.0020', '']]
+    """
+    return [
+        [words, one.method, _value_of(one), _note(one)]
+        for one in found
+        if (words := _words(one.parameter)) and np.isfinite(one.value)
+    ]
+
+
+def _words(parameter: str) -> str:
+    ball = _BALL.match(parameter)
+    if ball is None:
+        return _WORDS.get(parameter, "")
+    words = _WORDS.get(f"{ball[1]}{ball[3]}", "")
+    return f"{words} of ball {ball[2]}" if words else ""
+
+
+def _value_of(one: Estimate) -> str:
+    if one.unit == "m":
+        return plus_minus(1e3 * one.value, 1e3 * one.std_error, "mm")
+    return plus_minus(one.value, one.std_error, one.unit)
+
+
+def _note(one: Estimate) -> str:
+    """Its own note, and the amplitude at which f0 and zeta hold."""
+    at = ""
+    if one.amplitude and one.parameter.startswith(("f0", "zeta")):
+        at = f"at {1e3 * one.amplitude:.3g} mm"
+    return "; ".join(part for part in (at, one.note) if part)
+
 
 #: Points on the manifold that are drawn.
 _MOST_POINTS = 3000
@@ -114,9 +174,9 @@ def regime_words(row: Row) -> list[list[str]]:
         ("amplitude at which the ball is lost (mm)", row.get("transition_m"), 1e3),
     )
     return [
-        [name, str(text) if factor is None else significant(text, factor=factor)]
-        for name, text, factor in shown
-        if text
+        [name, str(cell) if factor is None else significant(cell, factor=factor)]
+        for name, cell, factor in shown
+        if cell not in (None, "")
     ]
 
 
@@ -131,14 +191,15 @@ def _value(row: Row, column: str) -> str:
         return (row["starts"] or row["replayed"] if column == "replayed" else row[column]) or "–"
     millimetres = row["unit"] == "m"
     text = significant(row[column], factor=1e3 if millimetres else 1.0)
-    unit = "mm" if millimetres else row["unit"].replace("1", "")
+    unit = "mm" if millimetres else "" if row["unit"] == "1" else row["unit"]
     return f"{text} {unit}".strip()
 
 
 def _replayed(rows: Sequence[Row]) -> dict[str, Any] | None:
     if not rows:
         return None
-    column = {n: np.array([float(r[n] or "nan") for r in rows]) for n in REPLAY_CYCLES.names[1:]}
+    names = REPLAY_CYCLES.names[1:]
+    column = {name: np.array([row[name] for row in rows], dtype=float) for name in names}
     return {
         "time": exact(column["time_s"]),
         "median": packed(1e3 * column["replayed_m"]),

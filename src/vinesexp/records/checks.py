@@ -59,7 +59,7 @@ def read_checks(path: Path) -> list[Check]:
                 "run the steps before it again",
                 file=path,
             )
-        checks.append(Check(**{name: row[name] for name in CHECKS.names}))  # type: ignore[arg-type]
+        checks.append(Check(**{name: row[name] for name in CHECKS.names}))
     return checks
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from vinesexp.errors import ParameterError, VinesexpError, nearest
 from vinesexp.records.outside import read_file
 from vinesexp.records.problems import Problems
-from vinesexp.records.tables import Column, Table, number, read_rows
+from vinesexp.records.tables import Column, Row, Table, number, read_rows
 from vinesexp.records.yamltree import Section
 
 #: Rig values: rows of identified.csv, and what follows from them.
@@ -69,6 +69,11 @@ class PublishedValue:
     note: str = ""
 
     @property
+    def tried(self) -> tuple[str, ...]:
+        """The clearances of `tried_mm`, one by one."""
+        return tuple(self.tried_mm.split("|"))
+
+    @property
     def half_digit(self) -> float:
         """Half a unit of the last printed digit: the value says no more.
 
@@ -112,11 +117,11 @@ def read_published(
     return tuple(found)
 
 
-def _value(row: dict[str, str]) -> PublishedValue:
+def _value(row: Row) -> PublishedValue:
     quantity = row["quantity"]
     if quantity not in QUANTITIES:
         raise ParameterError(f"unknown quantity '{quantity}'; {nearest(quantity, QUANTITIES)}")
-    missing = [name for name in QUANTITIES[quantity] if not row.get(name)]
+    missing = [name for name in QUANTITIES[quantity] if row.get(name) in (None, "")]
     if missing:
         raise ParameterError(f"'{quantity}' needs {' and '.join(missing)}")
     try:

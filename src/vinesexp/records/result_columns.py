@@ -190,6 +190,11 @@ CLEARANCES = Table("clearances", "compare", (
     Column("records", "ids of the records it came from, separated by semicolons", needed=False),
     Column("bound", "empty; 'at most', 'at least' or 'open' where the best clearance is at the "
            "edge of what was tried", needed=False),
+    _number("stated_base_mm", "mm", "of a periodic row: base amplitude of records.csv", ".6g",
+            needed=False),
+    _number("release_mm", "mm", "of a transient row: where the mass is let go", ".6g",
+            needed=False),
+    _number("target_mm", "mm", "of a transient row: amplitude to be reached", ".6g", needed=False),
 ))  # fmt: skip
 
 #: Every record beside what the identified rig does from several starts: one row a number.
@@ -197,11 +202,10 @@ REPLAY = Table("replay", "replay", (
     _RECORD,
     Column("quantity", "amplitude, impacts per cycle, regime, spells or decay time"),
     Column("unit", "SI; 1 for a count"),
-    Column("measured", "of the record; empty where it shows none", form=".6g"),
+    Column("measured", "of the record; empty where it shows none", kind="any", form=".6g"),
     # Digits beyond these depend on the order in which the simulation was compiled.
-    Column(
-        "replayed", "mean over the replays of its regime; the regimes of all starts", form=".6g"
-    ),
+    Column("replayed", "mean over the replays of its regime; the regimes of all starts",
+           kind="any", form=".6g"),
     _number("low", "", "smallest of these replays", ".6g"),
     _number("high", "", "largest", ".6g"),
     _number("deviation", "1", "measured over replayed, minus one", ".3g"),

@@ -12,14 +12,20 @@ import difflib
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from vinesexp.errors import TableError
 
+if TYPE_CHECKING:
+    import pandas
+
 #: A cell before it is written: None and NaN become empty cells.
 Value = str | float | int | None
+#: A row as it was read: numbers as numbers, None where a cell of a number is empty, else text.
+Row = Mapping[str, Any]
 #: Text that a spreadsheet would run as a formula: it is written behind an apostrophe.
 _FORMULA = re.compile(r"[=+\-@\t\r]")
 
@@ -33,7 +39,8 @@ class Column:
     name : as in the header line.
     meaning : what stands in it, for docs and error messages.
     unit : SI or as the name says; empty for text, ``1`` for a ratio.
-    kind : ``text``, ``number`` (may be empty: not known) or ``whole`` (an integer).
+    kind : ``text``, ``number`` (may be empty: not known), ``whole`` (an integer), or ``any``: a
+        number where it is one, else text.
     form : format of a number; empty: the shortest text that reads back the same.
     needed : whether a table without this column is refused.
     """
@@ -41,7 +48,7 @@ class Column:
     name: str
     meaning: str
     unit: str = ""
-    kind: Literal["text", "number", "whole"] = "text"
+    kind: Literal["text", "number", "whole", "any"] = "text"
     form: str = ""
     needed: bool = True
 
@@ -85,7 +92,7 @@ def write_rows(path: Path, table: Table, rows: Iterable[Mapping[str, Value]]) ->
     >>> path.read_text().splitlines()
     ['a,x', '"one, two",0.123', 'none,']
     >>> read_rows(path, table)[0]
-    {'a': 'one, two', 'x': '0.123'}
+    {'a': 'one, two', 'x': 0.123}
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -122,8 +129,8 @@ def _as_written(cell: str) -> str:
     return cell[1:] if cell.startswith("'") and _FORMULA.match(cell.lstrip("'")) else cell
 
 
-def read_rows(path: Path, table: Table) -> list[dict[str, str]]:
-    """Rows of a table as text; columns beside those of the table are kept.
+def read_rows(path: Path, table: Table) -> list[dict[str, Any]]:
+    """Rows of a table, cells as their columns say; columns beside those of the table are kept.
 
     Raises
     ------
@@ -137,22 +144,38 @@ def read_rows(path: Path, table: Table) -> list[dict[str, str]]:
         alike = difflib.get_close_matches(missing[0], header, n=1)
         instead = f" but '{alike[0]}'" if alike else ""
         raise _damaged(path, table, f"has no column '{missing[0]}'{instead}", line=1)
+    known = {column.name: column for column in table.columns}
     rows = []
     for line, cells in body:
         if len(cells) != len(header):
             raise _damaged(
                 path, table, f"has {len(cells)} cells under {len(header)} columns", line=line
             )
-        rows.append(dict(zip(header, cells, strict=True)))
-    for column in table.columns:
-        if column.name not in header:
-            continue
-        if column.kind != "text":
-            _check_numbers(path, table, column, rows, [line for line, _ in body])
-        else:
-            for row in rows:
-                row[column.name] = _as_written(row[column.name])
+        row: dict[str, Any] = dict(zip(header, cells, strict=True))
+        for name in header:
+            if column := known.get(name):
+                try:
+                    row[name] = _read(row[name], column)
+                except ValueError:
+                    whole = column.kind == "whole"
+                    expected = "a whole number" if whole else "a number or nothing"
+                    found = f"found '{row[name]}' in column {name}, expected {expected}"
+                    raise _damaged(path, table, found, line=line) from None
+        rows.append(row)
     return rows
+
+
+def _read(cell: str, column: Column) -> Value:
+    """What a cell holds; ValueError where it is no number and should be one."""
+    if column.kind == "whole":
+        return int(cell)
+    if column.kind == "number":
+        return float(cell) if cell else None
+    text = _as_written(cell)
+    if column.kind == "any":
+        with suppress(ValueError):
+            return float(text)
+    return text
 
 
 def _cells(path: Path, table: Table) -> tuple[list[str], list[tuple[int, list[str]]]]:
@@ -184,34 +207,49 @@ def _cells(path: Path, table: Table) -> tuple[list[str], list[tuple[int, list[st
     return body[0][1], body[1:]
 
 
-def _check_numbers(
-    path: Path, table: Table, column: Column, rows: Sequence[Mapping[str, str]], lines: list[int]
-) -> None:
-    read = int if column.kind == "whole" else float
-    for line, row in zip(lines, rows, strict=True):
-        text = row[column.name]
-        try:
-            if text or column.kind == "whole":
-                read(text)
-        except ValueError:
-            expected = "a whole number" if column.kind == "whole" else "a number or nothing"
-            raise _damaged(
-                path, table, f"found '{text}' in column {column.name}, expected {expected}",
-                line=line,
-            ) from None  # fmt: skip
-
-
 def _damaged(path: Path, table: Table, what: str, *, line: int | None = None) -> TableError:
     where = None if line is None else f"line {line}"
     return TableError(f"{what}; run the {table.step} step again", file=path, where=where)
 
 
-def number(text: str | None) -> float | None:
+def read_frame(path: Path, table: Table | None) -> pandas.DataFrame:
+    """A table as pandas reads it, for people; `table` None: one that a user put there.
+
+    Raises
+    ------
+    TableError
+        It is another table, or damaged.
+    """
+    import pandas
+
+    try:
+        found = pandas.read_csv(path)
+    except (ValueError, OSError) as error:
+        said = " ".join(str(error).split())
+        raise TableError(f"cannot be read ({said}); run the workflow again", file=path) from None
+    if table is not None and table.columns[0].name not in found:
+        missing = table.columns[0].name
+        raise TableError(f"has no column '{missing}'; run the {table.step} step again", file=path)
+    return found
+
+
+def ids_of(cell: str) -> tuple[str, ...]:
+    """Ids of records in a cell that holds several.
+
+    Examples
+    --------
+    >>> ids_of("a;b"), ids_of("")
+    (('a', 'b'), ())
+    """
+    return tuple(id for id in cell.split(";") if id)
+
+
+def number(cell: str | float | None) -> float | None:
     """A cell as a number; None where it is empty or absent.
 
     Examples
     --------
-    >>> number("0.25"), number(""), number(None)
-    (0.25, None, None)
+    >>> number("0.25"), number(0.0), number(""), number(None)
+    (0.25, 0.0, None, None)
     """
-    return float(text) if text else None
+    return None if cell is None or cell == "" else float(cell)

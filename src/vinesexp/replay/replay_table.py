@@ -16,7 +16,7 @@ import numpy as np
 from vinesexp.records.checks import Check
 from vinesexp.records.result_columns import REPLAY, REPLAY_CYCLES
 from vinesexp.records.schema import Record
-from vinesexp.records.tables import Value, number, write_rows
+from vinesexp.records.tables import Row, Value, number, write_rows
 from vinesexp.replay.measures import Measures
 from vinesexp.theory.regime_definitions import Regime
 
@@ -42,6 +42,7 @@ _STILL = 0.1
 _NO_IMPACT = Regime.NO_IMPACT.value
 _VARYING = "amplitude varies"
 _NAMED = 5  # starts: more are counted
+_AND = "; "  # between regimes in one cell
 _HALF = 0.5  # of a number: what misses by more is no replay, however starts scatter
 _FEW_SPELLS = 3.0  # that a short record may have more or less
 #: Numbers that decide whether a record is replayed, by test; the others are shown.
@@ -221,7 +222,7 @@ def _regime(
     if len(by_regime) > 1:
         named = {regime: list(dict.fromkeys(names)) for regime, names in by_regime.items()}
         total = len({one.start for one in found})
-        starts = "; ".join(
+        starts = _AND.join(
             f"{regime}: {', '.join(names)}"
             if total <= _NAMED
             else f"{regime}: {len(names)} of {total} starts"
@@ -230,11 +231,16 @@ def _regime(
     alike = not steady and any(not m.steady and m.impacts_per_cycle >= _STILL for m in found)
     same = measured in by_regime or alike
     outcome = "not measured" if not measured else "ok" if same else "differs"
-    words = "; ".join(by_regime)
+    words = _AND.join(by_regime)
     return Compared(
         *(record, "regime", "", measured or None, words, None, None, None, outcome, starts),
         decisive=decisive,
     )
+
+
+def regimes_of(row: Row) -> set[str]:
+    """The regimes of all replays of a record, from its row of the quantity ``regime``."""
+    return set(str(row["replayed"]).split(_AND))
 
 
 def write_replay(

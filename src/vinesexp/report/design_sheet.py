@@ -13,8 +13,7 @@ from vinesexp.design.inputs import Given
 from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, Table, notes_of, tables_of
 from vinesexp.figures.draw.design_curve import DesignCurve, design_curve
 from vinesexp.figures.draw.style import described
-from vinesexp.report.inline_figures import themed
-from vinesexp.report.rendering import rendered
+from vinesexp.report.rendering import rendered, themed
 from vinesexp.whole_files import write_whole
 
 #: What each clearance is the best by, and which of the two tables its card is of.

@@ -2,61 +2,254 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vinesexp.clearance.levels import periodic_levels
-from vinesexp.clearance.predicted import identified_rig
 from vinesexp.figures.collect.stated_inputs import input_rows
 from vinesexp.figures.gallery import listed
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.readers.parts import file_of
-from vinesexp.records.result_columns import (
-    BANDS,
-    BASE,
-    BUDGET,
-    CHECKS,
-    CLEARANCES,
-    DECAY_TIMES,
-    IDENTIFIED,
-    LEVEL_VALUES,
-    RECORD_REGIMES,
-    REPLAY,
-    TABLES,
-    TRANSITIONS,
-)
-from vinesexp.records.tables import read_rows
-from vinesexp.report.budget_rows import budget_table
-from vinesexp.report.errorbars import coverage_table
-from vinesexp.report.inline_figures import inline_svg
-from vinesexp.report.level_rows import levels_table
-from vinesexp.report.measured_rows import TESTS, settings_columns, tests_table
-from vinesexp.report.other_branches import other_branches
-from vinesexp.report.parameter_rows import PARAMETERS, SYMBOLS, identified_table
-from vinesexp.report.problem_lists import problem_lists
-from vinesexp.report.processing import Processed, changed_settings, processed_records
+from vinesexp.records.result_columns import TABLES
+from vinesexp.records.store import RecordView, open_record
+from vinesexp.records.tables import Row
 from vinesexp.report.provenance import provenance
 from vinesexp.report.published import published_rows
-from vinesexp.report.regime_rows import regimes_by_test
-from vinesexp.report.rendering import rendered
-from vinesexp.report.replay_verdict import replay_verdict
-from vinesexp.report.stated_rows import stated_rows, stated_sentence
-from vinesexp.report.summaries import MOST_ROWS, files_beside, sections_of_tests
+from vinesexp.report.rendering import inline_svg, rendered
+from vinesexp.report.replay_verdict import other_branches, replay_verdict
+from vinesexp.report.tables_shown import (
+    PARAMETERS,
+    SYMBOLS,
+    TESTS,
+    budget_table,
+    coverage_table,
+    identified_table,
+    levels_table,
+    regimes_by_test,
+    settings_columns,
+    stated_rows,
+    stated_sentence,
+    tests_table,
+)
 from vinesexp.report.verdict import (
     headline,
     periodic_verdicts,
     release_lines,
     release_verdicts,
 )
+from vinesexp.results import CampaignResults
+from vinesexp.settings.overrides import differences
 from vinesexp.theory.regime_definitions import REGIMES
 from vinesexp.whole_files import write_whole
 
-Tables = Mapping[str, list[dict[str, str]]]
 
-#: Tables without which there is no report, and those that a campaign may lack.
-_NEEDED = (IDENTIFIED, LEVEL_VALUES, RECORD_REGIMES, BASE, CLEARANCES, REPLAY, CHECKS)
-_OPTIONAL = (BANDS, TRANSITIONS, BUDGET, DECAY_TIMES)
+@dataclass(frozen=True)
+class Processed:
+    """One record that could be used, in the words of the report.
+
+    Attributes
+    ----------
+    record : id.
+    length, sample_rate : ``50 s``, ``10 kHz``.
+    oscillation : frequency that the bands follow, Hz.
+    motion_band, impact_band : what displacement and acceleration keep, Hz.
+    impacts : how many were found.
+    sha256 : digest of the instrument file when it was read; empty where none was kept.
+    """
+
+    record: str
+    length: str
+    sample_rate: str
+    oscillation: str
+    motion_band: str
+    impact_band: str
+    impacts: int
+    sha256: str
+
+
+def processed_records(campaign: Campaign, results: Path) -> list[Processed]:
+    """Every usable record, from the attributes that the steps have left in its files."""
+    found = []
+    for record in campaign.records:
+        with open_record(results / f"records/{record.id}.nc") as view:
+            sha256 = str(view.attributes.get("source_sha256", ""))
+        with open_record(results / f"conditioned/{record.id}.nc") as view:
+            if view.refused is not None or not view.n:
+                continue
+            found_in, drop = view.attributes, record.test == "drop"
+            found.append(
+                Processed(
+                    record=record.id,
+                    length=f"{view.n / view.sample_rate:.4g} s",
+                    sample_rate=f"{1e-3 * view.sample_rate:.4g} kHz",
+                    # What a drop test's bands follow is the ringing of its impacts.
+                    oscillation="–" if drop else _hertz(found_in.get("oscillation_hz")),
+                    motion_band=_band(view, "displacement") if not drop else "–",
+                    impact_band=_band(view, "acceleration"),
+                    impacts=_count(results / f"impacts/{record.id}.csv"),
+                    sha256=sha256,
+                )
+            )
+    return found
+
+
+def changed_settings(campaign: Campaign) -> list[tuple[str, str]]:
+    """Settings that the campaign or a record changes: what they apply to, and their values."""
+    found = [("all records", text) for text in differences(campaign.settings)]
+    for record in campaign.records:
+        own = differences(record.settings, campaign.settings)
+        found += [(record.id, text) for text in own]
+    return found
+
+
+def _hertz(value: Any) -> str:
+    return f"{float(value):.4g}" if value is not None else "–"
+
+
+def _band(view: RecordView, role: str) -> str:
+    """Edges of what a channel keeps, those that its sampling can hold; a dash without it."""
+    if role not in view.roles:
+        return "–"
+    low, high = (view.attributes.get(f"{role}_{end}_hz") for end in ("low", "high"))
+    if high is not None and float(high) >= 0.5 * view.sample_rate:
+        high = None
+    if low is None and high is None:
+        return "all"
+    if high is None:
+        return f"above {_hertz(low)}"
+    return f"below {_hertz(high)}" if low is None else f"{_hertz(low)} to {_hertz(high)}"
+
+
+def _count(table: Path) -> int:
+    with table.open("rb") as stream:
+        return max(sum(1 for _ in stream) - 1, 0)
+
+
+#: Rows of a table of records that are shown; the others are on the page of all records.
+MOST_ROWS = 100
+#: Problems that are listed one by one.
+_MOST_PROBLEMS = 100
+_EXAMPLES = 5
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Rows of checks.csv that say one thing: of one record, or of many where there are many.
+
+    Attributes
+    ----------
+    outcome, check, detail : as in the table; of many, the detail of the first.
+    records : ids, the first few.
+    more : how many further ones.
+    """
+
+    outcome: str
+    check: str
+    detail: str
+    records: tuple[str, ...]
+    more: int
+
+
+def grouped(problems: Sequence[Row]) -> list[Problem]:
+    """Problems one by one, or by outcome and check where there are too many to read.
+
+    Examples
+    --------
+    >>> row = {"record": "a", "outcome": "warning", "check": "gain", "detail": "3 %"}
+    >>> [(p.records, p.more) for p in grouped([row])]
+    [(('a',), 0)]
+    >>> [(p.records, p.more) for p in grouped([row | {"record": f"r{i}"} for i in range(200)])]
+    [(('r0', 'r1', 'r2', 'r3', 'r4'), 195)]
+    """
+    if len(problems) <= _MOST_PROBLEMS:
+        return [
+            Problem(row["outcome"], row["check"], row["detail"], (row["record"],), 0)
+            for row in problems
+        ]
+    kinds: dict[tuple[str, str], list[Row]] = {}
+    for row in problems:
+        kinds.setdefault((row["outcome"], row["check"]), []).append(row)
+    found = []
+    for (outcome, check), rows in kinds.items():
+        ids = list(dict.fromkeys(row["record"] for row in rows))
+        detail = rows[0]["detail"] if len(rows) == 1 else f"such as {rows[0]['detail']}"
+        shown = tuple(ids[:_EXAMPLES])
+        found.append(Problem(outcome, check, detail, shown, len(ids) - len(shown)))
+    return found
+
+
+def sections_of_tests(
+    headings: Mapping[str, str],
+    tests: Sequence[Mapping[str, Any]],
+    figures: Sequence[Mapping[str, Any]],
+    regimes: Mapping[str, Any],
+) -> list[dict[str, Any]]:
+    """The parts of the page on kinds of tests; one without anything to show says why, or is none.
+
+    Parameters
+    ----------
+    headings : mapping
+        Test to its heading.
+    tests : sequence of mappings
+        With `test`, `count` and `unused`.
+    figures : sequence of mappings
+        Those that stand nowhere else.
+    regimes : mapping
+        Test to its table.
+    """
+    found = []
+    for row in tests:
+        test = row["test"]
+        own = [figure for figure in figures if figure["section"] == test]
+        said = ""
+        if row["unused"] == row["count"]:
+            said = f"None of the {row['count']} records was used"
+            said = "The only record was not used" if row["count"] == 1 else said
+        if own or test in regimes or said:
+            found.append({"test": test, "heading": headings[test], "figures": own, "said": said})
+    return found
+
+
+def files_beside(results: Path, known: Collection[str]) -> list[str]:
+    """Tables in the results folder, by name."""
+    return sorted(path.name for path in results.glob("*.csv") if path.stem in known)
+
+
+#: Outcomes of checks, worst first.
+SEVERITY = {"refused": 0, "excluded": 1, "warning": 2}
+
+
+def problem_lists(checks: Sequence[Row]) -> dict[str, Any]:
+    """Rows of checks.csv sorted into the lists that the page shows.
+
+    Returns
+    -------
+    dict
+        ``problems`` of records, worst first; ``limits``, problems of no single record; ``notes``,
+        what is worth knowing and no problem; ``refused`` and ``excluded``, how many records.
+
+    Examples
+    --------
+    >>> row = {"record": "a", "outcome": "refused", "check": "time", "detail": "stands"}
+    >>> found = problem_lists([row, row | {"record": "", "outcome": "warning"}])
+    >>> found["refused"], len(found["problems"]), len(found["limits"]), found["notes"]
+    (1, 1, 1, [])
+    """
+    problems = [row for row in checks if row["outcome"] != "ok"]
+    found = [row for row in checks if row["outcome"] == "ok"]
+    of_records = [row for row in problems if row["record"]]
+    return {
+        "problems": grouped(sorted(of_records, key=lambda row: SEVERITY[row["outcome"]])),
+        "limits": [row for row in problems if not row["record"]],
+        "notes": [row for row in found if row["check"] != "ingest"],
+        "refused": _records(problems, "refused"),
+        "excluded": _records(problems, "excluded"),
+    }
+
+
+def _records(problems: Sequence[Row], outcome: str) -> int:
+    return len({row["record"] for row in problems if row["outcome"] == outcome})
 
 
 def build_report(campaign: Campaign, results: Path, out: Path) -> Path:
@@ -82,24 +275,24 @@ def build_report(campaign: Campaign, results: Path, out: Path) -> Path:
 
 def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     """Everything the template shows, finished."""
-    tables = _tables(results)
-    inputs = input_rows(results)
-    parameters = identified_table(tables["identified"])
+    found = CampaignResults(results, campaign)
+    inputs = input_rows(found)
+    parameters = identified_table(found.rows("identified"))
     known = {row["name"]: row["value"] for row in parameters}
     return {
         "campaign": campaign,
-        **_answer(campaign, tables, known),
+        **_answer(found, known),
         "parameters": parameters,
         "unknown": {name: what for name, what in PARAMETERS.items() if name not in known},
-        "levels": levels_table(tables["level_values"]),
+        "levels": levels_table(found.rows("level_values")),
         "coverage": coverage_table(),
-        "budget": budget_table(tables["budget"]),
+        "budget": budget_table(found.rows("budget")),
         "written": SYMBOLS,
-        **_of_tests(campaign, results, tables),
+        **_of_tests(found),
         "definitions": REGIMES,
-        "replay": replay_verdict(tables["replay"], tables["checks"]),
-        "published": published_rows(campaign, tables),
-        **problem_lists(tables["checks"]),
+        "replay": replay_verdict(found.rows("replay"), found.rows("checks")),
+        "published": published_rows(found),
+        **problem_lists(found.rows("checks")),
         "stated": stated_rows(inputs),
         "stated_sentence": stated_sentence(inputs),
         **_inputs(campaign, results),
@@ -108,40 +301,34 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
     }
 
 
-def _tables(results: Path) -> Tables:
-    """Rows of every table by its name; none where an optional one is not there."""
-    files = {table: results / f"{table.name}.csv" for table in (*_NEEDED, *_OPTIONAL)}
-    return {
-        table.name: read_rows(file, table) if table in _NEEDED or file.is_file() else []
-        for table, file in files.items()
-    }
-
-
-def _answer(campaign: Campaign, tables: Tables, parameters: Mapping[str, str]) -> dict[str, Any]:
+def _answer(results: CampaignResults, parameters: Mapping[str, str]) -> dict[str, Any]:
     """The verdict on the clearances, and other motions that may explain what misses it."""
-    levels = periodic_levels(campaign, tables["regimes"], tables["base"], tables["identified"])
-    rig = identified_rig(tables["identified"], campaign.known)
-    periodic = periodic_verdicts(
-        levels, tables["clearances"], rig, tables["replay"], tables["level_values"]
-    )
-    releases = release_verdicts(tables["clearances"])
+    periodic = periodic_verdicts(results)
+    releases = release_verdicts(results.rows("clearances"))
     return {
         "periodic": periodic,
         "releases": releases,
         "heights": release_lines(releases),
-        "headline": headline(periodic, releases, parameters, tables["checks"]),
-        "branches": other_branches(levels, tables["clearances"], rig),
+        "headline": headline(periodic, releases, parameters, results.rows("checks")),
+        "branches": other_branches(results.periodic, results.rows("clearances"), results.rig),
     }
 
 
-def _of_tests(campaign: Campaign, results: Path, tables: Tables) -> dict[str, Any]:
+def _of_tests(results: CampaignResults) -> dict[str, Any]:
     """The parts on kinds of tests, and the figures: the first one stands beside the verdict."""
-    figures = [{**vars(drawn), "svg": inline_svg(results, drawn)} for drawn in listed(results)]
+    folder = results.folder
+    figures = [
+        {**vars(drawn), "caption": drawn.caption, "svg": inline_svg(folder, drawn)}
+        for drawn in listed(folder)
+    ]
     first = min(figures, key=_early, default=None)
     regimes = regimes_by_test(
-        campaign, tables["regimes"], bands=tables["bands"], transitions=tables["transitions"]
+        results.campaign,
+        results.rows("regimes"),
+        bands=results.rows("bands"),
+        transitions=results.rows("transitions"),
     )
-    tests = tests_table(campaign, tables["checks"])
+    tests = tests_table(results.campaign, results.rows("checks"))
     others = [figure for figure in figures if figure is not first]
     return {
         "tests": tests,

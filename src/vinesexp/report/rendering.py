@@ -1,15 +1,79 @@
-"""Templates to pages: what report, design sheet and record pages share."""
+"""Templates to pages, and figures inside pages: for report, design sheet, records and the live
+page alike."""
 
 from __future__ import annotations
 
 import re
+import tempfile
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vinesexp.figures.entry import Drawn
 from vinesexp.figures.numbers import significant
 
 if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
+    from matplotlib.figure import Figure
+
+#: Colours that would vanish on a dark page, as the names by which the page's style sets them.
+THEMED = {
+    "#000000": "--figure-ink",
+    "#333333": "--figure-trace",
+    "#ffffff": "--figure-paper",
+    "#e6e6e6": "--figure-grid",
+    "#cccccc": "--figure-faint",
+    "#0072b2": "--figure-blue",
+}
+_COLOUR = re.compile("|".join(THEMED), re.IGNORECASE)
+_TEXT = re.compile(r'<text style="(?![^"]*fill:)')
+
+
+def inline_svg(results: Path, drawn: Drawn) -> str:
+    """The figure as markup for a page with other figures.
+
+    Its ids carry its name; it fills its place; links to pages of records start at the page.
+    """
+    text = (results / "figures" / f"{drawn.name}.svg").read_text(encoding="utf-8")
+    text = text[text.index("<svg") :]
+    text = re.sub(r'\bid="', f'id="{drawn.name}-', text)
+    text = re.sub(r'\b(aria-\w+by)="', rf'\1="{drawn.name}-', text)
+    text = text.replace('href="#', f'href="#{drawn.name}-').replace("url(#", f"url(#{drawn.name}-")
+    text = text.replace('href="../records.html', 'href="records.html')
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    head, rest = text.split(">", maxsplit=1)
+    head = re.sub(
+        r'\s(?:width|height)="[^"]*"', "", head
+    )  # the view box is left: it fills its place
+    return f"{head}>{themed(rest)}"
+
+
+def figure_markup(figure: Figure, name: str) -> str:
+    """A figure that is on one page only, as `inline_svg` gives one of the results folder."""
+    from vinesexp.figures.draw.style import write
+
+    with tempfile.TemporaryDirectory() as place:
+        write(figure, Path(place) / "figures" / f"{name}.svg")
+        return inline_svg(Path(place), Drawn(name, "", "", ""))
+
+
+def themed(svg: str) -> str:
+    """Colours of styles by name, so that the page can set them; text without one gets ink's.
+
+    Examples
+    --------
+    >>> themed('<path style="fill: #000000"/>')
+    '<path style="fill: var(--figure-ink)"/>'
+    >>> themed('<text style="font: 9px sans-serif">b</text>')
+    '<text style="fill: var(--figure-ink); font: 9px sans-serif">b</text>'
+    """
+
+    def named(style: re.Match[str]) -> str:
+        return _COLOUR.sub(lambda colour: f"var({THEMED[colour[0].lower()]})", style[0])
+
+    coloured = re.sub(r'style="[^"]*"', named, svg)
+    return _TEXT.sub('<text style="fill: var(--figure-ink); ', coloured)
+
 
 _SYMBOL = re.compile(r"\b(b(?=_[ct])|r(?=_\d))_([ct]|\d+)\b")
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from vinesexp.figures.draw.methods import SYMBOLS
-from vinesexp.figures.draw.repeated_values import value_over_folders
+from vinesexp.figures.draw.methods import SYMBOLS, value_over_folders
 from vinesexp.figures.numbers import plus_minus
-from vinesexp.report.inline_figures import figure_markup
-from vinesexp.report.rendering import rendered
+from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.results_repeatability import Repeatability, Series
 
 

@@ -1,22 +1,126 @@
-"""The replay in words and as a table: does the identified rig move as the records do?"""
+"""Does the identified rig move as the records do? The replay in words and as a table; and where a
+record shows another regime than b_c predicts, the motions that coexist at its clearance."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from vinesexp.clearance.levels import Periodic, Tested
+from vinesexp.clearance.optimum import UNSEEN
+from vinesexp.clearance.predicted import IdentifiedRig
+from vinesexp.errors import VinesexpError
 from vinesexp.figures.numbers import significant
+from vinesexp.maps.basins import STARTS, Attractor, coexisting
+from vinesexp.records.tables import Row
+from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
 from vinesexp.theory.regime_definitions import PERMANENT
 
-Row = Mapping[str, str]
+#: Share by which the amplitude of a record may miss that of a motion that explains it.
+ALIKE = 0.1
+#: Records that are looked at; more say no more.
+MOST = 12
+
+
+def other_branches(
+    levels: Sequence[Periodic], clearances: Sequence[Row], rig: IdentifiedRig
+) -> list[dict[str, str]]:
+    """One row for each record whose regime is not the one that b_c predicts.
+
+    Parameters
+    ----------
+    levels : sequence of Periodic
+    clearances : sequence of mappings
+        Rows of clearances.csv.
+    rig : IdentifiedRig
+
+    Returns
+    -------
+    list of dict
+        ``record``, ``clearance`` (mm), ``measured``, ``predicted``, ``found`` (the motions that
+        coexist) and ``explained`` (a sentence); empty where all agree or values are missing.
+    """
+    if not set(RIG_VALUES) <= set(rig.values):
+        return []
+    rows = {row["level"]: row for row in clearances if row["test"] == "periodic"}
+    differing = [
+        (level, test)
+        for level in levels
+        if level.name in rows
+        for test in level.tests
+        if _differs(test, rows[level.name])
+    ]
+    return [row for level, test in differing[:MOST] if (row := _row(level, test, rig))]
+
+
+def _differs(test: Tested, row: Row) -> bool:
+    """Whether the regime is another than b_c predicts; within its interval nothing is predicted."""
+    low, high = (row.get(f"predicted_{end}_mm") or row["exact_mm"] for end in ("low", "high"))
+    if low is None or high is None or not test.regime or test.regime == UNSEEN:
+        return False
+    b = 1e3 * test.clearance
+    permanent = test.regime in PERMANENT
+    return (b < low and not permanent) or (b > high and permanent)
+
+
+def _row(level: Periodic, test: Tested, rig: IdentifiedRig) -> dict[str, str] | None:
+    value = {name: quantity.value for name, quantity in rig.values.items()}
+    try:
+        oscillator = Oscillator(M=value["M"], c1=value["c1"], k1=value["k1"])
+        ball = NES(m=value["m"], b=test.clearance, r=value["r"])
+        found = coexisting(
+            Rig(oscillator, nes=[ball]),
+            level=level.G,
+            frequency=level.frequency or oscillator.f0,
+            clearances=[test.clearance],
+        )
+    except VinesexpError:
+        return None
+    permanent = test.regime in PERMANENT
+    return {
+        "record": test.record,
+        "clearance": f"{1e3 * test.clearance:g}",
+        "measured": f"{test.regime}, {1e3 * (test.value or 0.0):.3g} mm",
+        "predicted": "no two impacts per cycle" if permanent else "two impacts per cycle",
+        "found": "; ".join(_in_words(one) for one in found),
+        "explained": explanation(test, found),
+    }
+
+
+def explanation(test: Tested, found: Sequence[Attractor]) -> str:
+    """Whether one of the motions that coexist is that of the record.
+
+    Examples
+    --------
+    >>> low = Attractor(0.03, "two symmetric", 0.75, 30, 1.3e-3, 1.3e-3, 1.3e-3, 1.4e-3, 2.0)
+    >>> high = Attractor(0.03, "strongly modulated", 0.25, 10, 6e-3, 5.9e-3, 6.1e-3, 9e-3, 1.6)
+    >>> explanation(Tested(0.03, 6.2e-3, "strongly modulated"), [low, high])
+    'another motion explains it: strongly modulated, 6 mm, from 25 % of the starts'
+    """
+    alike = [one for one in found if _of_the_record(test, one)]
+    if not alike:
+        return f"no other motion explains it: none of {STARTS} starts leads there"
+    best = max(alike, key=lambda one: one.share)
+    if best.share == 1.0:
+        return "all starts lead to the motion of the record, none to the one that b_c is about"
+    return f"another motion explains it: {_in_words(best)}"
+
+
+def _of_the_record(test: Tested, one: Attractor) -> bool:
+    same = one.regime == test.regime or {one.regime, test.regime} <= set(PERMANENT)
+    value = test.value or 0.0
+    return same and (1.0 - ALIKE) * one.low <= value <= (1.0 + ALIKE) * one.high
+
+
+def _in_words(one: Attractor) -> str:
+    return f"{one.regime}, {1e3 * one.mean:.3g} mm, from {100.0 * one.share:.0f} % of the starts"
+
 
 #: What a record is judged by, the first that it has: its name with the unit, units per SI unit.
 _SHOWN = {
     "amplitude": ("amplitude (mm)", 1e3),
     "decay time": ("decay time (s)", 1.0),
 }
-_STARTS = re.compile(r"(.+): (\d+) of (\d+) starts")
 
 
 @dataclass(frozen=True)
@@ -40,8 +144,8 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
 
     Examples
     --------
-    >>> row = {"record": "a", "quantity": "amplitude", "measured": "0.005", "replayed": "0.00501",
-    ...        "low": "0.005", "high": "0.00502", "deviation": "-0.002", "outcome": "ok",
+    >>> row = {"record": "a", "quantity": "amplitude", "measured": 0.005, "replayed": 0.00501,
+    ...        "low": 0.005, "high": 0.00502, "deviation": -0.002, "outcome": "ok",
     ...        "starts": ""}
     >>> replay_verdict([row], []).sentence
     'The identified rig moves as the record does: mean amplitude of other motions within 0.2 %.'
@@ -82,11 +186,11 @@ def _within(rows: Sequence[Row]) -> str:
     )
     parts: dict[str, float] = {}
     for row in rows:
-        if not row["deviation"]:
+        if row["deviation"] is None:
             continue
         for quantity, permanent, words in kinds:
             if (row["quantity"], row["record"] in steady) == (quantity, permanent):
-                parts[words] = max(parts.get(words, 0.0), abs(float(row["deviation"])))
+                parts[words] = max(parts.get(words, 0.0), abs(row["deviation"]))
     shown = [f"{words} within {100.0 * off:.2g} %" for words, off in parts.items()]
     return ", ".join(shown) or "as far as they can be compared"
 
@@ -102,7 +206,7 @@ def _records(rows: Sequence[Row]) -> Iterator[dict[str, str]]:
             **(_compared(own[main]) if main else dict.fromkeys(_COMPARED, "–")),
             "impacts": _impacts(own.get("impacts per cycle")),
             "regime": regime.get("measured") or "–",
-            "starts": starts_in_brief(regime.get("starts") or regime.get("replayed") or "–"),
+            "starts": regime.get("starts") or regime.get("replayed") or "–",
             "differs": ", ".join(name for name, row in own.items() if row["outcome"] == "differs"),
         }
 
@@ -119,7 +223,7 @@ def _compared(row: Row) -> dict[str, str]:
         "quantity": name,
         "measured": significant(row["measured"], factor=factor),
         "replayed": replayed if low == high else f"{replayed} ({low} to {high})",
-        "deviation": f"{100.0 * float(row['deviation']):+.1f} %" if row["deviation"] else "–",
+        "deviation": f"{100.0 * row['deviation']:+.1f} %" if row["deviation"] is not None else "–",
     }
 
 
@@ -127,21 +231,3 @@ def _impacts(row: Row | None) -> str:
     if row is None:
         return "–"
     return f"{significant(row['measured'])}, {significant(row['replayed'])}"
-
-
-def starts_in_brief(text: str) -> str:
-    """Regimes of the replays with how many starts lead there, the most first.
-
-    Examples
-    --------
-    >>> starts_in_brief("no impact: 1 of 12 starts; two symmetric: 11 of 12 starts")
-    'two symmetric 11, no impact 1 of 12'
-    >>> starts_in_brief("two symmetric")
-    'two symmetric'
-    """
-    found = [_STARTS.fullmatch(part) for part in text.split("; ")]
-    known = [(one[1], int(one[2]), one[3]) for one in found if one]
-    if len(known) < len(found):
-        return text
-    known.sort(key=lambda one: -one[1])
-    return ", ".join(f"{regime} {count}" for regime, count, _ in known) + f" of {known[0][2]}"

@@ -6,20 +6,206 @@ and a prediction is compared with a bound only where it contradicts it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vinesexp.clearance.comparison import END
 from vinesexp.clearance.curves import predicted_lowest
 from vinesexp.clearance.levels import Periodic
-from vinesexp.clearance.predicted import IdentifiedRig, at_level
-from vinesexp.figures.numbers import millimetres, with_interval
+from vinesexp.clearance.optimum import UNSEEN
+from vinesexp.figures.numbers import millimetres, outwards, with_interval
 from vinesexp.records.missing_cells import MISSING
-from vinesexp.records.tables import number
-from vinesexp.report.agreement import agreement, within
-from vinesexp.report.caveats import branch_note, left_early, likely_causes
+from vinesexp.records.tables import Row
+from vinesexp.replay.replay_table import regimes_of
+from vinesexp.results import CampaignResults
+from vinesexp.theory.regime_definitions import PERMANENT
 
-Row = Mapping[str, str]
+#: Width of the interval of b_c, over b_c, up to which it can agree or disagree with anything.
+DECIDES = 0.1
+
+
+def within(row: Row) -> str:
+    """Where a measured clearance lies for sure, from the tried ones around it; empty if unknown.
+
+    Examples
+    --------
+    >>> within({"measured_mm": 27.0, "measured_low_mm": 26.0, "measured_high_mm": 28.0})
+    'between 26 and 28 mm'
+    >>> within({"measured_mm": 27.0, "measured_low_mm": None, "measured_high_mm": 28.0})
+    'below 28 mm'
+    """
+    return _where(row, "between {} and {} mm")
+
+
+def span(row: Row) -> str:
+    """The same in brief: `26 to 28 mm`."""
+    return _where(row, "{} to {} mm")
+
+
+def _where(row: Row, both: str) -> str:
+    if not row.get("measured_mm"):
+        return ""
+    least, most = outwards(row["measured_low_mm"], row["measured_high_mm"])
+    if least and most:
+        return both.format(least, most)
+    if least:
+        return f"above {least} mm"
+    return f"below {most} mm" if most else "not bracketed by what was tried"
+
+
+#: A prediction that misses the bracket by less than this share is reported as agreeing: clearances
+#: are set to a few tenths of a millimetre.
+NEAR = 0.01
+
+
+def agreement(lowest: Row, end: Row) -> tuple[str, bool | None]:
+    """Whether b_c lies where it should: at the end of permanent impacts, else at the optimum.
+
+    Returns
+    -------
+    sentence : str
+    agrees : bool or None
+        None where there is nothing to compare, or a bound that b_c does not contradict.
+
+    Examples
+    --------
+    >>> predicted = {"exact_mm": 33.91, "predicted_low_mm": 33.89, "predicted_high_mm": 33.94}
+    >>> end = {"measured_mm": 34.25, "measured_low_mm": 34.0, "measured_high_mm": 34.5}
+    >>> agreement({}, {**end, **predicted})
+    ('b_c is 0.3 % below the clearances between which two impacts per cycle end', True)
+    >>> agreement({}, {**end, **predicted, "measured_low_mm": 31.0, "measured_high_mm": None})
+    ('two impacts per cycle end above 31 mm: b_c is not tested further', None)
+    """
+    if end.get("measured_mm"):
+        row, what = end, "two impacts per cycle end"
+    else:
+        row, what = lowest, "amplitude is lowest"
+        if lowest.get("bound"):
+            return "nothing to compare: the lowest amplitude is at the edge of what was tried", None
+    if not row.get("measured_mm") or not row.get("exact_mm"):
+        return "nothing to compare", None
+    low, high = row["measured_low_mm"], row["measured_high_mm"]
+    bound = low is None or high is None
+    low = low if low is not None else 0.0
+    high = high if high is not None else math.inf
+    reach, exact = (row["predicted_low_mm"], row["predicted_high_mm"]), row["exact_mm"]
+    width = (reach[1] - reach[0]) / exact
+    if width > DECIDES:
+        return (
+            f"cannot decide: the 95 % interval of b_c is {100.0 * width:.0f} % wide; the error "
+            "budget says what would narrow it most",
+            None,
+        )
+    if reach[0] <= high and reach[1] >= low:
+        if bound:
+            return f"{what} {within(row)}: b_c is not tested further", None
+        return f"b_c lies in the gap in which {what}", True
+    apart = exact / low - 1.0 if exact < low else exact / high - 1.0
+    side = "below" if apart < 0.0 else "above"
+    share = f"b_c is {100.0 * abs(apart):.1f} % {side}"
+    if bound:
+        tried = low if apart < 0.0 else high
+        text = f"{share} {tried:.4g} mm, but {what} {within(row)}"
+        return text, None if abs(apart) < NEAR else False
+    return f"{share} the clearances between which {what}", abs(apart) < NEAR
+
+
+#: Checks that can be why a prediction misses, in words.
+CAUSES = {
+    "base amplitude": "the base amplitude differs from the test log",
+    "base frequency": "the base frequency differs from the test log",
+    "base motion": "the base was no steady sine",
+    "mass": "ways to M disagree",
+    "agreement": "records disagree",
+    "jumps": "channels disagree on the impacts",
+    "cross-axis": "the accelerometer shows motion across its axis",
+    "settling": "tests may not have settled",
+    "gain": "channels disagree on their gain",
+    "sign": "a channel has the wrong sign",
+    "collisions": "the collisions are not those of the model",
+    "added mass": "an added mass is off",
+    "damping": "damping depends on amplitude",
+    "spring": "the spring is not straight",
+    "replay": "the identified rig does not replay its records",
+}
+
+
+def likely_causes(checks: Sequence[Row]) -> str:
+    """The causes that warnings name, as a clause; says so where they name none.
+
+    Examples
+    --------
+    >>> likely_causes([{"record": "", "check": "mass", "outcome": "warning", "detail": "..."}])
+    'likely causes by the checks: ways to M disagree'
+    """
+    named = {row["check"] for row in checks if row["outcome"] == "warning"}
+    words = [text for name, text in CAUSES.items() if name in named]
+    if not words:
+        return "no check names a cause; a clearance or the ball's mass may be off"
+    return f"likely causes by the checks: {', '.join(words)}"
+
+
+def left_early(level: Periodic, end: Row, replay: Sequence[Row]) -> str:
+    """Why tests may lose two impacts per cycle below b_c: they began elsewhere; empty if not so.
+
+    Parameters
+    ----------
+    level : Periodic
+    end : mapping
+        Row of clearances.csv of the end of two impacts per cycle.
+    replay : sequence of mappings
+        Rows of replay.csv.
+    """
+    low, exact = end.get("measured_low_mm"), end.get("exact_mm")
+    if exact is None:
+        return ""
+    starts = {row["record"]: row for row in replay if row["quantity"] == "regime"}
+    for test in level.tests:
+        above = low is None or 1e3 * test.clearance > low
+        row = starts.get(test.record)
+        if not above or test.regime in PERMANENT or test.regime in ("", UNSEEN) or row is None:
+            continue
+        shown = regimes_of(row)
+        if 1e3 * test.clearance < exact and shown & set(PERMANENT):
+            return (
+                f"at {1e3 * test.clearance:g} mm the identified rig keeps them from some starts "
+                "and not from others, so that these tests do not show where the orbit itself ends"
+            )
+    return ""
+
+
+def branch_note(level: Periodic, replay: Sequence[Row]) -> str:
+    """Up to where replays from rest keep the orbit whose end b_c is; empty where all starts do.
+
+    Parameters
+    ----------
+    level : Periodic
+    replay : sequence of mappings
+        Rows of replay.csv.
+    """
+    starts = {row["record"]: row for row in replay if row["quantity"] == "regime"}
+    kept: list[float] = []
+    lost: list[float] = []
+    for test in level.tests:
+        row = starts.get(test.record)
+        if row is None:
+            continue
+        shown = regimes_of(row)
+        if shown <= set(PERMANENT):
+            kept.append(test.clearance)
+        elif shown & set(PERMANENT):
+            lost.append(test.clearance)
+    if not lost:
+        return ""
+    below = [b for b in kept if b < min(lost)]
+    reach = f"up to {1e3 * max(below):g} mm" if below else "at no clearance tried"
+    return (
+        f"replays from every start keep two impacts per cycle {reach}; at {1e3 * min(lost):g} mm "
+        "some starts lead elsewhere"
+    )
+
+
 _NO_ROW: Row = {}
 
 
@@ -34,6 +220,7 @@ class PeriodicVerdict:
     lowest_bound : ``at most`` and the like where it is the edge of what was tried.
     branch : which starts lead to another motion than the one whose end b_c is.
     end_within : between which tests two impacts per cycle cease to be permanent.
+    end_card : the same in brief, for a card.
     exact, published : predicted b_c.
     exact_lowest : predicted clearance of lowest amplitude.
     sentence : how b_c and the measurement agree.
@@ -51,37 +238,32 @@ class PeriodicVerdict:
     agrees: bool | None
     lowest_bound: str = ""
     branch: str = ""
+    end_card: str = ""
 
 
-def periodic_verdicts(
-    levels: Sequence[Periodic],
-    clearances: Sequence[Row],
-    rig: IdentifiedRig,
-    replay: Sequence[Row] = (),
-    amplitudes: Sequence[Row] = (),
-) -> list[PeriodicVerdict]:
+def periodic_verdicts(results: CampaignResults) -> list[PeriodicVerdict]:
     """One verdict a base amplitude, from clearances.csv, replay.csv and level_values.csv."""
-    rows = {row["level"]: row for row in clearances if row["test"] == "periodic"}
+    rows, replay = results.compared, results.rows("replay")
     verdicts = []
-    for level in levels:
-        row, end = rows.get(level.name, _NO_ROW), rows.get(level.name + END, _NO_ROW)
-        own = at_level(rig, amplitudes, G=level.nominal)
-        least = predicted_lowest(own, G=level.G, frequency=level.frequency)
+    for level in results.periodic:
+        row, end = (rows.get(("periodic", level.name + of), _NO_ROW) for of in ("", END))
+        least = predicted_lowest(results.rig_at(level), G=level.G, frequency=level.frequency)
         sentence, agrees = agreement(row, end)
         if agrees is False and (why := left_early(level, end, replay)):
             sentence, agrees = f"{sentence}; {why}", None
         verdicts.append(
             PeriodicVerdict(
                 level=level.name,
-                lowest=millimetres(row["measured_mm"]) if row.get("measured_mm") else "",
+                lowest=_length(row.get("measured_mm")),
                 lowest_within=within(row),
                 end_within=within(end),
                 exact=_predicted(row),
-                published=millimetres(row["published_mm"]) if row.get("published_mm") else "",
-                exact_lowest=millimetres(f"{1e3 * least}") if least is not None else "",
+                published=_length(row.get("published_mm")),
+                exact_lowest="" if least is None else millimetres(1e3 * least),
                 sentence=sentence,
                 agrees=agrees,
                 lowest_bound=row.get("bound", ""),
+                end_card=span(end),
                 branch=branch_note(level, replay),
             )
         )
@@ -95,6 +277,7 @@ class ReleaseVerdict:
     Attributes
     ----------
     level : ``20 mm to 3 mm``.
+    height, target : ``20 mm`` and ``3 mm``.
     best, within : measured, mm, and where it lies for sure; empty where not measured.
     bound : ``at most`` and the like where it is the edge of what was tried.
     published, exact : b_t, mm.
@@ -106,6 +289,8 @@ class ReleaseVerdict:
     published: str
     exact: str
     bound: str = ""
+    height: str = ""
+    target: str = ""
 
 
 def release_verdicts(clearances: Sequence[Row]) -> list[ReleaseVerdict]:
@@ -118,6 +303,8 @@ def release_verdicts(clearances: Sequence[Row]) -> list[ReleaseVerdict]:
             published=millimetres(row.get("published_mm")),
             exact=_predicted(row) or "–",
             bound=row.get("bound", ""),
+            height=f"{row['release_mm']:.6g} mm",
+            target=f"{row['target_mm']:.6g} mm",
         )
         for row in clearances
         if row["test"] == "transient"
@@ -205,17 +392,18 @@ def release_lines(releases: Sequence[ReleaseVerdict]) -> list[dict[str, str]]:
 
     Examples
     --------
-    >>> found = ReleaseVerdict("20 mm to 3 mm", "30.0", "between 24 and 33.1 mm", "33.3", "27.3")
+    >>> found = ReleaseVerdict("20 mm to 3 mm", "30.0", "between 24 and 33.1 mm", "33.3", "27.3",
+    ...                        height="20 mm", target="3 mm")
     >>> release_lines([found])[0]["fastest"]
     'to 3 mm with 30.0 mm'
     """
     heights: dict[str, list[ReleaseVerdict]] = {}
     for verdict in releases:
-        heights.setdefault(verdict.level.partition(" to ")[0], []).append(verdict)
+        heights.setdefault(verdict.height, []).append(verdict)
     lines = []
     for height, own in heights.items():
         fastest = [
-            f"to {verdict.level.partition(' to ')[2]} with {verdict.best} mm"
+            f"to {verdict.target} with {verdict.best} mm"
             for verdict in own
             if verdict.within and not verdict.bound
         ]
@@ -230,6 +418,7 @@ def release_lines(releases: Sequence[ReleaseVerdict]) -> list[dict[str, str]]:
     return lines
 
 
+_EDGES = {"at most": ("smallest", "smaller"), "at least": ("largest", "larger")}
 _EDGE = {
     "at most": "the smallest that was tried or as good as it",
     "at least": "the largest that was tried or as good as it",
@@ -241,16 +430,20 @@ def _least(verdict: PeriodicVerdict) -> str:
     """The end of the sentence on the lowest amplitude."""
     if not verdict.lowest_bound:
         return f"a clearance of {verdict.lowest} mm ({verdict.lowest_within})."
-    edge = {"at most": "smallest", "at least": "largest"}[verdict.lowest_bound]
+    edge, beyond = _EDGES[verdict.lowest_bound]
     return (
         f"the {edge} clearance that was tried, {verdict.lowest} mm: the best one lies "
-        f"{verdict.lowest_within} and may be {edge.removesuffix('st')}r than any tried."
+        f"{verdict.lowest_within} and may be {beyond} than any tried."
     )
 
 
+def _length(value: float | None) -> str:
+    return "" if value is None else millimetres(value)
+
+
 def _predicted(row: Row) -> str:
-    if not row.get("exact_mm"):
+    exact = row.get("exact_mm")
+    if exact is None:
         return ""
-    exact = float(row["exact_mm"])
-    low, high = (number(row.get(f"predicted_{end}_mm", "")) for end in ("low", "high"))
+    low, high = (row.get(f"predicted_{end}_mm") for end in ("low", "high"))
     return with_interval(exact, exact if low is None else low, exact if high is None else high)

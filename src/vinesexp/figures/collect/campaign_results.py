@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,8 +11,7 @@ from numpy.typing import NDArray
 
 from vinesexp.clearance.comparison import END
 from vinesexp.clearance.curves import amplitude_curve, decay_curves
-from vinesexp.clearance.levels import Periodic, Release, periodic_levels, release_levels
-from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
+from vinesexp.clearance.levels import Periodic, Release
 from vinesexp.figures.collect.motions_on_manifold import draw_manifold
 from vinesexp.figures.collect.regimes_of_tests import draw_regimes
 from vinesexp.figures.collect.replays import draw_replay
@@ -30,78 +28,50 @@ from vinesexp.figures.draw.amplitude_over_clearance import (
 from vinesexp.figures.draw.methods import estimates_by_method
 from vinesexp.figures.entry import Drawn
 from vinesexp.figures.numbers import plus_minus
-from vinesexp.records.campaign import Campaign
-from vinesexp.records.result_columns import (
-    BASE,
-    CLEARANCES,
-    DECAY_TIMES,
-    IDENTIFIED,
-    LEVEL_VALUES,
-    RECORD_REGIMES,
-)
-from vinesexp.records.tables import number, read_rows
+from vinesexp.records.tables import Row
+from vinesexp.results import CampaignResults
 from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
-Row = Mapping[str, str]
 _NO_CURVE: tuple[Floats, Floats] = (np.empty(0), np.empty(0))
 
 
-def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
+def draw(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     """Every figure of the family, with its entry for the list."""
-    identified = read_rows(results / "identified.csv", IDENTIFIED)
-    regimes = read_rows(results / "regimes.csv", RECORD_REGIMES)
-    rig = identified_rig(identified, campaign.known)
-    yield from draw_clearances(campaign, results)
-    yield from draw_regimes(campaign, results, regimes)
-    yield from draw_manifold(campaign, results, regimes, rig)
-    yield from draw_ringdowns(campaign, results, identified)
-    yield from draw_replay(campaign, results, regimes)
+    yield from draw_clearances(results)
+    yield from draw_regimes(results)
+    yield from draw_manifold(results)
+    yield from draw_ringdowns(results)
+    yield from draw_replay(results)
     yield from draw_inputs(input_rows(results))
     values = {
-        row["parameter"]: plus_minus(float(row["value"]), float(row["std_error"]), row["unit"])
-        for row in identified
-        if row["method"] == "combined"
+        name: plus_minus(row["value"], row["std_error"], row["unit"])
+        for name, row in results.values.items()
     }
-    figure = estimates_by_method(identified, values)
+    figure = estimates_by_method(results.rows("identified"), values)
     if figure is not None:
-        caption = (
+        title = (
             "Identified values that more than one method found, as deviation from the combined "
-            "value (green, its 95 % interval shaded), which the predictions use. Bars are 95 % "
-            "intervals. Methods whose bars do not meet disagree; for M that means a wrong "
-            "clearance, ball mass or added mass. c1 and k1 follow from M, f0 and ζ."
+            "value (green, its 95 % interval shaded), which the predictions use"
         )
-        yield figure, Drawn("identified", "identified", caption)
+        text = (
+            "Bars are 95 % intervals. Methods whose bars do not meet disagree; for M that means a "
+            "wrong clearance, ball mass or added mass. c1 and k1 follow from M, f0 and ζ."
+        )
+        yield figure, Drawn("identified", "identified", title, text)
 
 
-def draw_clearances(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
+def draw_clearances(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     """Amplitude over clearance of the periodic tests, and time over clearance of the releases."""
-    identified = read_rows(results / "identified.csv", IDENTIFIED)
-    regimes = read_rows(results / "regimes.csv", RECORD_REGIMES)
-    times = read_rows(results / "decay_times.csv", DECAY_TIMES)
-    base = read_rows(results / "base.csv", BASE)
-    rows = read_rows(results / "clearances.csv", CLEARANCES)
-    compared = {(row["test"], row["level"]): row for row in rows}
-    rig = identified_rig(identified, campaign.known)
-    amplitudes = read_rows(results / "level_values.csv", LEVEL_VALUES)
-    levels = [
-        (level, at_level(rig, amplitudes, G=level.nominal))
-        for level in periodic_levels(campaign, regimes, base, identified)
-    ]
-    yield from _periodic(levels, regimes, compared)
-    yield from _releases(release_levels(campaign, regimes, times), compared, rig)
+    yield from _periodic(results)
+    yield from _releases(results)
 
 
-def _periodic(
-    levels: Sequence[tuple[Periodic, IdentifiedRig]],
-    regimes: Sequence[Row],
-    compared: Mapping[tuple[str, str], Row],
-) -> Iterator[tuple[Figure, Drawn]]:
-    by_id = {row["record"]: row for row in regimes}
-    valleys = [_valley(level, by_id, compared, rig) for level, rig in levels]
+def _periodic(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
+    valleys = [_valley(level, results) for level in results.periodic]
     if not valleys:
         return
     line = (
@@ -110,8 +80,8 @@ def _periodic(
         if any(valley.curve[0].size for valley in valleys)
         else ""
     )
-    caption = (
-        "Amplitude of the mass over clearance. Points are mean amplitudes, coloured by regime, "
+    text = (
+        "Points are mean amplitudes, coloured by regime, "
         "with bars of their 95 % intervals from cycle to cycle; the sensitivity of the "
         "displacement, which moves all alike, is not in them. The tick above each is the largest "
         "amplitude. Amplitude falls with clearance as long as there are two impacts per cycle, and "
@@ -120,53 +90,57 @@ def _periodic(
         + line
     )
     figure = amplitude_over_clearance(valleys)
-    yield figure, Drawn("clearance_periodic", "clearance", caption)
+    yield (
+        figure,
+        Drawn("clearance_periodic", "clearance", "Amplitude of the mass over clearance", text),
+    )
     if sum(valley.exact is not None for valley in valleys) > 1:
-        caption = (
+        title = (
             "How far the measured clearances are from the exact b_c, over base amplitude; bars "
-            "reach to the clearances tried on either side. b_c predicts the end of two impacts per "
+            "reach to the clearances tried on either side"
+        )
+        text = (
+            "b_c predicts the end of two impacts per "
             "cycle; the lowest amplitude lies a little below it."
         )
-        yield optimum_over_level(valleys), Drawn("clearance_optimum", "clearance", caption)
+        drawn = Drawn("clearance_optimum", "clearance", title, text)
+        yield optimum_over_level(valleys), drawn
 
 
-def _valley(
-    level: Periodic,
-    by_id: Mapping[str, Row],
-    compared: Mapping[tuple[str, str], Row],
-    rig: IdentifiedRig,
-) -> Valley:
+def _valley(level: Periodic, results: CampaignResults) -> Valley:
+    by_id, compared = results.by_record("regimes"), results.compared
     clearance = np.array([test.clearance for test in level.tests])
     # A little beyond the tests on the left, to show where the slope comes from.
     low = clearance[0] - 0.03 * (clearance[-1] - clearance[0])
     b, amplitude = amplitude_curve(
-        rig, G=level.G, frequency=level.frequency, low=float(low), high=float(clearance[-1])
+        results.rig_at(level),
+        G=level.G,
+        frequency=level.frequency,
+        low=float(low),
+        high=float(clearance[-1]),
     )
     row = compared.get(("periodic", level.name), {})
-    own = [by_id[test.record] for test in level.tests]
+    own = [by_id[test.record][0] for test in level.tests]
     return Valley(
         name=level.name,
         G=1e3 * level.nominal,
         clearance=1e3 * clearance,
         mean=1e3 * np.array([test.value for test in level.tests], dtype=float),
-        largest=1e3 * np.array([float(row["amplitude_max_m"]) for row in own]),
-        half=1e3
-        * COVERAGE_95
-        * np.array([number(row.get("amplitude_error_m")) or np.nan for row in own]),
-        cycles=tuple(int(number(row.get("cycles")) or 0) for row in own),
+        largest=1e3 * np.array([row["amplitude_max_m"] for row in own], dtype=float),
+        half=1e3 * COVERAGE_95 * np.array([row.get("amplitude_error_m") or np.nan for row in own]),
+        cycles=tuple(int(row.get("cycles") or 0) for row in own),
         regime=tuple(test.regime for test in level.tests),
         curve=(1e3 * b, 1e3 * amplitude),
         records=tuple(test.record for test in level.tests),
         lowest=_interval(row, "measured"),
         end=_interval(compared.get(("periodic", level.name + END), {}), "measured"),
-        published=number(row.get("published_mm")),
+        published=row.get("published_mm"),
         exact=_interval(row, "predicted", "exact_mm"),
     )
 
 
-def _releases(
-    levels: Sequence[Release], compared: Mapping[tuple[str, str], Row], rig: IdentifiedRig
-) -> Iterator[tuple[Figure, Drawn]]:
+def _releases(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
+    levels, compared, rig = results.releases, results.compared, results.rig
     for x0 in sorted({level.x0 for level in levels}):
         own = [level for level in levels if level.x0 == x0 and len(level.tests) > 1]
         if not own:
@@ -176,8 +150,7 @@ def _releases(
         times = decay_curves(rig, x0=x0, targets=[level.target for level in own], clearances=b)
         curves = [(1e3 * b, row) for row in times] if times is not None else [_NO_CURVE] * len(own)
         reached = [_reached(level, compared, c) for level, c in zip(own, curves, strict=True)]
-        caption = (
-            "Time from the release until the amplitude stays below a given one, over clearance. "
+        text = (
             "Each amplitude has its own fastest clearance (orange, with the clearances that tie "
             "with it or bracket it); there is no single best one, and both predictions of b_t are "
             "marks. Green lines: predicted for a ball that is captured at once, rings where they "
@@ -186,10 +159,11 @@ def _releases(
         figure = time_over_clearance(
             reached,
             title=f"release from {1e3 * x0:g} mm",
-            published=number(row.get("published_mm")),
-            exact=number(row.get("exact_mm")),
+            published=row.get("published_mm"),
+            exact=row.get("exact_mm"),
         )
-        yield figure, Drawn(f"clearance_release_{1e3 * x0:g}mm", "clearance", caption)
+        title = "Time from the release until the amplitude stays below a given one, over clearance"
+        yield figure, Drawn(f"clearance_release_{1e3 * x0:g}mm", "clearance", title, text)
 
 
 def _reached(
@@ -206,8 +180,8 @@ def _reached(
 
 
 def _interval(row: Row, prefix: str, value: str | None = None) -> Interval | None:
-    centre = number(row.get(value or f"{prefix}_mm"))
+    centre = row.get(value or f"{prefix}_mm")
     if centre is None:
         return None
-    low, high = (number(row.get(f"{prefix}_{end}_mm")) for end in ("low", "high"))
+    low, high = (row.get(f"{prefix}_{end}_mm") for end in ("low", "high"))
     return centre, -math.inf if low is None else low, math.inf if high is None else high

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from vinesexp.figures.draw.manifold_motions import Projected, manifold_figure
 from vinesexp.figures.entry import Drawn
 from vinesexp.identification.flights import flights_of
 from vinesexp.records.campaign import Campaign, Record
+from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.theory.projection import project
 
@@ -24,27 +25,28 @@ _MOST = 3
 _FEWEST = 20  # impacts with a free flight
 
 
-def draw_manifold(
-    campaign: Campaign, results: Path, regimes: Sequence[Mapping[str, str]], rig: IdentifiedRig
-) -> Iterator[tuple[Figure, Drawn]]:
+def draw_manifold(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     """Releases and modulated responses on the SIM of the identified restitution."""
+    rig = results.rig
     if not {"M", "k1", "r", "m"} <= set(rig.values):
         return
-    regime_of = {row["record"]: row["regime"] for row in regimes}
     shown = []
-    for record in _chosen(campaign, regime_of):
-        motion = projected(record, results, rig)
+    for record in _chosen(results.campaign, results.regime_of):
+        motion = projected(record, results.folder, rig)
         if motion.C.size >= _FEWEST:
             shown.append(motion)
     if not shown:
         return
-    caption = (
-        "Measured motions on the slow invariant manifold of the identified restitution: after each "
-        "impact, the amplitude of the ball (its speed between the walls) and of the mass, both in "
-        "clearances. A captured ball follows the solid part down to T1 and is lost there; a "
-        "strongly modulated response goes round. The first impact has a ring."
+    title = "Measured motions on the slow invariant manifold of the identified restitution"
+    text = (
+        "After each impact, the amplitude of the ball (its speed between the walls) and of the "
+        "mass, both in clearances. A captured ball follows the solid part down to T1 and is lost "
+        "there; a strongly modulated response goes round. The first impact has a ring."
     )
-    yield manifold_figure(shown, r=rig.values["r"].value), Drawn("manifold", "transient", caption)
+    yield (
+        manifold_figure(shown, r=rig.values["r"].value),
+        Drawn("manifold", "transient", title, text),
+    )
 
 
 def _chosen(campaign: Campaign, regime_of: Mapping[str, str]) -> list[Record]:

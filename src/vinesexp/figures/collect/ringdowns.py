@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,13 +19,13 @@ from vinesexp.records.result_columns import DECAY
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
 from vinesexp.records.tables import read_rows
+from vinesexp.results import CampaignResults
 from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
-Row = Mapping[str, str]
 Found = Mapping[str, Estimate]
 
 _MOST = 4_000_000  # samples of one decay
@@ -36,11 +35,9 @@ _MOST_DECAYS = 6
 _LAW = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
 
 
-def draw_ringdowns(
-    campaign: Campaign, results: Path, identified: Sequence[Row]
-) -> Iterator[tuple[Figure, Drawn]]:
+def draw_ringdowns(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     """A decay with its exponential, and the line of added masses where there are some."""
-    paths = ResultPaths(results)
+    campaign, paths = results.campaign, ResultPaths(results.folder)
     found = {
         record.id: own
         for record in campaign.records
@@ -51,15 +48,15 @@ def draw_ringdowns(
     drawn = [(record, _decay(record, found[record.id], paths)) for record in bare[:_MOST_DECAYS]]
     drawn = [(record, decay) for record, decay in drawn if decay.time.size]
     if drawn:
-        yield _figure(drawn, _trace(drawn[0][0], paths), identified)
-    yield from _line(campaign, found, identified)
+        yield _figure(drawn, _trace(drawn[0][0], paths), results)
+    yield from _line(results, found)
 
 
 def _decay(record: Record, own: Found, paths: ResultPaths) -> Decay:
     """The decay of one record as the estimate step left it, mm."""
     rows = read_rows(paths.decay(record.id), DECAY)
     time, amplitude, law, viscous = (
-        np.array([float(row[name]) for row in rows]) for name in DECAY.names
+        np.array([row[name] for row in rows], dtype=float) for name in DECAY.names
     )
     named = " and ".join(word for name, word in _LAW.items() if name in own)
     none = np.empty(0)
@@ -75,48 +72,42 @@ def _trace(record: Record, paths: ResultPaths) -> Trace:
         return Trace("displacement", view.time(0, _MOST), x, columns=columns_of(cycles))
 
 
-def _combined(identified: Sequence[Row], parameter: str) -> str | None:
-    """A combined value as it stands in the table of the report."""
-    for row in identified:
-        if (row["parameter"], row["method"]) == (parameter, "combined"):
-            return plus_minus(float(row["value"]), float(row["std_error"] or 0.0), row["unit"])
-    return None
-
-
 def _figure(
-    decays: Sequence[tuple[Record, Decay]], trace: Trace, identified: Sequence[Row]
+    decays: Sequence[tuple[Record, Decay]], trace: Trace, results: CampaignResults
 ) -> tuple[Figure, Drawn]:
     record, decay = decays[0]
     values = [
-        f"{symbol} = {text}"
+        f"{symbol} = {plus_minus(row['value'], row['std_error'] or 0.0, row['unit'])}"
         for symbol, name in (("f₀", "f0"), ("ζ", "zeta"))
-        if (text := _combined(identified, name))
+        if (row := results.values.get(name))
     ]
     title = record.id + (f"\nall records: {', '.join(values)}" if values else "")
     figure = ringdown_and_fit(trace, decay, [decay for _, decay in decays], title=title)
-    caption = (
+    head = (
         f"Above: ring-down {record.id} (bandpassed) with the envelope of what was identified from "
-        "it. Below: what it leaves of the amplitude of each ring-down, cycle by cycle. Scatter "
+        "it"
+    )
+    text = (
+        "Below: what it leaves of the amplitude of each ring-down, cycle by cycle. Scatter "
         "around zero is noise, a bow is damping of another kind."
     )
     if decay.law.size:
-        caption += (
+        text += (
             " The faint points are what an exponential would leave: damping depends on amplitude, "
             "and the ζ of the title is that at the amplitude where the records know it best."
         )
-    return figure, Drawn("ringdown_fit", "ringdown", caption)
+    return figure, Drawn("ringdown_fit", "ringdown", head, text)
 
 
-def _line(
-    campaign: Campaign, found: Mapping[str, Found], identified: Sequence[Row]
-) -> Iterator[tuple[Figure, Drawn]]:
+def _line(results: CampaignResults, found: Mapping[str, Found]) -> Iterator[tuple[Figure, Drawn]]:
+    campaign = results.campaign
     records = [record for record in campaign.records if record.id in found]
-    row = next(
-        (r for r in identified if (r["parameter"], r["method"]) == ("M", "added mass")), None
-    )
+    wanted = ("M", "added mass")
+    rows = results.rows("identified")
+    row = next((r for r in rows if (r["parameter"], r["method"]) == wanted), None)
     if row is None:
         return
-    M = float(row["value"])
+    M = row["value"]
     loads = np.array([record.added_mass or 0.0 for record in records])
     periods = np.array([(2.0 * np.pi * found[r.id]["f0"].value) ** -2.0 for r in records])
     loaded = Loaded(
@@ -127,16 +118,16 @@ def _line(
         M=M,
         k1=float(np.mean((M + loads) / periods)),
     )
-    text = plus_minus(M, float(row["std_error"] or 0.0), "kg")
-    figure = added_mass_line(loaded, title=f"M = {text}")
-    caption = (
-        "Ring-downs with added masses. Left: the squared period grows with the mass along a "
+    shown = plus_minus(M, row["std_error"] or 0.0, "kg")
+    figure = added_mass_line(loaded, title=f"M = {shown}")
+    text = (
+        "Left: the squared period grows with the mass along a "
         "straight line, which meets zero at minus the mass of the oscillator. Right: how much mass "
         "each ring-down shows beyond that line. Bars are 95 % intervals from the frequency, from "
         "mounting the masses again and from weighing them. A point that is off by more than its "
         "bar has a wrong added mass."
     )
-    yield figure, Drawn("ringdown_added_mass", "ringdown", caption)
+    yield figure, Drawn("ringdown_added_mass", "ringdown", "Ring-downs with added masses", text)
 
 
 def _half(campaign: Campaign, record: Record, f0: Estimate, M: float) -> float:

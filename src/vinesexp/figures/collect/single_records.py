@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from vinesexp.figures.draw.impact_shapes import Marks, impacts_on_acceleration
 from vinesexp.figures.draw.traces import Trace, amplitudes, columns_of, overview
 from vinesexp.figures.entry import Drawn
-from vinesexp.records.campaign import Campaign, Record
+from vinesexp.records.campaign import Record
 from vinesexp.records.store import RecordView, open_record
+from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import read_impacts
 
 if TYPE_CHECKING:
@@ -35,9 +36,10 @@ _MOST_CURVES = 14  # in one figure
 _MOST_POINTS = 1200  # of a drawn line
 
 
-def draw(campaign: Campaign, results: Path) -> Iterator[tuple[Figure, Drawn]]:
+def draw(found: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     """Every figure of the family, with its entry for the list."""
-    usable = [record for record in campaign.records if _usable(record, results)]
+    results = found.folder
+    usable = [record for record in found.campaign.records if _usable(record, results)]
     for test in ("ringdown", "periodic", "transient", "drop"):
         record = _representative([r for r in usable if r.test == test])
         if record is None:
@@ -116,12 +118,10 @@ def _overview(record: Record, results: Path) -> tuple[Figure, Drawn]:
     frequency = _oscillation(record, results)
     with open_record(results / f"records/{record.id}.nc") as view:
         traces = [whole(view, role, frequency=frequency) for role in _SHOWN if role in view.roles]
-    caption = (
-        f"Record {record.id} as measured: calibrated, nothing filtered. Look for drift, clipping "
-        "and gaps."
-    )
+    head = f"Record {record.id} as measured: calibrated, nothing filtered"
+    text = "Look for drift, clipping and gaps."
     figure = overview(traces, title=f"{record.id}: {_set_up(record)}")
-    return figure, Drawn(f"record_{record.test}", record.test, caption)
+    return figure, Drawn(f"record_{record.test}", record.test, head, text)
 
 
 def _oscillation(record: Record, results: Path) -> float:
@@ -162,13 +162,13 @@ def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
         "Middle: by how much each impact changed the velocity of the mass, coloured by the wall "
         "that was hit. "
     )
-    caption = (
-        f"Record {record.id}. Above: bandpassed {role}, every spike an impact; the shaded "
+    text = (
+        f"Above: bandpassed {role}, every spike an impact; the shaded "
         f"stretch is enlarged below. {middle if np.isfinite(marks.jump).any() else ''}"
         "Below: the stretch with every impact found marked. Each spike should carry one mark, "
         "and a mark should sit on a spike."
     )
-    yield figure, Drawn(f"impacts_{record.test}", record.test, caption)
+    yield figure, Drawn(f"impacts_{record.test}", record.test, f"Record {record.id}", text)
 
 
 def _stretch(view: RecordView, record: Record, marks: Marks) -> tuple[int, int]:
@@ -223,12 +223,12 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
             traces, xlabel="frequency (Hz)", ylabel="amplitude (mm)", bare=len(bare)
         )
         with_nes = f" with {word} NES{'s' if balls > 1 else ''}" if len(bare) < len(chosen) else ""
-        caption = (
-            f"Slow sine sweeps{with_nes}: amplitude of the mass over the base's frequency. "
+        head = f"Slow sine sweeps{with_nes}: amplitude of the mass over the base's frequency"
+        text = (
             "The grey curve is the mass alone; where a coloured one swings to and fro, the "
             "response is strongly modulated."
         ) + _of(chosen, every)
-        yield figure, Drawn(f"sweep_{word}_nes", "sweep", caption)
+        yield figure, Drawn(f"sweep_{word}_nes", "sweep", head, text)
 
 
 def spread(records: Sequence[Record]) -> list[Record]:
@@ -271,8 +271,9 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
             for t in traces
         ]
         figure = amplitudes(traces, xlabel="time (s)", ylabel="amplitude (mm)", bare=len(free))
-        caption = (
-            f"Decay after release with {word}. A ball in step with the mass takes energy out along "
+        text = (
+            "A ball in step with the mass takes energy out along "
             "a nearly straight line until it loses step at T1; after that the decay is slow."
         ) + _of(chosen, every)
-        yield figure, Drawn(f"transient_{word.split()[0]}_nes", "transient", caption)
+        head, name = f"Decay after release with {word}", ("one", "two")[balls - 1]
+        yield figure, Drawn(f"transient_{name}_nes", "transient", head, text)

@@ -1,4 +1,4 @@
-"""Identified values: every method beside the combined value, each with its 95 % interval."""
+"""Identified values: by every method, as they shrink over a campaign, over several campaigns."""
 
 from __future__ import annotations
 
@@ -6,14 +6,54 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from vinesexp.arrays import FloatArray
 from vinesexp.figures.draw.style import COLOURS, SEQUENCE, label, new_figure
+from vinesexp.records.tables import Row
 from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Row = Mapping[str, str]
+
+def value_over_folders(
+    names: Sequence[str],
+    values: FloatArray,
+    errors: FloatArray,
+    *,
+    mean: tuple[float, float],
+    unit: str,
+) -> Figure:
+    """A row a folder, the first at the top: the value with its 95 % interval, beside the mean's.
+
+    Parameters
+    ----------
+    names : sequence of str
+    values, errors : ndarray
+        With standard errors.
+    mean : pair of float
+        Of all, and its standard error.
+    unit : str
+        Of the values; ``1`` for a ratio.
+    """
+    figure, (axis,) = new_figure(height=0.95 + 0.24 * len(names))
+    low, high = (mean[0] + side * COVERAGE_95 * mean[1] for side in (-1.0, 1.0))
+    axis.axvspan(low, high, color=COLOURS["exact"], alpha=0.18, linewidth=0)
+    axis.axvline(mean[0], color=COLOURS["exact"])
+    places = range(len(names))[::-1]
+    axis.errorbar(
+        values, places, xerr=COVERAGE_95 * errors, fmt="o", color=COLOURS["measured"],
+        capsize=2.5, linewidth=1.2,
+    )  # fmt: skip
+    axis.set_yticks(list(places), list(names))
+    axis.set_ylim(-0.6, len(names) - 0.4)
+    axis.grid(axis="y", visible=False)
+    axis.ticklabel_format(axis="x", useOffset=False)
+    axis.set_xlabel("value" if unit in ("", "1") else unit)
+    label(axis, "mean", (mean[0], 1.0), colour=COLOURS["exact"], shift=(0, 3), ha="center",
+          va="bottom", xycoords=axis.get_xaxis_transform())  # fmt: skip
+    return figure
+
 
 #: How each parameter is written.
 SYMBOLS = {"f0": "f₀", "zeta": "ζ", "M": "M", "c1": "c₁", "k1": "k₁", "r": "r"}
@@ -110,11 +150,11 @@ def intervals_over_records(
 
 
 def _panel(axis: Axes, rows: Sequence[Row], combined: Row) -> None:
-    centre = float(combined["value"]) or 1.0
+    centre = combined["value"] or 1.0
 
     def deviations(row: Row) -> list[float]:
-        columns = ("value", "ci95_low", "ci95_high")
-        return [float(row[column] or row["value"]) / centre - 1.0 for column in columns]
+        values = (row[name] for name in ("value", "ci95_low", "ci95_high"))
+        return [(row["value"] if v is None else v) / centre - 1.0 for v in values]
 
     reach = max(abs(d) for row in (*rows, combined) for d in deviations(row))
     unit, size = next((s for s in _SHARES if reach < 1e3 * s[1]), _SHARES[-1])

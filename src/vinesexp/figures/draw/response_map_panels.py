@@ -1,17 +1,70 @@
-"""A map over two parameters: mean amplitude, largest amplitude, captured share."""
+"""Maps over two parameters, and motions that coexist at one clearance."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.figures.draw.style import label, new_figure
+from vinesexp.figures.draw.style import COLOURS, label, new_figure, regime_colour
+from vinesexp.maps.basins import Attractor
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+#: Area of the dot of a motion to which all starts lead, points squared.
+WHOLE = 60.0
+
+
+def coexisting_motions(found: Sequence[Attractor], *, bare: float) -> Figure:
+    """Mean amplitude as a dot, up to the largest a line; below, the shares of the starts.
+
+    Parameters
+    ----------
+    found : sequence of Attractor
+        By clearance.
+    bare : float
+        Amplitude of the oscillator alone, m.
+    """
+    figure, (axis, share) = new_figure(2, 1, height=5.0, sharex=True, height_ratios=[3, 1])
+    b = np.unique([one.b for one in found])
+    width = 1e3 * float(np.diff(b).min()) if b.size > 1 else 1.0
+    stacked = dict.fromkeys(b.tolist(), 0.0)
+    regimes = list(dict.fromkeys(one.regime for one in found))
+    for regime in regimes:
+        own = [one for one in found if one.regime == regime]
+        colour = regime_colour(regime)
+        x = [1e3 * one.b for one in own]
+        axis.vlines(
+            x, [1e3 * one.mean for one in own], [1e3 * one.largest for one in own],
+            color=colour, linewidth=0.8, alpha=0.7,
+        )  # fmt: skip
+        axis.scatter(
+            x, [1e3 * one.mean for one in own], s=[WHOLE * one.share for one in own],
+            color=colour, edgecolor="white", linewidth=0.3, zorder=3,
+        )  # fmt: skip
+        axis.scatter([], [], s=0.5 * WHOLE, color=colour, label=regime)
+        for one in own:
+            share.bar(
+                1e3 * one.b, 100.0 * one.share, width, bottom=100.0 * stacked[one.b], color=colour
+            )
+            stacked[one.b] += one.share
+    axis.axhline(1e3 * bare, color=COLOURS["bare"], linestyle=":", linewidth=1.0)
+    label(axis, "bare oscillator", (1e3 * b[0], 1e3 * bare), colour=COLOURS["bare"], shift=(0, 6))
+    axis.set_ylim(bottom=0.0)
+    axis.set_ylabel("amplitude of the mass (mm)")
+    title = "dot: mean amplitude, its area the share of starts; line: up to the largest"
+    axis.legend(
+        loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, fontsize=8, title=title,
+        title_fontsize=8,
+    )  # fmt: skip
+    share.set_ylim(0.0, 100.0)
+    share.set_ylabel("starts (%)")
+    share.set_xlabel("clearance b (mm)")
+    return figure
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,7 @@ def read_impacts(path: Path) -> Impacts:
     found: dict[str, Any] = {}
     for name in COLUMNS:
         if name in _WHOLE:
-            found[name] = np.array([int(row[name]) for row in rows], dtype=np.int64)
+            found[name] = np.array([row[name] for row in rows], dtype=np.int64)
         else:
-            found[name] = np.array([float(row[name] or "nan") for row in rows], dtype=np.float64)
+            found[name] = np.array([row[name] for row in rows], dtype=np.float64)
     return Impacts(**found)

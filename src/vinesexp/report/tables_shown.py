@@ -1,0 +1,394 @@
+"""Tables of the report as text: tests, identified values, their budget, levels, regimes, stated
+values, and how often stated intervals held the truth."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from typing import Any
+
+from vinesexp.figures.collect.stated_inputs import named
+from vinesexp.figures.numbers import difference, plus_minus, plus_minus_brief, significant
+from vinesexp.records.campaign import Campaign
+from vinesexp.records.tables import Column, Row, Table, ids_of, read_rows
+from vinesexp.theory.regime_definitions import BY_FREQUENCY
+from vinesexp.units import COVERAGE_95
+
+_VALUES = {
+    "f0": ("f0_hz", "f0_error_hz"),
+    "zeta": ("zeta", "zeta_error"),
+    "c1": ("c1_n_s_m", "c1_error_n_s_m"),
+    "k1": ("k1_n_m", "k1_error_n_m"),
+}
+
+
+def levels_table(rows: Sequence[Row]) -> list[dict[str, str]]:
+    """Rows of level_values.csv as text; a value that is not known is a dash.
+
+    Examples
+    --------
+    >>> row = {"base_amplitude_mm": 0.25, "amplitude_m": 0.0053, "f0_hz": 7.86732,
+    ...        "f0_error_hz": 0.0012, "zeta": 0.00776, "zeta_error": 0.00002}
+    >>> levels_table([row])[0]["zeta"], levels_table([row])[0]["c1"]
+    ('(7.760 ± 0.039)·10⁻³', '–')
+    """
+    return [
+        {
+            "base": significant(row["base_amplitude_mm"]),
+            "amplitude": significant(row["amplitude_m"], factor=1e3),
+            **{name: _shown(row, *columns) for name, columns in _VALUES.items()},
+        }
+        for row in rows
+    ]
+
+
+def _shown(row: Row, value: str, error: str) -> str:
+    if not row.get(value):
+        return "–"
+    return plus_minus(row[value], row[error])
+
+
+#: Tests in the order of the page, each with its heading.
+TESTS = {
+    "ringdown": "Ring-downs",
+    "sweep": "Sweeps",
+    "periodic": "Periodic tests",
+    "transient": "Releases",
+    "drop": "Drop tests",
+}
+
+#: Settings of the tests that get a column where any test has them.
+SETTINGS = {
+    "clearances": "clearance (mm)",
+    "base": "base amplitude (mm)",
+    "frequency": "frequency (Hz)",
+    "added": "added mass (g)",
+    "release": "release (mm)",
+}
+
+
+def tests_table(campaign: Campaign, checks: Sequence[Row]) -> list[dict[str, Any]]:
+    """One row a kind of test; `unused` counts its records that were refused or excluded."""
+    rows = []
+    unused = {row["record"] for row in checks if row["outcome"] in ("refused", "excluded")}
+    for test, heading in TESTS.items():
+        records = [r for r in campaign.records if r.test == test]
+        if records:
+            rows.append(
+                {
+                    "test": test,
+                    "heading": heading,
+                    "count": len(records),
+                    "unused": sum(record.id in unused for record in records),
+                    "clearances": _range([1e3 * b for r in records for b in r.clearance]),
+                    "base": _range([1e3 * r.base_amplitude for r in records if r.base_amplitude]),
+                    "frequency": _range([f for r in records for f in r.frequency or ()]),
+                    "added": _range([1e3 * r.added_mass for r in records if r.added_mass]),
+                    "release": _range([1e3 * r.release for r in records if r.release]),
+                }
+            )
+    return rows
+
+
+def settings_columns(tests: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
+    """Columns of the settings that any of the tests has."""
+    return [
+        {"key": key, "name": name}
+        for key, name in SETTINGS.items()
+        if any(row[key] != "–" for row in tests)
+    ]
+
+
+def _range(values: Sequence[float]) -> str:
+    if not values:
+        return "–"
+    low, high = min(values), max(values)
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
+def regimes_by_test(
+    campaign: Campaign, regimes: Sequence[Row], *, bands: Sequence[Row], transitions: Sequence[Row]
+) -> dict[str, list[dict[str, Any]]]:
+    """Rows of regimes.csv with what the record was, by test; tests without NES have none.
+
+    A sweep has its bands in place of one word, a release the points where its balls are lost.
+    """
+    found: dict[str, list[dict[str, Any]]] = {}
+    by_id = {record.id: record for record in campaign.records}
+    for row in regimes:
+        record = by_id.get(row["record"])
+        if record is None or not record.clearance or not row["regime"]:
+            continue
+        words = row["regime"]
+        if words == BY_FREQUENCY:
+            words = bands_in_words([one for one in bands if one["record"] == record.id]) or words
+        lost = [one for one in transitions if one["record"] == record.id]
+        each = row.get("impacts_per_cycle_each") or ""
+        found.setdefault(record.test, []).append(
+            {
+                **row,
+                "clearance": " + ".join(f"{1e3 * b:g}" for b in record.clearance),
+                "regime": words,
+                "impacts": each if " | " in each else significant(row["impacts_per_cycle"]),
+                "lost": lost_in_words(lost) or "–",
+                "mean": _mean(row),
+            }
+        )
+    return found
+
+
+def _mean(row: Row) -> str:
+    """Mean amplitude, mm, with its ± where the record gives one."""
+    error = row.get("amplitude_error_m")
+    if error is None:
+        return significant(row["amplitude_mean_m"], factor=1e3)
+    return plus_minus_brief(1e3 * row["amplitude_mean_m"], 1e3 * error)
+
+
+def bands_in_words(rows: Sequence[Row]) -> str:
+    """The bands of each ball of a sweep, in the order of time.
+
+    Examples
+    --------
+    >>> band = {"nes": 1, "response": "permanent", "from_hz": 7.72, "to_hz": 8.08}
+    >>> still = {"nes": 1, "response": "inactive", "from_hz": 8.08, "to_hz": 8.4}
+    >>> bands_in_words([band, still])
+    'permanent 7.72 to 8.08 Hz'
+    >>> bands_in_words([still])
+    'inactive'
+    """
+    balls = list(dict.fromkeys(row["nes"] for row in rows))
+    words = []
+    for ball in balls:
+        own = [
+            f"{row['response']} {row['from_hz']:.2f} to {row['to_hz']:.2f} Hz"
+            for row in rows
+            if row["nes"] == ball and row["response"] != "inactive"
+        ]
+        whose = "all balls: " if ball == 0 else f"ball {ball}: " if len(balls) > 1 else ""
+        words.append(whose + (", ".join(own) or "inactive"))
+    return "; ".join(words)
+
+
+def lost_in_words(rows: Sequence[Row]) -> str:
+    """Amplitude and time at which each ball of a release is lost.
+
+    Examples
+    --------
+    >>> row = {"nes": 1, "transition_m": 0.00414, "captured_until_s": 2.03}
+    >>> lost_in_words([row])
+    '4.14 mm, 2.03 s'
+    """
+    return "; ".join(
+        (f"ball {row['nes']}: " if len(rows) > 1 else "")
+        + f"{1e3 * row['transition_m']:.2f} mm, {row['captured_until_s']:.2f} s"
+        for row in rows
+    )
+
+
+_WORDS = {
+    "ok": "agrees",
+    "off": "contradicted: the analysis takes what was found",
+    "not tested": "not tested: the records add nothing to what was stated",
+}
+
+
+def stated_rows(rows: Sequence[Row]) -> list[dict[str, str]]:
+    """One row an input, in the order of `rows`.
+
+    Examples
+    --------
+    >>> row = {"item": "clearance", "record": "b34", "unit": "mm", "stated": 34.0,
+    ...        "stated_error": 0.05, "found": 34.4, "found_error": 0.02, "verdict": "off"}
+    >>> [shown] = stated_rows([row])
+    >>> shown["stated"], shown["found"], shown["away"], shown["errors"]
+    ('34.000 ± 0.098 mm', '34.400 ± 0.039 mm', '+0.400 ± 0.039 mm', '+8.0')
+    """
+    return [
+        {
+            "name": named(row),
+            "stated": _with_unit(row, "stated"),
+            "found": _with_unit(row, "found"),
+            "away": difference(_away(row), row["found_error"] or 0.0, row["unit"]),
+            "errors": _in_errors(row),
+            "kind": {"ok": "agree", "off": "differ"}.get(row["verdict"], "open"),
+            "verdict": _WORDS[row["verdict"]],
+        }
+        for row in rows
+    ]
+
+
+def stated_sentence(rows: Sequence[Row]) -> str:
+    """How many inputs agree, are contradicted, are not tested."""
+    counts = [sum(row["verdict"] == verdict for row in rows) for verdict in ("off", "ok")]
+    off, agree = counts
+    return (
+        f"Of {len(rows)} values that campaign.yaml and records.csv state, the records contradict "
+        f"{off or 'none'}, agree with {agree}, and do not test {len(rows) - off - agree}."
+    )
+
+
+def _away(row: Row) -> float:
+    away: float = row["found"] - row["stated"]
+    return away
+
+
+def _in_errors(row: Row) -> str:
+    size = row["stated_error"] or 0.0
+    return f"{_away(row) / size:+.1f}" if size else "–"
+
+
+def _with_unit(row: Row, name: str) -> str:
+    return plus_minus(row[name], row[f"{name}_error"] or 0.0, row["unit"])
+
+
+#: Shares below this are left to the sum of the rest.
+_LEAST = 0.01
+
+
+def budget_table(rows: Sequence[Row]) -> list[dict[str, str]]:
+    """Rows of budget.csv, the largest share of each parameter first.
+
+    Examples
+    --------
+    >>> rows = [{"parameter": "M", "source": "scatter", "contribution": 0.001, "share": 0.2,
+    ...          "note": ""},
+    ...         {"parameter": "M", "source": "added mass", "contribution": 0.002, "share": 0.8,
+    ...          "note": "1 g assumed"}]
+    >>> [(row["source"], row["share"]) for row in budget_table(rows)]
+    [('added mass', '80 %'), ('scatter', '20 %')]
+    """
+    shown = []
+    for parameter in dict.fromkeys(row["parameter"] for row in rows):
+        own = [row for row in rows if row["parameter"] == parameter]
+        own.sort(key=lambda row: -(row["share"] or 0.0))
+        for row in own:
+            share = row["share"] or 0.0
+            if share < _LEAST:
+                continue
+            shown.append(
+                {
+                    "parameter": parameter,
+                    "source": row["source"],
+                    "contribution": _contribution(row),
+                    "share": f"{100.0 * share:.0f} %",
+                    "note": row["note"],
+                }
+            )
+    return shown
+
+
+def _contribution(row: Row) -> str:
+    """In the unit of the identified value; clearances in mm."""
+    if row["parameter"].startswith(("b_c", "b_t")):
+        return f"{significant(row['contribution'], digits=2, factor=1e3)} mm"
+    return significant(row["contribution"], digits=2)
+
+
+#: error_bars.csv, which benchmarks/error_bars.py writes.
+ERROR_BARS = Table("error_bars", "error bar benchmark", (
+    Column("noise", "name of the noise level"),
+    Column("parameter", "M, c1, ..."),
+    Column("campaigns", "simulated campaigns at this level", kind="whole"),
+    Column("covered", "share of 95 % intervals with the truth", "1", "number"),
+))  # fmt: skip
+
+
+def coverage_table() -> dict[str, Any]:
+    """Share of 95 % intervals with the truth: a row a parameter, a column a noise level.
+
+    Returns
+    -------
+    dict
+        ``levels``: names of the noise levels; ``campaigns``: how many at each; ``chance``: by
+        how much a share scatters by chance, percent; ``rows``: dicts with
+        ``name`` and ``cells``, in percent.
+
+    Examples
+    --------
+    >>> table = coverage_table()
+    >>> table["levels"][1], len(table["rows"][0]["cells"])
+    ('nominal', 3)
+    """
+    with resources.as_file(resources.files("vinesexp.report") / "error_bars.csv") as path:
+        rows = read_rows(path, ERROR_BARS)
+    levels = list(dict.fromkeys(row["noise"] for row in rows))
+    shares = {(row["parameter"], row["noise"]): f"{100.0 * row['covered']:.1f} %" for row in rows}
+    campaigns = rows[0]["campaigns"]
+    chance = 100.0 * COVERAGE_95 * math.sqrt(0.95 * 0.05 / campaigns)  # by chance
+    return {
+        "levels": levels,
+        "campaigns": campaigns,
+        "chance": f"{chance:.1f}",
+        "rows": [
+            {"name": name, "cells": [shares[name, level] for level in levels]}
+            for name in dict.fromkeys(row["parameter"] for row in rows)
+        ],
+    }
+
+
+#: Parameters in the order of the table, each with what it is.
+PARAMETERS = {
+    "f0": "natural frequency",
+    "zeta": "damping ratio",
+    "M": "mass of the oscillator",
+    "c1": "damping",
+    "k1": "stiffness",
+    "r": "restitution",
+}
+
+#: How each parameter is written, as markup.
+SYMBOLS = {"f0": "f<sub>0</sub>", "zeta": "ζ", "c1": "c<sub>1</sub>", "k1": "k<sub>1</sub>"}
+
+#: Ids in one cell.
+_MOST_IDS = 24
+#: What is asked first of a rig, in the line of the verdict.
+_ASKED = ("M", "c1", "k1", "r")
+
+
+def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
+    """Combined values in reading order, each with its methods; `brief` is for the verdict."""
+    combined = {row["parameter"]: row for row in identified if row["method"] == "combined"}
+    order = [*PARAMETERS, *sorted(name for name in combined if name not in PARAMETERS)]
+    return [
+        {
+            "name": name,
+            "order": (*_ASKED, *order).index(name),
+            "symbol": SYMBOLS.get(name, re.sub(r"^r_(\d+)$", r"r<sub>\1</sub>", name)),
+            "meaning": PARAMETERS.get(name, _meaning(name)),
+            "value": _value(combined[name]),
+            "brief": plus_minus_brief(*_numbers(combined[name])),
+            "methods": [
+                {"method": row["method"], "value": _value(row), "ids": _ids(row["records"])}
+                for row in identified
+                if row["parameter"] == name and row["method"] != "combined"
+            ],
+        }
+        for name in order
+        if name in combined
+    ]
+
+
+def _ids(cell: str) -> tuple[tuple[str, ...], int]:
+    """Ids as far as they are shown, and how many there are besides."""
+    ids = ids_of(cell)
+    return ids[:_MOST_IDS], max(len(ids) - _MOST_IDS, 0)
+
+
+def _meaning(name: str) -> str:
+    """Of r_1, r_2: balls are numbered in the order of clearance_mm, in tests with several."""
+    if name == "m":
+        return "mass of the ball"
+    if not name.startswith("r_"):
+        return ""
+    return f"restitution, tests with several balls: ball {name[2:]} in the order of clearance_mm"
+
+
+def _value(row: Row) -> str:
+    return plus_minus(*_numbers(row))
+
+
+def _numbers(row: Row) -> tuple[float, float, str]:
+    return row["value"], row["std_error"] or 0.0, row["unit"]
