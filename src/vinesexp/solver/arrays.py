@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig
@@ -31,7 +31,6 @@ from vinesexp.solver.state import (
     U,
 )
 
-FloatArray = NDArray[np.float64]
 LINEAR = WeakDamping()
 
 

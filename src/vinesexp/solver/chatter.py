@@ -21,9 +21,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled
 from vinesexp.solver.state import (
     CLEARANCE,
@@ -38,8 +36,6 @@ from vinesexp.solver.state import (
     D,
     U,
 )
-
-FloatArray = NDArray[np.float64]
 
 REMAINDER = 1e-8
 UNSEEN = 1e-15  # rad

@@ -16,13 +16,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled
 from vinesexp.solver.state import FREE, HIT, MASS, RESTING, RESTITUTION, RHO, SIDE, STATE, D, U
-
-FloatArray = NDArray[np.float64]
 
 NEGLIGIBLE = 1e-17  # relative speed over speed: a tenth of what rounding leaves of the latter
 

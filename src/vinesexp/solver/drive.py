@@ -11,11 +11,9 @@ from fractions import Fraction
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.excitation import Base, Harmonic, Measured, SteppedSweep, Sweep
-
-FloatArray = NDArray[np.float64]
 
 CHIRP, POLYNOMIAL = 0, 1
 TAU = 2.0 * math.pi

@@ -13,13 +13,11 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Base, Harmonic, Measured, SteppedSweep, Sweep, WeakDamping
 from vinesexp.rig import Rig
-
-FloatArray = NDArray[np.float64]
 
 #: Evaluations of one radian of the motion after which it is given up.
 STALL = 300_000

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.solver.bookkeeping import advance_clock, write_event
+from vinesexp.arrays import FloatArray
 from vinesexp.solver.chatter import close_chatter, release, settle
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.contact import closing_now, impact, resting_mass
@@ -54,9 +54,10 @@ from vinesexp.solver.state import (
     X_NOW,
     D,
     U,
+    advance_clock,
+    write_event,
 )
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 

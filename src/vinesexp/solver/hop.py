@@ -19,18 +19,24 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from vinesexp.solver.bookkeeping import advance_clock
+from vinesexp.arrays import FloatArray
 from vinesexp.solver.chatter import remaining_time
 from vinesexp.solver.compiled import compiled
 from vinesexp.solver.response import H_P, H_RATE, H_TWOALPHA, H_W, H_W0SQ
 from vinesexp.solver.search import EPS
-from vinesexp.solver.state import CLEARANCE, FREE, RHO, SIDE, STATE, V_NOW, X_NOW, D, U
+from vinesexp.solver.state import (
+    CLEARANCE,
+    FREE,
+    RHO,
+    SIDE,
+    STATE,
+    V_NOW,
+    X_NOW,
+    D,
+    U,
+    advance_clock,
+)
 from vinesexp.solver.walls import open_until
-
-FloatArray = NDArray[np.float64]
 
 SHORT = 0.3  # rad: flights shorter than this are hops
 TOP = 12

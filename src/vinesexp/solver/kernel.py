@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.solver.bookkeeping import advance_clock
+from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.contact import closing_now
 from vinesexp.solver.events import turn
@@ -55,10 +55,10 @@ from vinesexp.solver.state import (
     X_NOW,
     D,
     U,
+    advance_clock,
 )
 from vinesexp.solver.walls import certain_step, guess, landing, open_until
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 LANDED = 1e-8  # rad: from here one Newton step is exact to rounding (its error is the square)

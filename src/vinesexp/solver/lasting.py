@@ -1,6 +1,6 @@
 """Event loop of rigs whose contacts last: a bounded-error scheme.
 
-A contact is solved in closed form for constant approach (`contact_law.py`). Its momentum goes over
+A contact is solved in closed form for constant approach (`touch`). Its momentum goes over
 at one instant, the middle of the force: before and after, oscillator and ball move as if the force
 had been spread, and only within the contact their paths are cut short. The error left is that of
 the forces that change during a contact; docs/benchmarks/simulation.md has it measured. A ball that
@@ -8,6 +8,16 @@ the wall's push would not let go stays on the wall.
 
 Between events everything is exact, as in `rubbing.py`. It is compiled of its own, when it is first
 asked for: the plain rig pays nothing for it.
+
+One contact is a linear spring and dashpot in the wall. While ball and wall touch, the overlap z
+and its rate obey
+
+    z'' = g - 2 a z' - (wd^2 + a^2) z,        z(0) = 0, z'(0) = rho
+
+with wd = pi/tau and a = -ln(r)/tau, so that a contact without g lasts tau and turns rho into
+-r rho. g is the acceleration with which ball and wall approach otherwise, taken as constant over
+the contact. The momentum exchanged, and the moment about which it acts, are all that
+the motion before and after needs to know.
 """
 
 from __future__ import annotations
@@ -17,10 +27,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.rig import Rig
-from vinesexp.solver.bookkeeping import write_event
 from vinesexp.solver.compiled import compiled, entry
-from vinesexp.solver.contact_law import touch
 from vinesexp.solver.nonlinear import expand_loaded
 from vinesexp.solver.search import first_root
 from vinesexp.solver.series import P_M, curvature, piece_at, slope, value
@@ -39,9 +48,56 @@ from vinesexp.solver.state import (
     V_NOW,
     X_NOW,
     U,
+    write_event,
 )
 
-FloatArray = NDArray[np.float64]
+#: Least restitution: a contact without any rebound would last for ever.
+LEAST_R = 1e-3
+_HALVINGS = 60
+
+
+@compiled
+def overlap(t: float, rho: float, g: float, a: float, wd: float) -> float:
+    """z of the module's equation."""
+    still = g / (wd * wd + a * a)
+    swing = -still * math.cos(wd * t) + (rho - a * still) / wd * math.sin(wd * t)
+    return still + math.exp(-a * t) * swing
+
+
+@compiled
+def overlap_rate(t: float, rho: float, g: float, a: float, wd: float) -> float:
+    """z' of the module's equation."""
+    swing = rho * math.cos(wd * t) + (g - a * rho) / wd * math.sin(wd * t)
+    return math.exp(-a * t) * swing
+
+
+@compiled
+def touch(rho: float, g: float, r: float, tau: float) -> tuple[float, float, float]:
+    """How a contact ends.
+
+    Returns
+    -------
+    duration, centre : float
+        s; until the ball leaves, and until the middle of the momentum exchanged. The duration is
+        infinite where the wall's push holds the ball: it stays.
+    jump : float
+        Relative velocity that the contact takes, m/s: momentum over the reduced mass.
+    """
+    wd, a = math.pi / tau, -math.log(max(r, LEAST_R)) / tau
+    first = math.atan2(rho, -(g - a * rho) / wd) / wd  # largest overlap
+    low, high = first, first + tau  # the smallest after it
+    if overlap(high, rho, g, a, wd) >= 0.0:
+        return math.inf, 0.0, rho
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if overlap(middle, rho, g, a, wd) > 0.0:
+            low = middle
+        else:
+            high = middle
+    jump = rho + g * high - overlap_rate(high, rho, g, a, wd)
+    return high, high - (rho + 0.5 * g * high) * high / jump, jump
+
+
 IntArray = NDArray[np.int32]
 
 # Columns of the table of balls: mass, half width, middle of the cavity, r of either wall and its

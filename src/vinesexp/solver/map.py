@@ -14,12 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig, checked
 from vinesexp.solver.arrays import ball_table, closed_form, is_plain, parameters
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Release, WeakDamping
 from vinesexp.rig import Rig
@@ -27,8 +28,6 @@ from vinesexp.solver.state import (
     RUBBING_LOG_COLUMNS,
     START,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

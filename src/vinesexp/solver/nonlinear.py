@@ -16,8 +16,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.search import first_root
 from vinesexp.solver.series import (
@@ -36,8 +36,6 @@ from vinesexp.solver.series import (
     value,
 )
 from vinesexp.solver.state import ALLOWANCE
-
-FloatArray = NDArray[np.float64]
 
 CUT_OFF = 1e-18  # of the motion
 AT_REST = 1e-13  # z' over the speeds it is the difference of: no more than their rounding

@@ -16,12 +16,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.fused import fused
-
-FloatArray = NDArray[np.float64]
 
 ENTRIES = 640  # two and a half cycles
 PER_CYCLE = 256

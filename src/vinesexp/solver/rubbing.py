@@ -8,6 +8,19 @@ found by steps that cannot pass it (`search.py`): no impact is missed. Before ea
 `decide` settles who is held.
 
 It is compiled of its own, when it is first asked for: the plain rig pays nothing for it.
+
+Chatter is carried to its accumulation point as in `chatter.py`, but away from the wall and back to
+it the ball has different accelerations
+relative to the wall, because friction turns about at the top of every bounce: `out` and `back` =
+out - 2 mu g (1 + m/M). A bounce that leaves with speed w rises w^2/(2 out) and returns with
+w sqrt(back/out), so that the speeds of impact fall by q = r sqrt(back/out), and after an impact at
+speed c all further bounces take
+
+    c (r/out + q/back)/(1 - q)
+
+together. With back <= 0 the ball stays where it has come to rest, and there is no chatter. With
+several balls that chatter at the same instant the directions of the others' friction are taken as
+they are now: the beginning of a rest is then known to the remainder itself, 1e-8 rad.
 """
 
 from __future__ import annotations
@@ -17,18 +30,19 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.solver.bookkeeping import advance_clock
+from vinesexp.arrays import FloatArray
+from vinesexp.solver.chatter import UNSEEN
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.contact import closing_now
 from vinesexp.solver.events import collide
-from vinesexp.solver.hold import complete, decide, write
-from vinesexp.solver.nonlinear import expand_loaded
-from vinesexp.solver.rubchatter import close_rubbing_chatter, set_restitution
+from vinesexp.solver.nonlinear import expand_loaded, is_at_rest, spring_force
 from vinesexp.solver.search import EPS, first_root
 from vinesexp.solver.series import (
     P_C,
+    P_COULOMB,
     P_K,
     P_M,
+    P_QUADRATIC,
     expand_base,
     own_rate,
     piece_at,
@@ -37,21 +51,35 @@ from vinesexp.solver.series import (
 )
 from vinesexp.solver.state import (
     ALLOWANCE,
+    B_PLUS,
     CLEARANCE,
     FREE,
     HIT,
+    L_A,
+    L_APART,
+    L_FORCE,
+    L_MASS,
+    MASS,
+    R_MINUS,
+    R_PLUS,
+    R_SLOPE,
     RELEASED,
     REST_END,
     REST_START,
+    RESTING,
+    RESTITUTION,
     RHO,
     ROOT,
     RUB,
     SIDE,
+    SLIDE,
     STATE,
     STUCK,
     T_HIGH,
     T_LOW,
+    TILT,
     TURN,
+    UNSET,
     V_NOW,
     WALL,
     WAY,
@@ -59,11 +87,217 @@ from vinesexp.solver.state import (
     A,
     D,
     U,
+    advance_clock,
+    write_event,
 )
-from vinesexp.solver.stickslip import is_held, loads, next_slip, next_stop
+from vinesexp.solver.stickslip import (
+    acceleration,
+    bounds,
+    is_held,
+    loads,
+    may_hold,
+    next_slip,
+    next_stop,
+)
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
+
+
+@compiled
+def write(
+    balls: FloatArray, i: int, what: int, state: FloatArray, numbers: FloatArray,
+    labels: IntArray, row: int,
+) -> int:  # fmt: skip
+    """A row about ball i at this instant, all but what `complete` knows; number of rows."""
+    side = balls[i, SIDE] if balls[i, D] <= 0.0 else 0.0
+    v, vy = state[V_NOW], state[V_NOW] - balls[i, RHO]
+    labels[row, 0] = what
+    return write_event(numbers, labels, row, i, side, state[T_HIGH], state[X_NOW], v, v, vy, vy)
+
+
+@compiled
+def complete(
+    balls: FloatArray, M: float, numbers: FloatArray, labels: IntArray, first: int, end: int
+) -> None:
+    """Fill in, in rows first to end, where their balls are and what acts after the event."""
+    force, held = loads(balls)
+    for row in range(first, end):
+        i = labels[row, 1]
+        minus = 2.0 * balls[i, CLEARANCE] - balls[i, B_PLUS]
+        apart = balls[i, B_PLUS] - balls[i, D] if balls[i, SIDE] > 0.0 else balls[i, D] - minus
+        numbers[row, L_APART], numbers[row, L_A] = apart, balls[i, A]
+        numbers[row, L_FORCE], numbers[row, L_MASS] = force, M + held
+
+
+@compiled
+def free_acceleration(
+    par: FloatArray, balls: FloatArray, x: float, v: float, E: FloatArray, X: FloatArray
+) -> float:
+    """x'' now, with all that may be held held or giving way."""
+    X[0], X[1] = x, v
+    z1, force = v - E[1], spring_force(par, E, X)
+    force -= z1 * (par[P_C] + par[P_QUADRATIC] * abs(z1))
+    for i in range(balls.shape[0]):
+        if not may_hold(balls, i):
+            force -= balls[i, MASS] * balls[i, RUB] * balls[i, WAY]
+    if not is_at_rest(par, par[P_M], E, X):
+        force -= math.copysign(par[P_COULOMB], z1) if par[P_COULOMB] != 0.0 else 0.0
+        a: float = acceleration(balls, par[P_M], force)
+        return a
+    # Held to the base if friction suffices for that, else it slips to the side of the force.
+    low: float = acceleration(balls, par[P_M], force - par[P_COULOMB])
+    high: float = acceleration(balls, par[P_M], force + par[P_COULOMB])
+    held: float = min(max(2.0 * E[2], low), high)
+    return held
+
+
+@compiled
+def decide(
+    par: FloatArray, state: FloatArray, balls: FloatArray, E: FloatArray, X: FloatArray,
+    numbers: FloatArray, labels: IntArray, row: int,
+) -> int:  # fmt: skip
+    """Settle who is held and which way friction acts; what has changed is logged."""
+    n, v, waiting = balls.shape[0], state[V_NOW], False
+    for i in range(n):
+        waiting = waiting or may_hold(balls, i)
+        if balls[i, STATE] == FREE and (balls[i, RHO] != 0.0 or balls[i, WAY] == UNSET):
+            way = math.copysign(1.0, balls[i, RHO])
+            if way != balls[i, WAY] and not may_hold(balls, i):
+                new = balls[i, WAY] == UNSET or balls[i, RUB] != 0.0
+                balls[i, WAY] = way
+                if new:
+                    row = write(balls, i, SLIDE, state, numbers, labels, row)
+    if not waiting:
+        return row
+    a = free_acceleration(par, balls, state[X_NOW], v, E, X)
+    noise = par[P_K] * (abs(E[0]) + abs(state[X_NOW])) + par[P_C] * (abs(E[1]) + abs(v))
+    for i in range(n):
+        if not may_hold(balls, i):
+            continue
+        low, high = bounds(balls, i)
+        p, was = a - balls[i, TILT], is_held(balls, i)
+        slack = 4.0 * EPS * (noise / par[P_M] + abs(balls[i, TILT]) + balls[i, RUB])
+        if low - slack <= p <= high + slack:
+            balls[i, STATE] = RESTING if balls[i, D] <= 0.0 else STUCK
+            balls[i, RHO], balls[i, WAY] = 0.0, 0.0
+            if not was:
+                row = write(balls, i, REST_START, state, numbers, labels, row)
+        else:
+            way = math.copysign(1.0, p)
+            if was or way != balls[i, WAY]:
+                kind = REST_END if was else SLIDE
+                row = write(balls, i, kind, state, numbers, labels, row)
+            balls[i, STATE], balls[i, U], balls[i, WAY] = FREE, v, way
+    return row
+
+
+@compiled
+def set_restitution(balls: FloatArray, i: int, speed: float) -> None:
+    """Fill in RESTITUTION of ball i for an impact at the wall SIDE with a closing speed."""
+    r = balls[i, R_PLUS] if balls[i, SIDE] > 0.0 else balls[i, R_MINUS]
+    balls[i, RESTITUTION] = min(max(r + balls[i, R_SLOPE] * abs(speed), 0.0), 1.0)
+
+
+@compiled
+def remaining(
+    balls: FloatArray, i: int, a: float, M: float, own_rate: float
+) -> tuple[float, float]:
+    """Time to the accumulation point of one ball's chatter, s, and the acceleration `back`.
+
+    `a` is S (x'' - y'') as it is now. The time is no less than that in which the wall gains the
+    speed of the next impact (see `chatter.remaining_time`).
+    """
+    away, r = -balls[i, SIDE] * balls[i, RHO], balls[i, RESTITUTION]
+    turned = 2.0 * balls[i, RUB] * (1.0 + balls[i, MASS] / M)
+    out, back = (a, a - turned) if away > 0.0 else (a + turned, a)
+    if back <= 0.0:
+        return math.inf, back
+    if away > 0.0:
+        speed = math.sqrt(2.0 * back * (balls[i, D] + 0.5 * away * away / out))
+        last = away / out + speed / back
+    else:
+        speed = math.sqrt(away * away + 2.0 * back * balls[i, D])
+        last = (away + speed) / back
+    if speed * own_rate <= UNSEEN * back:
+        return last, back
+    q = r * math.sqrt(back / out)
+    if q >= 1.0:
+        return math.inf, back
+    longest: float = max(last + speed * (r / out + q / back) / (1.0 - q), speed / back)
+    return longest, back
+
+
+@compiled
+def fading(balls: FloatArray, i: int, a: float) -> float:
+    """Rate at which r changes over a chatter, 1/s.
+
+    A change of r by R_SLOPE times the speed of an impact, at most a T, changes the geometric sum
+    by 2 R_SLOPE a T/(1 - r)^2 of itself.
+    """
+    if balls[i, R_SLOPE] == 0.0 or balls[i, RESTITUTION] >= 1.0:
+        return 0.0
+    left: float = 1.0 - balls[i, RESTITUTION]
+    rate: float = 2.0 * abs(balls[i, R_SLOPE]) * a / (left * left)
+    return rate
+
+
+@compiled
+def may_pass(balls: FloatArray, x2: float, T: float) -> bool:
+    """Whether no ball but the marked ones meets a wall, or stops on its floor, within T."""
+    for i in range(balls.shape[0]):
+        if balls[i, HIT] == 1.0 or balls[i, STATE] == RESTING or balls[i, STATE] == STUCK:
+            continue
+        gain = (abs(x2) + abs(balls[i, A])) * T
+        reach = (abs(balls[i, RHO]) + gain) * T
+        if balls[i, D] <= reach or 2.0 * balls[i, CLEARANCE] - balls[i, D] <= reach:
+            return False
+        if balls[i, RUB] > 0.0 and abs(balls[i, RHO]) <= gain:
+            return False
+    return True
+
+
+@compiled
+def close_rubbing_chatter(
+    balls: FloatArray, mass: float, rate: float, x2: float, x3: float, v: float,
+    remainder: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Carry every chatter at its end to rest at once: duration T, change of x, change of v.
+
+    `mass` is that of the oscillator with the held balls, x2 and x3 are x'' and x'''.
+    T = -1: there is none, or something else could happen before its end.
+    """
+    n = balls.shape[0]
+    T, momentum, offset, push, total = -1.0, 0.0, 0.0, mass * x2, mass
+    for i in range(n):
+        balls[i, HIT] = 0.0
+        if balls[i, STATE] == FREE:
+            set_restitution(balls, i, 0.0)
+            a = balls[i, SIDE] * (x2 - balls[i, A])
+            left, back = remaining(balls, i, a, mass, rate)
+            if left * max(rate, abs(x3) / back, fading(balls, i, back)) <= remainder:
+                balls[i, HIT] = 1.0
+                T = max(T, left)
+                momentum += balls[i, MASS] * balls[i, RHO]
+                offset += balls[i, MASS] * balls[i, SIDE] * balls[i, D]
+                push += balls[i, MASS] * balls[i, A]
+                total += balls[i, MASS]
+    if T < 0.0 or not may_pass(balls, x2, T):
+        return -1.0, 0.0, 0.0
+    # Friction within the group is internal: momentum fixes where it is and how fast after T.
+    dv = (-momentum + push * T) / total
+    shift = (-momentum * T + 0.5 * push * T * T + offset) / total
+    for i in range(n):
+        if balls[i, HIT] == 1.0:
+            balls[i, STATE] = RESTING
+            balls[i, RHO] = 0.0
+            balls[i, D] = 0.0
+        elif balls[i, STATE] != RESTING and balls[i, STATE] != STUCK:
+            bend = shift - 0.5 * balls[i, A] * T * T
+            balls[i, D] -= balls[i, SIDE] * (balls[i, RHO] * T + bend)
+            balls[i, RHO] += dv - balls[i, A] * T
+            balls[i, U] += balls[i, A] * T
+            balls[i, STATE] = FREE
+    return T, v * T + shift, dv
 
 
 @compiled

@@ -20,12 +20,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled
-
-FloatArray = NDArray[np.float64]
 
 EPS = 2.220446049250313e-16
 #: Steps to a root, which take about ten: no polynomial of a motion needs as many.

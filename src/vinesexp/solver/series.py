@@ -16,12 +16,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled
-
-FloatArray = NDArray[np.float64]
 
 ORDER = 20
 THETA = 1.25

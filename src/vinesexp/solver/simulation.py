@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Harmonic, Measured, Release, WeakDamping
 from vinesexp.rig import Rig, require
@@ -21,7 +22,6 @@ from vinesexp.solver.effort import Effort, Progress, refuse_beyond_memory
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.state import L_MASS, LOG_COLUMNS, RUBBING_LOG_COLUMNS, U
 
-FloatArray = NDArray[np.float64]
 Labels = NDArray[np.int32]
 Used = tuple[int, int]  # rows written, evaluations
 Loop = Callable[[FloatArray, FloatArray, FloatArray, Labels], Used]

@@ -8,6 +8,12 @@ by its half width alone: where its walls stand (+b1 and -b2) matters only to who
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.arrays import FloatArray
+from vinesexp.solver.compiled import compiled
+
 # Clock and oscillator in one array, so that a full log can be emptied and the run resumed. The time
 # is a sum of two floats: 1e7 flights add up without drift.
 T_HIGH, T_LOW, X_NOW, V_NOW = 0, 1, 2, 3
@@ -54,3 +60,32 @@ L_APART, L_A, L_FORCE, L_MASS = 6, 7, 8, 9
 # Evaluations after which a compiled loop returns, finished or not: an interrupt is heard after a
 # fraction of a second, and no loop runs for ever (`effort.py`).
 ALLOWANCE = 200_000
+
+
+IntArray = NDArray[np.int32]
+
+
+@compiled
+def advance_clock(state: FloatArray, s: float) -> None:
+    """Add s to the time, keeping what rounding would drop."""
+    s += state[T_LOW]
+    total = state[T_HIGH] + s
+    state[T_LOW] = s - (total - state[T_HIGH])
+    state[T_HIGH] = total
+
+
+@compiled
+def write_event(
+    numbers: FloatArray, labels: IntArray, row: int, nes: int, side: float, t: float,
+    x: float, v: float, v_after: float, vy: float, vy_after: float,
+) -> int:  # fmt: skip
+    """Put one row in the log, all but its kind; the number of rows."""
+    labels[row, 1] = nes
+    labels[row, 2] = int(side)
+    numbers[row, 0] = t
+    numbers[row, 1] = x
+    numbers[row, 2] = v
+    numbers[row, 3] = v_after
+    numbers[row, 4] = vy
+    numbers[row, 5] = vy_after
+    return row + 1

@@ -7,12 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.fused import fused
 from vinesexp.solver.response import H_W, H_W0SQ, after, phasor
 from vinesexp.solver.state import IMPACT, REST_END, REST_START
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 PER_CYCLE = 8

@@ -24,9 +24,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled
 from vinesexp.solver.search import first_root
 from vinesexp.solver.state import (
@@ -47,8 +45,6 @@ from vinesexp.solver.state import (
     A,
     D,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 @compiled
