@@ -7,7 +7,7 @@ import math
 from benchmarks.detection_scenes import FloatArray, Record
 
 from vinesexp.settings.stages import ImpactSettings
-from vinesexp.signals.extension import continued_line
+from vinesexp.signals.condition import continued_line
 from vinesexp.signals.filters import butterworth, settling_samples, zero_phase
 from vinesexp.signals.impacts.detectors import detect
 from vinesexp.signals.impacts.stream import stream_of

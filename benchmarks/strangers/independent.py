@@ -61,9 +61,11 @@ def fit(times: NDArray[np.float64], values: NDArray[np.float64]) -> Fit | None:
     parts = [(begin, end), (begin, (begin + end) // 2), ((begin + end) // 2, end)]
     found = []
     for first, last in parts:
+        # Where both move with amplitude, a mean says at which: weighted as noise weights them.
+        size = tops[first:last]
         place = 0.5 * (crossings[first:last] + crossings[first + 1 : last + 1])
-        slope = np.polyfit(place, np.log(tops[first:last]), 1)[0]
-        here = 0.5 * (last - first) / (crossings[last] - crossings[first])
+        slope = np.polyfit(place, np.log(size), 1, w=size)[0]
+        here = 0.5 * np.polyfit(crossings[first:last], np.arange(last - first), 1, w=size)[0]
         found.append((here, -slope / (2.0 * np.pi * here)))
     (f, zeta), *halves = found
     if not zeta > 0.0:

@@ -16,8 +16,8 @@ from typing import Any
 
 import vinesexp.records.readers as readers
 from vinesexp.errors import RecordError
+from vinesexp.records.readers.fork_server import refusal
 from vinesexp.records.readers.guard import limits_for
-from vinesexp.records.readers.guarded_child import refusal
 from vinesexp.records.readers.source import BLOCK_ROWS, Source
 
 SECONDS = 5.0  # of the processor, for a case without a child

@@ -15,7 +15,7 @@ from vinesexp.records.store import create_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts
-from vinesexp.signals.impacts.overlapping import State, less, seen_lags, settle
+from vinesexp.signals.impacts.matching import State, less, seen_lags, settle
 from vinesexp.signals.impacts.slopes import coarsen, slope_changes
 from vinesexp.signals.impacts.template import Shape, template_of
 

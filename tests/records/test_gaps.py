@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vinesexp.records import quality
-from vinesexp.records.gaps import gaps_of
+from vinesexp.records.quality import gaps_of
 from vinesexp.records.store import create_record, open_record
 
 RATE, F = 5000.0, 7.9

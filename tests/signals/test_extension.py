@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.signals.extension import continued_line, continued_sine
+from vinesexp.signals.condition import continued_line, continued_sine
 from vinesexp.signals.means import block_means
 
 

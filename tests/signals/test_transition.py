@@ -6,9 +6,8 @@ import pytest
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.records.result_columns import TRANSITIONS
 from vinesexp.records.tables import read_rows, write_rows
-from vinesexp.signals.balls import Series
+from vinesexp.signals.balls import Series, transition_of, transition_row
 from vinesexp.signals.cycles import cycle_amplitudes
-from vinesexp.signals.transition import transition_of, transition_row
 from vinesexp.theory.regime_definitions import activation_spells
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)

@@ -11,7 +11,7 @@ import numpy as np
 
 from vinesexp.commands.options import add_force, refuse_existing
 from vinesexp.errors import CampaignError, VinesexpError
-from vinesexp.proposal.roles import Guess, guess_roles, label_of
+from vinesexp.proposal.roles import Weighed, label_of, weighed_roles
 from vinesexp.proposal.survey import ColumnView, FileView, view_file
 from vinesexp.records.readers import Floats
 
@@ -39,16 +39,16 @@ def run(args: argparse.Namespace) -> int:
         except VinesexpError as error:
             print(f"vinesexp look: {error}", file=sys.stderr)
             failed += 1
-    guesses = guess_roles(views)
+    weighed = weighed_roles(views)
     for view in views:
-        print("\n".join(describe(view, guesses)))
+        print("\n".join(describe(view, weighed)))
     if args.plot is not None and views:
         draw(views, args.plot)
     return 1 if failed else 0
 
 
-def describe(view: FileView, guesses: dict[str, Guess]) -> list[str]:
-    """Lines about one file: format, rate, a row a column, and what each may be."""
+def describe(view: FileView, weighed: Weighed) -> list[str]:
+    """Lines about one file: format, rate, a row a column, and what each may be, or why nothing."""
     length = max((len(column.values) for column in view.columns), default=0)
     rate = "sample rate unknown" if view.rate is None else f"{view.rate:.6g} Hz"
     seconds = "" if view.rate is None else f", {length / view.rate:.4g} s"
@@ -57,9 +57,11 @@ def describe(view: FileView, guesses: dict[str, Guess]) -> list[str]:
     for column in view.columns:
         head = f"  {column.index:>2} {column.name:<{width}} {column.unit or '-':<6}"
         lines.append(f"{head} {_described(column)}")
-        guess = guesses.get(label_of(column))
+        guess = weighed.guesses.get(label_of(column))
         if column.kind == "signal" and guess is not None:
             lines.append(f"     {'':<{width}} {guess.role}? {guess.why}")
+        elif column.kind == "signal" and label_of(column) in weighed.against:
+            lines.append(f"     {'':<{width}} no role: {weighed.against[label_of(column)]}")
     lines += [f"  look: {remark}" for remark in view.remarks]
     return lines + [f"  not read: {problem}" for problem in view.problems]
 

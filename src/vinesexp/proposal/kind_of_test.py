@@ -24,6 +24,8 @@ _SCATTER = 0.1  # of the logarithm of a sweep's frequency from cycle to cycle
 _PIECES, _ENDS = 48, 12  # of a record; those at either end that a hand may be in
 _LAST = 0.8  # of a decay: a ball hits before that, too
 _LOUDER = 2.5  # times the usual level of a record
+_FEW_CYCLES, _FALLS, _EVENLY = 6, -0.2, -0.98  # fall of the logarithm, and its correlation
+_MAINLY = 0.25  # of the power of a displacement that decays: what one oscillation holds
 _AROUND = 64  # samples at least that a shock is compared with
 
 
@@ -50,13 +52,19 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
     hits = has_shocks(a.finite, _period(file))
     if not stands_out(x) and (base is None or not stands_out(base)):
         if hits:
-            return "drop", {}, "shocks and no oscillation"
-        return OPEN, {}, "nothing moves in it"
+            return (
+                OPEN,
+                {},
+                "shocks and no oscillation; no flights between them shrink by one ratio",
+            )
+        return OPEN, {}, "no oscillation of some cycles stands out in it"
     if base is not None and stands_out(base) and base.rate and common_frequency(file) > 0.0:
         return _driven(file, base)
     handled = calm_part(x.finite)
     calm = x.finite[handled]
     if decays(calm):
+        if columns.get("displacement") is x and not oscillates(calm, share=_MAINLY):
+            return OPEN, {}, "it dies away, but not as one oscillation"
         values = {}
         if x.unit in UNITS["displacement"]:
             far = float(np.abs(calm - np.median(calm)).max())
@@ -141,7 +149,28 @@ def decays(values: Floats) -> bool:
     """
     levels = envelope(values)
     top = int(np.argmax(levels))
-    return top < 0.75 * len(levels) and bool(levels[-4:].mean() < 0.6 * levels[top])
+    if top < 0.75 * len(levels) and bool(levels[-4:].mean() < 0.6 * levels[top]):
+        return True
+    return _falls_evenly(values)
+
+
+def _falls_evenly(values: Floats) -> bool:
+    """Whether the amplitude falls little, but by an even share from begin to end.
+
+    Examples
+    --------
+    >>> t = np.arange(600) / 60.0
+    >>> swing = np.cos(5.0 * t)
+    >>> _falls_evenly(np.exp(-0.03 * t) * swing), _falls_evenly((1.0 + 0.1 * np.cos(t)) * swing)
+    (True, False)
+    """
+    cycles = int(np.argmax(np.abs(np.fft.rfft(values - values.mean()))[1:])) + 1
+    if cycles < _FEW_CYCLES:
+        return False
+    levels = np.log(np.maximum(envelope(values, min(cycles, 24)), 1e-300))
+    place = np.linspace(-0.5, 0.5, levels.size)
+    slope = float(np.polyfit(place, levels, 1)[0])
+    return slope < _FALLS and float(np.corrcoef(place, levels)[0, 1]) < _EVENLY
 
 
 def calm_part(values: Floats) -> slice:
@@ -245,8 +274,8 @@ def _logarithmic(rising: Floats, seconds: float) -> tuple[float, float] | None:
     return float(np.exp(level)), float(np.exp(level + slope * seconds))
 
 
-def oscillates(values: Floats) -> bool:
-    """Whether one oscillation holds a tenth of a signal's power; shocks fill the whole spectrum."""
+def oscillates(values: Floats, share: float = 0.1) -> bool:
+    """Whether one oscillation holds a share of a signal's power; shocks fill the whole spectrum."""
     column = ColumnView(0, "", None, "signal", values, None)
     frequencies, amplitudes = column.spectrum()
     if not stands_out(column):
@@ -254,4 +283,4 @@ def oscillates(values: Floats) -> bool:
     power = amplitudes**2
     peak = column.peak()[0]
     near = np.abs(frequencies - peak) <= 0.05 * peak + 2.0 / len(values)
-    return bool(power[near].sum() > 0.1 * power[1:].sum())
+    return bool(power[near].sum() > share * power[1:].sum())

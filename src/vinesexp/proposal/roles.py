@@ -1,15 +1,17 @@
-"""Which channel is the base, displacement, acceleration or a microphone: units, names, physics.
+"""Which channel is the base, displacement, acceleration, force or a microphone, and why.
 
-Physics says: the acceleration is the second derivative of the displacement, so what lies above
-the oscillator's frequency is stronger in it by the frequency squared; the base does not ring, so it
-rests where the others decay and keeps its amplitude where they beat.
+Every channel is weighed for every role: what supports it (its unit, its name, what the signal does)
+and what contradicts it add up, and the best supported channel has the role. Physics says: the
+acceleration is the second derivative of the displacement, so what lies above the oscillator's
+frequency is stronger in it by the frequency squared; the base does not ring, so it rests where the
+others decay and keeps its amplitude where they beat; a hammer's force is a pulse beside what rings.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,22 +26,22 @@ from vinesexp.proposal.traits import (
     stands_out,
     traits_of,
 )
+from vinesexp.records.readers.labels import unit_of_label
 from vinesexp.units import UNITS
 
 _NAMES = {
+    "force": re.compile(r"force|hammer|kraft|marteau|martillo|load ?cell", re.I),
     "base": re.compile(r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot", re.I),
     "acceleration": re.compile(r"acc|accel|beschl|pcb|icp|imu", re.I),
     "displacement": re.compile(r"laser|disp|pos|depl|weg|ldv|vib|mass|oscill", re.I),
     "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),
 }
-#: What phones and loggers record besides motion along a line.
+#: What phones, loggers and programs record or compute besides motion along a line.
 _OTHERS = re.compile(
-    r"gyro|rotat|magnet|temper|humid|pressure|light|torque|rad/s|deg/s|°/s|°C"
-    "|latitud|longitud|altitud|heading|bearing|azimut|direction",
+    r"gyro|rotat|magnet|temper|humid|pressure|light|torque|energ|rad/s|deg/s|°/s|°C"
+    "|latitud|longitud|altitud|heading|bearing|azimut|direction|fft|psd|spectr|correl|coheren",
     re.IGNORECASE,
 )
-_FORCE = re.compile(r"force|hammer|kraft|marteau|martillo|load ?cell", re.I)
-_NO_MOTION = re.compile(r"fft|psd|spectr|correl|coheren", re.I)  # what was computed of it
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
 _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)  # nothing before it: a tracked point
@@ -53,7 +55,11 @@ _MEASURED = {
     "base": ("displacement", "velocity", "acceleration", "voltage"),
     "acceleration": ("acceleration", "voltage", "charge"),
     "sound": ("pressure", "voltage"),
+    "force": ("force", "voltage"),
 }
+_BY_UNIT = ("acceleration", "force", "angle", "displacement")
+#: Weights: what a unit or a name says, what a signal does, what is left; what rules a role out.
+_SAID, _SHOWN, _LEFT, _NEVER = 4.0, 2.0, 1.0, -10.0
 
 
 @dataclass(frozen=True)
@@ -68,105 +74,270 @@ class Guess:
     sure: bool
 
 
-Places = Sequence[tuple[FileView, ColumnView]]
+@dataclass(frozen=True)
+class Evidence:
+    """What supports (or, negative, contradicts) that a channel has a role."""
+
+    label: str
+    role: str
+    weight: float
+    why: str
+
+
+Places = Mapping[str, Sequence[tuple[FileView, ColumnView]]]
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """The roles of a folder's channels, and why the others have none."""
+
+    guesses: dict[str, Guess]
+    against: dict[str, str]
 
 
 def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
     """Roles of the channels that the files share, by `label_of` their columns' names."""
+    return weighed_roles(files).guesses
+
+
+def weighed_roles(files: Sequence[FileView]) -> Weighed:
+    """Roles of the channels that the files share, and what contradicts a role of the rest."""
     places: dict[str, list[tuple[FileView, ColumnView]]] = {}
+    against: dict[str, str] = {}
     for file in files:
         for column in file.signals:
-            other = _OTHERS.search(column.name) or _NO_MOTION.search(column.name)
-            grows = np.mean(np.diff(column.finite) > 0.0) > _MOSTLY
-            timed = column.unit in UNITS["time"] or (grows and is_called_time(column.name))
-            if not (timed or other):
-                places.setdefault(label_of(column), []).append((file, column))
+            label = label_of(column)
+            if _is_of_time(column):
+                against[label] = "it is called a time"
+            elif _OTHERS.search(column.name):
+                against[label] = "it is called something else than a motion along a line"
+            else:
+                places.setdefault(label, []).append((file, column))
+    found = [*_stated(places), *_pulses(places)]
+    forces = {one.label for one in found if one.role == "force"}
+    found += _other_axes({label: at for label, at in places.items() if label not in forces})
+    guesses = _settled(found, places)
+    # What is called a role, or is the other axis of a sensor, is nothing else.
+    closed = {one.label for one in found if one.weight < 0.0 or _named(one.label) is not None}
+    rest = {label: at for label, at in places.items() if label not in closed}
+    for shown in (_heard, _by_physics, _clearest):
+        rest = {label: at for label, at in rest.items() if label not in guesses}
+        guesses |= _settled(shown(files, rest, {one.role for one in guesses.values()}), rest)
+    for one in found:
+        if one.label not in guesses:
+            words = one.why if one.weight < 0.0 else f"{one.why}, but another is the {one.role}"
+            against.setdefault(one.label, words)
+    return Weighed(guesses, against)
+
+
+def _settled(found: Sequence[Evidence], places: Places) -> dict[str, Guess]:
+    """Each role to the channel that most supports; a command gives way to what it did."""
+    sums: dict[tuple[str, str], float] = {}
+    for one in found:
+        sums[one.label, one.role] = sums.get((one.label, one.role), 0.0) + one.weight
+    ranked = sorted(
+        (pair for pair, weight in sums.items() if weight > 0.0),
+        key=lambda pair: (-sums[pair], bool(_COMMAND.search(pair[0])), -_moves(places[pair[0]])),
+    )
     guesses: dict[str, Guess] = {}
-    for label in [label for label in places if _is_force(label, places)]:
-        said = bool(_FORCE.search(label)) or places[label][0][1].unit in UNITS["force"]
-        why = "it rests but for brief pulses of one sign: a hammer"
-        if said:
-            why = "its unit or its name says force"
-        guesses[label] = Guess("force", why, said)
-        del places[label]
-    left = _without_other_axes(places)
-    for role in _NAMES:
-        found = {
-            label: guess
-            for label in left
-            if label not in guesses
-            and (guess := _by_unit_or_name(label, [c for _, c in places[label]])) is not None
-            and guess.role == role
-        }
-        if found:
-            best = min(
-                found, key=lambda label: (bool(_COMMAND.search(label)), -_moves(places[label]))
-            )
-            guesses[best] = found[best]
-            guesses |= {
-                label: guess for label, guess in found.items() if _same(best, label, places)
-            }
-    taken = {guess.role for guess in guesses.values()}
-    # A second column that is called so is none of the others: the command beside the base.
-    named = [label for label in left if any(form.search(label) for form in _NAMES.values())]
-    rest = [label for label in left if label not in guesses and label not in named]
-    if "sound" not in taken:
-        heard = next((label for label in rest if _is_heard(places[label])), None)
-        if heard is not None:
-            guesses[heard] = Guess("sound", "hits are heard in it whose distances shrink", False)
-            rest.remove(heard)
-    open_roles = set(_NAMES) - {guess.role for guess in guesses.values()} - {"sound"}
-    return guesses | _by_physics(files, rest, open_roles)
+    holders: dict[str, str] = {}
+    for label, role in ranked:
+        holder = holders.setdefault(role, label)
+        again = role == "force" or _same(holder, label, places)
+        if label not in guesses and (holder == label or again):
+            own = [one for one in found if (one.label, one.role) == (label, role)]
+            words = "; ".join(dict.fromkeys(one.why for one in own if one.weight > 0.0))
+            guesses[label] = Guess(role, words, any(one.weight >= _SAID for one in own))
+    return guesses
 
 
-def _is_force(label: str, places: Mapping[str, Places]) -> bool:
-    """Whether a channel may be the force of a hammer: its pulses stand beside what rings."""
-    own = places[label]
-    units = {column.unit for _, column in own}
-    if units <= set(UNITS["force"]):
-        return True
-    if _FORCE.search(label) and units <= {None, *UNITS["voltage"]}:
-        return True
-    if len(places) < 2 or units & (set(UNITS["displacement"]) | set(UNITS["acceleration"])):
-        return False
-    if not all(is_pulse(column) for _, column in own):
-        return False
-    # The blow is over while what it hit still rings.
-    rest = [duration(c) for one in places if one != label for _, c in places[one]]
-    return all(2 * duration(column) < min(rest, default=0) for _, column in own)
+def _stated(places: Places) -> Iterator[Evidence]:
+    """What units and names say; a name that the unit contradicts supports nothing."""
+    for label, at in places.items():
+        units = {column.unit for _, column in at}
+        unit = next(iter(units)) if len(units) == 1 else None
+        quantity = next((q for q in _BY_UNIT if unit in UNITS[q]), None)
+        role = _named(label)
+        if quantity == "acceleration":
+            role = "base" if role == "base" else "acceleration"
+            words = f"its unit is {unit}" + (", its name says base" if role == "base" else "")
+            yield Evidence(label, role, _SAID, words)
+        elif quantity == "force":
+            yield Evidence(label, "force", _SAID, f"its unit is {unit}")
+        elif quantity == "angle":
+            words = f"its unit is {unit}: an angle, whose arc it is"
+            yield Evidence(label, "displacement", _SAID, words)
+            if not _may_move(at):
+                words = "it is sampled too slowly for a vibration, and nothing oscillates in it"
+                yield Evidence(label, "displacement", _NEVER, words)
+        elif role is not None and not may_be(at[0][1], role):
+            yield Evidence(label, role, _NEVER, f"its name says {role}, its unit {unit}")
+        elif role is not None:
+            words = f"its name says {role}"
+            if quantity is not None:
+                words = f"its unit is {unit}, {words}"
+            yield Evidence(label, role, _SAID, words)
 
 
-def _without_other_axes(places: Mapping[str, Places]) -> list[str]:
-    """Labels, of the axes of one sensor only the one that moves most, and no sum of axes."""
+def _pulses(places: Places) -> Iterator[Evidence]:
+    """Channels that rest but for brief blows of one sign, over while what was hit still rings."""
+    if len(places) < 2:
+        return
+    for label, at in places.items():
+        may = _named(label) is None and all(may_be(c, "force") and bool(c.rate) for _, c in at)
+        if not (may and all(is_pulse(column) for _, column in at)):
+            continue
+        rings = [duration(c) for one in places if one != label for _, c in places[one]]
+        if all(2 * duration(column) < min(rings, default=0) for _, column in at):
+            words = "it rests but for brief pulses of one sign: a hammer"
+            yield Evidence(label, "force", _SHOWN, words)
+
+
+def _other_axes(places: Places) -> Iterator[Evidence]:
+    """Of the axes of one sensor all but the one that moves most, and sums of axes."""
     by_sensor: dict[str, list[str]] = {}
     for label in places:
         axis = _AXIS.fullmatch(label)
         by_sensor.setdefault(f"{axis[1].lower()} axes" if axis else label, []).append(label)
-    several = {axes[0]: axes for axes in by_sensor.values() if len(axes) > 1}
-    left = [max(axes, key=lambda label: _moves(places[label])) for axes in by_sensor.values()]
-    return [label for label in left if not (several and _SUM.search(label))]
+    groups = [axes for axes in by_sensor.values() if len(axes) > 1]
+    most = [max(axes, key=lambda label: _moves(places[label])) for axes in groups]
+    greater = {label: best for axes, best in zip(groups, most, strict=True) for label in axes}
+    for label in places:
+        other = greater.get(label, label)
+        words = f"another axis of the sensor, {other}, moves more"
+        if other == label:
+            if not (groups and _SUM.search(label)):
+                continue
+            words = "it is called a sum of axes"
+        yield from (Evidence(label, role, _NEVER, words) for role in _MEASURED)
 
 
-def _same(label: str, other: str, places: Mapping[str, Places]) -> bool:
+def _heard(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Evidence]:
+    """A microphone: WAV files in most of which a ball bounces."""
+    if "sound" in taken:
+        return []
+    words = "hits are heard in it whose distances shrink"
+    return [Evidence(label, "sound", _SHOWN, words) for label in rest if _is_heard(rest[label])][:1]
+
+
+def _is_heard(at: Sequence[tuple[FileView, ColumnView]]) -> bool:
+    if any(file.format != "WAV" or (file.rate or 0.0) < _AUDIBLE for file, _ in at):
+        return False
+    heard = [bounces_heard(c.finite, c.rate) is not None for _, c in at if c.rate]
+    return 2 * sum(heard) >= len(at)
+
+
+def _by_physics(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Evidence]:
+    """Acceleration and base by what the signals do: every file has a vote."""
+    votes: dict[str, Counter[str]] = {"acceleration": Counter(), "base": Counter()}
+    for file in files:
+        columns = {label_of(c): c for c in file.signals if label_of(c) in rest}
+        if len(columns) >= 2 and any((c.rate or 0.0) >= SLOWEST for c in file.signals):
+            traits = {label: traits_of(file, column) for label, column in columns.items()}
+            for role, label in _voted(traits, columns):
+                votes[role][label] += 1
+    words = {
+        "acceleration": "it is another channel times the frequency squared, in size and phase",
+        "base": "it rests or keeps its amplitude where the others ring",
+    }
+    found: list[Evidence] = []
+    for role, count in votes.items():
+        others = {"acceleration", "base", "displacement"} - taken - {role} - {e.role for e in found}
+        left = [label for label in rest if label not in {one.label for one in found}]
+        chosen = next((one for one, _ in count.most_common() if one in left), None)
+        # The last channel of a rig is its displacement.
+        if role not in taken and chosen is not None and (len(left) > 1 or not others):
+            said = f"{words[role]} (in {count[chosen]} of {sum(count.values())} files)"
+            found.append(Evidence(chosen, role, _SHOWN, said))
+    return found
+
+
+def _voted(
+    traits: Mapping[str, Traits], columns: Mapping[str, ColumnView]
+) -> Iterator[tuple[str, str]]:
+    """Role and label, as one file says; what moves at twice the frequency is the other axis."""
+    loud = sorted(
+        (label for label, t in traits.items() if not t.quiet and not t.doubled),
+        key=lambda label: traits[label].rough,
+    )
+    if len(loud) >= 2:
+        first, others = loud[-1], loud[:-1]
+        clear = traits[first].rough > 3.0 * traits[others[-1]].rough
+        if clear and may_be(columns[first], "acceleration"):
+            laws = [derivative_of(columns[first], columns[one]) for one in others]
+            if any(law is not None and law.is_second for law in laws):
+                yield "acceleration", first
+    quiet = [label for label, t in traits.items() if t.quiet and not t.doubled]
+    if len(quiet) == 1 and loud:
+        steadiest = quiet[0]
+    elif len(loud) >= 2 and not quiet:
+        by_change = sorted(loud[: max(len(loud) - 1, 2)], key=lambda label: traits[label].steady)
+        steadiest, change = by_change[0], traits[by_change[0]].steady
+        if not (change < _KEEPS and change < 0.5 * traits[by_change[1]].steady):
+            return  # both ring, one for longer
+    else:
+        return
+    if may_be(columns[steadiest], "base"):
+        yield "base", steadiest
+
+
+def _clearest(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Evidence]:
+    """The displacement: of what is left and moves, what oscillates most clearly."""
+    left = [
+        label
+        for label, at in rest.items()
+        if all(may_be(column, "displacement") for _, column in at) and _may_move(at)
+    ]
+    if "displacement" in taken or not left:
+        return []
+    words = "the only signal" if len(rest) == 1 and not taken else "what is left"
+    if len(left) > 1:
+        words = (
+            f"it oscillates most clearly of what is left ({', '.join(left)}); look which one it is"
+        )
+    best = max(left, key=lambda label: sum(_clearness(column) for _, column in rest[label]))
+    return [Evidence(best, "displacement", _LEFT, words)]
+
+
+def _clearness(column: ColumnView) -> float:
+    """How far the strongest motion of a channel stands above its spectrum."""
+    _, amplitudes = column.spectrum()
+    if len(amplitudes) < 8:
+        return 0.0
+    return float(amplitudes[1:].max()) / (float(np.median(amplitudes)) or 1.0)
+
+
+def _may_move(at: Sequence[tuple[FileView, ColumnView]]) -> bool:
+    """Whether a channel may move: it oscillates in a file, or was sampled as motions are.
+
+    A list of results, a height by GPS, the loss of a network do neither.
+    """
+    return any((column.rate or 0.0) >= SLOWEST or stands_out(column) for _, column in at)
+
+
+def _moves(at: Sequence[tuple[FileView, ColumnView]]) -> float:
+    """How far a channel moves about its mean, in its unit: the median of its files."""
+    return float(np.median([column.finite.std() for _, column in at]))
+
+
+def _is_of_time(column: ColumnView) -> bool:
+    """Whether a column is one of times: by its unit, by a name that is one, or as it grows."""
+    grows = np.mean(np.diff(column.finite) > 0.0) > _MOSTLY
+    stated = column.unit or unit_of_label(column.name)
+    return stated in UNITS["time"] or bool(grows and is_called_time(column.name))
+
+
+def _named(label: str) -> str | None:
+    return next((role for role, form in _NAMES.items() if form.search(label)), None)
+
+
+def _same(label: str, other: str, places: Places) -> bool:
     """Whether two names are those of one channel: cut short in one file, and never in one file."""
     short, long = sorted((label, other), key=len)
     if len(short) < _CUT_SHORT or not long.startswith(short):
         return False
     files = [{file.path for file, _ in places[one]} for one in (label, other)]
     return not files[0] & files[1]
-
-
-def _moves(places: Places) -> float:
-    """How far a channel moves about its mean, in its unit: the median of its files."""
-    return float(np.median([column.finite.std() for _, column in places]))
-
-
-def _is_heard(places: Places) -> bool:
-    """Whether a channel is a microphone's: WAV files in most of which a ball bounces."""
-    if any(file.format != "WAV" or (file.rate or 0.0) < _AUDIBLE for file, _ in places):
-        return False
-    heard = [bounces_heard(c.finite, c.rate) is not None for _, c in places if c.rate]
-    return 2 * sum(heard) >= len(places)
 
 
 def label_of(column: ColumnView) -> str:
@@ -185,122 +356,3 @@ def may_be(column: ColumnView, role: str) -> bool:
     """Whether a column's unit allows a role; one without a unit that is known may be anything."""
     known = {quantity for quantity, table in UNITS.items() if column.unit in table}
     return not known or bool(known & set(_MEASURED[role]))
-
-
-def _by_unit_or_name(label: str, columns: Sequence[ColumnView]) -> Guess | None:
-    units = {column.unit for column in columns}
-    unit = units.pop() if len(units) == 1 else None
-    named = next((role for role, form in _NAMES.items() if form.search(label)), None)
-    if named is not None and not may_be(columns[0], named):
-        named = None
-    if unit in UNITS["acceleration"]:
-        if named == "base":
-            return Guess("base", f"its unit is {unit}, its name says base", True)
-        return Guess("acceleration", f"its unit is {unit}", True)
-    if unit in UNITS["displacement"]:
-        if named in ("base", "displacement"):
-            return Guess(named, f"its unit is {unit}, its name says {named}", True)
-        return None
-    if unit in UNITS["angle"]:
-        return Guess("displacement", f"its unit is {unit}: an angle, whose arc it is", True)
-    return Guess(named, f"its name says {named}", True) if named else None
-
-
-def _by_physics(
-    files: Sequence[FileView], labels: Sequence[str], open_roles: set[str]
-) -> dict[str, Guess]:
-    """Roles by what the signals do; every file has a vote."""
-    votes: dict[str, Counter[str]] = {"acceleration": Counter(), "base": Counter()}
-    for file in files:
-        traits = {
-            label_of(column): traits_of(file, column)
-            for column in file.signals
-            if label_of(column) in labels
-        }
-        allowed = {
-            role: {one for one in traits if _anywhere([file], one, role)}
-            for role in ("acceleration", "base")
-        }
-        if len(traits) >= 2 and any((c.rate or 0.0) >= SLOWEST for c in file.signals):
-            columns = {label_of(c): c for c in file.signals if label_of(c) in traits}
-            _vote(traits, votes, allowed, columns)
-    guesses: dict[str, Guess] = {}
-    rest = list(labels)
-    reasons = {
-        "acceleration": "it is another channel times the frequency squared, in size and phase",
-        "base": "it rests or keeps its amplitude where the others ring",
-    }
-    for role in ("acceleration", "base"):
-        chosen = next((one for one, _ in votes[role].most_common() if one in rest), None)
-        if role in open_roles and chosen is not None and (len(rest) > 1 or not open_roles - {role}):
-            count = sum(votes[role].values())
-            reported = f"{reasons[role]} (in {votes[role][chosen]} of {count} files)"
-            guesses[chosen] = Guess(role, reported, False)
-            rest.remove(chosen)
-    left = [
-        label
-        for label in rest
-        if _anywhere(files, label, "displacement") and _moves_in(files, label)
-    ]
-    if "displacement" in open_roles and left:
-        why = "the only signal" if len(labels) == 1 else "what is left"
-        if len(left) > 1:
-            names = ", ".join(left)
-            why = f"it oscillates most clearly of what is left ({names}); look which one it is"
-        best = max(left, key=lambda label: _clearness(files, label))
-        # Without an accelerometer of its own a rig may still have one of these two.
-        guesses[best] = Guess("displacement", why, False)
-    return guesses
-
-
-def _anywhere(files: Sequence[FileView], label: str, role: str) -> bool:
-    columns = [c for file in files for c in file.signals if label_of(c) == label]
-    return all(may_be(column, role) for column in columns)
-
-
-def _moves_in(files: Sequence[FileView], label: str) -> bool:
-    """Whether a channel may move: it oscillates in a file, or was sampled as motions are.
-
-    A list of results, a height by GPS, the loss of a network do neither.
-    """
-    own = [c for file in files for c in file.signals if label_of(c) == label]
-    return any((c.rate or 0.0) >= SLOWEST or stands_out(c) for c in own)
-
-
-def _clearness(files: Sequence[FileView], label: str) -> float:
-    """How far the strongest motion of a channel stands above its spectrum, over its files."""
-    found = 0.0
-    for file in files:
-        for column in file.signals:
-            _, amplitudes = column.spectrum()
-            if label_of(column) == label and len(amplitudes) >= 8:
-                found += float(amplitudes[1:].max()) / (float(np.median(amplitudes)) or 1.0)
-    return found
-
-
-def _vote(
-    traits: Mapping[str, Traits],
-    votes: Mapping[str, Counter[str]],
-    allowed: Mapping[str, set[str]],
-    columns: Mapping[str, ColumnView],
-) -> None:
-    """Add what one file says; `allowed` are the channels whose units permit each role."""
-    loud = {label: t for label, t in traits.items() if not t.quiet and not t.doubled}
-    quiet = [label for label, t in traits.items() if t.quiet and not t.doubled]
-    by_roughness = sorted(loud, key=lambda label: loud[label].rough)
-    if len(by_roughness) >= 2:
-        first, second = by_roughness[-1], by_roughness[-2]
-        clear = loud[first].rough > 3.0 * loud[second].rough
-        if clear and first in allowed["acceleration"]:
-            laws = [derivative_of(columns[first], columns[one]) for one in by_roughness[:-1]]
-            if any(law is not None and law.is_second for law in laws):
-                votes["acceleration"][first] += 1
-    if len(quiet) == 1 and loud and quiet[0] in allowed["base"]:
-        votes["base"][quiet[0]] += 1
-    elif len(loud) >= 2 and not quiet:
-        others = by_roughness[:-1] if len(loud) > 2 else list(loud)
-        steady = sorted(others, key=lambda label: loud[label].steady)
-        clear = len(steady) >= 2 and loud[steady[0]].steady < 0.5 * loud[steady[1]].steady
-        clear = clear and loud[steady[0]].steady < _KEEPS  # else both ring, one for longer
-        if clear and steady[0] in allowed["base"]:
-            votes["base"][steady[0]] += 1

@@ -7,7 +7,7 @@ is calibrated or refused here; what stands in the way of a reading is reported a
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -26,7 +26,7 @@ _TIME_NAME = re.compile(
     re.IGNORECASE,
 )
 _FREQUENCY_NAME = re.compile(
-    r"(?:.*/)?(freq[a-z]*|fr[eé]q[a-zé]*|frekven[a-z]*|f|hz)(?![a-z])", re.IGNORECASE
+    r"(?:.*/)?(freq[a-z]*|fr[eé]q[a-zéê]*|frekven[a-z]*|f|hz|omega|ω)(?![a-z])", re.IGNORECASE
 )
 _FEWEST = 50  # rows: no record of a motion is shorter
 #: Hz: no record of a vibration is sampled more slowly.
@@ -156,10 +156,34 @@ def view_file(path: Path) -> FileView:
             if source.columns[index].name:  # a preamble beside the first rows has no name
                 problems.append(str(error))
     time, rate, remarks = _time_and_rate(source, read)
-    remarks += source.losses
+    columns = _kinds(source, read, time, rate)
     stated_unit = None if time is None else source.columns[time].unit
-    columns = []
+    if _one_unit(source) and len(read) > 2:
+        unit = source.columns[0].unit
+        remarks.append(f"all columns are said to be in {unit}: taken as that of the times")
+    if time is None and (anew := next((c for c in columns if _is_called_and_anew(c)), None)):
+        row = int(np.argmin(np.diff(anew.finite))) + 1
+        remarks.append(
+            f"'{anew.name}' begins anew behind row {row}: tracks or records one after another; "
+            "put each into a file of its own"
+        )
+        columns = [replace(c, kind="several") if c.kind == "signal" else c for c in columns]
+    parts = () if part_of(path) else source.parts
+    return FileView(
+        path, source.format, tuple(columns), rate, time, tuple(problems),
+        (*remarks, *source.losses, *_odd(columns, source.stated_rows, path.name, parts)),
+        parts=parts,
+        time_unit="s" if time is None else _unit_of_times(stated_unit, read[time]),
+        time_unit_stated=stated_unit in UNITS["time"],
+    )  # fmt: skip
+
+
+def _kinds(
+    source: Source, read: dict[int, Floats], time: int | None, rate: float | None
+) -> list[ColumnView]:
+    """The columns that hold numbers, and of what kind each is."""
     most = max((len(values) for values in read.values()), default=0)
+    columns = []
     for index, values in read.items():
         column = source.columns[index]
         own = 1.0 / column.interval if column.interval and column.interval > 0.0 else rate
@@ -167,50 +191,42 @@ def view_file(path: Path) -> FileView:
         rises = kind in ("signal", "counter") and _grows(values)
         if rises and is_called_frequency(column.name, column.unit):
             kind = "frequency"
-        if kind == "signal" and _grows(values) and _is_of_times(column, source, time, values):
+        if kind == "signal" and rises and _is_of_times(column, source, time, values):
             kind = "time"  # of other channels than the first
         if kind == "signal" and len(values) < _FEWEST and _FEWEST * len(values) < most:
             kind = "list"
+        unit = None if kind != "time" and len(read) > 2 and _one_unit(source) else column.unit
         if kind != "empty":
-            columns.append(ColumnView(index, column.name, column.unit, kind, values, own))
-    columns = _over_their_axes(columns)
-    again = [c for c in columns if is_called_time(c.name) and _begins_anew(c.finite)]
-    if again and time is None:
-        row = int(np.argmin(np.diff(again[0].finite))) + 1
-        remarks.append(
-            f"'{again[0].name}' begins anew behind row {row}: tracks or records one after another; "
-            "put each into a file of its own"
-        )
-        columns = [replace(c, kind="several") if c.kind == "signal" else c for c in columns]
-    axes = [
-        column.name or f"column {column.index}" for column in columns if column.kind == "frequency"
-    ]
-    if axes:
-        remarks.append(
-            f"'{axes[0]}' is a frequency: what stands over it is a spectrum or a frequency "
-            "response, no record in time; export the samples of the sensors"
+            columns.append(ColumnView(index, column.name, unit, kind, values, own))
+    return _over_their_axes(columns)
+
+
+def _one_unit(source: Source) -> bool:
+    """Whether a header gives all columns one unit of time: that of the times alone, then."""
+    units = {column.unit for column in source.columns}
+    return len(units) == 1 and units <= set(UNITS["time"])
+
+
+def _odd(
+    columns: Sequence[ColumnView], stated: int | None, name: str, parts: Sequence[str]
+) -> Iterator[str]:
+    """What a person should look at: a spectrum, rows that are not there, a list, more records."""
+    axis = next((column for column in columns if column.kind == "frequency"), None)
+    if axis is not None:
+        yield (
+            f"'{axis.name or f'column {axis.index}'}' is a frequency: what stands over it is a "
+            "spectrum or a frequency response, no record in time; export the samples of the sensors"
         )
     longest = max((len(column.values) for column in columns), default=0)
-    stated = source.stated_rows
     if stated is not None and 1 < stated != longest < _MOST:
-        remarks.append(f"the header states {stated} rows, {longest} are there")
+        yield f"the header states {stated} rows, {longest} are there"
     if 0 < longest < _FEWEST:
-        remarks.append(
-            f"{longest} rows: a list of results or events; a record is the samples of a sensor"
-        )
-    parts = () if part_of(path) else source.parts
+        yield (f"{longest} rows: a list of results or events; a record is the samples of a sensor")
     if parts:
-        name = path.name
-        remarks.append(
+        yield (
             f"it holds {len(parts)} records, {name}#{parts[0]} to {name}#{parts[-1]}; this is one "
             "of them"
         )
-    return FileView(
-        path, source.format, tuple(columns), rate, time, tuple(problems), tuple(remarks),
-        parts=parts,
-        time_unit="s" if time is None else _unit_of_times(stated_unit, read[time]),
-        time_unit_stated=stated_unit in UNITS["time"],
-    )  # fmt: skip
 
 
 def _over_their_axes(columns: Sequence[ColumnView]) -> list[ColumnView]:
@@ -302,6 +318,10 @@ def _is_ramp(values: Floats) -> bool:
 def _grows(values: Floats) -> bool:
     finite = values[np.isfinite(values)]
     return len(finite) > 2 and bool((np.diff(finite) > 0.0).all())
+
+
+def _is_called_and_anew(column: ColumnView) -> bool:
+    return is_called_time(column.name) and _begins_anew(column.finite)
 
 
 def _begins_anew(times: Floats) -> bool:

@@ -2,6 +2,8 @@
 
 Every key is known or an error that suggests the nearest one; a unit is never guessed. All
 mistakes of the file are collected, each with its line and key.
+
+The part of campaign.yaml that changes numbers which steer the stages.
 """
 
 from __future__ import annotations
@@ -9,21 +11,23 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from vinesexp.errors import ParameterError
-from vinesexp.records.channel_section import read_channels_section, read_setups, read_time
-from vinesexp.records.problems import Problems
-from vinesexp.records.published_table import PublishedValue, read_published
-from vinesexp.records.schema import Channel, Known, Setup, TimeColumn
-from vinesexp.records.settings_section import read_settings
-from vinesexp.records.uncertainties import Uncertainties, read_uncertainties
-from vinesexp.records.yamlsections import (
+from vinesexp.errors import ParameterError, nearest
+from vinesexp.records.channel_section import (
     above_zero,
     positive,
+    read_channels_section,
+    read_setups,
+    read_time,
     refuse_unknown,
     subsection,
     yes_or_no,
 )
+from vinesexp.records.problems import Problems
+from vinesexp.records.published_table import PublishedValue, read_published
+from vinesexp.records.schema import Channel, Known, Setup, TimeColumn
+from vinesexp.records.uncertainties import Uncertainties, read_uncertainties
 from vinesexp.records.yamltree import Section, read_yaml
+from vinesexp.settings.overrides import STAGES, changed
 from vinesexp.settings.stages import Settings
 from vinesexp.units import Quantity, refuse_impossible
 
@@ -40,8 +44,14 @@ KEYS = (
     "setups",
     "published",
 )
+
+
 KNOWN_KEYS = ("mass", "nes_mass")
+
+
 BAND_KEYS = ("low", "high")
+
+
 #: Keys for people: text, carried into the results and never used in them.
 PEOPLE_KEYS = (
     "author", "license", "operator", "date", "instrument", "place", "temperature", "notes",
@@ -145,3 +155,30 @@ def _bandpass(top: Section, problems: Problems) -> tuple[float, float] | None:
             f"low ({low:g} Hz) is not below high ({high:g} Hz)", where=top.where("bandpass")
         )
     return low, high
+
+
+def read_settings(top: Section, problems: Problems) -> Settings:
+    """Settings of a campaign: under `settings` a section a stage, each number by its name."""
+    found = Settings()
+    section = top.values.get("settings")
+    if section is None:
+        return found
+    if not isinstance(section, Section):
+        problems.add(_not_a_section(section), where=top.where("settings"))
+        return found
+    for stage, numbers in section.values.items():
+        if stage not in STAGES:
+            problems.add(
+                f"unknown stage '{stage}'; {nearest(stage, STAGES)}", where=section.where(stage)
+            )
+        elif isinstance(numbers, Section):
+            for name, text in numbers.values.items():
+                with problems.at(numbers.where(name)):
+                    found = changed(found, stage, name, text)
+        elif numbers is not None:
+            problems.add(_not_a_section(numbers), where=section.where(stage))
+    return found
+
+
+def _not_a_section(value: object) -> str:
+    return f"found '{value}', expected 'name: value' pairs; docs/settings.md lists them"

@@ -8,9 +8,8 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.checks import Check
-from vinesexp.records.gaps import Gaps, Stretches, gaps_of
 from vinesexp.records.joined import AnySamples
-from vinesexp.records.quality import Stretch, frozen, periods, saturated
+from vinesexp.records.quality import Gaps, Stretch, Stretches, frozen, gaps_of, periods, saturated
 from vinesexp.records.schema import Channel, Record
 from vinesexp.records.store import RecordView
 

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError, nearest
-from vinesexp.records.outside import read_file
-from vinesexp.records.problems import Problems
+from vinesexp.records.problems import Problems, read_file
 from vinesexp.records.tables import Column, Row, Table, number, read_rows
 from vinesexp.records.yamltree import Section
 

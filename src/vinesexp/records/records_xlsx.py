@@ -99,12 +99,9 @@ def cell_name(line: int, index: int) -> str:
     >>> cell_name(3, 1), cell_name(12, 27)
     ('B3', 'AB12')
     """
-    letters = ""
-    index += 1
-    while index:
-        index, rest = divmod(index - 1, 26)
-        letters = chr(ord("A") + rest) + letters
-    return f"{letters}{line}"
+    from openpyxl.utils import get_column_letter
+
+    return f"{get_column_letter(index + 1)}{line}"
 
 
 def edited_workbook(content: bytes, line: int, cells: Mapping[int, str]) -> bytes:

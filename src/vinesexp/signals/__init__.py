@@ -6,7 +6,7 @@ __all__, __getattr__, __dir__ = lazy(
     __name__,
     {
         "zero_phase": "vinesexp.signals.filters",
-        "dominant_frequency": "vinesexp.signals.frequency",
+        "dominant_frequency": "vinesexp.signals.bands",
         "cycle_amplitudes": "vinesexp.signals.cycles",
         "impacts_of_record": "vinesexp.signals.impacts.find",
         "read_impacts": "vinesexp.signals.impacts.impact_table",

@@ -4,6 +4,15 @@ Whatever the mass does, impacts included, its acceleration is the second derivat
 displacement: A(w) = -w^2 X(w). Near the oscillation both are far above their noise, so that the
 ratio gives the accelerometer's gain beside the laser's, a wrong sign, and the lag of one channel,
 each to a small fraction of what a single impact would.
+
+A delay between two channels, distinguished from the AC coupling of one of them.
+
+At a single frequency both are a phase. Over frequency a delay grows as w lag, and the lead of an
+AC-coupled sensor, one pole at the corner fc, falls as atan(fc/f). Impacts give the mass motion far
+above its oscillation, where the two part.
+
+An accelerometer that shows some of a motion across its axis is neither: it is late or early at the
+oscillation and at no other frequency. Taken for a delay it would move every impact.
 """
 
 from __future__ import annotations
@@ -14,15 +23,53 @@ from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.records.store import RecordView
-from vinesexp.signals.channel_phase import PhaseLaw, phase_law, second_derivative_beside
 from vinesexp.signals.means import channel_means
 
 _POINTS = 40  # a period
+
+
 _FINER = 400  # a period, where impacts are looked at: they alias into what is coarser
+
+
 _BAND = (0.8, 1.2)  # of the oscillation
+
+
+ComplexArray = NDArray[np.complex128]
+
+
+_CYCLES = (5.0, 12.0)  # periods in a segment, as the record allows: lines are f0 over these wide
+
+
+_RANGE = (1.6, 12.0)  # of the oscillation: lines that are compared with it
+
+
+_FEWEST = 8  # segments
+
+
+_TOPS = 3  # lines of which a top is the highest; between tops the oscillation leaks in
+
+
+_LINES = 2  # tops, fewest
+
+
+_COHERENT = 0.5  # squared coherence that a line must have
+
+
+_SURE = 5.0  # standard errors from which on a corner is there
+
+
+_STEPS = 20
+
+
+#: What the forms of contact and sensor leave in records without a corner, in periods and in f0.
+_LAG_FLOOR, _CORNER_FLOOR = 1e-4, 5e-4
+
+
+_MOST_SHARED = 0.3  # of the phase at the oscillation, shared by the lines above, if it is its own
 
 
 @dataclass(frozen=True)
@@ -154,3 +201,196 @@ def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement
         found.gain / held, found.gain_error / held, law.lag, law.lag_error,
         law.corner, law.corner_error,
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class PhaseLaw:
+    """Lag of the displacement (s) and corner of the acceleration (Hz), with standard errors.
+
+    Attributes
+    ----------
+    own, own_error : the phase at the oscillation taken for a lag, s.
+    above, above_error : lag of the lines above the oscillation alone, s.
+    """
+
+    lag: float
+    lag_error: float
+    corner: float
+    corner_error: float
+    own: float = math.nan
+    own_error: float = math.nan
+    above: float = math.nan
+    above_error: float = math.nan
+
+    @property
+    def has_corner(self) -> bool:
+        """Whether the acceleration is surely AC-coupled."""
+        return self.corner > _SURE * self.corner_error
+
+    @property
+    def only_at_oscillation(self) -> bool:
+        """Whether the channels are apart at the oscillation and together above it."""
+        apart = _SURE * math.hypot(self.own_error, self.above_error)
+        return (
+            not self.has_corner
+            and abs(self.own - self.above) > apart
+            and abs(self.above) < _MOST_SHARED * abs(self.own)
+        )
+
+
+def phase_law(
+    acceleration: FloatArray, displacement: FloatArray, step: float, *, frequency: float,
+    lag: float, lag_error: float,
+) -> PhaseLaw | None:  # fmt: skip
+    """Fit lag and corner to the phase between two channels.
+
+    Parameters
+    ----------
+    acceleration, displacement : arrays (n,)
+        On the same time axis, `step` s apart; any units.
+    step : float
+        At most a 25th of the oscillation's period.
+    frequency : float
+        Of the oscillation, Hz.
+    lag, lag_error : float
+        The phase at the oscillation, taken for a lag of the displacement, s.
+
+    Returns
+    -------
+    PhaseLaw or None
+        None where the record is too short, or where the mass moves at its oscillation alone.
+
+    Examples
+    --------
+    >>> t = np.arange(100_000) / 2000.0
+    >>> w, late = 2 * np.pi * 8.0 * np.array([1, 3, 5]), 1e-4
+    >>> a = sum(np.cos(one * t) for one in w)
+    >>> x = sum(-np.cos(one * (t - late)) / one**2 for one in w)
+    >>> noise = np.random.default_rng(0).standard_normal((2, t.size))
+    >>> law = phase_law(a + 1e-3 * noise[0], x + 1e-7 * noise[1], 1 / 2000.0, frequency=8.0,
+    ...                 lag=late, lag_error=1e-6)
+    >>> abs(law.lag - late) < 3e-6, law.has_corner
+    (True, False)
+    """
+    n = min(acceleration.size, displacement.size)
+    periods = 2.0 * n * step * frequency / (_FEWEST + 1.5)
+    size = round(min(max(periods, _CYCLES[0]), _CYCLES[1]) / (frequency * step))
+    begins = range(0, n - size + 1, size // 2)
+    if len(begins) < _FEWEST or size < 16:
+        return None
+    f = np.fft.rfftfreq(size, step)
+    near = (f > _RANGE[0] * frequency) & (f < min(_RANGE[1] * frequency, 0.4 / step))
+    w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
+    lines = [
+        second_derivative_beside(
+            acceleration[i : i + size], displacement[i : i + size], step, w, near
+        )
+        for i in begins
+    ]
+    A, X = (np.stack(each) for each in zip(*lines, strict=True))
+    return law_of_lines(A, X, w, frequency=frequency, own=(lag, lag_error))
+
+
+def law_of_lines(
+    A: ComplexArray, X: ComplexArray, w: FloatArray, *, frequency: float,
+    own: tuple[float, float] | None = None,
+) -> PhaseLaw | None:  # fmt: skip
+    """Lag and corner from the lines of many segments.
+
+    Parameters
+    ----------
+    A, X : complex arrays (segments, lines)
+        Of the acceleration, and of what it is held beside.
+    w : array (lines,)
+        rad/s, evenly spaced.
+    frequency : float
+        Of the oscillation, Hz.
+    own : tuple (value, error), optional
+        The phase at the oscillation, taken for a lag of X, s.
+
+    Returns
+    -------
+    PhaseLaw or None
+        None where too few lines stand out.
+    """
+    cross = (A * X.conj()).sum(axis=0)
+    power_a, power_x = (np.abs(A) ** 2).sum(axis=0), (np.abs(X) ** 2).sum(axis=0)
+    coherence = np.abs(cross) ** 2 / np.maximum(power_a * power_x, 1e-300)
+    padded = np.pad(power_a, _TOPS)
+    tops = np.lib.stride_tricks.sliding_window_view(padded, 2 * _TOPS + 1).max(axis=1)
+    use = (coherence > _COHERENT) & (power_a == tops)
+    # Halves overlap: independent segments are about 0.9 of them.
+    error = np.sqrt((1.0 - coherence[use]) / (2.0 * coherence[use] * 0.9 * A.shape[0]) + 1e-14)
+    sign = -1.0 if float((cross.real / np.maximum(power_x, 1e-300))[use].sum()) < 0.0 else 1.0
+    phase = np.angle(sign * cross[use])
+    if use.sum() < _LINES:
+        return None
+    lag, lag_error = (math.nan, math.nan) if own is None else own
+    turn = 2.0 * math.pi * frequency
+    known = ([], [], []) if own is None else ([turn], [turn * lag], [turn * lag_error])
+    law = _fitted(*(np.append(a, b) for a, b in zip((w[use], phase, error), known, strict=True)))
+    if law is None:
+        return None
+    above, above_error = _straight(w[use], phase, error)
+    floor = _LAG_FLOOR / frequency
+    return replace(
+        law,
+        lag_error=math.hypot(law.lag_error, floor),
+        corner_error=math.hypot(law.corner_error, _CORNER_FLOOR * frequency),
+        own=lag,
+        own_error=lag_error,
+        above=above,
+        above_error=math.hypot(above_error, floor),
+    )
+
+
+def second_derivative_beside(
+    a: FloatArray, x: FloatArray, step: float, w: FloatArray, near: BoolArray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Tapered transforms of a and of x''. The latter without derivatives of x: by parts,
+
+    the integral of p exp(-iwt) x'' is that of (p'' - 2iw p' - w^2 p) exp(-iwt) x, exactly, as the
+    taper p and its slope vanish at both ends. So a decay or a swell does no harm.
+    """
+    n = a.size
+    phase = 2.0 * np.pi * (np.arange(n) + 0.5) / n
+    rate = 2.0 * np.pi / (n * step)
+    taper, slope, bend = (
+        0.5 - 0.5 * np.cos(phase),
+        0.5 * rate * np.sin(phase),
+        0.5 * rate**2 * np.cos(phase),
+    )
+    x = x - x.mean()
+    A = np.fft.rfft((a - a.mean()) * taper)[near]
+    X, X1, X2 = (np.fft.rfft(x * window)[near] for window in (taper, slope, bend))
+    return A, X2 - 2j * w * X1 - w**2 * X
+
+
+def _straight(w: FloatArray, phase: FloatArray, error: FloatArray) -> tuple[float, float]:
+    """Weighted slope of phase = w lag and its error, which grows with the misfit."""
+    weight = (w / error) ** 2
+    slope = float((weight * phase / w).sum() / weight.sum())
+    rest = (phase - w * slope) / error
+    scale = max(1.0, float(rest @ rest) / max(1, w.size - 1))
+    return slope, math.sqrt(scale / float(weight.sum()))
+
+
+def _fitted(w: FloatArray, phase: FloatArray, error: FloatArray) -> PhaseLaw | None:
+    """Weighted Gauss-Newton on phase = w lag + atan(wc/w); errors grow with the misfit."""
+    p = np.zeros(2)  # lag, and corner in rad/s
+    for _ in range(_STEPS):
+        model = w * p[0] + np.arctan(p[1] / w)
+        rest = (np.angle(np.exp(1j * (phase - model)))) / error
+        columns = np.stack([w, w / (w * w + p[1] ** 2)], axis=1) / error[:, np.newaxis]
+        change = np.linalg.lstsq(columns, rest, rcond=None)[0]
+        p = p + change
+        p[1] = max(p[1], -0.2 * float(w.min()))
+        if abs(change[1]) < 1e-9 * float(w.min()):
+            break
+    matrix = columns.T @ columns
+    if np.linalg.cond(matrix / np.outer(np.sqrt(np.diag(matrix)), np.sqrt(np.diag(matrix)))) > 1e8:
+        return None
+    scale = max(1.0, float(rest @ rest) / max(1, w.size - 2))
+    errors = np.sqrt(scale * np.diag(np.linalg.inv(matrix)))
+    turn = 2.0 * math.pi
+    return PhaseLaw(float(p[0]), float(errors[0]), float(p[1] / turn), float(errors[1] / turn))

@@ -20,11 +20,11 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.records.checks import Check
 from vinesexp.records.file_attributes import RECORDERS
-from vinesexp.records.resampling import Resampler
 from vinesexp.records.schema import Record
 from vinesexp.records.store import RecordView, create_record, open_record
+from vinesexp.records.timebase import Resampler
 from vinesexp.signals.base_motion import sines_of_windows
-from vinesexp.signals.channel_phase import second_derivative_beside
+from vinesexp.signals.channel_agreement import second_derivative_beside
 from vinesexp.signals.condition import in_step
 from vinesexp.signals.free_from import free_sample
 from vinesexp.signals.means import channel_means, fill_gaps

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
-from vinesexp.signals.frequency import fast_length
+from vinesexp.signals.bands import fast_length
 
 #: What a filter remembers from farther away than one settling time, relative.
 _SETTLED = 1e-10

@@ -88,3 +88,25 @@ def test_behind_a_cassy_file_with_the_results_of_its_fits(tmp_path):
     source = open_source(path)
     assert [column.unit for column in source.columns] == ["s", "cm"]
     assert sum(len(block) for block in source.blocks([0, 1])) == 771
+
+
+@pytest.mark.parametrize(
+    "behind",
+    [
+        ["Min,-2.9,-620,0.1", "Max,2.9,620,0.2", "RMS,1.1,201,0.1"],
+        [",,,", "Average:,0.01,1.0,2.0"],
+        ["2017-08-01 23:15:29"],
+        ["23:15:29,771,100.0,3"],
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-16-be"])
+def test_what_begins_with_a_word_or_a_stamp_behind_times_is_no_row(behind, encoding, tmp_path):
+    rows = [",".join(f"{value:.4f}" for value in row) for row in VALUES]
+    text = "\n".join(["Time (s),ax,ay,az", *rows, *behind, ""])
+    mark = b"\xfe\xff" if encoding == "utf-16-be" else b""
+    (tmp_path / "a.csv").write_bytes(mark + text.encode(encoding))
+    source = open_source(tmp_path / "a.csv")
+    found = np.concatenate(list(source.blocks([0, 1, 2, 3], rows=100)))
+    found = found[np.isfinite(found).any(axis=1)]
+    np.testing.assert_allclose(found, np.round(VALUES, 4), atol=1e-12)
+    assert "behind the last row" in source.losses[0]

@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.aside import file_aside
 from vinesexp.records.readers.extras import need, unreadable
-from vinesexp.records.readers.parts import file_of, part_of
+from vinesexp.records.readers.parts import file_aside, file_of, part_of
 from vinesexp.records.readers.source import BLOCK_ROWS, Floats
 from vinesexp.records.readers.text import TextSource
 

@@ -27,6 +27,13 @@ _MADE_BY = (
     (b"<!DOCTYPE", "a web page"),
     (b"<html", "a web page"),
 )
+#: The same of files that are XML or an archive inside, by their suffix.
+_PROJECTS = {
+    ".cap": "a PASCO Capstone file (in Capstone: File > Export Data)",
+    ".cmbl": "a Logger Pro file (in Logger Pro: File > Export As > CSV)",
+    ".labx": "a CASSY Lab file (in CASSY Lab: export the table as text)",
+    ".trk": "a Tracker project (in Tracker: File > Export > Data File)",
+}
 _CATMAN = (b"\x90\x13", b"\x91\x13", b"\x92\x13", b"\x93\x13", b"\x94\x13")  # 5008 to 5012
 
 
@@ -41,8 +48,8 @@ def name_of(head: bytes, suffix: str = "") -> str | None:
     True
     """
     begin = head.removeprefix(b"\xef\xbb\xbf").lstrip()
-    if suffix == ".cap" and head.startswith(b"PK\x03\x04"):
-        return "a PASCO Capstone file (in Capstone: File > Export Data)"
+    if suffix in _PROJECTS and begin.startswith((b"PK\x03\x04", b"<")):
+        return _PROJECTS[suffix]
     if suffix == ".bin" and head.startswith(_CATMAN):
         return "an HBM catman file (in catman: export as ASCII or MATLAB)"
     if b"<phyphox" in head:

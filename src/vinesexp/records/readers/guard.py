@@ -25,8 +25,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from vinesexp.errors import RecordError, VinesexpError
-from vinesexp.records.readers.fork_server import ended, fork_for
-from vinesexp.records.readers.guarded_child import receive, send, serve, widen
+from vinesexp.records.readers.fork_server import ended, fork_for, receive, send, serve, widen
 from vinesexp.records.readers.parts import file_of
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
 
@@ -242,7 +241,7 @@ def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
 def _new_process(
     reader: Reader, path: Path, limits: Limits, requests: int, answers: int
 ) -> subprocess.Popen[bytes]:
-    code = "from vinesexp.records.readers.guarded_child import main; main()"
+    code = "from vinesexp.records.readers.fork_server import serve_in_new_process as main; main()"
     return subprocess.Popen(
         [
             *(sys.executable, "-c", code, reader.__name__, os.fspath(path)),

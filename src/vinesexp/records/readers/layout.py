@@ -2,6 +2,8 @@
 
 Encoding, delimiter, decimal sign, where the data begin. The data are found first, as the lines
 that are numbers; what stands above them is read by `header`.
+
+Dates and times of day in the cells of data loggers, as seconds since the first of them.
 """
 
 from __future__ import annotations
@@ -9,22 +11,56 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from datetime import datetime
+from functools import partial
 from pathlib import Path
 
-from vinesexp.errors import RecordError
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers.labels import is_overload
 from vinesexp.records.readers.source import Column
-from vinesexp.records.readers.stamps import is_stamp
 
 HEAD = 1 << 17  # bytes looked at: far more than any preamble
+
+
 _TAIL = 1 << 15  # the same of what stands behind the data
 
+
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)", re.IGNORECASE)
+
+
 _NEWLINE = re.compile(r"\r\n|\n|\r")
+
+
 _CANDIDATES = tuple((d, s) for s in ".," for d in ("\t", ";", ",", None) if d != s)
+
+
 _WIDEST = 2000  # columns; a file with more is no record of an instrument
+
+
+_CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<f>\d{1,9}))?)?"
+
+
+_ZONE = r"(?:\s*(?:Z|UTC|[+-]\d{2}:?\d{2}))?"
+
+
+_HALF = r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?"
+
+
+_DATES = (
+    r"(?P<Y>\d{4})[-/.](?P<M>\d{1,2})[-/.](?P<D>\d{1,2})",
+    r"(?P<a>\d{1,2})[-/.](?P<b>\d{1,2})[-/.](?P<Y>\d{4}|\d{2})",
+)
+
+
+_STAMPS = tuple(
+    re.compile(rf"(?:{date}[T\s]+)?{_CLOCK}{_HALF}{_ZONE}", re.ASCII) for date in _DATES
+)
 
 
 @dataclass(frozen=True)
@@ -138,39 +174,63 @@ def find_body(path: Path) -> tuple[Layout, Body]:
     lines = _NEWLINE.split(text)
     if not whole and len(lines) > 1:
         lines.pop()  # cut short by the end of the head
-    behind, end = _behind(path, encoding)
     filled = [line for line in lines if line.strip()]
-    if whole and behind:
-        filled = filled[: -len(behind)]
-    if not filled:
-        raise RecordError(
-            "no line of numbers found; export the record as columns of numbers", file=path
-        )
-    tail = filled[-min(50, max(3, len(filled) // 2)) :]
+    behind, end = _behind(path, encoding, _is_row)
+
+    def last_rows() -> list[str]:
+        above = filled[: -len(behind)] if whole and behind else filled
+        if not above:
+            raise RecordError(
+                "no line of numbers found; export the record as columns of numbers", file=path
+            )
+        return above[-min(50, max(3, len(above) // 2)) :]
+
+    tail = last_rows()
     layout = _delimiter_and_decimal(path, tail, filled, encoding)
+    numeric, stamps = _columns_of_data(layout, tail)
+    more, before = _behind(path, encoding, partial(_begins_as_row, layout, numeric, stamps))
+    if len(more) > len(behind):
+        behind, end = more, before
+        tail = last_rows()
     if any('"' in line for line in tail):
         layout = replace(layout, quoted=True)
     layout = replace(layout, behind=tuple(behind), end=end)
     return layout, _body(path, layout, lines, tail)
 
 
-def _behind(path: Path, encoding: str) -> tuple[list[str], int]:
+def _begins_as_row(layout: Layout, numeric: set[int], stamps: set[int], line: str) -> bool:
+    """Whether a line has in the first column of data what every row has there.
+
+    A word, a date or a time of day where the rows have a number begins no row: ``Mean,0.01,3.2``.
+    """
+    cells = layout.cells(line)
+    first = min(numeric | stamps, default=0)
+    if first in stamps or len(cells) <= first or not cells[first]:
+        return _is_row(line)
+    return _is_row(line) and layout.is_value(cells[first])
+
+
+def _behind(path: Path, encoding: str, is_row: Callable[[str], bool]) -> tuple[list[str], int]:
     """Lines without data after the last row of data, and the byte at which they begin.
 
-    They are no row to any delimiter; where no line at the end is one, words belong to the rows.
+    Where no line at the end is a row, words belong to the rows.
     """
     size = path.stat().st_size
-    if encoding == "utf-16":
-        return [], 0
     with path.open("rb") as stream:
-        stream.seek(max(size - _TAIL, 0))
+        mark = stream.read(2)
+        stream.seek(max(size - _TAIL, 0) // 2 * 2)
         raw = stream.read()
-    lines = re.split(rb"(?<=\n)|(?<=\r)(?!\n)", raw)
+    if encoding == "utf-16":
+        encoding = "utf-16-le" if mark == b"\xff\xfe" else "utf-16-be"
+        text = raw.decode(encoding, "replace")
+        lines = [line.encode(encoding, "replace") for line in text.splitlines(keepends=True)]
+    else:
+        lines = re.split(rb"(?<=\n)|(?<=\r)(?!\n)", raw)
     found: list[str] = []
     end = size
     for line in reversed(lines):
         text = line.decode("utf-8" if encoding.startswith("utf-8") else encoding, "replace").strip()
-        if text and _is_row(text):
+        if text and is_row(text):
             return (found[::-1], end) if found else ([], 0)
         if "\0" in text:  # what a logger leaves that lost its power is no footer
             return [], 0
@@ -311,3 +371,73 @@ def _columns_of_data(layout: Layout, tail: list[str]) -> tuple[set[int], set[int
         others.update({j for j, _ in filled} - right - dated)
     numeric = {j for j, count in numbers.items() if count > others[j] + stamps[j]}
     return numeric, {j for j, count in stamps.items() if count > others[j] + numbers[j]}
+
+
+def is_stamp(cell: str) -> bool:
+    """Whether a cell is a time of day, with a date or without.
+
+    Examples
+    --------
+    >>> is_stamp("2024-03-05 12:00:00.001"), is_stamp("12:00:00,5"), is_stamp("2024")
+    (True, True, False)
+    """
+    return ":" in cell and any(form.fullmatch(cell) for form in _STAMPS)
+
+
+def seconds_since(cells: Sequence[str], first: str) -> NDArray[np.float64]:
+    """Seconds from the stamp `first` to each of `cells`; NaN where a cell is empty.
+
+    Raises
+    ------
+    ParameterError
+        A cell that is no stamp.
+
+    Examples
+    --------
+    >>> seconds_since(["05.03.2024 00:00:00,25"], "04.03.2024 23:59:59,75")
+    array([0.5])
+    """
+    day_first = _day_first([first, *cells[-1:]])
+    origin_day, origin = _parts(first, day_first)
+    out = np.empty(len(cells))
+    for k, cell in enumerate(cells):
+        text = cell.strip()
+        if not text:
+            out[k] = np.nan
+            continue
+        day, second = _parts(text, day_first)
+        out[k] = (day - origin_day) * 86400.0 + (second - origin)
+    return out
+
+
+def _day_first(cells: Sequence[str]) -> bool:
+    """Whether ``05/03/2024`` is the fifth of March: a first part above 12 decides, else a point."""
+    for cell in cells:
+        match = _STAMPS[1].fullmatch(cell.strip())
+        if match and match["a"] and (int(match["a"]) > 12 or int(match["b"]) > 12):
+            return int(match["a"]) > 12
+    return bool(cells) and "/" not in cells[0]
+
+
+def _parts(cell: str, day_first: bool) -> tuple[int, float]:
+    """Number of the day (0 without a date) and second of the day."""
+    match = next((m for form in _STAMPS if (m := form.fullmatch(cell))), None)
+    if match is None:
+        raise ParameterError(f"found '{cell[:40]}', expected a date and time as in the first row")
+    found = match.groupdict()
+    hour = int(found["h"])
+    if found["half"]:
+        hour = hour % 12 + (12 if found["half"] in "pP" else 0)
+    second = hour * 3600 + int(found["m"]) * 60 + int(found["s"] or 0)
+    fraction = float(f"0.{found['f']}") if found["f"] else 0.0
+    if not found.get("Y"):
+        return 0, second + fraction
+    if "a" in found:
+        month, day = (found["b"], found["a"]) if day_first else (found["a"], found["b"])
+    else:
+        month, day = found["M"], found["D"]
+    year = int(found["Y"]) + (2000 if len(found["Y"]) == 2 else 0)
+    try:
+        return datetime(year, int(month), int(day)).toordinal(), second + fraction
+    except ValueError:
+        raise ParameterError(f"found '{cell[:40]}', which is no date") from None

@@ -51,6 +51,12 @@ def open_file(path: Path) -> TableSource:
     except RecordError:
         raise
     except Exception as error:  # whatever the broken bytes lead to
+        if "allow_pickle" in str(error):
+            raise RecordError(
+                "holds Python objects, which are not read, since that may run code of others; save "
+                "its numbers as arrays",
+                file=path,
+            ) from None
         raise unreadable("NumPy arrays", error, path) from None
     source = TableSource(
         path,

@@ -125,6 +125,9 @@ def _lines_of_data(path: Path, layout: Layout) -> int | None:
     """Lines up to the last row; None where nothing stands behind it."""
     if not layout.end:
         return None
+    if layout.encoding == "utf-16":
+        with path.open("rb") as stream:
+            return stream.read(layout.end).decode("utf-16", "replace").count("\n")
     return sum(len(codes_and_ends(chunk)[1]) for chunk in whole_lines(path, layout.end))
 
 

@@ -24,11 +24,11 @@ from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.detectors import detect
 from vinesexp.signals.impacts.from_integral import may_be_integrated, slopes_of_integral
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
-from vinesexp.signals.impacts.knocks import knocks_among
 from vinesexp.signals.impacts.onsets import detect_onsets, ring_time
 from vinesexp.signals.impacts.slopes import (
     SlopeChanges,
     coarse_displacement,
+    knocks_among,
     slope_changes,
     weighted,
 )

@@ -1,27 +1,96 @@
-"""Place and velocity of the mass at its impacts where the accelerometer alone shows its motion."""
+"""Place and velocity of the mass at its impacts where the accelerometer alone shows its motion.
+
+The mass's displacement by integrating its accelerometer, where no laser shows it.
+
+Between two frequencies nothing is lost: X = -A/w^2. What lies below the oscillation is left out,
+so that offset and slow drift of the sensor do not count; free flights need differences of x alone.
+What a sensor does to the phase at the oscillation does count. An AC coupling leads by atan(fc/f),
+and shows above the oscillation, where the impacts and the base alone drive the mass:
+
+    a + d (v - v_e) + s (x - x_e) = sum of jumps dv_j delta(t - t_j)
+
+with d and s as the record itself shows them at its oscillation.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.records.store import RecordView
 from vinesexp.settings.stages import SlopeSettings
+from vinesexp.signals.base_motion import ORDER
+from vinesexp.signals.channel_agreement import PhaseLaw, law_of_lines
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.impacts.slopes import Coarse, SlopeChanges, slope_changes
-from vinesexp.signals.integrated_motion import IntegratedMotion, integrated_motion
+from vinesexp.signals.means import channel_means
 
 _CUT = 0.02  # share of impacts beyond the sensor's range that spoils its integral
+
+
 _CONTRADICT = 0.1  # by which areas of pulses and slopes of the integral may differ
+
+
 _FEWEST = 10  # impacts
+
+
 _EXACT = 1e-12  # m/s: error of a jump that is taken as it is
+
+
 #: Share of the base's acceleration that an ordinary accelerometer shows across its axis.
 ACROSS = 0.03
+
+
+ComplexArray = NDArray[np.complex128]
+
+
+_POINTS = 400  # block means a period: impacts alias into what is coarser
+
+
+_LOW = (0.25, 0.5)  # of the oscillation: nothing below the first, everything above the second
+
+
+_EDGE = 6.0  # periods at either end that the band's lower edge spoils
+
+
+_CYCLES, _FEWEST_CYCLES = 12.0, 6.0  # periods in a segment: in short records fewer
+
+
+_SEGMENTS = 5.0  # whole ones that a record holds at least
+
+
+_ENOUGH = 100  # segments that the corner is looked for in
+
+
+_FUNDAMENTAL = (0.8, 1.2)  # of the oscillation
+
+
+_LINES = (1.6, 12.0)  # of the oscillation: where impacts show the phase of the sensor
+
+
+_PASSES = 3
+
+
+_NEAREST = 0.25  # of the oscillation: a corner above is too near
+
+
+_UNSURE = 0.02  # rad at the oscillation: a phase that is known less well is not known
+
+
+_DRIFT = 0.1  # of the motion, between 0.3 and 0.6 of its frequency
+
+
+_DRIFT_BAND = (0.3, 0.6)
+
+
+_MISSING = 1e-3  # share of samples
 
 
 def may_be_integrated(record: RecordView, test: str, clearance: Sequence[float]) -> bool:
@@ -145,3 +214,219 @@ def integrated_impacts(record: RecordView, impacts: Impacts, *, frequency: float
         replace(impacts, x_m=x + ACROSS * base_x, v_before_m_s=v + ACROSS * base_v),
         replace(impacts, v_before_m_s=middle - 0.5 * ratio * jump, velocity_jump_m_s=ratio * jump),
     ))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class IntegratedMotion:
+    """The mass's displacement from its acceleration, and the base's, on one time axis.
+
+    Attributes
+    ----------
+    x, v : arrays (n,)
+        Of the mass, m and m/s, without what is slower than a quarter of the oscillation.
+    base_x, base_v : arrays (n,)
+        Of the base, in the same band.
+    step, start : float
+        Time between values and of the first, s from the record's first sample.
+    frequency : float
+        Hz.
+    law : PhaseLaw
+        AC corner of the sensor, which is corrected, and what of its phase remains unknown.
+    """
+
+    x: FloatArray
+    v: FloatArray
+    base_x: FloatArray
+    base_v: FloatArray
+    step: float
+    start: float
+    frequency: float
+    law: PhaseLaw
+
+    @property
+    def phase_error(self) -> float:
+        """Standard error of the phase at the oscillation, rad."""
+        turn = 2.0 * math.pi * self.frequency
+        lag = turn * math.hypot(self.law.lag, self.law.lag_error)
+        return math.hypot(lag, self.law.corner_error / self.frequency)
+
+    def within(self, times: FloatArray) -> BoolArray:
+        """Times that the ends of the record do not spoil."""
+        edge = _EDGE / self.frequency
+        return (times > edge) & (times < self.start + self.step * self.x.size - edge)
+
+    def base_at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Displacement and velocity of the base, m and m/s."""
+        axis = self.start + self.step * np.arange(self.x.size)
+        return np.interp(times, axis, self.base_x), np.interp(times, axis, self.base_v)
+
+
+def integrated_motion(
+    record: RecordView, times: FloatArray, jumps: FloatArray, *, frequency: float
+) -> IntegratedMotion:
+    """Integrate the acceleration of a driven record twice, in the band of its oscillation.
+
+    Parameters
+    ----------
+    record : RecordView
+        With acceleration and base.
+    times, jumps : arrays (k,)
+        Impacts: s from the first sample, and change of the mass's velocity, m/s.
+    frequency : float
+        Of the oscillation, Hz.
+
+    Raises
+    ------
+    AnalysisError
+        It cannot be done well enough, and why.
+    """
+    k = max(1, int(record.sample_rate / (_POINTS * frequency)))
+    step = k / record.sample_rate
+    if "base" not in record.roles:
+        raise AnalysisError(
+            "the displacement was not recorded, and the acceleration cannot take its place: "
+            "without a channel on the base nobody knows what share of the sensor's phase is its own"
+        )
+    if record.sample_rate < 2.5 * _LINES[1] * frequency:
+        raise AnalysisError("sampled too slowly for a displacement from the acceleration")
+    a = _means(record, "acceleration", k)
+    base = _means(record, "base", k)
+    periods = a.size * step * frequency
+    cycles = min(_CYCLES, (periods - 2.0 * _EDGE) / _SEGMENTS)
+    if cycles < _FEWEST_CYCLES:
+        raise AnalysisError(
+            f"{periods:.0f} periods are too few for a displacement from the acceleration, "
+            f"expected {2.0 * _EDGE + _SEGMENTS * _FEWEST_CYCLES:.0f} or more"
+        )
+    start = 0.5 * (k - 1) / record.sample_rate
+    x_e, v_e, _ = _integrated(base, step, frequency, ORDER[record.quantity("base")])
+    corner = 0.0
+    for _ in range(_PASSES):
+        x, v, a_band = _integrated(a, step, frequency, 2, corner=corner)
+        law = _law(
+            (a_band, v - v_e, x - x_e), _integrated(a, step, frequency, 2)[2], times - start, jumps,
+            step=step, frequency=frequency, cycles=cycles,
+        )  # fmt: skip
+        corner = law.corner
+        if not -0.5 * frequency < corner < _NEAREST * frequency:
+            raise AnalysisError(_near_corner(corner, frequency))
+    found = IntegratedMotion(x, v, x_e, v_e, step, start, frequency, law)
+    _require_known(found)
+    return found
+
+
+def _means(record: RecordView, role: str, k: int) -> FloatArray:
+    return channel_means(record, role, k)
+
+
+def _near_corner(corner: float, frequency: float) -> str:
+    if corner > 0.0:
+        return (
+            f"the accelerometer loses what is slow (a corner near {corner:.2g} Hz), too near the "
+            f"oscillation at {frequency:.3g} Hz for a displacement by integration"
+        )
+    return (
+        "the phase of the accelerometer over frequency is that of no AC coupling: no "
+        "displacement by integration"
+    )
+
+
+def _require_known(found: IntegratedMotion) -> None:
+    """Refuse a motion whose phase or zero is not known well enough."""
+    if found.phase_error > _UNSURE:
+        raise AnalysisError(
+            "the phase of the accelerometer at the oscillation is not known well enough "
+            f"({math.degrees(found.phase_error):.2g} degrees) for a displacement by integration"
+        )
+    if found.law.corner < -5.0 * found.law.corner_error:
+        raise AnalysisError(_near_corner(found.law.corner, found.frequency))
+    share = _slow_share(found)
+    if share > _DRIFT:
+        raise AnalysisError(
+            f"the zero of the accelerometer drifts: {share:.0%} of its twofold integral is slower "
+            "than the oscillation; no displacement by integration"
+        )
+
+
+def _slow_share(found: IntegratedMotion) -> float:
+    """Rms of the motion somewhat slower than the oscillation, over that of all motion."""
+    edge = round(_EDGE / (found.frequency * found.step))
+    x = found.x[edge:-edge]
+    power = np.abs(np.fft.rfft(x * np.hanning(x.size))) ** 2
+    f = np.fft.rfftfreq(x.size, found.step) / found.frequency
+    slow = (f > _DRIFT_BAND[0]) & (f < _DRIFT_BAND[1])
+    return math.sqrt(float(power[slow].sum()) / max(float(power.sum()), 1e-300))
+
+
+def _integrated(
+    values: FloatArray, step: float, frequency: float, order: int, *, corner: float = 0.0
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Displacement, velocity, acceleration from the derivative of this order, band-limited.
+
+    `corner`: Hz of an AC coupling that is undone.
+    """
+    n = values.size
+    size = n + round(_EDGE / (frequency * step))
+    f = np.fft.rfftfreq(size, step)
+    ramp = np.clip((f / frequency - _LOW[0]) / (_LOW[1] - _LOW[0]), 0.0, 1.0)
+    iw = 2j * np.pi * np.maximum(f, f[1])
+    spectrum = np.fft.rfft(values - values.mean(), size) * np.sin(0.5 * np.pi * ramp) ** 2
+    spectrum *= 1.0 + 2.0 * np.pi * corner / iw
+    x, v, a = (np.fft.irfft(spectrum * iw ** (m - order), size)[:n] for m in range(3))
+    return x, v, a
+
+
+def _law(
+    motion: tuple[FloatArray, FloatArray, FloatArray], measured: FloatArray, times: FloatArray,
+    jumps: FloatArray, *, step: float, frequency: float, cycles: float,
+) -> PhaseLaw:  # fmt: skip
+    """Phase of the measured acceleration beside what impacts and base do to the mass.
+
+    Parameters
+    ----------
+    motion : acceleration of the mass, and its velocity and displacement against the base
+    measured : the acceleration with whatever the sensor did to its phase
+    times, jumps : impacts, on the axis of the arrays
+    """
+    size = round(cycles / (frequency * step))
+    edge = round(_EDGE / (frequency * step))
+    begins = np.arange(edge, measured.size - edge - size + 1, size // 2)[:_ENOUGH]
+    f = np.fft.rfftfreq(size, step)
+    low, high = ((f > a * frequency) & (f < b * frequency) for a, b in (_FUNDAMENTAL, _LINES))
+    used = low | high
+    taper = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(size) + 0.5) / size)
+
+    def lines(values: FloatArray) -> ComplexArray:
+        return np.stack(
+            [np.fft.rfft(values[i : i + size] * taper)[used] for i in begins]
+        )  # (segments, lines)
+
+    a, v, x = (lines(values) for values in motion)
+    w = np.asarray(2.0 * np.pi * f[used], dtype=np.float64)
+    struck = np.stack([_struck(times - i * step, jumps, w, size, step) for i in begins])
+    here = low[used]
+    columns = np.stack([v[:, here].ravel(), x[:, here].ravel()], axis=1)
+    wanted = (struck - a)[:, here].ravel()
+    real = np.concatenate([columns.real, columns.imag])
+    scale = np.linalg.norm(real, axis=0)
+    d, s = np.linalg.lstsq(real / scale, np.concatenate([wanted.real, wanted.imag]))[0] / scale
+    there = high[used]
+    law = law_of_lines(
+        lines(measured)[:, there], (struck - d * v - s * x)[:, there],
+        w[there], frequency=frequency,
+    )  # fmt: skip
+    if law is None:
+        raise AnalysisError(
+            "whether the accelerometer is AC-coupled does not show: no displacement by integration"
+        )
+    return law
+
+
+def _struck(
+    times: FloatArray, jumps: FloatArray, w: FloatArray, size: int, step: float
+) -> ComplexArray:
+    """Tapered transform of the impacts of a segment, as that of an acceleration."""
+    inside = (times > -0.5 * step) & (times < (size - 0.5) * step)
+    t = times[inside]
+    taper = 0.5 - 0.5 * np.cos(2.0 * np.pi * (t / step + 0.5) / size)
+    return np.asarray(np.exp(-1j * np.outer(w, t)) @ (taper * jumps[inside] / step))

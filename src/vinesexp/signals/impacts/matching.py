@@ -3,6 +3,13 @@
 All contacts share one template. Each round refines times and heights together (what one
 contact leaves under another is subtracted), looks at what remains, and takes up what still
 stands out of noise and of the error of the template.
+
+Contacts that share an array, refined together: times and heights by Gauss-Newton.
+
+What one contact leaves under another is subtracted; contacts that overlap are moved together, all
+others each for itself.
+
+What fitted contacts leave of a stretch: more contacts, contacts that hide two, or nothing.
 """
 
 from __future__ import annotations
@@ -13,21 +20,28 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.settings.stages import ImpactSettings
-from vinesexp.signals.impacts.candidates import stretch_noise
-from vinesexp.signals.impacts.left_over import BoxNoise, left_over, model_errors, split
-from vinesexp.signals.impacts.overlapping import (
-    State,
-    align,
-    keep_only,
-    less,
-    normal_equations,
-    seen_lags,
-    settle,
-)
+from vinesexp.signals.impacts.candidates import STRETCH, louder, stretch_noise, strongest
 from vinesexp.signals.impacts.template import Template
 
 _ROUNDS = 8
+
+
 _QUIETER = 0.7  # times the noise believed before
+
+
+_STEPS = 5  # Gauss-Newton steps a round, at most
+
+
+_STILL = 1e-3  # samples: a smaller step changes nothing
+
+
+_TOGETHER = 16  # contacts of a chain that are moved at once
+
+
+_SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
+
+
+_NARROW = 8  # samples: so many sums are quicker than a running one
 
 
 @dataclass(frozen=True)
@@ -215,3 +229,257 @@ def _areas(
         return template.area * state.height, template.area * np.hypot(noise / norm, model_error)
     area = template.area * state.height + rest.sum(1) / template.kept
     return area, noise * np.sqrt(rest.shape[1]) / template.kept
+
+
+@dataclass
+class State:
+    """What is being refined: the array, its noise, what may be believed, and the contacts."""
+
+    a: FloatArray
+    noise: FloatArray
+    valid: BoolArray
+    clipped: BoolArray
+    template: Template
+    place: FloatArray
+    height: FloatArray
+    sure: BoolArray
+
+    def windows(self, lags: IntArray) -> tuple[IntArray, FloatArray, BoolArray]:
+        """Sample index, lag, and whether there is a sample, for every contact."""
+        index = np.rint(self.place).astype(np.int64)[:, np.newaxis] + lags
+        u = index - self.place[:, np.newaxis]
+        inside = (index >= 0) & (index < self.a.size)
+        return np.clip(index, 0, self.a.size - 1), u, inside
+
+    def noise_at(self) -> FloatArray:
+        stretch = np.clip(self.place, 0, self.a.size - 1).astype(np.int64) // STRETCH
+        return self.noise[np.minimum(stretch, self.noise.size - 1)]
+
+    def residual(self) -> FloatArray:
+        """The array less all contacts."""
+        return less(self.a, self.place, self.height, self.template)
+
+
+def less(a: FloatArray, place: FloatArray, height: FloatArray, template: Template) -> FloatArray:
+    """The array less contacts of given places (samples) and heights."""
+    if not place.size:
+        return a.copy()
+    lags = np.arange(template.first, template.last + 1)
+    centre = np.rint(place)
+    index = centre.astype(np.int64)[:, np.newaxis] + lags
+    model = template.around(place - centre, lags)[0]
+    model *= height[:, np.newaxis]
+    if index.min() < 0 or index.max() >= a.size:
+        model *= (index >= 0) & (index < a.size)
+        index = np.clip(index, 0, a.size - 1)
+    return a - np.bincount(index.ravel(), model.ravel(), a.size)
+
+
+def settle(state: State, seen: IntArray) -> None:
+    """Gauss-Newton until nothing moves that matters."""
+    for _ in range(_STEPS):
+        if _refine(state, seen) < _STILL:
+            break
+
+
+def seen_lags(template: Template) -> IntArray:
+    """Lags between which the template is more than a few per cent of its height."""
+    lags = np.arange(template.first, template.last + 1)
+    size = np.maximum(np.abs(template.at(lags - 0.5)[0]), np.abs(template.at(lags + 0.5)[0]))
+    size = np.maximum(size, np.abs(template.at(lags.astype(np.float64))[0]))
+    big = lags[size > _SEEN]
+    return np.arange(big[0], big[-1] + 1)
+
+
+def normal_equations(
+    state: State, seen: IntArray, *, also: BoolArray | None = None
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Sample index, template, time derivative and the 2 x 2 normal equations of every contact."""
+    index, _, inside = state.windows(seen)
+    value, slope = state.template.around(state.place - np.rint(state.place), seen)
+    slope *= -state.height[:, np.newaxis]
+    counts = state.valid if also is None else state.valid | also
+    use = inside & counts[index]
+    if not use.all():
+        value, slope = value * use, slope * use
+    vv, vs, ss = ((value * value).sum(1), (value * slope).sum(1), (slope * slope).sum(1))
+    return index, value, slope, vv, vs, ss
+
+
+def align(state: State, seen: IntArray, *, reach: int) -> None:
+    """Move every contact to where the template fits best within `reach` samples.
+
+    A first guess may sit on the second swing of a ringing, from where small steps do not lead back.
+    """
+    wide = np.arange(seen[0] - reach, seen[-1] + reach + 1)
+    index, _, inside = state.windows(wide)
+    known = state.valid[index] | state.clipped[index]
+    samples = np.where(inside & known, state.a[index], 0.0)
+    views = np.lib.stride_tricks.sliding_window_view(samples, seen.size, axis=1)
+    parts = state.template.parts
+    top = np.zeros(len(samples))
+    place, height = np.rint(state.place), state.height
+    for part in np.arange(parts) / parts:
+        shape = state.template.at(seen - part)[0]
+        norm = float(shape @ shape)
+        match = views @ shape / np.sqrt(norm)
+        best = np.argmax(np.abs(match), axis=1)
+        value = match[np.arange(best.size), best]
+        better = np.abs(value) > top
+        top = np.where(better, np.abs(value), top)
+        place = np.where(better, np.rint(state.place) + best - reach + part, place)
+        height = np.where(better, value / np.sqrt(norm), height)
+    state.place, state.height = place, height
+
+
+def _refine(state: State, seen: IntArray) -> float:
+    """One Gauss-Newton step of all times and heights; each keeps within half a sample.
+
+    Contacts that overlap are moved together, all others each for itself. Returns the largest move.
+    """
+    if not state.place.size:
+        return 0.0
+    rest = state.residual()
+    short = state.clipped & (rest * state.a > 0.0)  # the fit does not even reach the limit
+    index, value, slope, vv, vs, ss = normal_equations(state, seen, also=short)
+    window = rest[index]
+    right_v, right_s = (value * window).sum(1), (slope * window).sum(1)
+    determinant = vv * ss - vs * vs
+    good = determinant > 1e-9 * vv * ss
+    safe = np.where(good, determinant, 1.0)
+    height_step = np.where(good, (ss * right_v - vs * right_s) / safe, 0.0)
+    place_step = np.where(good, (vv * right_s - vs * right_v) / safe, 0.0)
+    for chain in _overlapping(state):
+        # The work grows as the cube of their number. Parts of a long chain come one after the
+        # other, each with what the ones before it have left.
+        for group in np.array_split(chain, -(-chain.size // _TOGETHER)):
+            columns, low = _columns(index[group], value[group], slope[group])
+            left = rest[low : low + columns.shape[1]]
+            step = np.linalg.lstsq(columns.T, left, rcond=1e-4)[0]
+            height_step[group], place_step[group] = step[: group.size], step[group.size :]
+            if group.size < chain.size:
+                left -= step @ columns
+    state.height = state.height + height_step
+    state.place = state.place + np.clip(place_step, -0.5, 0.5)
+    return float(np.abs(place_step).max())
+
+
+def _overlapping(state: State) -> list[IntArray]:
+    """Groups of contacts, each closer to the next than their cores are long."""
+    order = np.argsort(state.place, kind="stable")
+    linked = np.diff(state.place[order]) < state.template.core[1] - state.template.core[0]
+    if not linked.any():
+        return []
+    groups = np.split(order, np.flatnonzero(~linked) + 1)
+    return [group for group in groups if group.size > 1]
+
+
+def _columns(index: IntArray, value: FloatArray, slope: FloatArray) -> tuple[FloatArray, int]:
+    """Templates and derivatives of contacts that share samples, and the first sample."""
+    low, high = int(index.min()), int(index.max()) + 1
+    both = np.concatenate([value, slope])
+    rows = np.arange(len(both))[:, np.newaxis] * (high - low)
+    flat = rows + np.concatenate([index, index]) - low
+    size = len(both) * (high - low)
+    columns: FloatArray = np.bincount(flat.ravel(), both.ravel(), size).astype(
+        np.float64, copy=False
+    )
+    return columns.reshape(len(both), high - low), low
+
+
+def keep_only(state: State, which: IntArray | BoolArray) -> None:
+    """Keep chosen contacts, in the order in which they are chosen."""
+    state.place, state.height = state.place[which], state.height[which]
+    state.sure = state.sure[which]
+
+
+class BoxNoise:
+    """Boxcar of the template's width over the array, and its noise in every stretch."""
+
+    def __init__(self, a: FloatArray, width: int, valid: BoolArray) -> None:
+        self.width = width
+        box = self.of(a)
+        self.noise = stretch_noise(np.where(valid, box, np.nan))
+
+    def at_least(self, noise: FloatArray) -> FloatArray:
+        """Noise of samples; a rumble that only the boxcar shows is noise to a contact too."""
+        return np.asarray(np.maximum(noise, self.noise / np.sqrt(self.width)))
+
+    def of(self, a: FloatArray) -> FloatArray:
+        """Sum over the boxcar centred on each sample, over sqrt(width)."""
+        if self.width == 1:
+            return a
+        lead, count = (self.width - 1) // 2, a.size - self.width + 1
+        out = np.zeros_like(a)
+        if count < 1:
+            return out
+        inner = out[lead : lead + count]
+        if self.width <= _NARROW:
+            for k in range(self.width):
+                inner += a[k : k + count]
+        else:
+            total = np.concatenate([[0.0], np.cumsum(a)])
+            np.subtract(total[self.width :], total[: -self.width], out=inner)
+        inner *= 1.0 / np.sqrt(self.width)
+        return out
+
+
+def left_over(
+    state: State, rest: FloatArray, box: BoxNoise, settings: ImpactSettings
+) -> tuple[IntArray, IntArray]:
+    """Samples where something still stands out, one for each template length at most.
+
+    First those where a contact may be added, then those too near to one that is there. What
+    stands out less than a near one beside it comes of it.
+    """
+    size = np.abs(box.of(np.where(state.valid, rest, 0.0)))
+    limit = np.repeat(settings.threshold * louder(box.noise), STRETCH)[: size.size]
+    candidates = np.flatnonzero(size > limit)
+    if not candidates.size:
+        return candidates, candidates
+    allowed = model_errors(state) * (settings.template_error * np.sqrt(box.width))
+    candidates = candidates[size[candidates] > limit[candidates] + allowed[candidates]]
+    candidates = strongest(candidates, size[candidates], reach=3 * state.template.width + 2)
+    if not state.place.size or not candidates.size:
+        return candidates, candidates[:0]
+    order = np.sort(state.place)
+    after = np.searchsorted(order, candidates)
+    left = candidates - order[np.maximum(after - 1, 0)]
+    right = order[np.minimum(after, order.size - 1)] - candidates
+    near = np.minimum(np.abs(left), np.abs(right)) < max(1.0, state.template.width)
+    return candidates[~near], candidates[near]
+
+
+def split(state: State, near: IntArray, tried: list[float]) -> bool:
+    """Make two of every contact that does not explain what lies in it; each is tried once."""
+    apart = 0.5 * max(1.0, state.template.width)
+    found = False
+    for sample in near:
+        i = int(np.argmin(np.abs(state.place - sample)))
+        if any(abs(state.place[i] - one) < 2.0 * apart for one in tried):
+            continue
+        tried.append(float(state.place[i]))
+        half = 0.5 * state.height[i]
+        state.place = np.append(state.place, state.place[i] + apart)
+        state.height = np.append(state.height, half)
+        state.sure = np.append(state.sure, True)
+        state.place[i] -= apart
+        state.height[i] = half
+        found = True
+    return found
+
+
+def model_errors(state: State) -> FloatArray:
+    """Sum of what every contact may differ from the shape, at each sample."""
+    if not state.place.size:
+        return np.zeros(state.a.size)
+    lags = np.arange(state.template.first, state.template.last + 1)
+    index, _, inside = state.windows(lags)
+    model_error = state.template.model_error * np.abs(state.height)[:, np.newaxis] * inside
+    total = np.bincount(index.ravel(), model_error.ravel(), state.a.size)
+    if state.template.rings:  # an impact just before the record would still ring in it
+        tail = np.arange(state.template.core[1], state.template.last + 1)
+        envelope = np.maximum.accumulate(np.abs(state.template.at(tail * 1.0)[0])[::-1])[::-1]
+        n = min(tail.size, total.size)
+        total[:n] += np.abs(state.height).max() * envelope[:n]
+    return np.asarray(total)

@@ -3,6 +3,13 @@
 Around an impact the displacement is an oscillation, a slow drift and the response to the jump,
 dv sin(w (t - t_j))/w after t_j. All of it is linear, so that one projection serves all impacts.
 Neighbouring impacts in the window are subtracted with the jumps that the acceleration showed.
+
+What the displacement around an impact is made of: a smooth motion and the response to a jump.
+
+Spikes of an accelerometer that move nothing: somebody knocks the table, a cable slips.
+
+A ball that hits a wall changes the velocity of the mass by the area of its pulse, and the slope of
+the displacement by as much. A knock rings in the accelerometer and leaves the displacement alone.
 """
 
 from __future__ import annotations
@@ -15,12 +22,76 @@ import numpy as np
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.records.store import RecordView
 from vinesexp.settings.stages import SlopeSettings
-from vinesexp.signals.impacts.slope_model import JumpResponse, smooth, smooth_slope
+from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.means import block_means, channel_means, missing_means
 
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record
+
+
 _LEAST = 6  # points to either side
+
+
 _MOST = 64  # impacts in a window: what is more crowded shows no single one of them
+
+
+_TOGETHER = 0.08  # periods: contacts nearer to one another are one event to the displacement
+
+
+_AREA = 0.15  # share by which the area of a pulse may be off
+
+
+_SEEN, _STILL = 0.1, 9.0  # of the usual jump: an error that shows it; chi^2 of no jump
+
+
+_SURE = 25.0  # difference in chi^2: five standard deviations
+
+
+@dataclass(frozen=True)
+class JumpResponse:
+    """How the displacement answers a jump: exp(-rate s) sin(w_free s)/w_free.
+
+    `w` is that of the oscillation around it, rad/s; `w_free` (None: the same) and `rate` (1/s) are
+    the oscillator's own; `common` is the relative error that they leave to all jumps alike.
+    """
+
+    w: float
+    w_free: float | None = None
+    rate: float = 0.0
+    common: float = 0.0
+
+    def bend(self, s: FloatArray, step: float) -> FloatArray:
+        """Displacement s after a unit jump of velocity, averaged over `step`."""
+        w = self.w_free or self.w
+        late = np.maximum(s, 0.0)
+        value = np.sinc(0.5 * w * step / np.pi) * np.exp(-self.rate * late) * np.sin(w * late) / w
+        inside = np.abs(s) < 0.5 * step
+        return np.where(inside, (s + 0.5 * step) ** 2 / (2.0 * step), value)
+
+    def since(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Displacement and velocity s after a unit jump."""
+        w = self.w_free or self.w
+        fall = np.exp(-self.rate * s)
+        x = fall * np.sin(w * s) / w
+        return x, fall * np.cos(w * s) - self.rate * x
+
+
+def smooth(s: FloatArray, w: float, *, full: bool) -> FloatArray:
+    """What the motion without the jump is made of: drift, oscillation, its slow change."""
+    columns = [np.ones_like(s), s * w, np.cos(w * s), np.sin(w * s)]
+    if full:
+        columns += [w * s * np.cos(w * s), w * s * np.sin(w * s)]
+    return np.stack(columns, axis=-1)
+
+
+def smooth_slope(s: FloatArray, w: float, *, full: bool) -> FloatArray:
+    zero, one = np.zeros_like(s), np.ones_like(s)
+    columns = [zero, one, -np.sin(w * s), np.cos(w * s)]
+    if full:
+        columns += [
+            np.cos(w * s) - w * s * np.sin(w * s),
+            np.sin(w * s) + w * s * np.cos(w * s),
+        ]
+    return w * np.stack(columns, axis=-1)
 
 
 @dataclass(frozen=True)
@@ -363,3 +434,83 @@ def _neighbours(
                 place[rows] += jumps[other[rows]] * moved
                 velocity[rows] += jumps[other[rows]] * speed
     return total, place, velocity
+
+
+def events_of(times: FloatArray, *, frequency: float) -> IntArray:
+    """Number of the event that each contact belongs to: those near one another are one.
+
+    Examples
+    --------
+    >>> events_of(np.array([0.1, 0.102, 0.16]), frequency=8.0).tolist()
+    [0, 0, 1]
+    """
+    apart = np.diff(times, prepend=times[:1]) > _TOGETHER / frequency
+    return np.asarray(np.cumsum(apart), dtype=np.int64)
+
+
+def knocks_among(
+    found: Detection, x: Coarse, *, frequency: float, gain: float, lag: float,
+    settings: SlopeSettings,
+) -> tuple[BoolArray, BoolArray]:  # fmt: skip
+    """Which contacts of a single ball's record are no impacts, and which lie under a knock.
+
+    Contacts within a few milliseconds are of one wall: a ball cannot cross its cavity in between,
+    and their jumps add up. An event whose displacement shows no jump, where the pulses ask
+    for one far above its error, is a knock. Where it shows less than they ask for, a knock lies
+    over an impact: the contact as large as the jump stays, and place and velocity there are not
+    believed.
+
+    Parameters
+    ----------
+    found : Detection
+    x : Coarse
+        Displacement, m.
+    frequency : float
+        Of the oscillation, Hz.
+    gain, lag : float
+        Of the acceleration beside the displacement; s by which the latter is late.
+
+    Returns
+    -------
+    knocked, doubtful : bool arrays
+        For each contact: left out; kept, under a knock.
+    """
+    if not found.time.size:
+        return np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
+    event = events_of(found.time, frequency=frequency)
+    count = int(event[-1]) + 1
+    jumps = np.asarray(found.jump / gain, dtype=np.float64)
+    size = np.asarray(np.bincount(event, np.abs(jumps), count), dtype=np.float64)
+    error = np.sqrt(np.bincount(event, (found.jump_error / gain) ** 2, count))
+    at = np.asarray(
+        np.bincount(event, np.abs(jumps) * found.time, count) / np.maximum(size, 1e-300),
+        dtype=np.float64,
+    )
+    net = np.asarray(np.bincount(event, jumps, count), dtype=np.float64)
+    slopes = slope_changes(x, at + lag, net, frequency=frequency, settings=settings)
+    # Without those that seem to be knocks the others are seen better, and so are these.
+    knocked = np.zeros(count, dtype=bool)
+    for _ in range(3):
+        shown, own = np.abs(slopes.jump), slopes.jump_error
+        still = (shown / own) ** 2
+        asked = ((shown - size) / np.hypot(np.hypot(own, error), _AREA * size)) ** 2
+        # Nothing is seen where what most events show would be, and would be seen.
+        usual = float(np.nanmedian(shown[~knocked])) if (~knocked).any() else 0.0
+        blind = ~np.isfinite(shown) | (own > _SEEN * usual) | (still > _STILL)
+        new: BoolArray = ~blind & (asked - still > _SURE)
+        if (new == knocked).all():
+            break
+        knocked = new
+        slopes = slope_changes(
+            x, at + lag, np.where(knocked, 0.0, net), frequency=frequency, settings=settings
+        )
+    over = np.isfinite(shown) & ~knocked & (asked > _SURE) & (size > shown)
+    over &= np.asarray(np.bincount(event, minlength=count) > 1)
+    left_out = knocked[event]
+    doubtful = np.zeros(event.size, dtype=bool)
+    for number in np.flatnonzero(over):
+        members = np.flatnonzero(event == number)
+        best = members[np.argmin(np.abs(np.abs(jumps[members]) - shown[number]))]
+        left_out[members] = True
+        left_out[best], doubtful[best] = False, True
+    return left_out, doubtful
