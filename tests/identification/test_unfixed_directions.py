@@ -106,15 +106,20 @@ def test_a_value_with_an_error_of_more_than_half_of_it_is_left_out_and_said():
 
 
 @pytest.mark.long
-def test_a_short_noisy_decay_gives_a_frequency_that_holds_or_none():
-    """Fifteen periods above 1 kHz, two sensors' worth of noise, over many draws: never a guess."""
+@pytest.mark.parametrize(("noise", "least"), [((0.1, 1.0), 1), ((0.05, 0.5), 5)])
+def test_a_short_noisy_decay_gives_a_frequency_that_holds_or_none(noise, least):
+    """Fifteen periods above 1 kHz, two sensors' worth of noise, over many draws: never a guess.
+
+    Up to half of the motion the noise leaves zeta three standard errors (n / 12 of it each at
+    best), so that most draws give a value; beyond, hardly one does.
+    """
     rate, f0 = 50_000.0, 1063.0
     t = np.arange(700) / rate
     published = 0
     for seed in range(8):
         rng = np.random.default_rng(seed)
         x = 1e-7 * np.exp(-20.0 * t) * np.cos(2.0 * math.pi * f0 * t)
-        x += rng.uniform(0.1, 1.0) * 1e-7 * rng.standard_normal(t.size)
+        x += rng.uniform(*noise) * 1e-7 * rng.standard_normal(t.size)
         with warnings.catch_warnings():
             warnings.simplefilter("error", RuntimeWarning)
             try:
@@ -124,4 +129,4 @@ def test_a_short_noisy_decay_gives_a_frequency_that_holds_or_none():
         published += 1
         assert best.f0_error <= 0.5 * best.f0
         assert abs(best.f0 - f0) < 6.0 * best.f0_error
-    assert published >= 1
+    assert published >= least

@@ -236,7 +236,7 @@ def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:
     start, end = free_part(np.where(size > max(floor, _REST * size.max()), p.z, 0.0), start, end)
     if end - start < _FEWEST or not size[start] > 0.0:
         raise AnalysisError(
-            f"the oscillation stands above {1e3 * floor:.3g} mm for {end - start} periods, "
+            f"the oscillation stands out of the noise for {end - start} periods, "
             f"expected {_FEWEST} or more"
         )
     return start, end

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vinesexp.laboratory.pulses import contact_acceleration
-from vinesexp.signals.impacts import overlapping, template_learning
+from vinesexp.signals.impacts import matching, template_learning
 from vinesexp.signals.impacts.detection import detect_contacts
 from vinesexp.signals.impacts.slopes import coarsen, slope_changes
 
@@ -31,13 +31,13 @@ def chain(count: int) -> np.ndarray:
 
 def sizes_moved_at_once(monkeypatch, a: np.ndarray):
     sizes = []
-    columns = overlapping._columns
+    columns = matching._columns
 
     def counted(index, value, slope):
         sizes.append(len(index))
         return columns(index, value, slope)
 
-    monkeypatch.setattr(overlapping, "_columns", counted)
+    monkeypatch.setattr(matching, "_columns", counted)
     return detect_contacts(a, 1e4, highpass=None), sizes
 
 
@@ -70,6 +70,6 @@ def test_a_record_full_of_spikes_is_learnt_from_a_part_of_it(monkeypatch):
 def test_columns_are_templates_at_their_places():
     index = np.array([[3, 4, 5], [4, 5, 5]])
     value, slope = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]), -np.ones((2, 3))
-    columns, low = overlapping._columns(index, value, slope)
+    columns, low = matching._columns(index, value, slope)
     assert low == 3
     assert columns.tolist() == [[1, 2, 3], [0, 4, 11], [-1, -1, -1], [0, -1, -2]]
