@@ -110,8 +110,8 @@ def test_a_value_with_an_error_of_more_than_half_of_it_is_left_out_and_said():
 def test_a_short_noisy_decay_gives_a_frequency_that_holds_or_none(noise, least):
     """Fifteen periods above 1 kHz, two sensors' worth of noise, over many draws: never a guess.
 
-    Up to half of the motion the noise leaves zeta three standard errors (n / 12 of it each at
-    best), so that most draws give a value; beyond, hardly one does.
+    At best zeta is known to 0.66 of the noise's share of the motion: up to half of it most draws
+    have three standard errors and give a value; beyond, hardly one does.
     """
     rate, f0 = 50_000.0, 1063.0
     t = np.arange(700) / rate
