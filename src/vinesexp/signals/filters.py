@@ -155,8 +155,8 @@ def zero_phase_blocks(
         Consecutive stretches of the record.
     band : Butterworth
     before, after : arrays
-        What is taken to lie before the first and after the last sample (`extension.continued_sine`,
-        `extension.continued_line`); beyond that, the end value stands.
+        What is taken to lie before the first and after the last sample (`condition.continued_sine`,
+        `condition.continued_line`); beyond that, the end value stands.
 
     Yields
     ------
