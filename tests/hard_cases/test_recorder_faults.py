@@ -52,6 +52,12 @@ def analysed(given, *, rate=RATE, b=0.033):
     )  # fmt: skip
 
 
+@lru_cache(maxsize=1)
+def plain():
+    """The same of the record without fault."""
+    return analysed(channels())
+
+
 def value_of(found, name, method="combined"):
     rows = found.identified[found.identified.parameter == name]
     rows = rows[rows.method == method] if (rows.method == method).any() else rows
@@ -107,8 +113,7 @@ def mended(folder, given, *, rate=RATE, test="periodic"):
         return [check.detail for check in checks], {r: view.read(r) for r in view.roles}
 
 
-@pytest.mark.parametrize("b", [0.033, 0.036])
-@pytest.mark.parametrize("count", [1, 7, 55, 600])
+@pytest.mark.parametrize(("b", "count"), [(0.033, 1), (0.036, 7), (0.036, 55), (0.033, 600)])
 def test_samples_that_all_channels_lost_become_a_gap_as_long(tmp_path, b, count):
     whole = channels(b)
     said, found = mended(tmp_path, {role: without(x, count) for role, x in whole.items()})
@@ -229,14 +234,13 @@ def knocked(a, count, *, seed=2, rate=RATE):
     return a
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_knocks_are_named_and_no_impacts(seed):
-    plain = analysed(channels())
     given = channels() | {"acceleration": knocked(channels()["acceleration"], 6, seed=seed)}
     found = analysed(given)
     assert "move nothing" in found.checks[found.checks.check == "knocks"].detail.item()
-    assert (plain.checks.check == "knocks").sum() == 0
-    assert abs(len(found.impacts) - len(plain.impacts)) <= 2
+    assert (plain().checks.check == "knocks").sum() == 0
+    assert abs(len(found.impacts) - len(plain().impacts)) <= 2
     assert found.regime["regime"] == "two symmetric"
     value, error = value_of(found, "r")
     assert abs(value - R) < max(4.0 * error, 1e-3)
@@ -247,4 +251,4 @@ def test_a_sensor_with_another_gain_knocks_nothing(gain):
     given = channels() | {"acceleration": gain * channels()["acceleration"]}
     found = analysed(given)
     assert (found.checks.check == "knocks").sum() == 0
-    assert len(found.impacts) == len(analysed(channels()).impacts)
+    assert len(found.impacts) == len(plain().impacts)

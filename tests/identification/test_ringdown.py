@@ -152,7 +152,7 @@ def test_window_ends_where_the_steps_of_the_converter_begin() -> None:
     assert p.t[end - 1] < 10.0
 
 
-@pytest.mark.parametrize("seed", [1, 3, 7])
+@pytest.mark.parametrize("seed", [1, pytest.param(7, marks=pytest.mark.long)])
 def test_a_motion_that_something_drives_is_no_decay(seed: int) -> None:
     """An oscillator in the wind, a little weaker towards its end."""
     random, t = np.random.default_rng(seed), np.arange(8000) / 100.0

@@ -145,13 +145,17 @@ def workflow(tmp_path):
 
 
 @pytest.fixture(scope="session")
-def one_run(tmp_path_factory):
+def one_run(once):
     """The tiny campaign, run once for all tests that only look, or that work on a copy."""
-    workflow = Workflow(tmp_path_factory.mktemp("finished"))
-    workflow.tiny_campaign()
-    result = workflow.run("--config", "campaign=data/tiny")
-    assert result.returncode == 0, result.stderr
-    return workflow
+
+    def make(folder):
+        workflow = Workflow(folder)
+        workflow.tiny_campaign()
+        result = workflow.run("--config", "campaign=data/tiny")
+        assert result.returncode == 0, result.stderr
+        return folder
+
+    return Workflow(once("finished", make))
 
 
 @pytest.fixture

@@ -2,12 +2,15 @@
 
 import csv
 import os
+import re
 import shutil
 import zipfile
 
 import pytest
 
+from vinesexp.errors import VinesexpError
 from vinesexp.resultslock import hold_results
+from vinesexp.workflow import batches_of, keeps_channels, read_config
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
@@ -63,25 +66,32 @@ def test_a_dry_run_says_in_a_dozen_lines_what_would_run_and_why(finished):
 @pytest.mark.parametrize(
     ("config", "words"),
     [
-        ("campain=data/tiny", "did you mean 'campaign'?"),
-        ("campaign=1e3", "campaign=./1000.0"),
-        ("results=a{b}c", "cannot hold { or }"),
-        ("batches=0", "expected a number from 1 on"),
-        ("keep=tables", "found 'tables'; final removes the channels"),
-        ("results=site", "holds files that are no results (pages and 1 more)"),
-        ("results=data/tiny", "cannot go into the campaign's own folder"),
+        ({"campain": "data/tiny"}, "did you mean 'campaign'?"),
+        ({"campaign": 1e3}, "campaign=./1000.0"),
+        ({"results": "a{b}c"}, "cannot hold { or }"),
+        ({"batches": 0}, "expected a number from 1 on"),
+        ({"keep": "tables"}, "found 'tables'; final removes the channels"),
+        ({"results": "site"}, "holds files that are no results (pages and 1 more)"),
+        ({"results": "data/tiny"}, "cannot go into the campaign's own folder"),
     ],
 )
-def test_a_mistake_in_config_is_one_line(workflow, config, words):
+def test_a_mistake_in_config_is_said(workflow, config, words, monkeypatch):
     workflow.tiny_campaign()
     (workflow.folder / "site/pages").mkdir(parents=True)
     (workflow.folder / "site/report.html").write_text("mine")
-    entries = [config] if config.startswith("cam") else ["campaign=data/tiny", config]
-    result = workflow.run("-n", "--config", *entries, "--workflow-profile", "none")
+    monkeypatch.chdir(workflow.folder)
+    given = {"campaign": "data/tiny"} | config
+    with pytest.raises(VinesexpError, match=re.escape(words)):
+        _ = read_config(given), keeps_channels(given), batches_of(given, cores=1, records=2)
+
+
+def test_a_mistake_in_config_is_one_line_at_the_console(workflow):
+    """As Snakemake reads the value: 1e3 is no folder's name any more."""
+    result = workflow.run("-n", "--config", "campaign=1e3", "--workflow-profile", "none")
     assert result.returncode == 1
     reported = [line for line in result.stderr.splitlines() if line.startswith("vinesexp:")]
     assert len(reported) == 1
-    assert words in reported[0]
+    assert "campaign=./1000.0" in reported[0]
     assert "Traceback" not in result.stderr
 
 
@@ -125,7 +135,7 @@ def test_names_that_snakemake_or_a_file_system_could_mistake(workflow):
     rows = (folder / "records.csv").read_text(encoding="utf-8")
     rows = rows.replace("bare,raw/bare.csv", "identify.csv,raw/b{record}.csv")
     (folder / "records.csv").write_text(rows.replace("20,,\n", "20,,a {note}\n"), encoding="utf-8")
-    result = workflow.run("--config", "campaign=2024")
+    result = workflow.run("--config", "campaign=2024", "batches=1")
     assert result.returncode == 0, result.stderr
     page = (workflow.folder / "results/2024/report.html").read_text(encoding="utf-8")
     assert "{Ti}ny: {x}" in page
