@@ -130,3 +130,26 @@ def test_a_short_noisy_decay_gives_a_frequency_that_holds_or_none(noise, least):
         assert best.f0_error <= 0.5 * best.f0
         assert abs(best.f0 - f0) < 6.0 * best.f0_error
     assert published >= least
+
+
+def test_up_to_a_fifth_of_noise_a_short_decay_is_told_with_the_error_that_noise_allows():
+    """Fifteen periods above 1 kHz under noise from a tenth of the motion to all of it.
+
+    Up to a fifth f0 and zeta are told, and the error of f0 is no more than half again of what the
+    noise allows on the periods inside the record; from there on values hold or are refused.
+    """
+    rate, f0, f0_bound = 50_000.0, 1063.0, 2.9  # Hz a unit of noise (Rife and Boorstyn, 1974)
+    t = np.arange(700) / rate
+    for seed, noise in enumerate((0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0)):
+        rng = np.random.default_rng(seed)
+        x = 1e-7 * np.exp(-20.0 * t) * np.cos(2.0 * math.pi * f0 * t)
+        x += noise * 1e-7 * rng.standard_normal(t.size)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            try:
+                best = ring_down(x, 1.0 / rate, frequency=f0)[-1]
+            except AnalysisError:
+                assert noise > 0.2
+                continue
+        assert best.f0_error <= (1.5 * f0_bound * noise if noise <= 0.2 else 0.5 * best.f0)
+        assert abs(best.f0 - f0) < 4.0 * best.f0_error
