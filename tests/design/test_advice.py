@@ -91,6 +91,7 @@ def off_resonance() -> dict[str, object]:
     return {"advice": advice, "json": as_json(advice), "warnings": warnings_of(advice)}
 
 
+@pytest.mark.long
 def test_the_advice_beats_what_was_tried_by_hand(off_resonance: dict[str, object]) -> None:
     advice = off_resonance["advice"]
     best = advice.least_mean  # type: ignore[attr-defined]
@@ -106,6 +107,7 @@ def test_the_advice_beats_what_was_tried_by_hand(off_resonance: dict[str, object
     assert robust.random_mean == pytest.approx(fresh.mean.mean(), rel=0.05)
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(best_clearance, "COARSE", 6)
     monkeypatch.setattr(best_clearance, "MOST", 0.3)

@@ -26,6 +26,7 @@ def test_energy_taken_by_impacts_and_damping_is_what_is_gone() -> None:
     assert left == pytest.approx((3.8 / 20.0) ** 2, rel=0.25)
 
 
+@pytest.mark.long
 def test_the_best_clearance_falls_with_the_level_and_wide_cavities_capture_fewer() -> None:
     falls = released(TABLE_2, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=LEVELS, seed=3)
     fastest = [falls.found[i].b for i in falls.fastest]

@@ -37,6 +37,7 @@ def test_a_published_b_c_far_from_the_exact_one_is_not_left_without_a_remark(
     assert json.loads(capsys.readouterr().out)["warnings"] == []
 
 
+@pytest.mark.long
 def test_no_module_of_the_theory_is_out_of_reach_of_commands_and_steps() -> None:
     """Damping laws, several NESs and release times were theory that no command reached."""
     commands = [

@@ -93,6 +93,7 @@ def test_five_per_cent_of_the_samples_missing(tmp_path: Path) -> None:
     assert np.median(np.abs(found.time_s - record.time)) < 5e-6
 
 
+@pytest.mark.long
 def test_mains_hum_above_the_noise(tmp_path: Path) -> None:
     record = measured(duration=4.0)
     t = np.arange(record.channels["acceleration"].size) / RATE

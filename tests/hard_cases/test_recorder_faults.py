@@ -215,6 +215,7 @@ def test_a_laser_that_is_pushed_loses_no_samples(tmp_path):
     ],
     ids=["55 samples lost", "second recorder", "second recorder of base and displacement"],
 )
+@pytest.mark.long
 def test_a_fault_of_the_recorder_reaches_no_value_of_the_rig(damage):
     found = analysed(same_length(damage(dict(channels()))))
     assert (found.checks.check == "clock").sum() == 1

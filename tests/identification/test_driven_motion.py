@@ -58,6 +58,7 @@ def test_the_base_is_found_without_ball_or_clearance(tmp_path, seen, jump):
     assert error < 5e-3 * G
 
 
+@pytest.mark.long
 def test_errors_are_those_of_noise(tmp_path):
     z = []
     for seed in range(12):

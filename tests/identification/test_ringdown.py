@@ -27,7 +27,7 @@ def motion(t, decay, noise=5e-6):
     return (np.exp(log_A) * np.cos(phase))[0] + rest
 
 
-@settings(deadline=None, max_examples=8)
+@settings(deadline=None, max_examples=4)
 @given(
     f0=st.floats(5.0, 10.0), zeta=st.floats(1e-3, 0.03), phase=st.floats(0.0, 6.28),
     offset=st.floats(-0.01, 0.01),
@@ -42,6 +42,7 @@ def test_every_method_finds_a_clean_decay(
     assert found.decay.form == "viscous"
 
 
+@pytest.mark.long
 def test_likelihood_errors_are_those_of_the_information_limit() -> None:
     runs = [ring_down(decay(seed=s), 1 / RATE, frequency=7.8)[-1] for s in range(16)]
     f0 = np.array([run.f0 for run in runs])

@@ -70,6 +70,7 @@ def broken(step, monkeypatch, problem):
     monkeypatch.setattr(found, name, fail_on(step, getattr(found, name), problem))
 
 
+@pytest.mark.long
 def test_records_that_a_step_cannot_digest_stop_nothing(campaign, tmp_path, monkeypatch):
     for step in STEPS:
         broken(step, monkeypatch, ZeroDivisionError("float\ndivision"))

@@ -277,6 +277,7 @@ def check_first_impacts(seeds):
     return found
 
 
+@pytest.mark.long
 def test_the_first_impact_is_never_missed():
     assert check_first_impacts(range(300)) > 100
 

@@ -68,6 +68,7 @@ def test_late_and_turned_channels_are_noticed(measure, tmp_path: Path, store) ->
     assert np.abs(error[1:-1]).max() < 1e-3
 
 
+@pytest.mark.long
 def test_two_balls_are_distinguished(measure, tmp_path: Path) -> None:
     record = measure(
         b=[0.023, 0.034], drive=G25, start=5.0, duration=20.0,
