@@ -158,12 +158,12 @@ def _subject(
     rule: str, wildcards: Mapping[str, object], reason: str
 ) -> tuple[Sequence[str], Sequence[str]]:
     """The records that a job is about, and why it would run, in words of the project."""
-    plan = workflow.CURRENT
-    if plan is not None and "batch" in wildcards:
-        names = plan.pending(rule, str(wildcards["batch"]))
-        return names, plan.reasons(rule, names)
-    if plan is not None and rule in plan.outdated:
-        return (), plan.reasons(rule)
+    plan, step = workflow.CURRENT, _step(rule)
+    if plan is not None and step is not None:
+        if "batch" not in wildcards:
+            return (), plan.reasons(step)
+        names = plan.pending(step, str(wildcards["batch"]))
+        return names, plan.reasons(step, names)
     names = [str(wildcards["record"])] if "record" in wildcards else []
     for start, words in (
         ("Missing output files", "not made yet"),
@@ -175,6 +175,12 @@ def _subject(
     return names, [reason.partition(":")[0] or "asked for"]
 
 
+def _step(rule: str) -> str | None:
+    """The step of a rule, before whose name a workflow that uses this one may put something."""
+    steps = workflow.CURRENT.outdated if workflow.CURRENT else ()
+    return next((step for step in steps if rule == step or rule.endswith(f"_{step}")), None)
+
+
 def _say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
@@ -183,8 +189,9 @@ def _label(record: LogRecord) -> str:
     """A job as its rule's message says; of a batch, which one and of how many records."""
     wildcards = dict(getattr(record, "wildcards", None) or {})
     rule, plan = str(record.rule_name), workflow.CURRENT  # type: ignore[attr-defined]
-    if plan is not None and "batch" in wildcards:
-        names = plan.pending(rule, str(wildcards["batch"]))
+    step = _step(rule)
+    if plan is not None and step is not None and "batch" in wildcards:
+        names = plan.pending(step, str(wildcards["batch"]))
         said = names[0] if len(names) == 1 else f"{len(names)} records"
-        return f"{rule:10} {said}"
+        return f"{step:10} {said}"
     return str(getattr(record, "rule_msg", None) or rule)

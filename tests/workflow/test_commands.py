@@ -118,6 +118,8 @@ def test_another_workflow_uses_this_one_as_a_module(finished, tmp_path):
     shutil.rmtree(finished.folder / "results/tiny/impacts")
     result = finished.run("--snakefile", str(own / "Snakefile"), "--directory", str(own))
     assert result.returncode == 0, result.stderr
+    assert "Traceback" not in result.stderr
+    assert "impacts    1/1 bare" in result.stderr
     with (own / "further.csv").open(encoding="utf-8", newline="") as stream:
         assert "M" in {row["parameter"] for row in csv.DictReader(stream)}
     assert (finished.folder / "results/tiny/impacts/bare.csv").is_file()
