@@ -5,7 +5,7 @@ import pytest
 
 from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
-from vinesexp.proposal.roles import guess_roles
+from vinesexp.proposal.roles import guess_roles, weighed_roles
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.readers.foreign import name_of
 
@@ -135,3 +135,61 @@ def test_a_hammer_test_gives_the_decay_after_the_blow(names, tmp_path):
     assert found.start == pytest.approx(0.1, abs=0.012)
     assert found.f0 == pytest.approx(210.0, rel=1e-4)
     assert found.zeta == pytest.approx(zeta, rel=0.01)
+
+
+def test_what_contradicts_a_role_is_said(tmp_path):
+    angle = 0.5 * np.exp(-0.01 * T) * np.cos(2 * np.pi * 0.9 * T)
+    path = tmp_path / "a.csv"
+    names = "t,theta x,theta y,E_kin energy,command drive,shaker drive"
+    drive = np.cos(2 * np.pi * 0.9 * T)
+    columns = np.stack([T, angle, 0.1 * angle, angle**2, drive, 0.9 * drive], 1)
+    np.savetxt(path, columns, delimiter=",", header=names, comments="")
+    weighed = weighed_roles([view_file(path)])
+    assert weighed.guesses["theta x"].role == "displacement"
+    assert "theta x, moves more" in weighed.against["theta y"]
+    assert "something else" in weighed.against["E_kin energy"]
+    assert "but another is the base" in weighed.against["shaker drive"]
+
+
+def test_a_pulse_without_times_is_no_force(tmp_path):
+    f = np.arange(4000.0)
+    response = 1.0 / (1.0 - (f / 900.0) ** 2 + 0.004j * f / 900.0)
+    path = tmp_path / "a.txt"
+    np.savetxt(path, np.stack([f, response.real, response.imag], 1))
+    assert "force" not in {guess.role for guess in guess_roles([view_file(path)]).values()}
+
+
+def test_a_unit_of_time_for_all_columns_is_that_of_the_times(tmp_path):
+    x = np.exp(-0.1 * T) * np.cos(2 * np.pi * 0.9 * T)
+    view, roles = looked_at(tmp_path / "a.csv", "t (s),laser (s),accelerometer (s)", T, x, -32 * x)
+    assert roles == {"laser": "displacement", "accelerometer": "acceleration"}
+    assert any("all columns are said to be in s" in remark for remark in view.remarks)
+
+
+@pytest.mark.parametrize(("rate", "test"), [(0.03, "ringdown"), (0.0, OPEN), (0.006, OPEN)])
+def test_a_decay_that_falls_by_a_quarter_is_one_and_a_motion_that_lasts_is_none(
+    rate, test, tmp_path
+):
+    t = np.arange(600) / 60.0
+    x = 0.6 * np.exp(-rate * t) * np.cos(2 * np.pi * 0.8 * t) + 1e-3 * RNG.standard_normal(t.size)
+    view, _ = looked_at(tmp_path / "a.csv", "t,x", t, x)
+    assert describe_test(view, guess_roles([view]))[0] == test
+
+
+def test_steps_of_somebody_who_walks_are_no_drop(tmp_path):
+    t = np.arange(6000) / 100.0
+    acceleration = 0.3 * RNG.standard_normal(t.size)
+    for at in 0.5 + np.cumsum(0.55 + 0.04 * RNG.standard_normal(100)):
+        acceleration += 12.0 * np.exp(-(((t - at) / 0.012) ** 2))
+    view, _ = looked_at(tmp_path / "a.csv", "t (s),Acceleration z (m/s^2)", t, acceleration)
+    assert describe_test(view, guess_roles([view]))[0] == OPEN
+
+
+def test_shocks_in_one_of_many_unknown_columns_are_no_release(tmp_path):
+    t = np.arange(4000) / 400.0
+    motion = np.exp(-0.4 * t) * np.cos(2 * np.pi * 3.0 * t)
+    knocked = motion + sum(0.8 * (np.abs(t - at) < 0.004) for at in np.arange(0.3, 6.0, 0.4))
+    many = [knocked * k + 0.002 * RNG.standard_normal(t.size) for k in (1.0, 0.9, 0.8, 0.7, 0.6)]
+    view, _ = looked_at(tmp_path / "a.csv", "t,P,Q,R,S,U", t, *many)
+    test, _, why = describe_test(view, guess_roles([view]))
+    assert (test, "which of" in why) == (OPEN, True)

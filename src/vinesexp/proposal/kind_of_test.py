@@ -25,6 +25,7 @@ _PIECES, _ENDS = 48, 12  # of a record; those at either end that a hand may be i
 _LAST = 0.8  # of a decay: a ball hits before that, too
 _LOUDER = 2.5  # times the usual level of a record
 _FEW_CYCLES, _FALLS, _EVENLY = 6, -0.2, -0.98  # fall of the logarithm, and its correlation
+_MANY = 3  # columns that might be the displacement as well: nobody knows what is looked at
 _MAINLY = 0.25  # of the power of a displacement that decays: what one oscillation holds
 _AROUND = 64  # samples at least that a shock is compared with
 
@@ -73,6 +74,12 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
         loud = a.finite[handled] if len(a.finite) == len(x.finite) else a.finite
         rest = after_release(loud)
         if has_shocks(rest[: round(_LAST * len(rest))], _period(file)):
+            rivals = max(guesses[label_of(one)].rivals for one in (x, a))
+            if rivals >= _MANY:
+                why = (
+                    f"it decays, with shocks, but which of {rivals + 1} columns moves is not known"
+                )
+                return OPEN, {}, why
             return "transient", values, "it decays, with shocks"
         why = "it decays, without shocks"
         if has_shocks(rest, _period(file)):

@@ -30,7 +30,7 @@ from vinesexp.records.readers.labels import unit_of_label
 from vinesexp.units import UNITS
 
 _NAMES = {
-    "force": re.compile(r"force|hammer|kraft|marteau|martillo|load ?cell", re.I),
+    "force": re.compile(r"force|hammer|kraft|marteau|martillo|load ?cell|^f\d?$", re.I),
     "base": re.compile(r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot", re.I),
     "acceleration": re.compile(r"acc|accel|beschl|pcb|icp|imu", re.I),
     "displacement": re.compile(r"laser|disp|pos|depl|weg|ldv|vib|mass|oscill", re.I),
@@ -38,12 +38,13 @@ _NAMES = {
 }
 #: What phones, loggers and programs record or compute besides motion along a line.
 _OTHERS = re.compile(
-    r"gyro|rotat|magnet|temper|humid|pressure|light|torque|energ|rad/s|deg/s|°/s|°C"
+    r"gyro|rotat|magnet|temper|humid|pressure|light|torque|energ|potential|kinetic|rad/s|deg/s|°/s|°C"
     "|latitud|longitud|altitud|heading|bearing|azimut|direction|fft|psd|spectr|correl|coheren",
     re.IGNORECASE,
 )
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
+_VELOCITY = re.compile(r"veloc|speed|vitesse|geschwind", re.I)
 _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)  # nothing before it: a tracked point
 _CUT_SHORT = 6  # letters at least of a name that some program cut short
 _MOSTLY = 0.9  # of the steps of times with a mistake among them
@@ -66,12 +67,14 @@ _SAID, _SHOWN, _LEFT, _NEVER = 4.0, 2.0, 1.0, -10.0
 class Guess:
     """A proposed role and the reasons, in words.
 
-    `sure` says that a unit or a name, not physics alone, supports it.
+    `sure` says that a unit or a name, not physics alone, supports it; `rivals` are channels that
+    might have it as well.
     """
 
     role: str
     why: str
     sure: bool
+    rivals: int = 0
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,7 @@ class Evidence:
     role: str
     weight: float
     why: str
+    rivals: int = 0
 
 
 Places = Mapping[str, Sequence[tuple[FileView, ColumnView]]]
@@ -147,7 +151,8 @@ def _settled(found: Sequence[Evidence], places: Places) -> dict[str, Guess]:
         if label not in guesses and (holder == label or again):
             own = [one for one in found if (one.label, one.role) == (label, role)]
             words = "; ".join(dict.fromkeys(one.why for one in own if one.weight > 0.0))
-            guesses[label] = Guess(role, words, any(one.weight >= _SAID for one in own))
+            rivals = max(one.rivals for one in own)
+            guesses[label] = Guess(role, words, any(one.weight >= _SAID for one in own), rivals)
     return guesses
 
 
@@ -296,7 +301,9 @@ def _clearest(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[
             f"it oscillates most clearly of what is left ({', '.join(left)}); look which one it is"
         )
     best = max(left, key=lambda label: sum(_clearness(column) for _, column in rest[label]))
-    return [Evidence(best, "displacement", _LEFT, words)]
+    if _VELOCITY.search(best):
+        words += "; it is called a velocity: f0 and zeta hold, lengths do not"
+    return [Evidence(best, "displacement", _LEFT, words, rivals=len(left) - 1)]
 
 
 def _clearness(column: ColumnView) -> float:
