@@ -4,12 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 from benchmarks.design.rigs import MODELS, RIGS
-from benchmarks.design.study import CRITERIA, DENSE, LOWEST, PHASES, STARTS
+from benchmarks.design.study import (
+    CRITERIA,
+    DENSE,
+    FINE,
+    FINE_LONG,
+    FINE_STARTS,
+    FINE_STARTS_LONG,
+    LONG,
+    LOWEST,
+    PHASES,
+    STARTS,
+)
 
 #: Below this regret a clearance counts as good as the best, above this as missed (targets).
-GOOD, MISSED = 0.01, 0.10
-#: Target for the captured share, and for the processor time of an answer (two cores, 5 s each).
-SHARE, SECONDS = 0.1, 10.0
+GOOD, MISSED = 0.01, 0.03
+#: Target for the captured share, and for the processor time of an answer: median and largest, s.
+SHARE, MEDIAN, SECONDS = 0.1, 2.0, 10.0
 #: Damping ratio below which a transient lasts a thousand cycles or so.
 LIGHT = 1e-3
 
@@ -19,7 +30,7 @@ Rows = list[dict[str, float]]
 def table(rows: Rows) -> list[str]:
     """Speed and error of every model by every criterion."""
     lines = [
-        "| model | criterion | median regret | 95th percentile | above 10 % | no answer | s |",
+        "| model | criterion | median regret | 95th percentile | above 3 % | no answer | s |",
         "|---" * 7 + "|",
     ]
     for model, said in MODELS.items():
@@ -42,7 +53,7 @@ def missed(rows: Rows) -> list[str]:
     """The rigs whose recommended clearance lies above the target."""
     bad = [r for r in rows if max(r[f"recommended_{n}"] for n in CRITERIA) > MISSED]
     if not bad:
-        return ["No rig lies above 10 % by any criterion."]
+        return ["No rig lies above by any criterion."]
     lines = [
         "| rig | eps | zeta | r | f/f0 | mean | largest | 90th percentile | b for the largest over "
         "best b | robust b over best b |",
@@ -90,12 +101,17 @@ def targets(rows: Rows) -> list[str]:
         within == len(rows),
     )
     cpu = np.array([row["recommended_s"] for row in rows])
-    fast = int((cpu <= SECONDS).sum())
+    middle = float(np.median(cpu))
     line(
-        "at most 5 s each on two cores (10 s of processor time)",
-        f"{fast} of {len(rows)}; median {np.median(cpu):.1f} s, 95th percentile "
-        f"{np.percentile(cpu, 95):.1f} s, largest {cpu.max():.1f} s of processor time",
-        fast == len(rows),
+        f"processor time of an answer: median at most {MEDIAN:g} s",
+        f"{middle:.1f} s",
+        middle <= MEDIAN,
+    )
+    line(
+        f"processor time of an answer: largest at most {SECONDS:g} s",
+        f"{int((cpu <= SECONDS).sum())} of {len(rows)}; 95th percentile "
+        f"{np.percentile(cpu, 95):.1f} s, largest {cpu.max():.1f} s",
+        float(cpu.max()) <= SECONDS,
     )
     return lines
 
@@ -121,12 +137,14 @@ def page(rows: Rows) -> str:
         "",
         f"{len(rows)} of {RIGS} random rigs are finished (eps 1e-4 to 0.1 and zeta 1e-4 to 0.05,",
         "both log-uniform, r 0.2 to 0.95, frequency within 5 % of resonance; the level only scales",
-        "all lengths). Regret: a criterion at the recommended clearance over the least of a dense",
-        "search with fresh starts",
+        "all lengths; every start has its own clearance within 1 %, as a drilled cavity). Regret:",
+        "a criterion at the recommended clearance over the least of a dense search, fresh starts",
         f"({DENSE} clearances over more than the searched span and some near the recommended ones,",
         f"{PHASES} phases, {STARTS} random starts; the {LOWEST} lowest by each criterion and the",
-        "recommended ones judged again with four times as many), minus one. Processor time is that",
-        "of all threads together, beside other work. Every number here is printed by",
+        f"recommended ones judged again with {FINE} phases and {FINE_STARTS} random starts, or",
+        f"{FINE_LONG} and {FINE_STARTS_LONG} where a run lasts {LONG:.0f} cycles), minus one.",
+        "Processor time is that of all threads together, on a machine with other work.",
+        "Every number here is printed by",
         "",
         f"    python -m benchmarks.design {RIGS}         # goes on where it was stopped",
         "    python -m benchmarks.design --page        # this page, of the rigs that are finished",
@@ -146,7 +164,7 @@ def page(rows: Rows) -> str:
         "",
         *(table(useful) if useful else ["none"]),
         "",
-        "## Where the target of 10 % is missed",
+        f"## Where a regret is above {100 * MISSED:g} %",
         "",
         *missed(rows),
         "",

@@ -15,9 +15,9 @@ from vinesexp.design.task import Task, random_starts, wall_starts
 #: The dense search: clearances over a wider span than the search itself, fresh phases and starts.
 DENSE, PHASES, STARTS = 60, 8, 40
 #: The lowest by each criterion are judged again with so many phases and starts, fewer where a run
-#: lasts thousands of cycles.
+#: lasts a thousand cycles or so.
 LOWEST, FINE, FINE_STARTS = 3, 200, 400
-LONG, FINE_LONG, FINE_STARTS_LONG = 3000.0, 32, 160
+LONG, FINE_LONG, FINE_STARTS_LONG = 700.0, 32, 160
 #: Random starts by which the captured share is checked.
 CAPTURED_STARTS = 400
 CRITERIA = {"mean": "mean from rest", "max": "largest from rest", "robust": "90th percentile"}
