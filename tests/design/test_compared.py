@@ -49,6 +49,20 @@ def test_what_the_starts_cannot_tell_apart_is_a_tie_and_the_wider_margin_wins() 
     assert won.error > 0.01 * won.value
 
 
+def test_where_a_tenth_is_lost_at_every_clearance_the_mean_decides() -> None:
+    """Nine of ten stay below the bare amplitude with either; a third of the starts is captured."""
+    lost = np.full(100, 3.7)
+    captured = np.where(np.arange(100) % 3 == 0, 2.4, 3.7)
+    starts = Drawn({0.014: lost, 0.0177: captured})
+
+    def margin(b: float) -> float:
+        return float(starts.found[b].mean())
+
+    won = race(starts.found, starts, first=100, most=100, margin=margin)  # type: ignore[arg-type]
+    assert won.tied == (0.014, 0.0177)
+    assert won.b == 0.0177
+
+
 def test_no_starts_are_spent_where_nothing_depends_on_them() -> None:
     """Clearances side by side that differ by 0.1 % and scatter by 0.2 %."""
     rng = np.random.default_rng(1)

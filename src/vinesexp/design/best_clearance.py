@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.compared import ASIDE, PERCENTILE, Race, SameStarts, percentile, race
+from vinesexp.design.compared import ASIDE, PERCENTILE, Race, SameStarts, race
 from vinesexp.design.ensemble import Responses, Run, duration_of, responses
 from vinesexp.design.task import Task, random_starts, wall_starts
 
@@ -271,7 +271,7 @@ def run_race(clearances: Iterable[float], starts: SameStarts, effort: Effort) ->
     """The robust clearance of those that compete, and of what lies beside the first winner."""
 
     def margin(b: float) -> float:
-        return max(percentile(starts.means(share * b, effort.fresh)) for share in ASIDE)
+        return max(float(starts.means(share * b, effort.fresh).mean()) for share in ASIDE)
 
     every = [float(b) for b in clearances]
     first = race(every, starts, first=effort.fresh, most=0)

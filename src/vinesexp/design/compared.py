@@ -25,9 +25,10 @@ RESAMPLED = 200
 WORSE = 2.0
 #: Clearances that differ by less than this share, doubt included, are as good as each other.
 MATTERS = 0.02
-#: A tie is settled by what these shares of the clearance give, the wider margin first.
+#: A tie is settled by the mean amplitude at these shares of the clearance, the larger of both:
+#: where a tenth of the starts is lost at every clearance the percentile says nothing of the others.
 ASIDE = (0.96, 1.04)
-#: At most so many of those that tie are asked for their margin.
+#: At most so many of those that tie, those of least mean, are asked for their margin.
 ASKED = 4
 
 
@@ -115,7 +116,8 @@ def race(
     most : int
         Runs that a comparison may take, of all clearances together.
     margin : callable, optional
-        Of those that tie the one with the least of this is preferred; else the lowest.
+        Of those that tie, the few of least mean, the one with the least of this is preferred; else
+        the lowest percentile.
     seed : int
         Of the resampling.
     """
@@ -129,13 +131,13 @@ def race(
         alike[best] = True
         left = [b for b, same in zip(left, alike, strict=True) if same]
         within = float((value + WORSE * doubt)[alike].max() / value[best] - 1.0)
-        value, draws = value[alike], draws[alike]
+        value, draws, means = value[alike], draws[alike], means[alike]
         if within <= MATTERS or 2 * n * len(left) > most:
             break
         n *= 2
     chosen = int(value.argmin())
     if len(left) > 1 and margin is not None:
-        few = np.argsort(value)[:ASKED]
+        few = np.argsort(means.mean(axis=1))[:ASKED]
         chosen = int(few[np.argmin([margin(left[i]) for i in few])])
     error = float(draws[chosen].std())
     return Race(left[chosen], float(value[chosen]), error, tuple(left), within, n)
