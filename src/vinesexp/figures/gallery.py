@@ -60,16 +60,16 @@ def draw_family(family: str, campaign: Campaign, results: Path) -> list[Drawn]:
     folder = results / "figures"
     folder.mkdir(parents=True, exist_ok=True)
     listing = folder / f"{family}.json"
-    before = {entry.name for entry in _read(listing)} if listing.is_file() else set()
+    before = set(_names(listing)) if listing.is_file() else set()
     drawn = []
     for figure, entry in FAMILIES[family](CampaignResults(results, campaign)):
         save(figure, folder / entry.name, title=entry.title, description=entry.caption)
         drawn.append(entry)
     elsewhere = {
-        entry.name
+        name
         for other in FAMILIES
         if other != family and (folder / f"{other}.json").is_file()
-        for entry in _read(folder / f"{other}.json")
+        for name in _names(folder / f"{other}.json")
     }
     for name in before - elsewhere - {entry.name for entry in drawn}:
         for ending in ("svg", "pdf"):
@@ -87,6 +87,11 @@ def draw_all(campaign: Campaign, results: Path) -> list[Drawn]:
 def listed(results: Path) -> list[Drawn]:
     """The figures that were drawn, family by family."""
     return [entry for family in FAMILIES for entry in _read(results / "figures" / f"{family}.json")]
+
+
+def _names(listing: Path) -> list[str]:
+    """Names alone: an earlier version may have listed figures in other words."""
+    return [entry["name"] for entry in json.loads(listing.read_text(encoding="utf-8"))]
 
 
 def _read(listing: Path) -> list[Drawn]:

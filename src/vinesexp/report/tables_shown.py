@@ -134,6 +134,7 @@ def regimes_by_test(
                 "impacts": each if " | " in each else significant(row["impacts_per_cycle"]),
                 "lost": lost_in_words(lost) or "–",
                 "mean": _mean(row),
+                "cycles": "–" if row.get("cycles") is None else f"{row['cycles']:.0f}",
             }
         )
     return found

@@ -78,7 +78,7 @@ def draw_regimes(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     text = (
         "A solid blue strip "
         "is a permanent response with two impacts per cycle; blue spells that come and go are "
-        "strongly modulated response; white is a ball that misses the walls."
+        "strongly modulated response; where a strip is empty, the ball misses the walls."
     )
     if len(records) > _MOST:
         text += f" Shown are the first {_MOST} of {len(records)} records."
