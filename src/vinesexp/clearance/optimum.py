@@ -220,17 +220,17 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
 def swings(tests: Sequence[Tested]) -> list[Tested]:
     """Tests of permanent impacts whose phase swings more than that of the others, and stays so.
 
-        What all of them share is the shaker's.
+    What all of them share is the shaker's.
 
-        Examples
-        --------
-        >>> from vinesexp.theory.regime_definitions import PERMANENT
-    from vinesexp.theory.steadiness import Swing
-        >>> steady, swinging = Swing(1e-4, 1e-4), Swing(0.016, 0.016)
-        >>> tests = [Tested(0.030, 5.7, "two symmetric", "a", steady),
-        ...          Tested(0.034, 5.3, "two symmetric", "b", swinging)]
-        >>> [test.record for test in swings(tests)]
-        ['b']
+    Examples
+    --------
+    >>> from vinesexp.theory.regime_definitions import PERMANENT
+    >>> from vinesexp.theory.steadiness import Swing
+    >>> steady, swinging = Swing(1e-4, 1e-4), Swing(0.016, 0.016)
+    >>> tests = [Tested(0.030, 5.7, "two symmetric", "a", steady),
+    ...          Tested(0.034, 5.3, "two symmetric", "b", swinging)]
+    >>> [test.record for test in swings(tests)]
+    ['b']
     """
     known = [t for t in tests if t.regime in PERMANENT and math.isfinite(t.swing.lasting)]
     if not known:
