@@ -7,8 +7,8 @@ import sys
 import pytest
 
 from vinesexp.errors import VinesexpError
-from vinesexp.records.result_paths import ResultPaths
 from vinesexp.resultslock import campaign_of, hold_results, remove_leftovers
+from vinesexp.whole_files import partial_path
 
 
 def test_a_second_run_is_refused_until_the_first_ends(tmp_path):
@@ -54,13 +54,13 @@ def test_a_copied_project_finds_its_campaign(tmp_path):
 
 def test_half_written_files_of_killed_runs_go_and_no_others(tmp_path):
     (tmp_path / "records").mkdir()
-    half = ["records/.a.nc.123.part", "records/.a.nc.123.new", "records/..a.nc.1.new.1.part"]
-    for name in (*half, ".report.html.7.part"):
-        (tmp_path / name).write_text("")
+    twice = partial_path(partial_path(tmp_path / "records/a.nc"))
+    for path in (twice, partial_path(tmp_path / "records/b.nc"), partial_path(tmp_path / "c.html")):
+        path.write_text("")
     users = {".notes.new", ".mine.part", ".other.nc.5.part", "records/.notes.1.new", "records/a.nc"}
     for name in users:
         (tmp_path / name).write_text("mine")
-    remove_leftovers(tmp_path, written=ResultPaths(tmp_path).every_file(["a"]))
+    remove_leftovers(tmp_path)
     left = {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()}
     assert left == users
 

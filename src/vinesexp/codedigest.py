@@ -16,7 +16,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from pathlib import Path
 
 from vinesexp.whole_files import write_whole
@@ -91,8 +91,14 @@ def keep_code(code: dict[str, dict[str, str]], file: Path) -> None:
 
 @cache
 def _sources() -> str:
-    """Digest of the size and times of every file of the package, and of the libraries' versions."""
-    states: list[object] = [sys.version, [_version(name) for name in _LIBRARIES]]
+    """Digest of the size and times of every file of the package, and of where libraries are kept.
+
+    Whatever installs another version of a library changes the folder that libraries lie in.
+    """
+    specs = [find_spec(name) for name in _LIBRARIES]
+    origins = [spec.origin for spec in specs if spec and spec.origin]
+    homes = sorted({os.path.dirname(os.path.dirname(origin)) for origin in origins})
+    states: list[object] = [sys.version, *((home, os.stat(home).st_mtime_ns) for home in homes)]
     for folder, folders, files in os.walk(_ROOT):
         folders[:] = sorted(name for name in folders if name != "__pycache__")
         for name in sorted(files):
@@ -108,6 +114,8 @@ _LIBRARIES = ("numpy", "scipy", "numba", "h5py", "pandas", "xarray", "matplotlib
 
 @cache
 def _version(library: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version  # slow to import
+
     try:
         return version(library)
     except PackageNotFoundError:

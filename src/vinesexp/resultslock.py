@@ -8,16 +8,14 @@ the same name do not mix.
 from __future__ import annotations
 
 import os
-import re
-from collections.abc import Collection
 from pathlib import Path
 from typing import IO
 
 from vinesexp.errors import VinesexpError
+from vinesexp.whole_files import GROWING
 
 #: What systems and Snakemake leave in a folder that holds nothing of anybody.
 _NOBODYS = {".snakemake", "lost+found", ".DS_Store"}
-_GROWING = re.compile(r"\.{1,2}(?P<name>[^.].*?)(?:\.\d+\.(?:part|new)){1,2}")
 
 
 def require_own_folder(results: Path) -> None:
@@ -110,18 +108,9 @@ def campaign_of(results: Path) -> Path:
     raise VinesexpError(f"{said}; its description is needed to draw figures", file=results)
 
 
-def remove_leftovers(results: Path, *, written: Collection[Path]) -> None:
-    """Remove the half-written files of killed runs; only for who holds the lock.
-
-    Parameters
-    ----------
-    results : Path
-    written : collection of Path
-        The files that a run writes. Hidden files beside them that are no half of one are not ours.
-    """
-    ours = {os.path.abspath(path) for path in written}
-    for folder in {os.path.dirname(path) for path in ours}:
-        for name in os.listdir(folder) if os.path.isdir(folder) else ():
-            half = _GROWING.fullmatch(name)
-            if half and os.path.join(folder, half["name"]) in ours:
+def remove_leftovers(results: Path) -> None:
+    """Remove the half-written files of killed runs; only for who holds the lock."""
+    for folder, _, names in os.walk(results):
+        for name in names:
+            if name.startswith(".") and name.endswith(GROWING):
                 Path(folder, name).unlink(missing_ok=True)

@@ -25,7 +25,7 @@ from vinesexp.records.campaign import load_campaign
 from vinesexp.records.freshness import Notes, shortened
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign, Record
-from vinesexp.records.step_inputs import campaign_text, row_text, step_text
+from vinesexp.records.step_inputs import campaign_text, row_text, rows_text
 from vinesexp.supervised import on_all, on_each
 from vinesexp.threads import one_thread_each
 
@@ -156,6 +156,11 @@ class Study:
         calls = (step.call for step in STEPS.values())
         return kept_code((*calls, *_PARTS), self.paths.code)
 
+    @cached_property
+    def rows(self) -> dict[str, dict[str, str]]:
+        """The text of each row of the table."""
+        return {record.id: row_text(self.campaign, record) for record in self.campaign.records}
+
     def notes(self, step: str, id: str | None = None) -> Notes:
         """The notes of a step; of a step on records, those of record `id`."""
         key = ("", id) if id is not None else (step, None)  # one file for all steps on a record
@@ -227,12 +232,9 @@ class Study:
     def used(self, step: str, id: str | None) -> dict[str, str]:
         """All that a step depends on besides files of the campaign, by name."""
         code = self.code[STEPS[step].call]
-        if id is None:
-            found = step_text(step, self.campaign) | code
-        else:
-            if step not in self._same:
-                self._same[step] = campaign_text(step, self.campaign)
-            found = self._same[step] | row_text(step, self.campaign, self.records[id]) | code
+        if step not in self._same:
+            self._same[step] = campaign_text(step, self.campaign)
+        found = self._same[step] | rows_text(step, self.rows, id) | code
         for other in STEPS[step].follows:
             found[f"result of {other}"] = self._outcome(other, id)
         return found

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+#: How a growing file ends: nothing but this package names files so, and a killed run leaves some.
+GROWING = ".vinesexp-part"
+
 
 def partial_path(path: Path) -> Path:
-    """Where a file grows until it is complete: hidden, beside its place, of this process alone.
-
-    `vinesexp.resultslock.remove_leftovers` knows such files by their name.
-    """
-    return path.with_name(f".{path.name}.{os.getpid()}.part")
+    """Where a file grows until it is complete: hidden, beside its place, of this process alone."""
+    return path.with_name(f".{path.name}.{os.getpid()}{GROWING}")
 
 
 @contextmanager

@@ -293,7 +293,7 @@ class Planner:
             self.lock = hold_results(self.paths.folder, campaign=self.study.campaign.folder)
         except VinesexpError as error:
             raise SystemExit(f"vinesexp: {error}") from None
-        remove_leftovers(self.paths.folder, written=self.paths.every_file(self.study.records))
+        remove_leftovers(self.paths.folder)
         for path in self.paths.notes_of_others(self.study.records):
             Notes(path, self.study.roots).remove()
         for left in self.paths.batches.glob("*.*of*"):  # of a run that was killed

@@ -132,7 +132,7 @@ def _use(
         return "refused"
     with lock:
         assert not foreign, "a folder of somebody else was taken for results"
-        remove_leftovers(paths.folder, written=paths.every_file(ids))
+        remove_leftovers(paths.folder)
         for other in paths.notes_of_others(ids):
             Notes(other, roots).remove()
         assert not paths.record("gone").exists(), "the result of a removed record stays"

@@ -10,8 +10,10 @@ from vinesexp.records.schema import Campaign, Channel, Known, Record, Setup, Tim
 from vinesexp.records.step_inputs import (
     CAMPAIGN_FIELDS,
     campaign_seen_by,
+    campaign_text,
     record_seen_by,
-    step_text,
+    row_text,
+    rows_text,
 )
 from vinesexp.settings.stages import FilterSettings, ImpactSettings, Settings
 from vinesexp.units import Quantity
@@ -59,6 +61,11 @@ def test_every_field_is_changed_here():
         CAMPAIGN_CHANGES
     )
     assert {f.name for f in fields(Record)} - {"id", "row"} == set(RECORD_CHANGES)
+
+
+def step_text(step, campaign, record):
+    rows = {r.id: row_text(campaign, r) for r in ([record] if record else campaign.records)}
+    return campaign_text(step, campaign) | rows_text(step, rows, record and record.id)
 
 
 def changed_by(other, record):

@@ -40,7 +40,7 @@ from vinesexp.records.result_columns import IDENTIFIED
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, sheet_of
 from vinesexp.records.sheet_edit import add_row, change_row, row_of
-from vinesexp.records.step_inputs import step_text
+from vinesexp.records.step_inputs import campaign_text, row_text, rows_text
 from vinesexp.records.tables import read_rows
 from vinesexp.units import COVERAGE_95, Quantity
 from vinesexp.whole_files import write_whole
@@ -328,7 +328,10 @@ class Session:
     def _key(self, record: Record) -> str:
         """All that the results of a record depend on."""
         assert self.campaign is not None
-        parts = [step_text(step, self.campaign, record) for step in _STEPS]
+        rows = {record.id: row_text(self.campaign, record)}
+        parts = [
+            campaign_text(step, self.campaign) | rows_text(step, rows, record.id) for step in _STEPS
+        ]
         files = [self._digest(file) if file.is_file() else "absent" for file in record.files]
         return hashlib.sha256(repr((parts, files, self._code)).encode()).hexdigest()
 

@@ -29,6 +29,7 @@ from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Campaign, Channel, Record, TimeColumn
 from vinesexp.records.store import create_record, leave_out, open_record
 from vinesexp.records.timebase import UnevenClockError
+from vinesexp.whole_files import partial_path
 
 
 def ingest_or_refuse(campaign: Campaign, record: Record, out: Path) -> list[Check]:
@@ -84,7 +85,7 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
     if not samples.quantities:
         raise RecordError("none of the campaign's channels is in it", file=record.file)
     out = Path(out)
-    unseen = out.with_name(f".{out.name}.{os.getpid()}.new")
+    unseen = partial_path(out)
     attributes = {**record_attributes(campaign, record), **_file_attributes(record, samples)}
     try:
         try:

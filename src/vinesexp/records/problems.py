@@ -5,6 +5,7 @@ Files that a campaign names: inside its folder, unless it says otherwise.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, ParameterError, VinesexpError
@@ -47,7 +48,8 @@ def read_file(text: str, folder: Path, allow_outside: bool) -> Path:
     # Links are followed: what counts is where the file is, not how it is written.
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
-        path.exists()  # what has a name that no file can have is neither there nor missing
+        with suppress(FileNotFoundError, NotADirectoryError):
+            path.stat()  # tells a link to itself, and a name that no file can have
     except (OSError, RuntimeError, ValueError):
         raise ParameterError(
             f"found '{text}', which cannot be followed to a file (a link to itself?)"

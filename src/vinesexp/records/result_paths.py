@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -200,17 +200,6 @@ class ResultPaths:
     def bundle(self) -> Path:
         """Everything for others in one zip, made on request."""
         return self.folder / f"{self.folder.resolve().name}.zip"
-
-    def every_file(self, records: Iterable[str]) -> list[Path]:
-        """What a campaign of these records leaves, but for notes, figures and pages."""
-        tables = [
-            getattr(self, name)
-            for name, kind in vars(type(self)).items()
-            if isinstance(kind, property) and name not in ("pages", "batches")
-        ]
-        kinds = (self.record, self.conditioned, self.impacts, self.ingest_checks, self.regime,
-                 self.estimates, self.decay)  # fmt: skip
-        return tables + [path(id) for id in records for path in kinds]
 
     def notes_of_others(self, records: Collection[str]) -> list[Path]:
         """Notes on each record that is none of these: it was removed, or renamed."""

@@ -90,43 +90,33 @@ def record_seen_by(step: str, record: Record) -> Record:
     return replace(record, **_hidden(record, RECORD_FIELDS[step]))
 
 
-def step_text(step: str, campaign: Campaign, record: Record | None = None) -> dict[str, str]:
-    """All that `step` uses, field by field as text; a change of any makes its result outdated.
-
-    Parameters
-    ----------
-    step : str
-        A key of `CAMPAIGN_FIELDS`.
-    campaign : Campaign
-    record : Record, optional
-        For a step on one record; without it, all rows count, as one text.
-
-    Returns
-    -------
-    dict
-        Nothing in it names a folder, so that a campaign can be moved.
-    """
-    if record is not None:
-        return campaign_text(step, campaign) | row_text(step, campaign, record)
-    rows = [(each.id, row_text(step, campaign, each)) for each in campaign.records]
-    return campaign_text(step, campaign) | {"records": repr(rows)}
-
-
 def campaign_text(step: str, campaign: Campaign) -> dict[str, str]:
-    """What `step` uses of campaign.yaml, as in `step_text`."""
+    """What `step` uses of campaign.yaml, field by field; nothing in it names a folder."""
     return {
         f"{name} of campaign.yaml": repr(attrgetter(name)(campaign))
         for name in CAMPAIGN_FIELDS[step]
     }
 
 
-def row_text(step: str, campaign: Campaign, record: Record) -> dict[str, str]:
-    """What `step` uses of a row of the table, as in `step_text`."""
-    found = {name: repr(attrgetter(name)(record)) for name in RECORD_FIELDS[step]}
-    if "file" in found:
-        found["file"] = _place(record.file, campaign)
-        found["more_files"] = repr([_place(file, campaign) for file in record.more_files])
+def row_text(campaign: Campaign, record: Record) -> dict[str, str]:
+    """All that any step uses of a row, field by field; files as seen from the campaign folder."""
+    found = {name: repr(of(record)) for name, of in _FIELDS.items()}
+    found["file"] = _place(record.file, campaign)
+    found["more_files"] = repr([_place(file, campaign) for file in record.more_files])
     return found
+
+
+def rows_text(
+    step: str, rows: Mapping[str, Mapping[str, str]], id: str | None = None
+) -> dict[str, str]:
+    """What `step` uses of rows: of that of record `id`, field by field, or of all, as one text."""
+    names = RECORD_FIELDS[step]
+    if id is not None:
+        return {name: rows[id][name] for name in names}
+    return {"records": repr([(i, {name: row[name] for name in names}) for i, row in rows.items()])}
+
+
+_FIELDS = {name: attrgetter(name) for name in dict.fromkeys(sum(RECORD_FIELDS.values(), ()))}
 
 
 def _place(file: Path, campaign: Campaign) -> str:
