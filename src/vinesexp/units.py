@@ -92,6 +92,9 @@ _POSSIBLE = {
     "stiffness": (1e-6, 1e15),
     "displacement": (1e-9, 1e3),
     "velocity": (1e-9, 1e4),
+    "acceleration": (1e-9, 1e7),
+    "force": (1e-12, 1e9),
+    "quadratic damping": (1e-12, 1e12),
     "frequency": (1e-6, 1e7),
 }
 

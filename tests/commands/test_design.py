@@ -268,6 +268,9 @@ def test_plot(ending: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
         ("--frequency", "1e9:2e9 Hz"),
         ("--stiffness", "1e308 N/m"),
         ("--nes-mass", "32 g; 1e-300 kg"),
+        ("--friction", "1e300 m/s^2"),
+        ("--coulomb-damping", "1e300 N"),
+        ("--quadratic-damping", "1e300 kg/m"),
     ],
 )
 def test_a_size_that_no_rig_has_is_one_line(
