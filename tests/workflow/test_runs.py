@@ -15,6 +15,7 @@ from tests.faults.project import contents, differences
 
 from vinesexp.errors import RecordError
 from vinesexp.results import open_results
+from vinesexp.whole_files import partial_path
 
 pytestmark = pytest.mark.workflow
 
@@ -137,7 +138,7 @@ def test_a_killed_run_resumes_beside_another_and_ends_with_the_same_bytes(one_ru
         time.sleep(0.05)
     os.killpg(killed.pid, signal.SIGKILL)
     killed.wait()
-    (records / ".bare.nc.1.part").write_bytes(b"what a killed step leaves")
+    partial_path(records / "bare.nc").write_bytes(b"what a killed step leaves")
 
     elsewhere = "results/elsewhere/records/bare.nc"
     side = subprocess.Popen(
