@@ -27,8 +27,8 @@ def test_missed_and_false_impacts_are_counted():
 
 def test_only_combined_values_are_scored():
     rows = [
-        {"parameter": "M", "method": "impacts", "value": "9", "std_error": "1", "unit": "kg"},
-        {"parameter": "M", "method": "combined", "value": "4.6", "std_error": "0.1", "unit": "kg"},
+        {"parameter": "M", "method": "impacts", "value": 9.0, "std_error": 1.0, "unit": "kg"},
+        {"parameter": "M", "method": "combined", "value": 4.6, "std_error": 0.1, "unit": "kg"},
     ]
     relative, errors = score_parameters(rows, {"M": 4.7})
     assert relative.error == pytest.approx(-0.1 / 4.7)
