@@ -1,4 +1,4 @@
-"""Coefficients of the shaken box's mean power below T1 and past T2: `theory.shaken_box`.
+"""Coefficients of the shaken box's mean power below T1 and past T2: `theory.transient`.
 
     python -m benchmarks.box_power          # about two minutes; prints both tables
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial.legendre import legvander2d
 
 from vinesexp.theory.manifold import A_1, A_2
-from vinesexp.theory.shaken_box import HIGHEST, RISE, captured_power, mean_power
+from vinesexp.theory.transient import HIGHEST, RISE, captured_power, mean_power
 
 RESTITUTIONS = (0.05, 0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.93, 0.97)
 BELOW = np.array([0.1, 0.17, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85])  # shares of A_1

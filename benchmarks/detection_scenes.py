@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
-from vinesexp.laboratory.pulses import contact_acceleration
-from vinesexp.laboratory.sensors import Accelerometer, low_passed
+from vinesexp.laboratory.sensors import Accelerometer, contact_acceleration, low_passed
 
 FloatArray = NDArray[np.float64]
 

@@ -26,14 +26,11 @@ from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
 from vinesexp.figures.draw.style import COLOURS, label, new_figure, save
 from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.decrement import log_decrement
-from vinesexp.identification.envelope import envelope
 from vinesexp.identification.flights import flights_of, mass_ratio
-from vinesexp.identification.halfpower import half_power
-from vinesexp.identification.likelihood import likelihood
 from vinesexp.identification.oscillation import POINTS
 from vinesexp.identification.phasors import demodulate
-from vinesexp.identification.ringdown import kept, ring_down
-from vinesexp.identification.sweep import transmissibility
+from vinesexp.identification.ringdown import envelope, kept, likelihood, ring_down
+from vinesexp.identification.sweep_record import half_power, transmissibility
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
 from vinesexp.records.store import create_record

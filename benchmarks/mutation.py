@@ -44,14 +44,10 @@ TESTS: dict[str, tuple[str, ...]] = {
         "identification/test_working_amplitude.py", "identification/test_one_channel.py",
     ),
     "identification/decrement.py": ("identification/test_ringdown.py",),
-    "identification/envelope.py": ("identification/test_ringdown.py",),
     "identification/estimate.py": ("identification/test_combine.py",),
     "identification/flights.py": ("identification/test_flights_and_drop.py",),
     "identification/least_squares.py": (
         "identification/test_ringdown.py", "identification/test_sweep.py",
-    ),
-    "identification/likelihood.py": (
-        "identification/test_ringdown.py", "hard_cases/test_identification.py",
     ),
     "identification/one_record.py": ("identification/test_one_channel.py",),
     "identification/oscillation.py": ("identification/test_one_channel.py",),

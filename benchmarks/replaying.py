@@ -23,7 +23,7 @@ from vinesexp.pipeline import analyse_campaign, compare_clearances, identify, re
 from vinesexp.records.campaign import load_campaign
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.replay import campaign_replay
-from vinesexp.replay.model import identified_model
+from vinesexp.replay.campaign_replay import identified_model
 from vinesexp.replay.replay_table import Compared
 
 NAMES = (

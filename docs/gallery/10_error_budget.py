@@ -5,7 +5,7 @@ bar is what to measure better first.
 
 import matplotlib.pyplot as plt
 
-from vinesexp.theory.sensitivity import gradient_exact
+from vinesexp.theory.intervals import gradient_exact
 
 values = {"G": 0.25e-3, "M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "m": 0.032}
 known_to = {"G": 0.01, "M": 0.005, "c1": 0.01, "k1": 0.005, "r": 0.01, "m": 0.003}  # relative

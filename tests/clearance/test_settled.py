@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from vinesexp.clearance.comparison import may_not_have_settled, settling_check
 from vinesexp.clearance.levels import Tested
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.clearance.settled import may_not_have_settled, settling_check
 from vinesexp.units import Quantity
 
 TWO, MODULATED = "two symmetric", "strongly modulated"

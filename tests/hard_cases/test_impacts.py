@@ -135,7 +135,7 @@ def test_chatter_is_resolved_or_flagged(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("alternate", [True, False])
 def test_impacts_every_twenty_samples(alternate: bool, tmp_path: Path) -> None:
-    from vinesexp.laboratory.pulses import contact_acceleration
+    from vinesexp.laboratory.sensors import contact_acceleration
 
     random = np.random.default_rng(2)
     time = 0.05 + 20.0 * SAMPLE * np.arange(300) + random.uniform(-2e-4, 2e-4, 300)

@@ -5,7 +5,7 @@ import pytest
 
 from vinesexp import Oscillator, Release, Rig, Sweep, simulate
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.halfpower import half_power
+from vinesexp.identification.sweep_record import half_power
 
 STEP, DURATION = 5e-3, 200.0
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from vinesexp.identification.decay_record import other_modes
 from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.other_modes import other_modes
 from vinesexp.identification.remarks import remarks
 
 RATE = 2000.0

@@ -5,7 +5,7 @@ import pytest
 
 from vinesexp import Oscillator, Release, Rig, Sweep, simulate
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.sweep import transmissibility
+from vinesexp.identification.sweep_record import transmissibility
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 STEP = 5e-3

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vinesexp.laboratory.drop_test import drop
+from vinesexp.laboratory.experiment import drop
 from vinesexp.rig import NES
 from vinesexp.units import STANDARD_GRAVITY
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.laboratory.number_text import code_characters, number_characters, rows_of_text
+from vinesexp.laboratory.instrument_files import code_characters, number_characters, rows_of_text
 
 
 @settings(deadline=None, max_examples=100)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.laboratory.pulses import contact_acceleration, pulse_momentum
+from vinesexp.laboratory.sensors import contact_acceleration, pulse_momentum
 
 
 @settings(deadline=None, max_examples=100)

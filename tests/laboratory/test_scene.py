@@ -429,7 +429,7 @@ def test_reading_a_scene_is_quick_and_imports_nothing_heavy(tmp_path):
 
 
 def test_every_key_is_documented():
-    from vinesexp.laboratory import scene_file, scene_sensors
+    from vinesexp.laboratory import scene_file
     from vinesexp.laboratory.instrument_files import FORMATS
 
     text = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
@@ -438,10 +438,10 @@ def test_every_key_is_documented():
         *scene_file.RIG_KEYS,
         *scene_file.TEST_KEYS,
         *scene_file.NEEDED,
-        *scene_sensors.LASER_KEYS,
-        *scene_sensors.ACCELEROMETER_KEYS,
-        *scene_sensors.OSCILLOSCOPE_KEYS,
-        *scene_sensors.MODE_KEYS,
+        *scene_file.LASER_KEYS,
+        *scene_file.ACCELEROMETER_KEYS,
+        *scene_file.OSCILLOSCOPE_KEYS,
+        *scene_file.MODE_KEYS,
         *FORMATS,
     }
     assert sorted(key for key in keys if f"`{key}`" not in text) == []

@@ -15,10 +15,9 @@ from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign import Campaign, Known, Record
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import create_record
-from vinesexp.replay.campaign_replay import replay_campaign
+from vinesexp.replay.campaign_replay import Model, replay_campaign, rig_of
 from vinesexp.replay.drives import drive_of
 from vinesexp.replay.measures import Measures, decay_time, measures_of
-from vinesexp.replay.model import Model, rig_of
 from vinesexp.replay.motions import ON_ORBIT, Replayed, replays
 from vinesexp.replay.replay_table import compared, replay_checks
 from vinesexp.signals.condition import condition

@@ -9,8 +9,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vinesexp.errors import ParameterError
+from vinesexp.theory import intervals
 from vinesexp.theory import optimal_clearance as clearance
-from vinesexp.theory import sensitivity
 from vinesexp.theory.intervals import predict_periodic, predict_transient
 from vinesexp.units import Quantity
 
@@ -59,10 +59,10 @@ def test_derivatives_agree_with_differences_of_whole_solutions(
         return float(clearance.b_c_exact(G=1e-3, frequency=frequency, **values))
 
     def formula(**values: float) -> float:
-        return sensitivity.gradient_published(G=1e-3, **values)[0]
+        return intervals.gradient_published(G=1e-3, **values)[0]
 
-    value, slopes = sensitivity.gradient_exact(G=1e-3, frequency=frequency, **rig)
-    published = sensitivity.gradient_published(G=1e-3, **rig)[1]
+    value, slopes = intervals.gradient_exact(G=1e-3, frequency=frequency, **rig)
+    published = intervals.gradient_published(G=1e-3, **rig)[1]
     assert value == pytest.approx(exact(**rig))
     for name in rig:
         if rig[name] == 0.0:
@@ -83,7 +83,7 @@ def _difference(b, rig: dict[str, float], name: str, h: float) -> float:
 def test_derivative_by_damping_without_damping() -> None:
     for tuning in (None, 7.9):
         rig = {**RIG, "c1": 0.0}
-        _, slopes = sensitivity.gradient_exact(G=1e-3, frequency=tuning, **rig)
+        _, slopes = intervals.gradient_exact(G=1e-3, frequency=tuning, **rig)
         h = 1e-3
         ends = [
             float(clearance.b_c_exact(G=1e-3, frequency=tuning, **{**rig, "c1": c}))

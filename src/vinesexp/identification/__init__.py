@@ -7,8 +7,8 @@ __all__, __getattr__, __dir__ = lazy(
     {
         "Estimate": "vinesexp.identification.estimate",
         "fit_ringdown": "vinesexp.identification.ringdown",
-        "transmissibility": "vinesexp.identification.sweep",
-        "half_power": "vinesexp.identification.halfpower",
+        "transmissibility": "vinesexp.identification.sweep_record",
+        "half_power": "vinesexp.identification.sweep_record",
         "restitution_of_bounces": "vinesexp.identification.bounces",
         "identify_campaign": "vinesexp.identification.whole_campaign",
     },

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from vinesexp.errors import AnalysisError
+from vinesexp.identification.decrement import log_decrement
 from vinesexp.identification.estimate import Estimate, is_known
 from vinesexp.identification.oscillation import displacement_of, motion_role
-from vinesexp.identification.other_modes import Mode, other_modes
+from vinesexp.identification.phasors import Phasors, decay_window
 from vinesexp.identification.ringdown import ring_down
 from vinesexp.identification.ringdown_result import RingDown
 from vinesexp.records.schema import Record
@@ -22,6 +25,117 @@ A_DECADE = 8
 _POINTS = 200  # block means a period, in which further modes are looked for
 _BEYOND = 2.0  # times above the largest and below the smallest amplitude of the record
 _LEAST = 1e-3  # of the largest amplitude: nobody asks for less
+
+
+# Further modes in a ring-down: frequency, damping and share of each beside the one that counts.
+FloatArray = NDArray[np.float64]
+
+_MOST = 4  # modes that are said
+_SHARE = 5e-3  # of the line of the first mode: what is lower is not looked at
+_STRONG = 8.0  # times the median of the lines around
+_OWN_LINES = 6.0  # Fourier lines or widths of a line that are its own
+_HARMONIC = 0.01  # relative, of the order: a motion that is no sine is no further mode
+_VALLEY = 0.5  # of a line: it falls to less before it rises to another
+_CYCLES = 3.0  # fewer in a record are drift
+_HARMONICS = 7  # of a motion that are looked for
+_APART = 8.0  # windows' own lines between two lines that a window tells apart
+_BESIDE = 4.0  # of them, where the window shows nothing of a line
+_FEWEST = 5  # windows that show a decay
+_SURE = 3.0  # standard errors
+
+
+@dataclass(frozen=True)
+class Mode:
+    """f0 (Hz) and zeta of a mode with their errors, and its amplitude at the start of the decay."""
+
+    f0: float
+    f0_error: float
+    zeta: float
+    zeta_error: float
+    amplitude: float
+
+
+def other_modes(x: FloatArray, step: float, *, frequency: float, zeta: float) -> list[Mode]:
+    """Modes that ring beside the one at `frequency`, strongest first.
+
+    The spectrum shows the lines; the amplitude of each, in windows long enough to tell it from its
+    neighbours, gives its logarithmic decrement. A line that does not decay (hum, a drive) and a
+    harmonic of the motion are no modes.
+
+    Parameters
+    ----------
+    x : array (n,)
+        The decay, any unit, `step` s apart.
+    frequency, zeta : float
+        Hz, and damping ratio, of the mode that counts.
+
+    Examples
+    --------
+    >>> t = np.arange(40000) / 2000.0
+    >>> x = np.exp(-0.3 * t) * np.cos(50.0 * t) + 0.2 * np.exp(-0.5 * t) * np.cos(320.0 * t)
+    >>> (mode,) = other_modes(x, 1 / 2000.0, frequency=7.958, zeta=0.006)
+    >>> round(mode.f0, 2), round(mode.zeta, 5), round(mode.amplitude, 2)
+    (50.93, 0.00156, 0.2)
+    """
+    n = x.size
+    taper = np.hanning(2 * n)[n:]  # a decay is strong at its start
+    lines = np.abs(np.fft.rfft((x - x.mean()) * taper))
+    f = np.fft.rfftfreq(n, step)
+    width = _OWN_LINES * max(1.0 / (n * step), zeta * frequency)
+    left = np.zeros_like(lines)
+    left[1:-1] = np.where((lines[1:-1] > lines[:-2]) & (lines[1:-1] >= lines[2:]), lines[1:-1], 0.0)
+    left[f < _CYCLES / (n * step)] = 0.0
+    main = float(lines[np.abs(f - frequency) < width].max(initial=0.0))
+    order = np.clip(np.round(f / frequency), 1.0, _HARMONICS)
+    left[(np.abs(f / frequency - order) < _HARMONIC * order) | (np.abs(f - frequency) < width)] = 0
+    found: list[float] = []
+    taken = [int(np.argmin(np.abs(f - frequency)))]
+    while len(found) < _MOST and left.max() > _SHARE * main:
+        at = int(np.argmax(left))
+        left[np.abs(f - f[at]) < width] = 0.0
+        around = lines[max(at - n // 50, 0) : at + n // 50 + 1]
+        valleys = [float(lines[min(at, one) : max(at, one) + 1].min()) for one in taken]
+        stands_out = lines[at] > _STRONG * float(np.median(around))
+        if stands_out and max(valleys) < _VALLEY * lines[at]:  # else the skirt of another line
+            found.append(float(f[at]))
+            taken.append(at)
+    known = [0.0, frequency, *found]
+    modes = (
+        _decaying(x, step, one, min(abs(one - other) for other in known if other != one))
+        for one in found
+    )
+    return [mode for mode in modes if mode is not None]
+
+
+def _decaying(x: FloatArray, step: float, f: float, apart: float) -> Mode | None:
+    """The logarithmic decrement of one line; None where it does not decay, or too fast to tell."""
+    size = math.ceil(_APART / (apart * step))
+    count = x.size // size
+    if count < _FEWEST:
+        return None
+    t = np.asarray((np.arange(count) + 0.5) * size * step - 0.5 * step, dtype=np.float64)
+    window = np.blackman(size + 1)[:-1]
+    window *= 2.0 / window.sum()
+    blocks = (x[: count * size] - x.mean()).reshape(count, size)
+
+    def demodulated(at: float) -> NDArray[np.complex128]:
+        turn = np.exp(-2j * math.pi * at * step * np.arange(count * size)).reshape(count, size)
+        return np.asarray((blocks * turn) @ window, dtype=np.complex128)
+
+    beside = [np.abs(demodulated(f + side * _BESIDE / (size * step))) for side in (-1.0, 1.0)]
+    error = float(np.median(np.minimum(*beside))) / 1.18
+    p = Phasors(t, demodulated(f), max(error, 1e-12), error, 2.0 * math.pi * f, size * step)
+    try:
+        begin, end = decay_window(p)
+        if end - begin < _FEWEST:
+            return None
+        found = log_decrement(replace(p, t=p.t[begin:end], z=p.z[begin:end]))
+    except (AnalysisError, np.linalg.LinAlgError):
+        return None
+    if not found.zeta > _SURE * found.zeta_error:
+        return None
+    amplitude = math.exp(found.decay.log_A + found.decay.alpha * found.decay.start)
+    return Mode(found.f0, found.f0_error, float(found.zeta), found.zeta_error, amplitude)
 
 
 def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> list[Estimate]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.laboratory.bench import Scene, Test
-from vinesexp.laboratory.bench_truth import departures_text
-from vinesexp.laboratory.drop_test import drop
 from vinesexp.laboratory.instrument_files import FORMATS
 from vinesexp.laboratory.oscilloscope import acquire
-from vinesexp.laboratory.sensors import Moving
+from vinesexp.laboratory.sensors import Accelerometer, Moving
+from vinesexp.rig import NES
+from vinesexp.solver.arrays import is_plain
+from vinesexp.units import STANDARD_GRAVITY
 from vinesexp.whole_files import whole_file, write_whole
 
 #: Columns of a truth file, each with its name among the impacts of a motion.
@@ -25,6 +28,153 @@ TRUTH_COLUMNS = {
     "vy_before_m_s": "vy_before",
     "vy_after_m_s": "vy_after",
 }
+
+
+# What was really on the virtual bench, where that is more than the campaign's files say.
+#
+# A table beside the true impacts of a record: each wall of each ball, friction and tilt, the
+# spring and damper beyond k1 and c1, the true gain of each sensor. A plain test has none.
+HEAD = "quantity,of,value,unit"
+
+
+# Drop test: a ball dropped on the wall of its cavity, the mass lying on the bench.
+#
+# The bounces are known in closed form: the wall is at rest, so the flights last 2 v_k/g with v_k =
+# r^k sqrt(2 g h). The accelerometer shows the impacts only: in so short a time the mass takes the
+# ball's momentum m (1 + r) v_k before the bench gives it back slowly, unseen. Both lasers see
+# nothing move.
+#: Bounces below this share of the first impact speed are over: nothing measures them.
+_OVER = 1e-12
+
+
+@dataclass(frozen=True)
+class Drop:
+    """The motion of a drop test; what a sensor asks of a `vinesexp.Motion`.
+
+    Parameters
+    ----------
+    impacts : mapping
+        Arrays `time, nes, side, x, v_before, v_after, vy_before, vy_after`, SI. The wall is
+        that of side +1, below the ball; speeds are upwards.
+    """
+
+    impacts: Mapping[str, NDArray[Any]]
+
+    def at(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The mass rests."""
+        return np.zeros_like(t), np.zeros_like(t)
+
+    def acceleration(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """None between impacts."""
+        return np.zeros_like(t)
+
+    def base(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The base rests."""
+        return np.zeros_like(t), np.zeros_like(t)
+
+
+def drop(ball: NES, *, M: float, height: float, duration: float) -> Drop:
+    """Successive bounces of `ball` from `height` above the wall.
+
+    Parameters
+    ----------
+    ball : NES
+        Its mass and restitution (that of wall +1, over speed); the clearance plays no part.
+    M, height, duration : float
+        Mass of the oscillator, kg; m; s.
+
+    Returns
+    -------
+    Drop
+        Bounces up to `duration`, or until their speed is 1e-12 of the first.
+
+    Examples
+    --------
+    >>> ball = NES(m=0.032, b=0.034, r=0.6)
+    >>> bounces = drop(ball, M=4.7, height=0.1, duration=2.0).impacts
+    >>> bounces["time"][:3].round(6).tolist()
+    [0.142809, 0.314179, 0.417001]
+    """
+    fall = math.sqrt(2.0 * height / STANDARD_GRAVITY)
+    speed = STANDARD_GRAVITY * fall
+    times, speeds, left, t, v = [], [], [], fall, speed
+    while t <= duration and v > _OVER * speed:
+        times.append(t)
+        speeds.append(v)
+        left.append(ball.restitution(1, v))
+        v *= left[-1]
+        t += 2.0 * v / STANDARD_GRAVITY
+    before = -np.array(speeds)
+    r = np.array(left)
+    jump = (1.0 + r) * ball.m / M * before
+    zero = np.zeros(len(times))
+    return Drop(
+        {
+            "time": np.array(times),
+            "nes": np.zeros(len(times), dtype=np.int64),
+            "side": np.ones(len(times), dtype=np.int64),
+            "x": zero,
+            "v_before": zero,
+            "v_after": jump,
+            "vy_before": before,
+            "vy_after": -r * before,
+        }
+    )
+
+
+def departures_text(scene: Scene, test: Test) -> str | None:
+    """The table of a test as CSV; None where nothing departs from rig and data sheets."""
+    rows = [*_of_rig(scene, test), *_of_sensors(test)]
+    if not rows:
+        return None
+    lines = [f"{what},{of},{value:.17g},{unit}" for what, of, value, unit in rows]
+    return "\n".join([HEAD, *lines, ""])
+
+
+def _of_rig(scene: Scene, test: Test) -> Iterator[tuple[str, str, float, str]]:
+    test = scene.performed(test)
+    rig, damping = scene.rig(test), scene.damping
+    if scene.sheet.added_mass and test.added_mass:
+        yield "added_mass", "oscillator", test.added_mass, "kg"
+    if scene.sheet.release and test.release:
+        yield "release", "oscillator", test.release, "m"
+    if rig.oscillator.k3:
+        yield "cubic_stiffness", "oscillator", rig.oscillator.k3, "N/m^3"
+    if damping.quadratic:
+        yield "quadratic_damping", "oscillator", damping.quadratic, "N s^2/m^2"
+    if damping.coulomb:
+        yield "coulomb_damping", "oscillator", damping.coulomb, "N"
+    as_written = scene.sheet.exact and all(nes.b_minus is None for nes in rig.nes)
+    if is_plain(rig) and as_written:
+        return
+    for number, nes in enumerate(rig.nes, start=1):
+        if scene.sheet.nes_mass:
+            yield "mass", f"nes {number}", nes.m, "kg"
+        for side, name in ((1, "wall +1"), (-1, "wall -1")):
+            yield "clearance", f"nes {number} {name}", nes.clearance(side), "m"
+            yield "restitution", f"nes {number} {name}", nes.restitution(side), "1"
+        if is_plain(rig):
+            continue
+        yield "restitution_slope", f"nes {number}", nes.r_slope, "s/m"
+        yield "friction", f"nes {number}", nes.friction, "m/s^2"
+        yield "tilt", f"nes {number}", nes.tilt, "m/s^2"
+        if nes.contact_time:
+            yield "contact_time", f"nes {number}", nes.contact_time, "s"
+
+
+def _of_sensors(test: Test) -> Iterator[tuple[str, str, float, str]]:
+    for role, sensor in test.sensors.items():
+        if sensor.gain != 1.0:
+            yield "gain", role, sensor.gain, "1"
+        if sensor.mode is not None:
+            yield "mode_frequency", role, sensor.mode.frequency, "Hz"
+            yield "mode_share", role, sensor.mode.share, "1"
+            yield "mode_damping", role, sensor.mode.damping, "1"
+        if isinstance(sensor, Accelerometer):
+            if sensor.ac_corner is not None:
+                yield "ac_corner", role, sensor.ac_corner, "Hz"
+            if sensor.cross_axis:
+                yield "cross_axis", role, sensor.cross_axis, "1"
 
 
 def perform(scene: Scene, test: Test, *, raw: Path, truth: Path) -> None:

@@ -7,23 +7,27 @@ All mistakes of the file are collected, each with its line and key.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, nearest
-from vinesexp.excitation import WeakDamping
+from vinesexp.excitation import SteppedSweep, WeakDamping
+from vinesexp.laboratory.base_record import BaseRecord, read_base_record
 from vinesexp.laboratory.bench import Scene, Test
-from vinesexp.laboratory.scene_balls import read_balls
-from vinesexp.laboratory.scene_base import read_base
+from vinesexp.laboratory.instrument_files import FORMATS
+from vinesexp.laboratory.modes import Mode
+from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
 from vinesexp.laboratory.scene_layers import Layers, refuse_unknown
-from vinesexp.laboratory.scene_sensors import read_oscilloscope, read_sensors
+from vinesexp.laboratory.sensors import Accelerometer, Laser, Sensor
 from vinesexp.laboratory.sheet import read_sheet
 from vinesexp.records.problems import Problems
-from vinesexp.records.yamltree import read_yaml
+from vinesexp.records.schema import MOTIONS
+from vinesexp.records.yamltree import Section, read_yaml
 from vinesexp.rig import NES, Oscillator
-from vinesexp.units import parse_quantity
+from vinesexp.units import parse_quantity, parse_sensitivity
 
 KEYS = ("title", "seed", "rig", "sheet", "sensors", "oscilloscope", "groups")
 RIG_KEYS = (
@@ -81,6 +85,302 @@ Balls = tuple[NES, ...]
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 _WALLS = {"wall +1": -1.0, "wall -1": 1.0, "middle": 0.0}
+
+
+# The base motion that a record of a scene asks for: one frequency, a sweep, steps, or a file.
+STEP_KEYS = ("start", "stop", "step")
+MOST_STEPS = 10_000
+
+
+# Sensors and oscilloscope as scene.yaml describes them; a fault not asked for is absent.
+COMMON_KEYS = (
+    "sensitivity",
+    "offset",
+    "noise",
+    "bias",
+    "range",
+    "gain_error",
+    "gain_uncertainty",
+    "mode",
+)
+MODE_KEYS = ("frequency", "share", "damping")
+LASER_KEYS = (*COMMON_KEYS, "drift", "drift_time", "bandwidth")
+ACCELEROMETER_KEYS = (*COMMON_KEYS, "pulse", "ring", "ring_damping", "ac_corner", "cross_axis")
+OSCILLOSCOPE_KEYS = (
+    "sample_rate",
+    "bits",
+    "full_scale",
+    "format",
+    "skew",
+    "clock_error",
+    "dropped_samples",
+)
+
+
+def read_sensors(layers: Layers, seed: int) -> dict[str, Sensor]:
+    """Role to sensor; a role that nobody mentions has no sensor.
+
+    A gain that is stated with its uncertainty alone is drawn, one for the role in the whole scene.
+    """
+    layers.refuse_unknown(MOTIONS)
+    found: dict[str, Sensor] = {}
+    for role in MOTIONS:
+        entry = layers.under(role)
+        if not entry.sections:
+            continue
+        sensor = _accelerometer(entry) if role == "acceleration" else _laser(entry)
+        gain, stated = _gain(entry, role, seed)
+        if sensor is not None:
+            mode = _mode(entry)
+            found[role] = replace(sensor, gain=gain, gain_uncertainty=stated, mode=mode)
+    if not found:
+        layers.complain("sensors", "no sensors; give at least 'displacement'")
+    return found
+
+
+def _sensitivity(entry: Layers, kind: str) -> float | None:
+    text = entry.value("sensitivity")
+    if text is None:
+        entry.complain("sensitivity", "is missing; such as '40 mV/mm' or '20 mV/g'")
+        return None
+    with entry.problems.at(entry.where("sensitivity")):
+        return parse_sensitivity(text, kind)
+    return None
+
+
+def _gain(entry: Layers, role: str, seed: int) -> tuple[float, float]:
+    """True gain over the sheet's, and the uncertainty that the sheet states."""
+    stated = entry.quantity("gain_uncertainty", "ratio", zero=True) or 0.0
+    error = entry.quantity("gain_error", "ratio", signed=True)
+    if error is None:
+        error = stated * float(stream(seed, role, "gain").standard_normal()) if stated else 0.0
+    if error <= -1.0:
+        entry.complain("gain_error", "expected more than -100 %: such a sensor shows nothing")
+    return 1.0 + error, stated
+
+
+def _mode(entry: Layers) -> Mode | None:
+    """A local mode of the structure; None where there is none."""
+    if entry.value("mode") is None:
+        return None
+    mode = entry.under("mode")
+    mode.refuse_unknown(MODE_KEYS)
+    frequency = mode.quantity("frequency", "frequency", needed=True)
+    share = mode.quantity("share", "ratio", needed=True, signed=True)
+    damping = mode.quantity("damping", "ratio")
+    if damping is not None and damping >= 1.0:
+        mode.complain("damping", "expected below 1: an overdamped mode is none")
+        return None
+    if frequency is None or share is None:
+        return None
+    return Mode(frequency, share, 0.02 if damping is None else damping)
+
+
+def _laser(entry: Layers) -> Laser | None:
+    entry.refuse_unknown(LASER_KEYS)
+    kind = "displacement"
+    sensitivity = _sensitivity(entry, kind)
+    laser = Laser(
+        sensitivity=sensitivity or 1.0,
+        offset=entry.quantity("offset", "voltage", signed=True) or 0.0,
+        noise=entry.quantity("noise", kind, zero=True) or 0.0,
+        drift=entry.quantity("drift", kind, zero=True) or 0.0,
+        drift_time=entry.quantity("drift_time", "time") or 60.0,
+        bias=entry.quantity("bias", kind, signed=True) or 0.0,
+        bandwidth=entry.quantity("bandwidth", "frequency"),
+        range=entry.quantity("range", kind),
+    )
+    return None if sensitivity is None else laser
+
+
+def _accelerometer(entry: Layers) -> Accelerometer | None:
+    entry.refuse_unknown(ACCELEROMETER_KEYS)
+    kind = "acceleration"
+    sensitivity = _sensitivity(entry, kind)
+    pulse = entry.quantity("pulse", "time", needed=True)
+    damping = entry.quantity("ring_damping", "ratio")
+    if damping is not None and damping >= 1.0:
+        entry.complain("ring_damping", "expected below 1: an overdamped mounting does not ring")
+    accelerometer = Accelerometer(
+        sensitivity=sensitivity or 1.0,
+        pulse=pulse or 1.0,
+        offset=entry.quantity("offset", "voltage", signed=True) or 0.0,
+        noise=entry.quantity("noise", kind, zero=True) or 0.0,
+        bias=entry.quantity("bias", kind, signed=True) or 0.0,
+        ring=entry.quantity("ring", "frequency"),
+        ring_damping=0.02 if damping is None else damping,
+        ac_corner=entry.quantity("ac_corner", "frequency"),
+        cross_axis=entry.quantity("cross_axis", "ratio", signed=True) or 0.0,
+        range=entry.quantity("range", kind),
+    )
+    return None if sensitivity is None or pulse is None else accelerometer
+
+
+def read_oscilloscope(layers: Layers) -> Oscilloscope | None:
+    """The oscilloscope; None where its description is wrong."""
+    layers.refuse_unknown(OSCILLOSCOPE_KEYS)
+    before = len(layers.problems.found)
+    rate = layers.quantity("sample_rate", "frequency", needed=True)
+    form = layers.text("format") or "oscilloscope-csv"
+    if form not in FORMATS:
+        layers.complain("format", f"unknown format '{form}'; {nearest(form, FORMATS)}")
+    skew = layers.under("skew")
+    skew.refuse_unknown(MOTIONS)
+    late = {
+        role: skew.quantity(role, "time", signed=True) or 0.0
+        for role in MOTIONS
+        if role in skew.names()
+    }
+    error = 0.0
+    if layers.value("clock_error") is not None:
+        with layers.problems.at(layers.where("clock_error")):
+            error = parse_quantity(layers.value("clock_error"), "ratio").value
+    scope = Oscilloscope(
+        sample_rate=rate or 1.0,
+        bits=layers.whole("bits", low=2, high=16, default=14),
+        full_scale=layers.quantity("full_scale", "voltage") or 1.0,
+        format=form,
+        skew=late,
+        clock_error=error,
+        dropped_samples=layers.whole("dropped_samples", low=0, high=10**6, default=0),
+    )
+    return scope if len(layers.problems.found) == before else None
+
+
+@dataclass(frozen=True)
+class BaseMotion:
+    """The base motion of a test; nothing of it: at rest. m, (first, last) Hz."""
+
+    amplitude: float = 0.0
+    frequency: tuple[float, float] | None = None
+    steps: SteppedSweep | None = None
+    record: BaseRecord | None = None
+
+
+def read_base(entry: Layers, *, driven: bool, sweep: bool) -> BaseMotion:
+    """The base motion of one record of a scene; its mistakes are noted.
+
+    Parameters
+    ----------
+    entry : Layers
+        Record over group.
+    driven, sweep : bool
+        Whether the kind of test has a base motion, and whether its frequency changes.
+    """
+    if not driven:
+        return BaseMotion()
+    if entry.value("base_record") is not None:
+        for key in ("base_amplitude", "frequency", "dwell"):
+            if entry.value(key) is not None:
+                entry.complain(key, f"the base moves as base_record says; remove '{key}'")
+        return BaseMotion(record=read_base_record(entry.under("base_record")))
+    amplitude = entry.quantity("base_amplitude", "displacement", needed=True) or 0.0
+    if sweep and entry.value("dwell") is not None:
+        steps = _steps(entry, amplitude)
+        if steps is None:
+            return BaseMotion()
+        return BaseMotion(amplitude, (steps.frequencies[0], steps.frequencies[-1]), steps)
+    expected = (
+        "expected [start, end] of a sweep; more need 'dwell'"
+        if sweep
+        else ("expected one frequency; [start, end] is for a sweep")
+    )
+    if isinstance(entry.value("frequency"), Section):
+        entry.complain("frequency", expected)
+        return BaseMotion()
+    frequency = entry.lengthy("frequency", "frequency", needed=True)
+    if frequency and len(frequency) != (2 if sweep else 1):
+        entry.complain("frequency", expected)
+    return BaseMotion(amplitude, (frequency[0], frequency[-1]) if frequency else None)
+
+
+def _steps(entry: Layers, amplitude: float) -> SteppedSweep | None:
+    """The stepped sweep that `dwell` makes of `frequency`."""
+    frequencies = _frequencies(entry)
+    dwell = entry.lengthy("dwell", "time")
+    if not frequencies or not dwell:
+        return None
+    if len(dwell) not in (1, len(frequencies)):
+        entry.complain(
+            "dwell",
+            f"{len(dwell)} times for {len(frequencies)} frequencies; give one for all, or one each",
+        )
+        return None
+    return SteppedSweep(amplitude, frequencies, dwell if len(dwell) > 1 else dwell[0])
+
+
+def _frequencies(entry: Layers) -> tuple[float, ...]:
+    """A list of frequencies, or start, stop (included) and step."""
+    if not isinstance(entry.value("frequency"), Section):
+        return entry.lengthy("frequency", "frequency", needed=True)
+    span = entry.under("frequency")
+    span.refuse_unknown(STEP_KEYS)
+    start, stop, step = (span.quantity(key, "frequency", needed=True) for key in STEP_KEYS)
+    if start is None or stop is None or step is None:
+        return ()
+    # A last step that falls short of `stop` by rounding alone is a whole one.
+    count = math.floor(abs(stop - start) / step * (1.0 + 1e-9) + 1e-9)
+    if count >= MOST_STEPS:
+        span.complain("step", f"makes {count + 1} steps, expected at most {MOST_STEPS}")
+        return ()
+    sign = 1.0 if stop >= start else -1.0
+    return tuple(start + sign * n * step for n in range(count + 1))
+
+
+# The balls of a scene: mass, restitution wall by wall and over speed, friction, tilt.
+def read_balls(rig: Layers) -> tuple[NES, ...]:
+    """The balls under `rig`: one that stands for all, or each; empty where there is none.
+
+    Every key has one value for all balls, or a list of one for each. Their clearances are those of
+    the tests; until then they are 1 m.
+    """
+    masses = rig.lengthy("nes_mass", "mass")
+    values = {
+        "restitution": rig.lengthy("restitution", "ratio", needed=bool(masses), zero=True),
+        "restitution_minus": rig.lengthy("restitution_minus", "ratio", zero=True),
+        "restitution_slope": rig.lengthy("restitution_slope", "restitution slope", signed=True),
+        "friction": rig.lengthy("friction", "acceleration", zero=True),
+        "tilt": rig.lengthy("tilt", "acceleration", signed=True),
+        "contact_time": rig.lengthy("contact_time", "time", zero=True),
+    }
+    if any(values["contact_time"]) and any(values["friction"]):
+        rig.complain("contact_time", "contacts that last and friction are not simulated together")
+        return ()
+    for key in ("restitution", "restitution_minus"):
+        for r in values[key]:
+            if r > 1.0:
+                rig.complain(key, f"found {r:g}, expected a number from 0 to 1")
+                return ()
+    if not masses or not values["restitution"]:
+        for key in ("restitution_minus", "restitution_slope", "friction", "tilt", "contact_time"):
+            if values[key]:
+                rig.complain(key, "there is no ball; give nes_mass and restitution")
+        return ()
+    n = max(len(masses), *(len(found) for found in values.values()))
+    for key, found in (("nes_mass", masses), *values.items()):
+        if found and len(found) not in (1, n):
+            rig.complain(
+                key, f"{len(found)} values for {n} balls; give one for each, or one for all"
+            )
+            return ()
+
+    def of(key: str, i: int) -> float | None:
+        found = values[key]
+        return found[i % len(found)] if found else None
+
+    return tuple(
+        NES(
+            m=masses[i % len(masses)],
+            b=1.0,
+            r=of("restitution", i) or 0.0,
+            r_minus=of("restitution_minus", i),
+            r_slope=of("restitution_slope", i) or 0.0,
+            friction=of("friction", i) or 0.0,
+            tilt=of("tilt", i) or 0.0,
+            contact_time=of("contact_time", i) or 0.0,
+        )
+        for i in range(n)
+    )
 
 
 def read_scene(file: Path, problems: Problems) -> Scene | None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vinesexp.laboratory.pulses import contact_acceleration
+from vinesexp.laboratory.sensors import contact_acceleration
 from vinesexp.signals.impacts import matching, template_learning
 from vinesexp.signals.impacts.detection import detect_contacts
 from vinesexp.signals.impacts.slopes import coarsen, slope_changes

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.laboratory.pulses import contact_acceleration
+from vinesexp.laboratory.sensors import contact_acceleration
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.filters import butterworth, zero_phase
 from vinesexp.signals.impacts.candidates import boxcars, find_spikes
