@@ -118,8 +118,8 @@ def find_impacts(
                 said.append(("knocks", "warning", _knocks_in_words(found, told, record.start)))
             found, doubtful = found.keep(~knocked), doubtful[~knocked]
         slopes = slope_changes(
-            x, found.time + lag, sign * found.jump, frequency=motion,
-            jump_errors=found.jump_error, settings=settings.slopes,
+            x, found.time + lag, found.jump / sign, frequency=motion,
+            jump_errors=found.jump_error / abs(sign), settings=settings.slopes,
         )  # fmt: skip
         if _unresolved(found.jump, slopes.jump):
             if said is not None:
@@ -200,11 +200,15 @@ def stream_of_channel(
 
 
 def _beside(agreement: Agreement | None, settings: Settings) -> tuple[float, float]:
-    """Sign of the acceleration beside the displacement, and by how much the latter is late, s."""
+    """Acceleration over that of the displacement, and by how much the latter is late, s.
+
+    A sign; a factor as well where it is no matter of a calibration: a wrong unit, a decimal point.
+    """
     sign, lag = 1.0, 0.0
     sure = settings.channels.gain_sure
     if agreement is not None and abs(agreement.gain) > sure * agreement.gain_error:
-        sign = math.copysign(1.0, agreement.gain)
+        near = 1.0 / _CALIBRATED < abs(agreement.gain) < _CALIBRATED
+        sign = math.copysign(1.0 if near else abs(agreement.gain), agreement.gain)
         if agreement.lag_error < settings.channels.lag_known:
             lag = agreement.lag
     return sign, lag
@@ -230,6 +234,7 @@ _UNRESOLVED = (
     "(aliased), or is loose; the jumps are those of the displacement alone. Sample faster, or "
     "filter before sampling"
 )
+_CALIBRATED = 1.2  # a sensitivity may be off by as much
 _SCATTERS = 0.2  # of a pulse's area about the jump of the displacement; good sensors have 0.03
 _FEWEST = 10
 
@@ -249,7 +254,9 @@ def _table(found: Detection, slopes: SlopeChanges | None, *, sign: float, start:
     n = found.time.size
     unknown = np.full(n, np.nan)
     slopes = slopes or SlopeChanges(unknown, unknown, unknown, unknown, unknown, unknown)
-    jump, error = weighted(sign * found.jump, found.jump_error, slopes.jump, slopes.jump_error)
+    jump, error = weighted(
+        found.jump / sign, found.jump_error / abs(sign), slopes.jump, slopes.jump_error
+    )
     return Impacts(
         time_s=start + found.time,
         nes=np.zeros(n, dtype=np.int64),
