@@ -100,7 +100,7 @@ def modal_acceleration(
 ) -> Array:
     """q'' of all impacts, averaged over each of the n sample intervals, m/s^2.
 
-    Parameters are those of `pulses.contact_acceleration`.
+    Parameters are those of `sensors.contact_acceleration`.
     """
     found = np.zeros(n)
     width = math.ceil((duration + mode.lasts) / dt) + 2
