@@ -61,7 +61,7 @@ def library_versions(name: str) -> dict[str, str]:
 
     Examples
     --------
-    >>> sorted(library_versions("vinesexp.signals.filters"))
+    >>> sorted(library_versions("vinesexp.theory.manifold"))
     ['numpy']
     """
     own = [part for path in _reached(name) if path.suffix == ".py" for part in _named(_tree(path))]

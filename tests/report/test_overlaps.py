@@ -11,6 +11,7 @@ from matplotlib.text import Text
 
 from vinesexp.figures.column_width import fit_to_width
 from vinesexp.figures.gallery import FAMILIES
+from vinesexp.results import CampaignResults
 
 #: Points that two boxes may share: a box is a little larger than its letters.
 SLACK = 1.5
@@ -52,7 +53,7 @@ def overlapping(found):
 @pytest.mark.parametrize("campaign", ["bare", "drops", "two_levels"])
 def test_texts_of_figures_do_not_overlap(family, campaign, request):
     made = request.getfixturevalue(campaign)
-    for figure, entry in FAMILIES[family](made.campaign, made.results):
+    for figure, entry in FAMILIES[family](CampaignResults(made.results, made.campaign)):
         assert overlapping(texts(figure)) == [], entry.name
 
 
@@ -60,7 +61,7 @@ def test_texts_of_figures_do_not_overlap(family, campaign, request):
 @pytest.mark.parametrize("family", sorted(FAMILIES))
 def test_figures_fit_the_page_and_a_column_of_a_journal(family, full):
     """Nothing overlaps, nothing leaves the column, and text can be read (6 pt and more)."""
-    for figure, entry in FAMILIES[family](full.campaign, full.results):
+    for figure, entry in FAMILIES[family](CampaignResults(full.results, full.campaign)):
         kept = pickle.dumps(figure)
         assert overlapping(texts(figure)) == [], entry.name
         for width in (90.0, 190.0):

@@ -42,7 +42,7 @@ def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
     """
     settings = Settings()
     # Hits that are told apart take that long, all together.
-    if values.size < max(100.0, (_FEWEST - 1) * settings.drop.rest * sample_rate):
+    if values.size < max(100.0, (_FEWEST - 2) * settings.drop.rest * sample_rate):
         return None
     low, _ = default_bands(sample_rate=sample_rate, frequency=None, drop=True).displacement
     band = butterworth(sample_rate, low=low, high=None)
@@ -57,5 +57,7 @@ def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
     # Among many hits, as of somebody who walks, a few shrink in order by chance.
     if 2 * sum(one.count for one in drops) < hits.time.size:
         return None
-    sure = found.count >= _FEWEST and found.error < _SHRINKS and found.r < 1.0 - found.error
+    # Four hits and no other are a ball of a low r; four of more may be chance.
+    enough = _FEWEST - 1 if found.count == hits.time.size else _FEWEST
+    sure = found.count >= enough and found.error < _SHRINKS and found.r < 1.0 - found.error
     return found if sure else None
