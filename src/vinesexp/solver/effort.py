@@ -138,8 +138,8 @@ class Effort:
             f"{self._scene()}: the motion comes to a stop at t = {now:.9g} s, with more than "
             f"{STALL} events within {self.pace:.3g} s. Balls with r close to 1, in cavities far "
             "smaller than the motion or on an oscillator that Coulomb friction holds, bounce "
-            "faster than any clock resolves; lower r, or leave the friction out. A ball on a floor with "
-            "friction whose r is next to 0 does so too: take 0"
+            "faster than any clock resolves; lower r, or leave the friction out. A ball on a floor "
+            "with friction whose r is next to 0 does so too: take 0"
         )
 
     def _scene(self) -> str:
