@@ -173,7 +173,10 @@ def write_indirect(folder: Path, rng: random.Random) -> None:
 def _add_link(
     file: h5py.File, name: str, aim: str, rng: random.Random, folder: Path, cells: h5py.Dataset
 ) -> None:
-    there = file.get(aim)
+    try:
+        there = file.get(aim)
+    except (KeyError, OSError, RuntimeError):  # links in a circle
+        there = None
     match rng.randrange(6):
         case 0:
             file[name] = h5py.SoftLink(f"/{aim}")
