@@ -81,7 +81,7 @@ def test_a_renamed_file_is_a_new_one(arrivals, clock, tmp_path):
     clock.now = 2.0
     arrivals.scan()
     (tmp_path / "a.csv").rename(tmp_path / "b.csv")
-    arrivals.scan()
+    assert names(arrivals.scan()) == ["a.csv"]  # which is gone
     clock.now = 4.0
     assert names(arrivals.scan()) == ["b.csv"]
 

@@ -131,6 +131,46 @@ def test_a_file_renamed_after_it_was_taken_keeps_its_row(bench, session, texts):
     assert session.seen["ring_1"].view.verdict in ("good", "look")
 
 
+def test_a_file_taken_away_is_said_at_once(bench, session, texts):
+    raw = bench / "raw"
+    (raw / "ring_1.csv").write_text(texts["ring_1.csv"])
+    session.begin()
+    session.settle()
+    shutil.copy(raw / "ring_1.csv", raw / "again.csv")
+    session.settle()
+    assert "raw/again.csv" in session.status.remarks
+    (raw / "again.csv").unlink()
+    (raw / "ring_1.csv").unlink()
+    session.settle()
+    assert "raw/again.csv" not in session.status.remarks
+    assert session.seen["ring_1"].view.verdict == "cannot be used"
+
+
+def test_a_row_more_is_read_and_looked_at_alone(bench, session, monkeypatch):
+    """What a new record costs does not depend on how many there are."""
+    sheet, looked_at = bench / "records.csv", []
+    rows = [f"r{k},raw/r{k}.csv,ringdown,," for k in range(50)]
+    sheet.write_text("\n".join(["record,file,test,clearance_mm,note", *rows]) + "\n")
+    read = []
+    monkeypatch.setattr(
+        "vinesexp.records.records_csv.read_id", lambda text: (read.append(text), text)[1]
+    )
+    monkeypatch.setattr(session, "_due", lambda record: looked_at.append(record.id))
+    session.begin()
+    assert len(read) == len(looked_at) == 50
+    del read[:], looked_at[:]
+    sheet.write_text(sheet.read_text() + "new,raw/new.csv,ringdown,,\n")
+    session._read_campaign()
+    assert read == looked_at == ["new"]
+    sheet.write_text(sheet.read_text().replace("raw/r7.csv,ringdown", "raw/r7.csv,drop"))
+    session._read_campaign()
+    assert read == looked_at == ["new", "r7"]
+    description = bench / "campaign.yaml"  # another sensor: every row means something else
+    description.write_text(description.read_text().replace("unit: m/s^2", "unit: g"))
+    session._read_campaign()
+    assert len(read) == len(looked_at) == 2 + 51
+
+
 @pytest.fixture
 def one_row(bench, session, texts):
     """A table as a person keeps it, with columns and words of their own."""

@@ -58,7 +58,7 @@ class Arrivals:
         return tuple(Path(p) for p, (state, _) in seen if self._settled.get(p) != state)
 
     def scan(self) -> list[Path]:
-        """Files that came to rest since the last look, in the order of their names.
+        """Files that came to rest or went since the last look, in the order of their names.
 
         A file that changes later comes again.
         """
@@ -76,7 +76,8 @@ class Arrivals:
                 found.append(path)
         for path in set(self._seen) - set(states):
             del self._seen[path]
-            self._settled.pop(path, None)
+            if self._settled.pop(path, None) is not None:
+                found.append(path)
         return [Path(path) for path in sorted(found)]
 
     def _states(self) -> Iterator[tuple[str, State]]:

@@ -16,7 +16,7 @@ import threading
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import vinesexp
@@ -35,7 +35,8 @@ from vinesexp.live.row_proposal import Row, clearance_cell, clearance_shown, row
 from vinesexp.pipeline import condition_record, ingest_record
 from vinesexp.proposal.campaign_proposal import SKIPPED
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.campaign import campaign_problems, load_campaign
+from vinesexp.records.campaign import campaign_problems, read_campaign
+from vinesexp.records.records_csv import RowText
 from vinesexp.records.result_columns import IDENTIFIED
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, sheet_of
@@ -100,11 +101,12 @@ class Session:
         self._by_file: dict[Path, Record] = {}
         self._editing, self._drawing = threading.RLock(), threading.Lock()
         self._drawn: dict[str, tuple[str, list[tuple[str, str]]]] = {}
-        self._texts = ""
+        self._texts = ("", "")  # digests of campaign.yaml and the table
+        self._rows: dict[RowText, Record] = {}
+        self._places: dict[str, list[Path]] = {}  # files of each record, links followed
         self._digests: dict[Path, tuple[tuple[int, int], str]] = {}
         self._arrivals = Arrivals(folder, ignored=_is_none, besides=results, quiet=quiet)
         self._pending_files: list[Path] = []
-        self._wanted: dict[str, str] = {}
         self.identifying, self.looking = Background(find_values), Background(look_at_campaign)
         self._new_values: Values | None = None  # found, and not written yet
         self._found = self._looked = ""  # what of the campaign was last used for either
@@ -178,7 +180,7 @@ class Session:
         return self._arrivals.growing
 
     def _take(self, path: Path) -> None:
-        """A file that came to rest: the record that names it is due again, or it gets a row."""
+        """A file that came to rest or went: its record is due again, or it gets a row."""
         campaign = self.campaign
         assert campaign is not None
         try:
@@ -187,8 +189,11 @@ class Session:
             if record is not None:
                 analysed = self.seen[record.id].state == "done"
                 self._due(record)
-                if analysed and self.seen[record.id].state == "waiting":  # measured once more
-                    self.status.newest = record.id
+                if analysed and self.seen[record.id].state == "waiting" and path.exists():
+                    self.status.newest = record.id  # measured once more
+                return
+            if not path.exists():
+                self.status.remarks.pop(name, None)
                 return
             digest = self._digest(path)
             for other in campaign.records:
@@ -273,7 +278,7 @@ class Session:
 
     def _grows(self, record: Record) -> bool:
         growing = {path.resolve() for path in self._arrivals.growing}
-        return any(file.resolve() in growing for file in record.files)
+        return any(file in growing for file in self._places[record.id])
 
     def _due(self, record: Record) -> None:
         key = self._key(record)
@@ -354,48 +359,34 @@ class Session:
 
     def _read_campaign(self) -> None:
         """campaign.yaml and the table, where either changed; rows that changed are due again."""
-        sheet = sheet_of(self.folder)
+        files = (self.folder / "campaign.yaml", sheet_of(self.folder))
         try:
-            texts = repr([
-                hashlib.sha256(path.read_bytes()).hexdigest()
-                for path in (self.folder / "campaign.yaml", sheet)
-            ])  # fmt: skip
+            description, sheet = (hashlib.sha256(path.read_bytes()).hexdigest() for path in files)
         except OSError:
             return  # a program replaces the file just now
-        if texts == self._texts:
+        if (description, sheet) == self._texts:
             return
-        self._texts = texts
-        problems = [
-            str(problem)
-            for problem in campaign_problems(self.folder)
-            if "holds no records" not in str(problem)
-        ]
-        self.status.problems = tuple(problems)
-        if not problems:
-            self.campaign = self._loaded()
-            gone = set(self.seen) - {record.id for record in self.campaign.records}
-            for id in gone:
-                del self.seen[id]
-            self._by_file = {f.resolve(): r for r in self.campaign.records for f in r.files}
-            for record in self.campaign.records:
+        if description != self._texts[0]:
+            self._rows.clear()
+        self._texts = (description, sheet)
+        campaign, problems = read_campaign(self.folder, known=self._rows)
+        # A table without a row yet is a mistake for anybody else.
+        texts = [str(one) for one in problems if "holds no records" not in str(one)]
+        self.status.problems = tuple(texts)
+        if texts:
+            return
+        before = {} if self.campaign is None else {r.id: r for r in self.campaign.records}
+        if self.campaign is None or replace(self.campaign, records=campaign.records) != campaign:
+            before = {}  # every row means something else
+        self.campaign = campaign
+        for id in set(self.seen) - {record.id for record in campaign.records}:
+            del self.seen[id], self._places[id]
+        for record in campaign.records:
+            if before.get(record.id) != record:
+                self._places[record.id] = [file.resolve() for file in record.files]
                 self._due(record)
-            self._say(self.status.busy)
-
-    def _loaded(self) -> Campaign:
-        """The campaign; one without a row yet is none for anybody else."""
-        try:
-            return load_campaign(self.folder)
-        except CampaignError:
-            from vinesexp.records.description import read_description
-            from vinesexp.records.problems import Problems
-
-            found = read_description(self.folder / "campaign.yaml", Problems(self.folder))
-            name = self.folder.resolve().name
-            return Campaign(
-                *(self.folder, name, found.title or name, found.known, found.channels),
-                *(found.time, found.sample_rate, found.bandpass),
-                settings=found.settings, setups=found.setups, people=found.people,
-            )  # fmt: skip
+        self._by_file = {f: r for r in campaign.records for f in self._places[r.id]}
+        self._say(self.status.busy)
 
     @property
     def finding(self) -> bool:

@@ -6,13 +6,14 @@ instrument files that are missing are reported when their record is ingested.
 
 from __future__ import annotations
 
+from collections.abc import MutableMapping
 from dataclasses import replace
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.records.description import Description, read_description
 from vinesexp.records.problems import Problems
-from vinesexp.records.records_csv import read_table
+from vinesexp.records.records_csv import RowText, read_table
 from vinesexp.records.schema import (
     ROLES,
     SHEETS,
@@ -37,6 +38,7 @@ __all__ = [
     "TimeColumn",
     "campaign_problems",
     "load_campaign",
+    "read_campaign",
 ]
 
 
@@ -58,7 +60,7 @@ def load_campaign(folder: Path) -> Campaign:
     CampaignError
         The first mistake found, and how many more there are; `campaign_problems` has them all.
     """
-    campaign, problems = _read(Path(folder))
+    campaign, problems = read_campaign(Path(folder))
     if problems:
         first = problems[0]
         more = f" (and {len(problems) - 1} more: vinesexp check {folder})"
@@ -70,10 +72,20 @@ def load_campaign(folder: Path) -> Campaign:
 
 def campaign_problems(folder: Path) -> list[VinesexpError]:
     """Every mistake in campaign.yaml and records.csv, in the order of the files."""
-    return _read(Path(folder))[1]
+    return read_campaign(Path(folder))[1]
 
 
-def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
+def read_campaign(
+    folder: Path, *, known: MutableMapping[RowText, Record] | None = None
+) -> tuple[Campaign, list[VinesexpError]]:
+    """What can be understood of a campaign folder, and every mistake in it.
+
+    Parameters
+    ----------
+    folder : Path
+    known : mapping, optional
+        Rows that were read before, as of `read_table`; of the same campaign.yaml.
+    """
     problems = Problems(folder)
     description_problems = Problems(folder / "campaign.yaml")
     table_problems = Problems(sheet_of(folder))
@@ -97,6 +109,7 @@ def _read(folder: Path) -> tuple[Campaign, list[VinesexpError]]:
             setups=tuple(description.setups),
             problems=table_problems,
             settings=description.settings,
+            known=known,
         )
     name = folder.resolve().name
     campaign = Campaign(

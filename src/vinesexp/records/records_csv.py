@@ -12,8 +12,9 @@ import csv
 import io
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, MutableMapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 
@@ -51,6 +52,9 @@ _MM = "displacement"  # what the columns in mm measure
 
 T = TypeVar("T")
 
+#: A row as it stands in the table: its line, and its columns with their cells.
+RowText = tuple[int, tuple[tuple[str, str], ...]]
+
 
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 
@@ -81,7 +85,7 @@ class Sheet:
     comma: bool
     workbook: bool = False
 
-    @property
+    @cached_property
     def header(self) -> list[str]:
         """The columns."""
         return [column_of(head) for head in self.heads]
@@ -102,6 +106,7 @@ class Sheet:
 def read_table(
     file: Path, folder: Path, *, allow_outside: bool, n_masses: int, problems: Problems,
     settings: Settings | None = None, setups: tuple[str, ...] = (),
+    known: MutableMapping[RowText, Record] | None = None,
 ) -> tuple[Record, ...]:  # fmt: skip
     """Read records.csv; what is wrong goes to `problems`, the rows that are right come back.
 
@@ -117,8 +122,12 @@ def read_table(
         Of the campaign; a row may change them.
     setups : tuple of str
         Names under `setups` in campaign.yaml.
+    known : mapping, optional
+        Rows that were right when they were read before, with the same of all else; those of now
+        are added. A table that grows by a row is then read at the cost of that row.
     """
     settings = Settings() if settings is None else settings
+    known = {} if known is None else known
     sheet = sheet_rows(file, problems)
     if sheet is None or not _header_is_right(sheet, problems):
         return ()
@@ -134,7 +143,8 @@ def read_table(
             )
             continue
         row = sheet.row(cells)
-        record = _record(
+        text = (line, tuple(row.items()))
+        record = known.get(text) or _record(
             row, line, folder, sheet, allow_outside, n_masses, settings, setups, problems
         )
         # Names that differ only in case would share a file on many disks.
@@ -148,6 +158,7 @@ def read_table(
             )
         lines.setdefault(key, line)
         if record is not None:
+            known[text] = record
             records.append(record)
     if not records and not problems.found:
         problems.add("holds no records; add one row for each instrument file")

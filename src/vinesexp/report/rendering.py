@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 import tempfile
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -93,8 +94,9 @@ def rendered(package: str, template: str, content: dict[str, Any]) -> str:
     return environment(package).get_template(template).render(**content)
 
 
+@cache
 def environment(package: str) -> Environment:
-    """How templates of a package are read."""
+    """How templates of a package are read; each is compiled once."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     found = Environment(
