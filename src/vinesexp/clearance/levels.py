@@ -32,6 +32,8 @@ class Tested:
 
     `value` is None where the release never fell to the level within its record; `swing` is that of
     the phase of its impacts, unknown where they are few; `length` is that of the record, s.
+    `waited` is the time from a start at rest, in the record itself, to the first cycle that counts,
+    s; infinite where the record begins in motion.
     """
 
     clearance: float
@@ -40,6 +42,7 @@ class Tested:
     record: str = ""
     swing: Swing = UNKNOWN
     length: float = math.inf
+    waited: float = math.inf
 
     __test__ = False  # not for pytest
 
@@ -112,6 +115,7 @@ def periodic_levels(
                 record.id,
                 Swing(*(math.nan if one is None else one for one in halves)),
                 number(row.get("length_s", "")) or math.inf,
+                _waited(row),
             )
             _group(groups, record.base_amplitude).append((record, tested))
     levels = []
@@ -126,6 +130,14 @@ def periodic_levels(
         )
         levels.append(Periodic(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
     return levels
+
+
+def _waited(row: Mapping[str, str]) -> float:
+    """`Tested.waited`: the first cycles of a start at rest are below half of the mean."""
+    start, since = (number(row.get(name, "")) for name in ("amplitude_start_m", "steady_from_s"))
+    if start is None or since is None or start > 0.5 * float(row["amplitude_mean_m"]):
+        return math.inf
+    return since
 
 
 def _regime(row: Mapping[str, str]) -> str:

@@ -100,7 +100,8 @@ def shown_by_record(
     Shown
         In its row ``regime`` (one word a ball; of a sweep `BY_FREQUENCY`), ``impacts_per_cycle``
         of all balls and ``impacts_per_cycle_each``, ``amplitude_mean_m`` (of a periodic test with
-        ``amplitude_error_m``, over ``cycles`` from ``steady_from_s`` on), ``amplitude_max_m``,
+        ``amplitude_error_m``, over ``cycles`` from ``steady_from_s`` on, and with
+        ``amplitude_start_m`` of its first cycles), ``amplitude_max_m``,
         ``length_s``, of a sweep ``amplitude_running_max_m``, ``captured`` (share of cycles with one
         impact on either side), ``swing_first`` and ``swing`` (of their phase, in periods, in either
         half), ``spells`` and ``spell_mean_s`` (of such cycles in a row), and of a release with one
@@ -129,6 +130,7 @@ def shown_by_record(
         steady, begin = _steady(time, amplitude, begin, period)
         row["amplitude_error_m"] = steady.error if math.isfinite(steady.error) else None
         row["steady_from_s"] = begin
+        row["amplitude_start_m"] = float(amplitude[:3].mean())
         checks = _how_it_began(steady, begin)
     counted = amplitude[time >= begin]
     row["cycles"] = float(counted.size)
