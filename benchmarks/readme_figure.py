@@ -2,12 +2,14 @@
 
     snakemake && python -m benchmarks.readme_figure
 
-It carries a digest of the campaign that it was made from; a test compares it with data/twin.
+It carries a digest of the campaign that it was made from and the amplitudes that it shows. A test
+compares the digest with data/twin, and simulates and analyses one of its records again.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 from pathlib import Path
 
 from vinesexp.figures.collect.campaign_results import draw
@@ -26,12 +28,34 @@ def digest(campaign: Path) -> str:
     return found.hexdigest()
 
 
+def shown(results: CampaignResults) -> dict[str, list[float]]:
+    """Mean and largest amplitude of each periodic test, mm."""
+    rows = results.by_record("regimes")
+    return {
+        test.record: [
+            round(1e3 * rows[test.record][0][f"amplitude_{of}_m"], 4) for of in ("mean", "max")
+        ]
+        for level in results.periodic
+        for test in level.tests
+    }
+
+
+def carried() -> dict[str, list[float]]:
+    """What `shown` was when the picture was made."""
+    text = PICTURE.read_bytes().partition(b"Comment\0")[2]
+    found: dict[str, list[float]] = json.loads(text[: text.index(b"}") + 1])
+    return found
+
+
 def main() -> None:
     campaign = ROOT / "data/twin"
-    for figure, entry in draw(CampaignResults(ROOT / "results/twin", load_campaign(campaign))):
+    results = CampaignResults(ROOT / "results/twin", load_campaign(campaign))
+    for figure, entry in draw(results):
         if entry.name == "clearance_periodic":
             made_from = f"data/twin {digest(campaign)}"
-            figure.savefig(PICTURE, dpi=150, metadata={"Description": made_from})
+            values = json.dumps(shown(results))
+            carries = {"Description": made_from, "Comment": values}
+            figure.savefig(PICTURE, dpi=150, metadata=carries)
             return
 
 

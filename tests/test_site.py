@@ -2,6 +2,7 @@
 
 import importlib.util
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -130,6 +131,30 @@ def test_the_picture_of_the_readme_is_of_the_shipped_campaign():
     from benchmarks.readme_figure import PICTURE, digest
 
     assert f"data/twin {digest(REPOSITORY / 'data/twin')}".encode() in PICTURE.read_bytes()
+
+
+def test_the_picture_of_the_readme_shows_what_is_found_today(tmp_path):
+    """One of its records, made and analysed anew: the digest alone sees no change of the code."""
+    from benchmarks.readme_figure import carried
+
+    from vinesexp.laboratory.experiment import perform
+    from vinesexp.laboratory.scene import load_scene, raw_file, truth_file
+    from vinesexp.pipeline import analyse_record
+    from vinesexp.records.campaign import load_campaign
+    from vinesexp.records.result_paths import ResultPaths
+
+    campaign, record = tmp_path / "twin", "periodic_025_b45"
+    shutil.copytree(REPOSITORY / "data/twin", campaign, ignore=lambda *_: ["raw", "truth"])
+    scene = load_scene(campaign / "scene.yaml")
+    (test,) = (t for tests in scene.groups.values() for t in tests if t.record == record)
+    for path in (raw_file(test), truth_file(test)):
+        (campaign / path).parent.mkdir()
+    perform(scene, test, raw=campaign / raw_file(test), truth=campaign / truth_file(test))
+    read = load_campaign(campaign)
+    found = analyse_record(read, read.record(record), paths=ResultPaths(tmp_path)).regime
+    now = [1e3 * found["amplitude_mean_m"], 1e3 * found["amplitude_max_m"]]
+    assert carried()[record] == pytest.approx(now, rel=1e-3)
+    assert set(carried()) == {r.id for r in read.records if r.id.startswith("periodic_")}
 
 
 def test_the_citation_names_the_version_that_is_installed():
