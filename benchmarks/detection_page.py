@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.detection_score import Score
 
-from vinesexp.figures.draw.style import COLOURS, SEQUENCE, label, new_figure, shortened
+from vinesexp.figures.style import COLOURS, SEQUENCE, label, new_figure, shortened
 
 METHODS = ("vinesexp", "find_peaks", "STA/LTA", "matched filter")
 LOOKS = {

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
-from vinesexp.figures.draw.style import COLOURS, label, new_figure, save
+from vinesexp.figures.style import COLOURS, label, new_figure, save
 from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.decrement import log_decrement
 from vinesexp.identification.flights import flights_of, mass_ratio

@@ -12,17 +12,21 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from benchmarks import free_decay, sequences
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import ArrayLike
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
 from vinesexp.errors import AnalysisError
-from vinesexp.figures.draw import style
-from vinesexp.figures.draw import theory_curves as draw
+from vinesexp.figures import style
+from vinesexp.figures.invariant_manifold import sized_figure
 from vinesexp.theory import (
     boundaries,
     manifold,
@@ -32,7 +36,7 @@ from vinesexp.theory import (
     slowflow,
 )
 from vinesexp.theory.floquet import steady_samples
-from vinesexp.theory.projection import project
+from vinesexp.theory.manifold import project
 from vinesexp.theory.regime_definitions import Regime, regime_of
 from vinesexp.theory.transient import Decaying, captured_time
 
@@ -460,6 +464,52 @@ def table_of(rows: np.ndarray, heads: tuple[str, ...]) -> list[str]:
     return lines
 
 
+def method_map(
+    *,
+    x: ArrayLike,
+    y: ArrayLike,
+    method: ArrayLike,
+    names: Sequence[str],
+    x_label: str,
+    y_label: str,
+    titles: Sequence[str],
+) -> Figure:
+    """Which method is good to 1 %: one panel an index of the first axis of `method`.
+
+    Parameters
+    ----------
+    x, y : array_like
+        Grid values (drawn as categories).
+    method : array_like of int, shape (panels, len(y), len(x))
+        Index into `names`, -1 where no method applies.
+    """
+    grid = np.asarray(method)
+    shades = [
+        style.COLOURS["no impact"],
+        *(style.COLOURS[name] for name in ("published", "two asymmetric", "exact")),
+        style.COLOURS["impact"],
+    ][: len(names) + 1]
+    figure, axes = sized_figure(2.6 * grid.shape[0] + 0.8, 3.2, columns=grid.shape[0])
+    norm = BoundaryNorm(np.arange(-1.5, len(names) + 0.5), len(names) + 1)
+    for axis, panel, title in zip(axes, grid, titles, strict=True):
+        axis.grid(False)
+        axis.pcolormesh(panel, cmap=ListedColormap(shades), norm=norm, edgecolors="w", lw=0.8)
+        axis.set_xticks(np.arange(len(np.asarray(x))) + 0.5, [f"{v:g}" for v in np.asarray(x)])
+        axis.set_yticks(np.arange(len(np.asarray(y))) + 0.5, [f"{v:g}" for v in np.asarray(y)])
+        axis.tick_params(labelsize=7, length=0)
+        axis.set(xlabel=x_label, ylabel=y_label if axis is axes[0] else "")
+        axis.set_title(title, fontsize=9)
+    labels = ["no stable orbit", *names]
+    figure.legend(
+        handles=[Patch(color=c, label=n) for c, n in zip(shades, labels, strict=True)],
+        loc="outside lower center",
+        ncols=len(labels),
+        frameon=False,
+        fontsize=8,
+    )
+    return figure
+
+
 def main() -> int:
     margin = 0.005
     error, agreed = study_b_c(margin)
@@ -467,7 +517,7 @@ def main() -> int:
     n_agreed, n = int((agreed & ~none).sum()), int((~none).sum())
     best = cheapest(error, agreed)
     middle = DETUNING.index(0.0)
-    figure = draw.method_map(
+    figure = method_map(
         x=R,
         y=EPS,
         method=np.concatenate(

@@ -12,7 +12,7 @@ import hashlib
 import json
 from pathlib import Path
 
-from vinesexp.figures.collect.campaign_results import draw
+from vinesexp.figures.amplitude_over_clearance import draw_clearances
 from vinesexp.records.campaign import load_campaign
 from vinesexp.results import CampaignResults
 
@@ -50,7 +50,7 @@ def carried() -> dict[str, list[float]]:
 def main() -> None:
     campaign = ROOT / "data/twin"
     results = CampaignResults(ROOT / "results/twin", load_campaign(campaign))
-    for figure, entry in draw(results):
+    for figure, entry in draw_clearances(results):
         if entry.name == "clearance_periodic":
             made_from = f"data/twin {digest(campaign)}"
             values = json.dumps(shown(results))

@@ -12,7 +12,7 @@ MODULES = {path.relative_to(ROOT).as_posix(): path.read_text() for path in ROOT.
 SHOWING = ("report/", "figures/", "record_pages/", "planning/", "live/", "commands/")
 #: Tables that `Results` does not hold: one a record, one that a benchmark wrote.
 OWN = {
-    "figures/collect/ringdowns.py", "record_pages/drawn_content.py", "report/tables_shown.py",
+    "figures/ringdowns.py", "record_pages/drawn_content.py", "report/tables_shown.py",
     "planning/campaign_plan.py", "live/session.py",
 }  # fmt: skip
 CELL = r"\b(?:row|r|one|own|regime|impact)(?:\[|\.get\()[^\])]*[\])]"
@@ -45,7 +45,9 @@ def test_nothing_that_shows_results_takes_words_apart():
     parting = {"partition", "rpartition", "removeprefix", "removesuffix"}
     found = set()
     for name, text in MODULES.items():
-        if not name.startswith(("report/", "figures/collect/", "record_pages/", "planning/")):
+        if not name.startswith(("report/", "figures/", "record_pages/", "planning/")):
+            continue
+        if name in ("figures/style.py", "figures/numbers.py"):  # SVG text; digits of one number
             continue
         found |= {
             f"{name}:{node.lineno}"

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from benchmarks.paper import figures
 from benchmarks.paper.rig import FIGURES, TABLE_2, R, Verdict, Verdicts, captured, release
 from benchmarks.paper.simulated import on_sim, relative
 
-from vinesexp.figures.draw import style
-from vinesexp.figures.draw import theory_curves as draw
+from vinesexp.figures import style
 from vinesexp.theory.regime_definitions import regime_of
 
 #: The regimes of the release with b = 20 mm, in order, as the paper names them.
@@ -23,7 +23,7 @@ def figure_5_and_6() -> tuple[list[str], Verdicts]:
         on_sim(long, "b = 50 mm = published b$_t$", show=8.0),
     ]
     style.write(
-        draw.motion_on_sim(motions, r=R, title="Figure 5: release from 30 mm"),
+        figures.motion_on_sim(motions, r=R, title="Figure 5: release from 30 mm"),
         FIGURES / "figure_5.svg",
     )
     i = short.impacts
@@ -45,7 +45,7 @@ def figure_5_and_6() -> tuple[list[str], Verdicts]:
             }
         )
     style.write(
-        draw.regimes_of_release(panels, title="Figure 6: spells of the release, b = 20 mm"),
+        figures.regimes_of_release(panels, title="Figure 6: spells of the release, b = 20 mm"),
         FIGURES / "figure_6.svg",
     )
     order = ", ".join(panel["label"].partition(",")[0] for panel in panels[:4])

@@ -19,7 +19,7 @@ from benchmarks.paper.rig import (
 from benchmarks.paper.straight_parts import Part, parts_of
 
 from vinesexp import Motion, Release, simulate
-from vinesexp.figures.draw import style
+from vinesexp.figures import style
 from vinesexp.signals.balls import Series, transition_row
 from vinesexp.theory import manifold
 from vinesexp.theory.regime_definitions import Regime, regime_of

@@ -17,8 +17,8 @@ from benchmarks.paper.rig import (
     rig_with,
 )
 
-from vinesexp.figures.draw import style
-from vinesexp.figures.draw.style import COLOURS
+from vinesexp.figures import style
+from vinesexp.figures.style import COLOURS
 from vinesexp.theory import manifold
 from vinesexp.theory.optimal_clearance import b_c_exact, b_c_published
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from benchmarks.paper import figures
 from benchmarks.paper.rig import (
     BALL,
     FIGURES,
@@ -17,11 +18,11 @@ from benchmarks.paper.rig import (
 )
 
 from vinesexp import Motion
-from vinesexp.figures.draw import style
-from vinesexp.figures.draw import theory_curves as draw
+from vinesexp.figures import style
+from vinesexp.figures.invariant_manifold import sim_figure
 from vinesexp.theory import boundaries, manifold, orbits
+from vinesexp.theory.manifold import project
 from vinesexp.theory.optimal_clearance import b_c_exact, b_c_published
-from vinesexp.theory.projection import project
 
 A_1, A_2 = float(manifold.A_1(R)), float(manifold.A_2(R))
 
@@ -51,7 +52,7 @@ def on_sim(motion: Motion, label: str, *, show: float) -> dict[str, object]:
 
 
 def figure_2() -> tuple[list[str], Verdicts]:
-    style.write(draw.sim_figure(r=R), FIGURES / "figure_2.svg")
+    style.write(sim_figure(r=R), FIGURES / "figure_2.svg")
     C = np.linspace(0.05, 2.0, 400)
     stable = C[manifold.is_stable(C, r=R)]
     lines = [
@@ -77,7 +78,7 @@ def figure_3() -> tuple[list[str], Verdicts]:
     for b, label in ((0.040, "b = 40 mm > b$_c$"), (0.025, "b = 25 mm < b$_c$")):
         motions.append(on_sim(periodic(b, 60.0), label, show=15.0))
     style.write(
-        draw.motion_on_sim(motions, r=R, title="Figure 3: G = 0.25 mm, ball started at a wall"),
+        figures.motion_on_sim(motions, r=R, title="Figure 3: G = 0.25 mm, ball started at a wall"),
         FIGURES / "figure_3.svg",
     )
     peaks = amplitude_peaks(periodic(0.040, 120.0), 40.0)
@@ -105,7 +106,7 @@ def figure_4() -> tuple[list[str], Verdicts]:
     Omega = 1.0
     bare = G * abs((1 + 2j * TABLE_2.zeta) / (1 - Omega**2 + 2j * TABLE_2.zeta))
     style.write(
-        draw.response_over_clearance(
+        figures.response_over_clearance(
             b=1e-3 * b,
             mean=mean,
             largest=largest,

@@ -9,7 +9,7 @@ from benchmarks.paper.resonance import settled
 from benchmarks.paper.rig import FIGURES, G, Verdict, Verdicts, rig_with
 
 from vinesexp import Motion, Release, Sweep, simulate
-from vinesexp.figures.draw import style
+from vinesexp.figures import style
 from vinesexp.settings.stages import RegimeSettings
 from vinesexp.signals.balls import Series
 from vinesexp.signals.cycles import cycle_amplitudes

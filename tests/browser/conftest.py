@@ -14,7 +14,7 @@ from tests.report.made_up import reported
 from tests.report.synthetic import FULL
 
 from vinesexp.design.shown import Table
-from vinesexp.figures.draw.design_curve import DesignCurve
+from vinesexp.figures.design_curve import DesignCurve
 from vinesexp.record_pages.build import build_pages
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.report.design_sheet import curve_markup

@@ -9,14 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.figures.collect.regimes_of_tests import cycle_edges
-from vinesexp.figures.collect.single_records import amplitude, extremes
-from vinesexp.figures.draw import style
-from vinesexp.figures.draw.impact_shapes import Marks, impacts_on_acceleration
-from vinesexp.figures.draw.methods import estimates_by_method
-from vinesexp.figures.draw.regime_strips import Strip, regime_strips
-from vinesexp.figures.draw.traces import Trace, band, columns_of, sequence
+from vinesexp.figures import style
+from vinesexp.figures.methods import estimates_by_method
 from vinesexp.figures.numbers import plus_minus
+from vinesexp.figures.regime_strips import Strip, cycle_edges, regime_strips
+from vinesexp.figures.single_records import Marks, amplitude, extremes, impacts_on_acceleration
+from vinesexp.figures.traces import Trace, band, columns_of, sequence
 from vinesexp.records.store import create_record, open_record
 from vinesexp.theory.regime_definitions import REGIMES
 from vinesexp.units import COVERAGE_95
@@ -41,7 +39,7 @@ def write_record(path: Path, values: np.ndarray, rate: float, **attributes: floa
 
 
 def test_extremes_by_blocks_are_those_of_the_whole(tmp_path, monkeypatch):
-    from vinesexp.figures.collect import single_records as records
+    from vinesexp.figures import single_records as records
 
     x = np.random.default_rng(1).standard_normal(10_007).astype(np.float32).astype(float)
     write_record(tmp_path / "a.nc", x, 100.0)
@@ -174,7 +172,7 @@ def test_a_steady_motion_looks_steady(frequency, length, phase):
 def test_a_figure_of_very_many_records_shows_even_choices():
     from pathlib import Path
 
-    from vinesexp.figures.collect.single_records import spread
+    from vinesexp.figures.single_records import spread
     from vinesexp.records.schema import Record
 
     many = [Record(f"t_{i}", Path("a.csv"), "transient", (0.01 + i,)) for i in range(150)]
@@ -185,8 +183,8 @@ def test_a_figure_of_very_many_records_shows_even_choices():
 
 
 def test_every_channel_has_a_name_and_a_colour():
-    from vinesexp.figures.collect.single_records import _SHOWN
-    from vinesexp.figures.draw.style import COLOURS
+    from vinesexp.figures.single_records import _SHOWN
+    from vinesexp.figures.style import COLOURS
     from vinesexp.record_pages.drawn_content import SHOWN
     from vinesexp.records.schema import ROLES, SI_UNITS
 

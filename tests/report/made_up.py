@@ -8,8 +8,8 @@ from pathlib import Path
 
 from tests.report.synthetic import FULL, VALUES, make_campaign, make_results
 
-from vinesexp.figures.entry import Drawn
 from vinesexp.figures.gallery import draw_all
+from vinesexp.figures.style import Drawn
 from vinesexp.records.campaign import Campaign
 from vinesexp.report.page import build_report
 

@@ -78,7 +78,7 @@ def test_figures_fit_the_page_and_a_column_of_a_journal(family, full):
 
 
 def test_texts_that_do_overlap_are_noticed():
-    from vinesexp.figures.draw.style import new_figure
+    from vinesexp.figures.style import new_figure
 
     figure, (axis,) = new_figure()
     axis.text(0.5, 0.5, "one thing")

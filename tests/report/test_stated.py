@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from vinesexp.figures.collect.stated_inputs import draw_inputs, input_rows
+from vinesexp.figures.stated_inputs import draw_inputs, input_rows
 from vinesexp.records.result_columns import INPUTS
 from vinesexp.records.tables import write_rows
 from vinesexp.report.page import page_content

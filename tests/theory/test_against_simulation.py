@@ -8,8 +8,8 @@ from benchmarks import free_decay, sequences
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
 from vinesexp.theory import boundaries, manifold, multiple, orbits, rig_orbits
+from vinesexp.theory.manifold import project
 from vinesexp.theory.orbits import Reduced
-from vinesexp.theory.projection import project
 from vinesexp.theory.regime_definitions import Regime, regime_of
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)

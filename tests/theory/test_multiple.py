@@ -8,7 +8,7 @@ import pytest
 from vinesexp import NES, Oscillator, Rig
 from vinesexp.errors import ParameterError
 from vinesexp.theory import manifold, multiple, orbits, slowflow
-from vinesexp.theory.projection import project
+from vinesexp.theory.manifold import project
 
 OSCILLATOR = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 PAIR = [NES(m=0.032, b=0.023, r=0.6), NES(m=0.032, b=0.034, r=0.6)]

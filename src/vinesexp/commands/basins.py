@@ -132,8 +132,8 @@ def write_table(found: Sequence[Attractor], path: Path) -> None:
 
 def _draw(found: Sequence[Attractor], values: dict[str, float], picture: Path) -> None:
     from vinesexp.design.task import bare_gain
-    from vinesexp.figures.draw.response_map_panels import coexisting_motions
-    from vinesexp.figures.draw.style import write
+    from vinesexp.figures.response_map_panels import coexisting_motions
+    from vinesexp.figures.style import write
     from vinesexp.rig import Oscillator
 
     oscillator = Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"])

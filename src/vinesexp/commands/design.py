@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vinesexp.design.advice import Advice
     from vinesexp.design.answer import Answer
     from vinesexp.excitation import Measured
-    from vinesexp.figures.draw.design_curve import DesignCurve
+    from vinesexp.figures.design_curve import DesignCurve
 
 
 #: s of work from which on it is said beforehand.
@@ -139,16 +139,16 @@ def _sheet(path: Path, given: Given, answer: Answer) -> None:
 
 
 def _plot(path: Path, given: Given, answer: Answer) -> None:
-    from vinesexp.figures.draw.style import write
+    from vinesexp.figures.style import write
 
     theory, advice = answer.theory, answer.advice
     if advice is not None:
-        from vinesexp.figures.draw.design_curve import design_curve
+        from vinesexp.figures.design_curve import design_curve
 
         write(design_curve(curve_of(advice)), path)
         return
     from vinesexp.design.predictions import start_amplitude
-    from vinesexp.figures.draw.theory_curves import sim_with_working_points
+    from vinesexp.figures.invariant_manifold import sim_with_working_points
 
     points: dict[str, tuple[float, float | None]] = {}
     if theory.b_c is not None:
@@ -162,7 +162,7 @@ def curve_of(advice: Advice) -> DesignCurve:
     """What the scan saw, for the picture; mm."""
     import numpy as np
 
-    from vinesexp.figures.draw.design_curve import DesignCurve
+    from vinesexp.figures.design_curve import DesignCurve
 
     found = advice.found
     low, middle, high = 1e3 * np.percentile(found.random.scan.mean, [10, 50, 90], axis=1)

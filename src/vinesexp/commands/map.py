@@ -136,8 +136,8 @@ def draw(plan: MapPlan, values: Values, picture: Path) -> None:
     """The picture of a map."""
     import numpy as np
 
-    from vinesexp.figures.draw.response_map_panels import MapPicture, response_map_panels
-    from vinesexp.figures.draw.style import write
+    from vinesexp.figures.response_map_panels import MapPicture, response_map_panels
+    from vinesexp.figures.style import write
     from vinesexp.maps.map_plan import AXES
     from vinesexp.maps.published_line import published_line
 

@@ -6,9 +6,8 @@ import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vinesexp.figures.draw.style import save
-from vinesexp.figures.entry import Drawn
 from vinesexp.figures.gallery import FAMILIES
+from vinesexp.figures.style import Drawn, save
 from vinesexp.records.campaign import Campaign
 from vinesexp.results import CampaignResults
 

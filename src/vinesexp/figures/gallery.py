@@ -12,8 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vinesexp.figures.draw.style import save
-from vinesexp.figures.entry import Drawn
+from vinesexp.figures.style import Drawn, save
 from vinesexp.records.campaign import Campaign
 from vinesexp.results import CampaignResults
 
@@ -22,13 +21,25 @@ if TYPE_CHECKING:
 
 
 def _draw_results(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
-    from vinesexp.figures.collect.campaign_results import draw
+    from vinesexp.figures.amplitude_over_clearance import draw_clearances
+    from vinesexp.figures.invariant_manifold import draw_manifold
+    from vinesexp.figures.methods import draw_identified
+    from vinesexp.figures.regime_strips import draw_regimes
+    from vinesexp.figures.replayed import draw_replay
+    from vinesexp.figures.ringdowns import draw_ringdowns
+    from vinesexp.figures.stated_inputs import draw_inputs, input_rows
 
-    return draw(results)
+    yield from draw_clearances(results)
+    yield from draw_regimes(results)
+    yield from draw_manifold(results)
+    yield from draw_ringdowns(results)
+    yield from draw_replay(results)
+    yield from draw_inputs(input_rows(results))
+    yield from draw_identified(results)
 
 
 def _draw_records(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
-    from vinesexp.figures.collect.single_records import draw
+    from vinesexp.figures.single_records import draw
 
     return draw(results)
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.laboratory.bench import Scene, Test
 from vinesexp.laboratory.instrument_files import FORMATS
 from vinesexp.laboratory.oscilloscope import acquire
@@ -60,15 +61,15 @@ class Drop:
 
     impacts: Mapping[str, NDArray[Any]]
 
-    def at(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def at(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The mass rests."""
         return np.zeros_like(t), np.zeros_like(t)
 
-    def acceleration(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def acceleration(self, t: FloatArray) -> FloatArray:
         """None between impacts."""
         return np.zeros_like(t)
 
-    def base(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def base(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The base rests."""
         return np.zeros_like(t), np.zeros_like(t)
 

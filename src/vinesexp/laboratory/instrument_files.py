@@ -15,6 +15,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import IntArray
 from vinesexp.errors import ParameterError
 from vinesexp.laboratory.oscilloscope import Trace
 
@@ -29,7 +30,7 @@ _BLOCK = 1 << 16
 Characters = NDArray[np.uint8]
 
 
-def number_characters(scaled: NDArray[np.int64], *, decimals: int, mark: str = ".") -> Characters:
+def number_characters(scaled: IntArray, *, decimals: int, mark: str = ".") -> Characters:
     """Text of scaled/10**decimals, as ``%.{decimals}f`` would write it.
 
     Parameters
@@ -274,7 +275,7 @@ def _blocks(trace: Trace) -> Iterator[tuple[int, NDArray[np.int16]]]:
         yield first, trace.codes[:, first : first + _BLOCK]
 
 
-def _ticks(trace: Trace, first: int, count: int) -> NDArray[np.int64]:
+def _ticks(trace: Trace, first: int, count: int) -> IntArray:
     if trace.ticks is None:
         return np.arange(first, first + count)
     return trace.ticks[first : first + count]

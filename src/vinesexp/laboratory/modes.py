@@ -15,9 +15,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vinesexp.arrays import FloatArray
 
 #: A response below this share of its beginning has rung out.
 RUNG_OUT = 1e-6
@@ -49,7 +48,7 @@ class Mode:
         return math.log(1.0 / RUNG_OUT) / (2.0 * math.pi * self.damping * self.frequency)
 
 
-def modal_velocity(t: Array, mode: Mode, *, duration: float) -> Array:
+def modal_velocity(t: FloatArray, mode: Mode, *, duration: float) -> FloatArray:
     """q' over the velocity jump of the mass, t after the beginning of a half-sine contact.
 
     The half-sine on [0, T] gives the mass the velocity g(t) + g(t - T), g = (1 - cos(pi t/T))/2;
@@ -67,7 +66,7 @@ def modal_velocity(t: Array, mode: Mode, *, duration: float) -> Array:
     A = H.real
     B = (decay * A - W * H.imag) / wd
 
-    def response(s: Array) -> Array:
+    def response(s: FloatArray) -> FloatArray:
         s = np.maximum(s, 0.0)
         forced = -H.real * np.cos(W * s) + H.imag * np.sin(W * s)
         free = np.exp(-decay * s) * (A * np.cos(wd * s) + B * np.sin(wd * s))
@@ -76,7 +75,7 @@ def modal_velocity(t: Array, mode: Mode, *, duration: float) -> Array:
     return mode.share * (response(t) + response(t - duration))
 
 
-def modal_place(t: Array, mode: Mode) -> Array:
+def modal_place(t: FloatArray, mode: Mode) -> FloatArray:
     """q over the velocity jump of the mass, t after an impact without duration, s."""
     w = 2.0 * math.pi * mode.frequency
     wd = w * math.sqrt(1.0 - mode.damping**2)
@@ -84,7 +83,9 @@ def modal_place(t: Array, mode: Mode) -> Array:
     return mode.share / wd * np.exp(-mode.damping * w * s) * np.sin(wd * s)
 
 
-def modal_displacement(mode: Mode, t: Array, *, times: Array, jumps: Array) -> Array:
+def modal_displacement(
+    mode: Mode, t: FloatArray, *, times: FloatArray, jumps: FloatArray
+) -> FloatArray:
     """q of all impacts at the sorted times t, m."""
     found = np.zeros(t.size)
     first = np.searchsorted(t, times)
@@ -96,8 +97,15 @@ def modal_displacement(mode: Mode, t: Array, *, times: Array, jumps: Array) -> A
 
 
 def modal_acceleration(
-    mode: Mode, *, times: Array, jumps: Array, duration: float, start: float, dt: float, n: int
-) -> Array:
+    mode: Mode,
+    *,
+    times: FloatArray,
+    jumps: FloatArray,
+    duration: float,
+    start: float,
+    dt: float,
+    n: int,
+) -> FloatArray:
     """q'' of all impacts, averaged over each of the n sample intervals, m/s^2.
 
     Parameters are those of `sensors.contact_acceleration`.

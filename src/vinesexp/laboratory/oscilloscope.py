@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.laboratory.sensors import (
     Accelerometer,
-    Array,
     Laser,
     Moving,
     Sensor,
@@ -81,7 +81,7 @@ class Trace:
 
     names: tuple[str, ...]
     codes: NDArray[np.int16]
-    ticks: NDArray[np.int64] | None
+    ticks: IntArray | None
     scope: Oscilloscope
 
 
@@ -99,7 +99,7 @@ def stream(seed: int, *words: str) -> np.random.Generator:
     return np.random.Generator(np.random.SFC64(np.random.SeedSequence(entropy)))
 
 
-def quantised(volts: Array, scope: Oscilloscope) -> NDArray[np.int16]:
+def quantised(volts: FloatArray, scope: Oscilloscope) -> NDArray[np.int16]:
     """Converter codes: rounded to the nearest, clipped at the ends of the range.
 
     Examples
@@ -152,7 +152,7 @@ def acquire(
         drift = _drift(sensor, start, duration, stream(seed, record, role, "drift"))
         late = start + scope.skew.get(role, 0.0)
         for first in range(0, n, _BLOCK):
-            t: Array = late + dt * np.arange(first, min(n, first + _BLOCK), dtype=np.float64)
+            t: FloatArray = late + dt * np.arange(first, min(n, first + _BLOCK), dtype=np.float64)
             if isinstance(sensor, Accelerometer):
                 volts = accelerometer_volts(
                     sensor, signals[role], t, times=times, jumps=jumps, dt=dt, noise=noise,
@@ -169,10 +169,10 @@ def acquire(
     return _with_samples_dropped(Trace(names, codes, None, scope), seed=seed, record=record)
 
 
-def _signals(motion: Moving, *, until: float) -> dict[str, Callable[[Array], Array]]:
+def _signals(motion: Moving, *, until: float) -> dict[str, Callable[[FloatArray], FloatArray]]:
     """What each role measures; a late or slow clock that runs past the end sees the end value."""
 
-    def inside(t: Array) -> Array:
+    def inside(t: FloatArray) -> FloatArray:
         return np.clip(t, 0.0, until)
 
     return {
@@ -185,7 +185,7 @@ def _signals(motion: Moving, *, until: float) -> dict[str, Callable[[Array], Arr
 
 def _drift(
     sensor: Sensor, start: float, span: float, random: np.random.Generator
-) -> Callable[[Array], Array] | None:
+) -> Callable[[FloatArray], FloatArray] | None:
     if not isinstance(sensor, Laser) or not sensor.drift:
         return None
     wander = slow_drift(sensor.drift, shortest_period=sensor.drift_time, span=span, stream=random)

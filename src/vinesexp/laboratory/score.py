@@ -12,13 +12,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.laboratory.bench import Scene
 from vinesexp.records.result_columns import IDENTIFIED, IMPACTS, TRUE_IMPACTS, TRUTH
 from vinesexp.records.tables import Row, read_rows, write_rows
-
-Floats = NDArray[np.float64]
 
 #: A found impact belongs to a true one if it is no farther than this: twice a usual contact, s.
 MATCH_WITHIN = 1e-3
@@ -62,7 +60,9 @@ def score_parameters(rows: Iterable[Row], truth: dict[str, float]) -> list[Score
     return scores
 
 
-def match(true: Floats, found: Floats, *, within: float = MATCH_WITHIN) -> list[tuple[int, int]]:
+def match(
+    true: FloatArray, found: FloatArray, *, within: float = MATCH_WITHIN
+) -> list[tuple[int, int]]:
     """Pairs (index of true, index of found) of sorted times, each used once, nearest in order.
 
     Examples
@@ -85,7 +85,7 @@ def match(true: Floats, found: Floats, *, within: float = MATCH_WITHIN) -> list[
 
 
 def score_impacts(
-    record: str, true: Floats, jumps: Floats, found: Floats, *, until: float
+    record: str, true: FloatArray, jumps: FloatArray, found: FloatArray, *, until: float
 ) -> list[Score]:
     """Missed and false impacts of one record, and the spread of their times, s.
 
@@ -117,7 +117,7 @@ def score_impacts(
     return scores
 
 
-def _pulses(true: Floats, jumps: Floats) -> tuple[Floats, Floats]:
+def _pulses(true: FloatArray, jumps: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Times and sizes of what can be found: impacts that overlap are one."""
     first = np.diff(true, prepend=-np.inf) > ONE_PULSE
     if not first.any():

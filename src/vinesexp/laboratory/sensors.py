@@ -16,9 +16,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.laboratory.modes import Mode, modal_acceleration, modal_displacement
-
-Array = NDArray[np.float64]
 
 #: A one-pole filter forgets its past to below a rounding error after this many time constants.
 _FORGOTTEN = 37.0
@@ -39,7 +38,9 @@ _RUNG_OUT = 1e-9
 _PULSES_AT_ONCE = 4096
 
 
-def pulse_momentum(t: Array, *, duration: float, ring: float | None, ring_damping: float) -> Array:
+def pulse_momentum(
+    t: FloatArray, *, duration: float, ring: float | None, ring_damping: float
+) -> FloatArray:
     """Share of the velocity jump that the sensor has shown until t after the contact begins.
 
     The half-sine (pi/(2 T)) sin(pi t/T) on [0, T] integrates to g0(t) + g0(t - T) with
@@ -74,7 +75,7 @@ def pulse_momentum(t: Array, *, duration: float, ring: float | None, ring_dampin
     # 1 - Re(H exp(iWt)) from rest: the free ringing takes its start value and slope away
     A, B = H.real - 1.0, (-W * H.imag + decay * (H.real - 1.0)) / wd
 
-    def response(s: Array) -> Array:
+    def response(s: FloatArray) -> FloatArray:
         s = np.maximum(s, 0.0)
         forced = 1.0 - H.real * np.cos(W * s) + H.imag * np.sin(W * s)
         free = np.exp(-decay * s) * (A * np.cos(wd * s) + B * np.sin(wd * s))
@@ -84,8 +85,8 @@ def pulse_momentum(t: Array, *, duration: float, ring: float | None, ring_dampin
 
 
 def contact_acceleration(
-    times: Array,
-    jumps: Array,
+    times: FloatArray,
+    jumps: FloatArray,
     *,
     duration: float,
     ring: float | None,
@@ -93,7 +94,7 @@ def contact_acceleration(
     start: float,
     dt: float,
     n: int,
-) -> Array:
+) -> FloatArray:
     """Acceleration of the impacts, averaged over each sample interval.
 
     Sample k is the mean over start + (k -+ 1/2) dt, so that the samples times dt add up to the
@@ -142,7 +143,9 @@ def contact_acceleration(
     return found
 
 
-def high_passed(signal: Callable[[Array], Array], t: Array, *, dt: float, corner: float) -> Array:
+def high_passed(
+    signal: Callable[[FloatArray], FloatArray], t: FloatArray, *, dt: float, corner: float
+) -> FloatArray:
     """`signal` after a first-order high-pass of a corner (Hz), at the evenly spaced times t.
 
     The signal is what each sample interval holds in the mean, taken as linear between samples.
@@ -175,13 +178,13 @@ class Moving(Protocol):
     def impacts(self) -> Mapping[str, NDArray[Any]]:
         """Arrays `time, nes, side, x, v_before, v_after, vy_before, vy_after`, SI."""
 
-    def at(self, t: Array) -> tuple[Array, Array]:
+    def at(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Oscillator x, v at times t."""
 
-    def acceleration(self, t: Array) -> Array:
+    def acceleration(self, t: FloatArray) -> FloatArray:
         """Oscillator acceleration between impacts."""
 
-    def base(self, t: Array) -> tuple[Array, Array]:
+    def base(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Base x_e, v_e."""
 
 
@@ -263,7 +266,9 @@ class Accelerometer:
 Sensor = Laser | Accelerometer
 
 
-def low_passed(signal: Callable[[Array], Array], t: Array, *, dt: float, bandwidth: float) -> Array:
+def low_passed(
+    signal: Callable[[FloatArray], FloatArray], t: FloatArray, *, dt: float, bandwidth: float
+) -> FloatArray:
     """`signal` after a first-order low-pass, at the evenly spaced times t.
 
     The signal is taken as linear between samples; the filter's memory is evaluated anew from
@@ -297,7 +302,7 @@ def low_passed(signal: Callable[[Array], Array], t: Array, *, dt: float, bandwid
 
 def slow_drift(
     rms: float, *, shortest_period: float, span: float, stream: np.random.Generator
-) -> Callable[[Array], Array]:
+) -> Callable[[FloatArray], FloatArray]:
     """A wander of the stated rms: eight sines of random phase and random period.
 
     Periods lie between one and four times the shortest.
@@ -318,15 +323,15 @@ def slow_drift(
 
 def laser_volts(
     laser: Laser,
-    position: Callable[[Array], Array],
-    t: Array,
+    position: Callable[[FloatArray], FloatArray],
+    t: FloatArray,
     *,
     dt: float,
     noise: np.random.Generator,
-    drift: Callable[[Array], Array] | None = None,
-    times: Array | None = None,
-    jumps: Array | None = None,
-) -> Array:
+    drift: Callable[[FloatArray], FloatArray] | None = None,
+    times: FloatArray | None = None,
+    jumps: FloatArray | None = None,
+) -> FloatArray:
     """Volts of a laser on `position` (times to m) at the evenly spaced times t.
 
     Order as in the instrument: motion and local mode, bandwidth, zero (bias, drift), noise, range,
@@ -336,7 +341,7 @@ def laser_volts(
     if mode is not None and times is not None and jumps is not None:
         at, by = times, jumps
 
-        def seen(t: Array) -> Array:
+        def seen(t: FloatArray) -> FloatArray:
             return position(t) + modal_displacement(mode, t, times=at, jumps=by)
 
     if laser.bandwidth is None:
@@ -350,15 +355,15 @@ def laser_volts(
 
 def accelerometer_volts(
     accelerometer: Accelerometer,
-    acceleration: Callable[[Array], Array],
-    t: Array,
+    acceleration: Callable[[FloatArray], FloatArray],
+    t: FloatArray,
     *,
-    times: Array,
-    jumps: Array,
+    times: FloatArray,
+    jumps: FloatArray,
     dt: float,
     noise: np.random.Generator,
-    base_velocity: Callable[[Array], Array] | None = None,
-) -> Array:
+    base_velocity: Callable[[FloatArray], FloatArray] | None = None,
+) -> FloatArray:
     """Volts of an accelerometer at the evenly spaced times t.
 
     Parameters
@@ -371,7 +376,7 @@ def accelerometer_volts(
         Times to x_e', m/s: needed for cross-axis sensitivity alone.
     """
 
-    def sensed(t: Array) -> Array:
+    def sensed(t: FloatArray) -> FloatArray:
         return _sensed(accelerometer, acceleration, t, times, jumps, dt, base_velocity)
 
     if accelerometer.ac_corner is None:
@@ -383,13 +388,13 @@ def accelerometer_volts(
 
 def _sensed(
     accelerometer: Accelerometer,
-    acceleration: Callable[[Array], Array],
-    t: Array,
-    times: Array,
-    jumps: Array,
+    acceleration: Callable[[FloatArray], FloatArray],
+    t: FloatArray,
+    times: FloatArray,
+    jumps: FloatArray,
     dt: float,
-    base_velocity: Callable[[Array], Array] | None,
-) -> Array:
+    base_velocity: Callable[[FloatArray], FloatArray] | None,
+) -> FloatArray:
     """What moves the accelerometer, m/s^2: the mass, its contacts, the structure, the base."""
     shown = acceleration(t).astype(np.float64, copy=True)
     shown += contact_acceleration(
@@ -418,7 +423,7 @@ def _sensed(
     return shown
 
 
-def _volts(sensor: Sensor, shown: Array, noise: np.random.Generator) -> Array:
+def _volts(sensor: Sensor, shown: FloatArray, noise: np.random.Generator) -> FloatArray:
     """What is common to all sensors, in place: bias, noise, range, sensitivity, offset."""
     if sensor.bias:
         shown += sensor.bias

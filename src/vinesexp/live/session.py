@@ -302,7 +302,7 @@ class Session:
 
     def figures_of(self, id: str) -> list[tuple[str, str]]:
         """Figures of a record as markup with their captions; empty while there are no results."""
-        from vinesexp.figures.collect.single_records import draw_record
+        from vinesexp.figures.single_records import draw_record
         from vinesexp.report.rendering import figure_markup
 
         if self.campaign is None or self.seen.get(id, Seen()).state != "done":

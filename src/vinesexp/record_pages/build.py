@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.figures.draw.style import COLOURS
 from vinesexp.figures.numbers import significant
+from vinesexp.figures.style import COLOURS
 from vinesexp.record_pages.drawn_content import samples_of, traces_of
 from vinesexp.record_pages.facts import facts_of
 from vinesexp.record_pages.packing import script

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.figures.collect.regimes_of_tests import impacts_per_cycle
+from vinesexp.figures.regime_strips import impacts_per_cycle
 from vinesexp.record_pages.packing import exact, packed
 from vinesexp.records.result_columns import DECAY
 from vinesexp.records.result_paths import ResultPaths

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.figures.collect.motions_on_manifold import projected
+from vinesexp.figures.invariant_manifold import projected
 from vinesexp.figures.numbers import plus_minus, significant
 from vinesexp.identification.estimate import Estimate, read_estimates
 from vinesexp.record_pages.packing import exact, packed

@@ -11,8 +11,8 @@ from vinesexp.design.answer import Answer
 from vinesexp.design.headline import headline_of
 from vinesexp.design.inputs import Given
 from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, Table, notes_of, tables_of
-from vinesexp.figures.draw.design_curve import DesignCurve, design_curve
-from vinesexp.figures.draw.style import described
+from vinesexp.figures.design_curve import DesignCurve, design_curve
+from vinesexp.figures.style import described
 from vinesexp.report.rendering import rendered, themed
 from vinesexp.whole_files import write_whole
 

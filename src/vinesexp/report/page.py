@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vinesexp.figures.collect.stated_inputs import input_rows
 from vinesexp.figures.gallery import listed
+from vinesexp.figures.stated_inputs import input_rows
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.readers.parts import file_of
 from vinesexp.records.result_columns import TABLES

@@ -9,8 +9,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vinesexp.figures.entry import Drawn
 from vinesexp.figures.numbers import significant
+from vinesexp.figures.style import Drawn
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -51,7 +51,7 @@ def inline_svg(results: Path, drawn: Drawn) -> str:
 
 def figure_markup(figure: Figure, name: str) -> str:
     """A figure that is on one page only, as `inline_svg` gives one of the results folder."""
-    from vinesexp.figures.draw.style import write
+    from vinesexp.figures.style import write
 
     with tempfile.TemporaryDirectory() as place:
         write(figure, Path(place) / "figures" / f"{name}.svg")

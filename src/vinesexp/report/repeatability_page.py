@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vinesexp.figures.draw.methods import SYMBOLS, value_over_folders
+from vinesexp.figures.methods import SYMBOLS, value_over_folders
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.results_repeatability import Repeatability, Series

@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
 
-from vinesexp.figures.collect.stated_inputs import named
 from vinesexp.figures.numbers import difference, plus_minus, plus_minus_brief, significant
+from vinesexp.figures.stated_inputs import named
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.tables import Column, Row, Table, ids_of, read_rows
 from vinesexp.theory.regime_definitions import BY_FREQUENCY

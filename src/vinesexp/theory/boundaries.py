@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.theory.floquet import hurwitz, jacobian, routh_stable, stays_inside
 from vinesexp.theory.orbits import Reduced, family, saddle_node
@@ -44,22 +44,22 @@ class StableRange:
     kind_low: NDArray[np.str_]
 
     @property
-    def exists(self) -> NDArray[np.bool_]:
+    def exists(self) -> BoolArray:
         """Where a stable orbit was found at all (elsewhere the numbers are NaN)."""
         return ~np.isnan(self.C_low)
 
 
-def _stable(C: FloatArray, p: Reduced) -> NDArray[np.bool_]:
+def _stable(C: FloatArray, p: Reduced) -> BoolArray:
     return routh_stable(jacobian(family(C, p)))
 
 
-def _stable_motion(C: FloatArray, p: Reduced) -> NDArray[np.bool_]:
+def _stable_motion(C: FloatArray, p: Reduced) -> BoolArray:
     """Stable, and the ball stays in its cavity between the impacts."""
     point = family(C, p)
     return routh_stable(jacobian(point)) & stays_inside(point)
 
 
-_Attracts = Callable[[FloatArray, Reduced], NDArray[np.bool_]]
+_Attracts = Callable[[FloatArray, Reduced], BoolArray]
 
 
 def _refine(outside: FloatArray, inside: FloatArray, p: Reduced, attracts: _Attracts) -> FloatArray:
@@ -128,9 +128,7 @@ def _kind_low(C: FloatArray, p: Reduced) -> NDArray[np.str_]:
     return np.where(_stable(beyond, p) & ~stays_inside(family(beyond, p)), "graze", kind)
 
 
-def _stretch(
-    flat: Reduced, attracts: _Attracts
-) -> tuple[NDArray[np.bool_], FloatArray, FloatArray]:
+def _stretch(flat: Reduced, attracts: _Attracts) -> tuple[BoolArray, FloatArray, FloatArray]:
     """Whether anything attracts, and the C at both ends of the stretch with the largest b."""
     stable = attracts(_GRID, flat[:, None])
     # conservative to rounding: the multipliers lie on the unit circle, whatever their last digit

@@ -9,9 +9,8 @@ orbit), a complex pair on the unit circle the Neimark-Sacker bifurcation.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.theory.orbits import Family
 
 
@@ -98,10 +97,10 @@ def hurwitz(J: FloatArray) -> tuple[FloatArray, FloatArray]:
     return B, B[1] * B[2] * B[3] - B[4] * B[1] ** 2 - B[3] ** 2 * B[0]
 
 
-def routh_stable(J: FloatArray) -> NDArray[np.bool_]:
+def routh_stable(J: FloatArray) -> BoolArray:
     """Whether all four multipliers lie inside the unit circle (Routh-Hurwitz, no eigenvalues)."""
     B, H = hurwitz(J)
-    stable: NDArray[np.bool_] = np.all(B > 0.0, axis=0) & (H > 0.0)
+    stable: BoolArray = np.all(B > 0.0, axis=0) & (H > 0.0)
     return stable
 
 
@@ -129,7 +128,7 @@ def steady_samples(orbit: Family, *, samples: int = 65) -> tuple[FloatArray, Flo
     return x, (orbit.x - orbit.b)[..., None] + orbit.u[..., None] * t
 
 
-def stays_inside(orbit: Family, *, samples: int = 65) -> NDArray[np.bool_]:
+def stays_inside(orbit: Family, *, samples: int = 65) -> BoolArray:
     """Whether the ball keeps inside its cavity between impacts, so that the orbit is a motion.
 
     |x - y| < b is looked at on `samples` instants of the half period; a graze between two of them

@@ -9,11 +9,54 @@ clearance b; for NES i of several, `delta` = b_i/b_1.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
+
+
+# Project a motion onto the SIM: one point (C, A) an impact, from measured or simulated impacts.
+def project(
+    *,
+    x: ArrayLike,
+    v: ArrayLike,
+    y: ArrayLike,
+    vy: ArrayLike,
+    w0: float,
+    b: float,
+    eps: float = 0.0,
+) -> tuple[FloatArray, FloatArray]:
+    """Ball and oscillator amplitude (C, A) just after each impact, in clearances.
+
+    The ball's part of the order-zero motion is (2/pi) C Pi(tau + eta), a saw tooth of speed
+    (2/pi) C: so C = (pi/2)|y'|/(w0 b). A is the amplitude of the centre of mass V = X + eps Y,
+    which no impact changes (docs/theory.md, 15).
+
+    Parameters
+    ----------
+    x, v, y, vy : array_like
+        Oscillator and ball just after each impact; m, m/s.
+    w0 : float
+        Angular frequency, rad/s.
+    b : float
+        Clearance, m.
+    eps : float
+        Mass ratio.
+
+    Examples
+    --------
+    >>> C, A = project(x=0.0, v=0.25, y=-1.0, vy=1.0, w0=1.0, b=1.0)
+    >>> round(float(C), 4), round(float(A), 4)
+    (1.5708, 0.25)
+    """
+    length = checked(b, "clearance b", "m, above zero", closed=False)
+    rate = checked(w0, "angular frequency w0", "rad/s, above zero", closed=False)
+    place = np.asarray(x, dtype=np.float64) + eps * np.asarray(y)
+    speed = np.asarray(v, dtype=np.float64) + eps * np.asarray(vy)
+    A: FloatArray = np.hypot(place, speed / rate) / length
+    C: FloatArray = 0.5 * np.pi * np.abs(vy) / (rate * length)
+    return C, A
 
 
 def loss_parameter(r: ArrayLike) -> FloatArray:
@@ -177,12 +220,12 @@ def impact_map(C: ArrayLike, *, r: ArrayLike) -> FloatArray:
     return J
 
 
-def multipliers(C: ArrayLike, *, r: ArrayLike) -> NDArray[np.complex128]:
+def multipliers(C: ArrayLike, *, r: ArrayLike) -> ComplexArray:
     """Eigenvalues of `impact_map`, shape (..., 2): +1 at T1, -1 at T2, modulus r where complex."""
     return np.linalg.eigvals(impact_map(C, r=r)).astype(np.complex128)
 
 
-def is_stable(C: ArrayLike, *, r: ArrayLike) -> NDArray[np.bool_]:
+def is_stable(C: ArrayLike, *, r: ArrayLike) -> BoolArray:
     """Whether the SIM attracts at C: both eigenvalues inside the unit circle, C_1 < C < C_2.
 
     From trace and determinant (Jury): |trace| < 1 + r^2 and r^2 < 1.
@@ -195,5 +238,5 @@ def is_stable(C: ArrayLike, *, r: ArrayLike) -> NDArray[np.bool_]:
     J = impact_map(C, r=r)
     trace = J[..., 0, 0] + J[..., 1, 1]
     square = np.asarray(r, dtype=np.float64) ** 2
-    stable: NDArray[np.bool_] = (np.abs(trace) < 1.0 + square) & (square < 1.0)
+    stable: BoolArray = (np.abs(trace) < 1.0 + square) & (square < 1.0)
     return stable

@@ -14,10 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.rig import checked
-
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vinesexp.arrays import BoolArray
 from vinesexp.errors import ParameterError
 from vinesexp.theory.steadiness import UNKNOWN, Swing, swing_of
 
@@ -192,9 +193,7 @@ def activation_spells(times: ArrayLike, sides: ArrayLike, *, period: float) -> n
     return np.asarray(spells[spells[:, 1] - spells[:, 0] >= 1.9 * period])
 
 
-def _paired_gaps(
-    t: np.ndarray, side: np.ndarray, period: float
-) -> tuple[np.ndarray, NDArray[np.bool_]]:
+def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> tuple[np.ndarray, BoolArray]:
     """Gaps out of captured cycles as (from +1, from -1) medians, and which impacts bound them.
 
     Captured: sides alternate, and two gaps together last a period.

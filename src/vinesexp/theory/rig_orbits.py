@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.arrays import ComplexArray
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
 from vinesexp.theory.floquet import jacobian, routh_stable, stays_inside
-from vinesexp.theory.orbits import ComplexArray, Reduced, amplitudes_at, family, saddle_node
+from vinesexp.theory.orbits import Reduced, amplitudes_at, family, saddle_node
 
 
 @dataclass(frozen=True)

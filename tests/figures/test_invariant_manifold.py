@@ -6,8 +6,7 @@ import numpy as np
 
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.figures.collect.motions_on_manifold import projected
-from vinesexp.figures.draw.manifold_motions import manifold_figure
+from vinesexp.figures.invariant_manifold import manifold_figure, projected
 from vinesexp.records.schema import Record
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.theory.manifold import A_1, amplitude

@@ -8,15 +8,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vinesexp.figures.draw.style import COLOURS, SEQUENCE, link, new_figure
+from vinesexp.arrays import FloatArray
+from vinesexp.figures.style import COLOURS, SEQUENCE, link, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
 
 #: Columns of a trace that is drawn as a band from its smallest to its largest value: one to 0.9
 #: points of a figure 7 in wide.
@@ -33,9 +32,9 @@ class Trace:
     """
 
     name: str
-    time: Floats
-    values: Floats
-    high: Floats | None = None
+    time: FloatArray
+    values: FloatArray
+    high: FloatArray | None = None
     columns: int = COLUMNS
     record: str = ""
 
@@ -61,7 +60,9 @@ def columns_of(cycles: float) -> int:
     return max(int(cycles / whole), 1)
 
 
-def band(time: Floats, values: Floats, *, columns: int = COLUMNS) -> tuple[Floats, Floats, Floats]:
+def band(
+    time: FloatArray, values: FloatArray, *, columns: int = COLUMNS
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times, smallest and largest values of `columns` equal parts: what a screen shows of a trace.
 
     Examples

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from vinesexp.arrays import FloatArray
-from vinesexp.figures.draw.style import COLOURS, SEQUENCE, label, new_figure
+from vinesexp.figures.numbers import plus_minus
+from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, label, new_figure
 from vinesexp.records.tables import Row
+from vinesexp.results import CampaignResults
 from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
@@ -66,6 +68,25 @@ _SAME_PLACE = 0.2
 
 #: Units of a relative deviation, smallest first, with their sizes.
 _SHARES = (("ppm", 1e-6), ("%", 1e-2))
+
+
+def draw_identified(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
+    """What each method found, where more than one found a value."""
+    values = {
+        name: plus_minus(row["value"], row["std_error"], row["unit"])
+        for name, row in results.values.items()
+    }
+    figure = estimates_by_method(results.rows("identified"), values)
+    if figure is not None:
+        title = (
+            "Identified values that more than one method found, as deviation from the combined "
+            "value (green, its 95 % interval shaded), which the predictions use"
+        )
+        text = (
+            "Bars are 95 % intervals. Methods whose bars do not meet disagree; for M that means a "
+            "wrong clearance, ball mass or added mass. c1 and k1 follow from M, f0 and ζ."
+        )
+        yield figure, Drawn("identified", "identified", title, text)
 
 
 def estimates_by_method(rows: Sequence[Row], values: Mapping[str, str]) -> Figure | None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.figures.draw.style import COLOURS, SEQUENCE, label, new_figure
+from vinesexp.figures.style import COLOURS, SEQUENCE, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.figures.draw.style import COLOURS, label, new_figure, regime_colour
+from vinesexp.figures.style import COLOURS, label, new_figure, regime_colour
 from vinesexp.maps.basins import Attractor
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ Measured values are points, theory is lines.
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from html import escape, unescape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -67,6 +68,28 @@ _SETTINGS: Any = {
     "pdf.fonttype": 3,  # half the time of a PDF, which type 42 spends on cutting up fonts
     "path.simplify": True,
 }
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One figure in the folder: its name, the section it belongs to, what it shows, how to read it.
+
+    Examples
+    --------
+    >>> Drawn("replay", "replay", "Measured beside replayed", "The band is the range.").caption
+    'Measured beside replayed. The band is the range.'
+    """
+
+    name: str
+    section: str
+    title: str
+    text: str
+
+    @property
+    def caption(self) -> str:
+        """All that is said below the figure."""
+        return f"{self.title}. {self.text}".rstrip()
+
 
 _PATH = re.compile(r'\bd="[^"]*"')
 _LINK = re.compile(r'<a xlink:href="record:([^"]*)"[^>]*>')

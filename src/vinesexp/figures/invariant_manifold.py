@@ -1,0 +1,219 @@
+"""The slow invariant manifold: alone, with working points of a design, with measured motions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.clearance.predicted import IdentifiedRig
+from vinesexp.figures import style
+from vinesexp.figures.style import FAINT, Drawn, label, link
+from vinesexp.identification.flights import flights_of
+from vinesexp.records.campaign import Campaign, Record
+from vinesexp.results import CampaignResults
+from vinesexp.signals.impacts.impact_table import read_impacts
+from vinesexp.theory import manifold
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Motions in the figure: the ones that show most of the manifold.
+_MOST = 3
+_FEWEST = 20  # impacts with a free flight
+
+#: The package's colours (`style`) under the names of the theory.
+COLOURS = {
+    "stable": style.COLOURS["two symmetric"],
+    "unstable": style.COLOURS["base"],
+    "walls": style.COLOURS["base"],
+    "motion": style.COLOURS["impact"],
+    "published": style.COLOURS["published"],
+    "exact": style.COLOURS["exact"],
+    "simulated": style.COLOURS["measured"],
+    "bare": style.COLOURS["base"],
+}
+
+
+def sized_figure(
+    width: float = 6.4, height: float = 4.0, *, rows: int = 1, columns: int = 1
+) -> tuple[Figure, list[Axes]]:
+    figure, axes = style.new_figure(rows, columns, height=height)
+    figure.set_size_inches(width, height)
+    return figure, axes
+
+
+def draw_sim(axis: Axes, *, r: float, scale: float = 1.0, top: float = 1.0) -> None:
+    """The SIM on `axis`: stable part, unstable parts, T1 and T2; `scale` is b in mm."""
+    C_1, C_2 = float(manifold.C_1(r)), float(manifold.C_2())
+    highest = float(manifold.upper_branch(max(top, float(manifold.A_2(r))), r=r))
+    parts = (
+        (np.linspace(1e-3, C_1, 200), "unstable", "unstable"),
+        (np.linspace(C_1, C_2, 200), "stable", "stable (T1 to T2)"),
+        (np.linspace(C_2, highest, 100), "unstable", None),
+    )
+    for C, kind, name in parts:
+        A = manifold.amplitude(C, r=r)
+        axis.plot(
+            scale * C,
+            scale * A,
+            color=COLOURS[kind],
+            lw=2.2 if kind == "stable" else 1.4,
+            ls="-" if kind == "stable" else (0, (4, 2)),
+            label=name,
+            zorder=2,
+        )
+    for name, at in (("T1", C_1), ("T2", C_2)):
+        point = (scale * at, scale * float(manifold.amplitude(at, r=r)))
+        axis.plot(*point, "o", ms=6, color=COLOURS["stable"], zorder=4)
+        offset = (4, -16) if name == "T1" else (18, -6)
+        axis.annotate(name, point, textcoords="offset points", xytext=offset, ha="center")
+
+
+def sim_figure(*, r: float, published_A_2: float = 0.6) -> Figure:
+    """Figure 2 of the paper: the SIM with T1, T2, and the A_2 that the paper reads off."""
+    figure, (axis,) = sized_figure(5.6, 4.0)
+    draw_sim(axis, r=r, top=1.0)
+    C = float(manifold.upper_branch(published_A_2, r=r))
+    axis.plot(C, published_A_2, "x", ms=8, mew=2, color=COLOURS["published"], zorder=5)
+    axis.annotate(
+        f"T2 as published, A = {published_A_2}",
+        (C, published_A_2),
+        textcoords="offset points",
+        xytext=(-8, 6),
+        ha="right",
+        color=COLOURS["published"],
+    )
+    axis.set(xlabel="ball amplitude C (clearances)", ylabel="amplitude A (clearances)")
+    axis.set(xlim=(0, 2.1), ylim=(0, 1.05))
+    axis.set_title(
+        f"SIM, r = {r:g}: A$_1$ = {float(manifold.A_1(r)):.4f}, "
+        f"A$_2$ = {float(manifold.A_2(r)):.4f}"
+    )
+    axis.legend(frameon=False, loc="lower left")
+    return figure
+
+
+def sim_with_working_points(
+    *, r: float, points: Mapping[str, tuple[float, float | None]]
+) -> Figure:
+    """The SIM in mm for each designed clearance, with its working point.
+
+    Parameters
+    ----------
+    r : float
+        Restitution.
+    points : mapping
+        Name -> (clearance in m, amplitude in m at which it works or None).
+    """
+    columns = max(len(points), 1)
+    figure, axes = sized_figure(4.8 * columns, 3.6, columns=columns)
+    words = {"b_c": "periodic: end of two impacts per cycle", "b_t": "release: starts at T2"}
+    for axis, (name, (b, x)) in zip(axes, points.items(), strict=False):
+        draw_sim(axis, r=r, scale=1e3 * b)
+        if x is not None:
+            C = float(manifold.upper_branch(max(x / b, float(manifold.A_1(r))), r=r))
+            axis.plot(1e3 * b * C, 1e3 * x, "*", ms=15, color=COLOURS["motion"], zorder=6)
+        symbol = name.replace("_c", "$_c$").replace("_t", "$_t$")
+        where = "" if x is None else f", x = {1e3 * x:.2f} mm (star)"
+        axis.set_title(f"{symbol} = {1e3 * b:.2f} mm{where}\n{words.get(name, '')}", fontsize=10)
+        axis.set(xlabel="ball amplitude C b (mm)", ylabel="amplitude x (mm)")
+        axis.set_xlim(left=0)
+        axis.set_ylim(bottom=0)
+    axes[0].legend(frameon=False, loc="upper center")
+    return figure
+
+
+@dataclass(frozen=True)
+class Projected:
+    """One record: its name, and ball and oscillator amplitude (clearances) after each impact."""
+
+    name: str
+    C: FloatArray
+    A: FloatArray
+    record: str = ""
+
+
+def manifold_figure(motions: Sequence[Projected], *, r: float) -> Figure:
+    """The SIM with the points of each motion, a panel each."""
+    figure, axes = style.new_figure(1, len(motions), height=3.0, sharey=True)
+    top = max(float(np.nanmax(motion.A)) for motion in motions)
+    for axis, motion in zip(axes, motions, strict=True):
+        draw_sim(axis, r=r, top=1.05 * top)
+        axis.plot(motion.C, motion.A, color=FAINT, linewidth=0.6, zorder=2.5)
+        axis.plot(motion.C, motion.A, ".", color=COLOURS["simulated"], markersize=3.0, zorder=3)
+        axis.plot(motion.C[0], motion.A[0], "o", color=COLOURS["simulated"], mfc="none", zorder=5)
+        title = axis.set_title(motion.name, fontsize=9)
+        if motion.record:
+            link(title, motion.record, f"page of {motion.record}")
+        axis.set_xlabel("ball amplitude C (clearances)")
+        axis.set_xlim(0.0, 1.1 * max(1.8, float(np.nanpercentile(motion.C, 99))))
+        axis.set_ylim(0.0, 1.1 * max(top, 0.5))
+    axes[0].set_ylabel("amplitude A (clearances)")
+    low = 0.5 * float(manifold.C_1(r))
+    for name, C, kind in (("unstable", low, "unstable"), ("stable", 1.45, "stable")):
+        place = (C, float(manifold.amplitude(C, r=r)))
+        shift = (5.0, 4.0) if kind == "unstable" else (5.0, -6.0)
+        label(axes[0], name, place, colour=COLOURS[kind], shift=shift)
+    return figure
+
+
+def draw_manifold(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
+    """Releases and modulated responses on the SIM of the identified restitution."""
+    rig = results.rig
+    if not {"M", "k1", "r", "m"} <= set(rig.values):
+        return
+    shown = []
+    for record in _chosen(results.campaign, results.regime_of):
+        motion = projected(record, results.folder, rig)
+        if motion.C.size >= _FEWEST:
+            shown.append(motion)
+    if not shown:
+        return
+    title = "Measured motions on the slow invariant manifold of the identified restitution"
+    text = (
+        "After each impact, the amplitude of the ball (its speed between the walls) and of the "
+        "mass, both in clearances. A captured ball follows the solid part down to T1 and is lost "
+        "there; a strongly modulated response goes round. The first impact has a ring."
+    )
+    yield (
+        manifold_figure(shown, r=rig.values["r"].value),
+        Drawn("manifold", "transient", title, text),
+    )
+
+
+def _chosen(campaign: Campaign, regime_of: Mapping[str, str]) -> list[Record]:
+    """Releases over the range of clearances, and a strongly modulated periodic test."""
+    single = [r for r in campaign.records if len(r.clearance) == 1 and not r.exclude]
+    releases = sorted((r for r in single if r.test == "transient"), key=lambda r: r.clearance)
+    if len(releases) > 2:
+        releases = [releases[len(releases) // 2], releases[-1]]
+    modulated = [
+        r for r in single if r.test == "periodic" and regime_of.get(r.id) == "strongly modulated"
+    ]
+    return [*releases, *modulated[-1:]][:_MOST]
+
+
+def projected(record: Record, results: Path, rig: IdentifiedRig) -> Projected:
+    """Points of one record with a single NES."""
+    impacts = read_impacts(results / f"impacts/{record.id}.csv")
+    b, m = record.clearance[0], rig.values["m"].value
+    M, k1 = rig.values["M"].value, rig.values["k1"].value
+    w0 = float(np.sqrt(k1 / M))
+    flights = flights_of(impacts, nes=1, b=b, period=2.0 * np.pi / w0)
+    at = flights.index
+    C, A = manifold.project(
+        x=impacts.x_m[at],
+        v=flights.v_after,
+        y=impacts.x_m[at] - impacts.side[at] * b,
+        vy=flights.u_after,
+        w0=w0,
+        b=b,
+        eps=m / M,
+    )
+    return Projected(f"{record.id}, b = {1e3 * b:g} mm", C, A, record.id)

@@ -1,0 +1,181 @@
+"""The figure of regimes: impacts cycle by cycle in every periodic test, one strip a record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.figures.single_records import marks_of
+from vinesexp.figures.style import COLOURS, Drawn, label, link, new_figure, regime_colour
+from vinesexp.records.campaign import Record
+from vinesexp.records.store import open_record
+from vinesexp.results import CampaignResults
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Impacts in each cycle of one record: one row of a regime chart."""
+
+    name: str
+    regime: str
+    per_cycle: FloatArray
+    record: str = ""
+
+
+def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]], *, columns: int = 500) -> Figure:
+    """One strip a record, coloured by the number of impacts in each cycle, over time in cycles.
+
+    Parameters
+    ----------
+    groups : sequence of (title, strips)
+        One panel a group; strips from small to large clearance.
+    """
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    sizes = [len(strips) for _, strips in groups]
+    figure, axes = new_figure(
+        *(len(groups), 1),
+        height=0.9 + sum(0.155 * size + 0.42 for size in sizes),
+        gridspec_kw={"height_ratios": [size + 1.2 for size in sizes]},
+        sharex=True,
+    )
+    colours = ["#ffffff", "#f3c6a5", COLOURS["two symmetric"], COLOURS["three or more per cycle"]]
+    palette, norm = ListedColormap(colours), BoundaryNorm([-0.5, 0.25, 1.5, 2.25, 1e9], 4)
+    longest = max(strip.per_cycle.size for _, strips in groups for strip in strips)
+    for axis, (title, strips) in zip(axes, groups, strict=True):
+        for place, strip in enumerate(strips):
+            values = _columns(strip.per_cycle, max(1, -(-longest // columns)))
+            extent = (0.0, float(strip.per_cycle.size), place - 0.4, place + 0.4)
+            axis.imshow(
+                values[None, :],
+                cmap=palette,
+                norm=norm,
+                aspect="auto",
+                extent=extent,
+                interpolation="nearest",
+            )
+            name = label(
+                axis,
+                strip.regime,
+                (float(longest), place),
+                colour=regime_colour(strip.regime),
+                fontsize=7.5,
+            )
+            if strip.record:
+                link(name, strip.record, f"{strip.record}: {strip.name}, {strip.regime}")
+        axis.set_yticks(range(len(strips)), [strip.name for strip in strips], fontsize=7.5)
+        axis.set_ylim(-0.6, len(strips) - 0.4)
+        axis.set_xlim(0.0, float(longest))
+        axis.set_title(title)
+        axis.grid(visible=False)
+        axis.tick_params(length=0, axis="y")
+    axes[-1].set_xlabel("cycles of the oscillator")
+    _key(figure, colours)
+    return figure
+
+
+def _key(figure: Figure, colours: Sequence[str]) -> None:
+    from matplotlib.patches import Patch
+
+    names = ("none", "one", "two", "three or more")
+    figure.legend(
+        handles=[
+            Patch(facecolor=colour, edgecolor="#bbbbbb", linewidth=0.5, label=name)
+            for colour, name in zip(colours, names, strict=True)
+        ],
+        loc="outside upper right",
+        ncols=4,
+        fontsize=8,
+        title="impacts per cycle",
+        title_fontsize=8,
+        alignment="right",
+    )
+
+
+def _columns(values: FloatArray, part: int) -> FloatArray:
+    """Means over `part` cycles, so that a long record has no more columns than a screen."""
+    whole = values.size // part * part
+    return values[:whole].reshape(-1, part).mean(axis=1) if whole else values
+
+
+def impacts_per_cycle(
+    times: FloatArray, *, frequency: float, start: float, length: float
+) -> FloatArray:
+    """Number of impacts in each cycle.
+
+    Parameters
+    ----------
+    times : ndarray
+        Of the impacts, s.
+    frequency : float
+        Of the oscillation, Hz; 0: there are no cycles.
+    start, length : float
+        Of the record, s.
+
+    Examples
+    --------
+    >>> impacts_per_cycle(np.arange(0.1, 4.0, 0.5), frequency=1.0, start=0.0, length=3.0)
+    array([2., 2., 2.])
+    """
+    edges = cycle_edges(times, frequency or 1.0, start=start, cycles=int(length * frequency))
+    return np.histogram(times, edges)[0].astype(float) if edges.size > 1 else np.empty(0)
+
+
+def cycle_edges(times: FloatArray, frequency: float, *, start: float, cycles: int) -> FloatArray:
+    """Edges of the cycles, where impacts are rarest: one on an edge would count in either cycle."""
+    turns = np.exp(4j * np.pi * frequency * (times - start))  # two impacts a cycle: half turns
+    middle = float(np.angle(turns.mean())) / (4.0 * np.pi * frequency) if times.size else 0.0
+    return np.asarray(start + (np.arange(cycles + 1) + 0.25) / frequency + middle)
+
+
+#: Strips in one figure: of more records, those of the smallest base amplitudes.
+_MOST = 60
+
+
+def draw_regimes(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
+    """One strip a periodic test with a regime in regimes.csv."""
+    regime_of = {id: regime for id, regime in results.regime_of.items() if regime}
+    records = [r for r in results.campaign.records if r.test == "periodic" and r.id in regime_of]
+    records.sort(key=lambda r: (len(r.clearance), r.base_amplitude or 0.0, r.clearance))
+    groups: dict[str, list[Strip]] = {}
+    for record in records[:_MOST]:
+        title = f"G = {1e3 * (record.base_amplitude or 0.0):g} mm"
+        title += f", {len(record.clearance)} NESs" if len(record.clearance) > 1 else ""
+        name = " + ".join(f"{1e3 * b:g}" for b in record.clearance) + " mm"
+        counts = _impacts_per_cycle(record, results.folder)
+        if counts.size:
+            groups.setdefault(title, []).append(
+                Strip(name, regime_of[record.id], counts, record.id)
+            )
+    if not groups:
+        return
+    title = "Impacts in each cycle of every periodic test, one strip a clearance"
+    text = (
+        "A solid blue strip "
+        "is a permanent response with two impacts per cycle; blue spells that come and go are "
+        "strongly modulated response; where a strip is empty, the ball misses the walls."
+    )
+    if len(records) > _MOST:
+        text += f" Shown are the first {_MOST} of {len(records)} records."
+    drawn = Drawn("regimes_periodic", "periodic", title, text)
+    yield regime_strips(list(groups.items())), drawn
+
+
+def _impacts_per_cycle(record: Record, results: Path) -> FloatArray:
+    with open_record(results / f"conditioned/{record.id}.nc") as view:
+        frequency = float(view.attributes.get("oscillation_hz") or 0.0)
+        length, start = view.n / view.sample_rate if view.n else 0.0, view.start
+    times = marks_of(record, results).time
+    return impacts_per_cycle(times, frequency=frequency, start=start, length=length)
