@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from benchmarks import free_decay, sequences
+from benchmarks import free_decay, sequences, slow_flow
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -96,7 +96,7 @@ def published_b_c(eps: float, zeta: float, r: float, detuning: float) -> float:
 def slow_b_c(eps: float, zeta: float, r: float, detuning: float) -> float:
     lam, sigma = 2 * zeta / eps, detuning / eps
     try:
-        return 1.0 / (eps * slowflow.slow_end(lam=lam, r=r, sigma=sigma).F)
+        return 1.0 / (eps * slow_flow.slow_end(lam=lam, r=r, sigma=sigma).F)
     except AnalysisError:
         return float("nan")
 
@@ -360,7 +360,7 @@ def several(rig: Rig, G: float) -> Several:
         mean=1e3 * float(peaks.mean()),
         largest=1e3 * float(peaks.max()),
         captured=all(one is Regime.TWO_SYMMETRIC for one in seen),
-        theory=1e3 * multiple.response_amplitude(G, rig),
+        theory=1e3 * slow_flow.response_amplitude(G, rig),
     )
 
 

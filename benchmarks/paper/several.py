@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from benchmarks.paper.rig import BALL, TABLE_2, G, R, Verdict, Verdicts, amplitude_peaks, rig_with
+from benchmarks.slow_flow import response_amplitude
 
 from vinesexp import NES, Harmonic, Release, Rig, simulate
 from vinesexp.design.task import bare_gain
-from vinesexp.theory.multiple import bands, gaps, response_amplitude
+from vinesexp.theory.multiple import bands, gaps
 
 LEVELS = np.array([0.15, 0.25, 0.40]) * 1e-3
 #: Clearances (mm) of each column of the table.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks import free_decay, sequences
+from benchmarks import free_decay, sequences, slow_flow
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
-from vinesexp.theory import boundaries, manifold, multiple, orbits, rig_orbits
+from vinesexp.theory import boundaries, manifold, orbits, rig_orbits
 from vinesexp.theory.manifold import project
 from vinesexp.theory.orbits import Reduced
 from vinesexp.theory.regime_definitions import Regime, regime_of
@@ -168,10 +168,10 @@ def test_separate_activity_holds_above_both_folds_and_fails_below_one() -> None:
         return float(np.abs(motion.at(t)[0]).reshape(-1, 32).max(axis=1).mean())
 
     for level in (0.4e-3, 0.5e-3):
-        predicted = multiple.response_amplitude(level, pair)
+        predicted = slow_flow.response_amplitude(level, pair)
         assert mean_amplitude(level) == pytest.approx(predicted, rel=0.03)
     # below the fold of the 34 mm ball its odd impacts disturb the other: more than predicted
-    assert mean_amplitude(0.25e-3) > 1.1 * multiple.response_amplitude(0.25e-3, pair)
+    assert mean_amplitude(0.25e-3) > 1.1 * slow_flow.response_amplitude(0.25e-3, pair)
 
 
 def test_three_impacts_per_cycle_close_from_a_simulated_start() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 import pytest
-from benchmarks import sequences
+from benchmarks import sequences, slow_flow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -147,7 +147,7 @@ def test_small_mass_limit_is_the_fixed_point_on_the_fold_not_f_c() -> None:
     r, lam = 0.6, 1.91
     eps = np.array([1e-2, 1e-3, 1e-4])
     ends = boundaries.stable_range(Reduced.of(eps=eps, zeta=0.5 * eps * lam, r=r))
-    to_fold = ends.b_high * eps * float(slowflow.fold_forcing(lam=lam, r=r))
+    to_fold = ends.b_high * eps * float(slow_flow.fold_forcing(lam=lam, r=r))
     to_F_c = ends.b_high * eps * float(slowflow.threshold(lam=lam, r=r))
     error = np.abs(to_fold - 1.0)
     assert error[2] < 1e-4
@@ -160,7 +160,7 @@ def test_detuned_small_mass_limit() -> None:
     r, lam, eps, sigma = 0.6, 1.91, 1e-4, 1.5
     p = Reduced.of(eps=eps, zeta=0.5 * eps * lam, r=r, Omega=1.0 + eps * sigma)
     b = float(boundaries.stable_range(p).b_high) * eps
-    assert b * float(slowflow.fold_forcing(lam=lam, r=r, sigma=sigma)) == pytest.approx(
+    assert b * float(slow_flow.fold_forcing(lam=lam, r=r, sigma=sigma)) == pytest.approx(
         1.0, abs=2e-3
     )
 

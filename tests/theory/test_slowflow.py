@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks import free_decay
+from benchmarks import free_decay, slow_flow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -92,14 +92,14 @@ def test_a_stable_fixed_point_attracts_the_integrated_flow() -> None:
 def test_fold_forcing_is_the_parametric_form_at_the_fold() -> None:
     for sigma in (-2.0, 0.0, 0.5, 3.0):
         F = slowflow.forcing(manifold.C_1(0.6), sigma=sigma, lam=LAM, r=0.6)[0]
-        assert slowflow.fold_forcing(lam=LAM, r=0.6, sigma=sigma) == pytest.approx(float(F))
+        assert slow_flow.fold_forcing(lam=LAM, r=0.6, sigma=sigma) == pytest.approx(float(F))
         assert slowflow.threshold(lam=LAM, r=0.6) <= F
 
 
 def test_exactly_at_the_threshold_and_at_the_fold_there_are_answers() -> None:
     F_c = float(slowflow.threshold(lam=LAM, r=0.6))
     assert slowflow.fixed_points(F=F_c, sigma=0.0, lam=LAM, r=0.6)
-    F_fold = float(slowflow.fold_forcing(lam=LAM, r=0.6))
+    F_fold = float(slow_flow.fold_forcing(lam=LAM, r=0.6))
     nearest = min(
         abs(p.C - float(manifold.C_1(0.6)))
         for p in slowflow.fixed_points(F=F_fold, sigma=0.0, lam=LAM, r=0.6)
@@ -150,7 +150,7 @@ def test_end_of_permanent_response_is_the_limit_of_the_exact_one(
     from vinesexp.theory.boundaries import stable_range
     from vinesexp.theory.orbits import Reduced
 
-    end = slowflow.slow_end(lam=lam, r=r, sigma=sigma)
+    end = slow_flow.slow_end(lam=lam, r=r, sigma=sigma)
     assert end.kind == kind
     errors = []
     for eps in (1e-3, 1e-4):
@@ -165,5 +165,5 @@ def test_no_stable_fixed_point_below_resonance_without_damping() -> None:
     from vinesexp.theory.orbits import Reduced
 
     with pytest.raises(AnalysisError, match="no stable fixed point at any forcing"):
-        slowflow.slow_end(lam=0.0, r=0.45, sigma=-0.5)
+        slow_flow.slow_end(lam=0.0, r=0.45, sigma=-0.5)
     assert not stable_range(Reduced.of(eps=1e-3, zeta=0.0, r=0.45, Omega=1.0 - 0.5e-3)).exists

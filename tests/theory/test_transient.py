@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks import free_decay
+from benchmarks import box_power, free_decay
 
 from vinesexp.errors import AnalysisError
 from vinesexp.theory import manifold, passage, transient
@@ -22,7 +22,7 @@ def test_the_box_itself_takes_the_power_of_the_manifold(r: float) -> None:
     power = 8.0 * (1.0 - r) / (1.0 + r) * C**2 / np.pi**3
     # every lane is a start of its own: the same amplitude eight times
     lanes = np.repeat(A, 8)
-    run = transient.mean_power(lanes, r=r, starts=1, cycles=70, settle=62)
+    run = box_power.mean_power(lanes, r=r, starts=1, cycles=70, settle=62)
     captured = np.abs(run.reshape(3, 8) / power[:, None] - 1.0) < 1e-6
     assert captured.mean() > 0.6, "most starts settle on two symmetric impacts"
 
@@ -33,7 +33,7 @@ def test_the_box_shows_that_t2_is_not_at_0_6() -> None:
     C = manifold.upper_branch(A, r=0.6)
     symmetric = 8.0 * 0.25 * C**2 / np.pi**3
     # one start that is captured at all three amplitudes
-    ratio = transient.mean_power(A, r=0.6, starts=1, cycles=200, settle=190, seed=3) / symmetric
+    ratio = box_power.mean_power(A, r=0.6, starts=1, cycles=200, settle=190, seed=3) / symmetric
     assert abs(ratio[0] - 1.0) < 1e-6
     assert abs(ratio[1] - 1.0) < 1e-6
     assert ratio[2] > 1.01
@@ -80,10 +80,10 @@ def test_passage_ends_whatever_the_rig(eps: float, r: float) -> None:
 def test_stored_power_is_what_the_box_takes(r: float) -> None:
     """Past T2 within 10 %; below T1 the runs scatter by a factor 2, a mean over five by 1.6."""
     past = float(manifold.A_2(r)) * np.array([1.15, 1.6, 2.2])
-    run = transient.mean_power(past, r=r, starts=4, cycles=60, settle=40, steps=32)
+    run = box_power.mean_power(past, r=r, starts=4, cycles=60, settle=40, steps=32)
     np.testing.assert_allclose(transient.ball_power(past, r=r), run, rtol=0.1)
     below = float(manifold.A_1(r)) * np.array([0.3, 0.42, 0.54, 0.66, 0.78])
-    run = transient.mean_power(below, r=r, starts=16, cycles=60, settle=20, steps=32)
+    run = box_power.mean_power(below, r=r, starts=16, cycles=60, settle=20, steps=32)
     off = np.log(transient.ball_power(below, r=r) / run)
     assert abs(off.mean()) < np.log(1.8)
 

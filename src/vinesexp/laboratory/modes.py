@@ -12,6 +12,7 @@ the mode. Everything is in closed form; a response is followed until 1e-6 of it 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -110,17 +111,46 @@ def modal_acceleration(
 
     Parameters are those of `sensors.contact_acceleration`.
     """
+    return averaged_over_samples(
+        lambda late: modal_velocity(late, mode, duration=duration),
+        *(times, jumps),
+        lasts=duration + mode.lasts, duration=duration, start=start, dt=dt, n=n,
+    )  # fmt: skip
+
+
+def averaged_over_samples(
+    gained: Callable[[FloatArray], FloatArray],
+    times: FloatArray,
+    jumps: FloatArray,
+    *,
+    duration: float,
+    lasts: float,
+    start: float,
+    dt: float,
+    n: int,
+) -> FloatArray:
+    """Mean acceleration in each of n sample intervals, of contacts centred on their times.
+
+    Parameters
+    ----------
+    gained : callable
+        Velocity over the jump of the impact, at times (impacts, edges) after its contact begins.
+    lasts : float
+        s after the beginning of a contact for which it is followed.
+
+    Others are those of `sensors.contact_acceleration`.
+    """
     found = np.zeros(n)
-    width = math.ceil((duration + mode.lasts) / dt) + 2
+    width = math.ceil(lasts / dt) + 2
+    # first sample interval that the contact reaches into
     first = np.floor((times - 0.5 * duration - start) / dt + 0.5).astype(np.int64)
     inside = np.flatnonzero((first < n) & (first + width > 0))
-    together = max(1, _AT_ONCE // width)
-    for begin in range(0, inside.size, together):
-        chosen = inside[begin : begin + together]
+    step = max(1, _AT_ONCE // width)
+    for begin in range(0, inside.size, step):
+        chosen = inside[begin : begin + step]
         index = first[chosen, np.newaxis] + np.arange(width + 1)
         edges = start + (index - 0.5) * dt - (times[chosen, np.newaxis] - 0.5 * duration)
-        speed = modal_velocity(edges, mode, duration=duration)
-        mean = np.diff(speed, axis=1) * (jumps[chosen, np.newaxis] / dt)
+        mean = np.diff(gained(edges), axis=1) * (jumps[chosen, np.newaxis] / dt)
         sample = index[:, :-1]
         here = (sample >= 0) & (sample < n)
         found += np.bincount(sample[here], weights=mean[here], minlength=n)

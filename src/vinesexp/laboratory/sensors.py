@@ -17,7 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
-from vinesexp.laboratory.modes import Mode, modal_acceleration, modal_displacement
+from vinesexp.laboratory.modes import (
+    Mode,
+    averaged_over_samples,
+    modal_acceleration,
+    modal_displacement,
+)
 
 #: A one-pole filter forgets its past to below a rounding error after this many time constants.
 _FORGOTTEN = 37.0
@@ -34,8 +39,6 @@ _AC_COUPLING_FORGOTTEN = 25.0
 # the difference of that over its interval, so that no momentum falls between two samples.
 #: A ringing below this share of the pulse is lost in 24 bits; the window of a pulse ends there.
 _RUNG_OUT = 1e-9
-#: Pulses are evaluated this many at a time: bounds the memory of long spells of chatter.
-_PULSES_AT_ONCE = 4096
 
 
 def pulse_momentum(
@@ -122,25 +125,19 @@ def contact_acceleration(
     >>> round(float(a.sum() * 1e-4), 15), int(np.argmin(a))
     (-0.02, 100)
     """
-    found = np.zeros(n)
-    T, tail = duration, 0.0
+    tail = 0.0
     if ring is not None:
         tail = math.log(1.0 / _RUNG_OUT) / (ring_damping * 2.0 * math.pi * ring)
-    width = math.ceil((T + tail) / dt) + 2
-    # first sample interval that the contact reaches into
-    first = np.floor((times - 0.5 * T - start) / dt + 0.5).astype(np.int64)
-    inside = np.flatnonzero((first < n) & (first + width > 0))
-    for begin in range(0, inside.size, _PULSES_AT_ONCE):
-        chosen = inside[begin : begin + _PULSES_AT_ONCE]
-        index = first[chosen, np.newaxis] + np.arange(width + 1)
-        edges = start + (index - 0.5) * dt - (times[chosen, np.newaxis] - 0.5 * T)
-        share = pulse_momentum(edges, duration=T, ring=ring, ring_damping=ring_damping)
+
+    def gained(late: FloatArray) -> FloatArray:
+        share = pulse_momentum(late, duration=duration, ring=ring, ring_damping=ring_damping)
         share[:, 0], share[:, -1] = 0.0, 1.0  # what the window cuts off stays in its last sample
-        mean = np.diff(share, axis=1) * (jumps[chosen, np.newaxis] / dt)
-        sample = index[:, :-1]
-        here = (sample >= 0) & (sample < n)
-        found += np.bincount(sample[here], weights=mean[here], minlength=n)
-    return found
+        return share
+
+    return averaged_over_samples(
+        gained, times, jumps,
+        lasts=duration + tail, duration=duration, start=start, dt=dt, n=n,
+    )  # fmt: skip
 
 
 def high_passed(

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
-from vinesexp.errors import AnalysisError, ParameterError
+from vinesexp.errors import ParameterError
 from vinesexp.rig import NES, Oscillator, Rig, checked
 from vinesexp.theory.manifold import A_1, A_2, upper_branch
 
@@ -88,37 +88,6 @@ def base_amplitude_for(x: ArrayLike, rig: Rig, *, frequency: float | None = None
         along = along + share * 8.0 * C * (ball.b - C) / np.pi**2
     G: FloatArray = np.hypot(across, along) / height
     return G
-
-
-def response_amplitude(
-    G: float, rig: Rig, *, frequency: float | None = None, points: int = 4001
-) -> float:
-    """Smallest amplitude (m) that balances base motion G with the balls active above their fold.
-
-    Past the fold of a ball the balance jumps: an amplitude at a jump means that ball comes and
-    goes there (strongly modulated response around its fold), and the fold is returned.
-
-    Raises
-    ------
-    AnalysisError
-        No balance below ten times the largest band (no damping at all).
-    """
-    checked(G, "base amplitude G", "m, above zero", closed=False)
-    spread = bands(rig.nes)
-    top = 10.0 * max((one.high for one in spread), default=1.0)
-    bare = G / (2.0 * rig.oscillator.zeta) if rig.oscillator.zeta > 0.0 else top
-    top = max(top, 1.1 * bare)
-    x = np.geomspace(1e-6 * top, top, points)
-    x = np.sort(np.concatenate([x, *([one.low * (1.0 - 1e-9), one.low] for one in spread)]))
-    carried = base_amplitude_for(x, rig, frequency=frequency)
-    above = carried >= G
-    if not above.any():
-        raise AnalysisError(f"no amplitude below {1e3 * top:.6g} mm carries G = {1e3 * G:.6g} mm")
-    i = int(above.argmax())
-    if i == 0:
-        return float(x[0])
-    low, high = carried[i - 1], carried[i]
-    return float(x[i - 1] + (x[i] - x[i - 1]) * (G - low) / (high - low))
 
 
 @dataclass(frozen=True)
