@@ -56,6 +56,10 @@ def test_files_of_other_programs_are_named_with_their_export():
     assert "FAMOS" in (name_of(b"|CF,2,1,1;|CK,1,3,1,1;") or "")
     assert "Export" in (name_of(b"PK\x03\x04data", ".cap") or "")
     assert "catman" in (name_of(b"\x94\x13\x00\x00", ".bin") or "")
+    for suffix in (".dxd", ".d7d", ".dxz"):
+        assert "DEWESoft: Analysis > Export" in (name_of(b"\x01\x00\x00data", suffix) or "")
+    assert "PSV" in (name_of(b"\xd0\xcf\x11\xe0\x00", ".svd") or "")
+    assert name_of(b"t,x\n0,1\n", ".dxd") is None  # content decides
     assert "phyphox" in (name_of(b'<?xml version="1.0"?>\n<phyphox version="1.7">') or "")
 
 
@@ -193,3 +197,34 @@ def test_shocks_in_one_of_many_unknown_columns_are_no_release(tmp_path):
     view, _ = looked_at(tmp_path / "a.csv", "t,P,Q,R,S,U", t, *many)
     test, _, why = describe_test(view, guess_roles([view]))
     assert (test, "which of" in why) == (OPEN, True)
+
+
+@pytest.mark.parametrize("form", ["parts", "degrees", "decibels", "accelerance"])
+@pytest.mark.parametrize("step", [0.05, 0.625])
+def test_a_frequency_response_without_any_name_is_named(form, step, tmp_path):
+    """Steps of 0.05 would pass for times of 20 Hz."""
+    f = step * np.arange(1.0, 2001.0)
+    rings = ((0.2 * f[-1], 0.01), (0.45 * f[-1], 0.02))
+    h = sum(1.0 / (f0**2 - f**2 + 2j * zeta * f0 * f) for f0, zeta in rings)
+    h = -(f**2) * h if form == "accelerance" else h / np.abs(h).max()
+    h += 0.02 * np.abs(h).max() * (RNG.standard_normal((2, f.size)).T @ [1.0, 1j])
+    size = 20.0 * np.log10(np.abs(h)) if form == "decibels" else np.abs(h)
+    both = (size, np.degrees(np.angle(h)))
+    both = (h.real, h.imag) if form in ("parts", "accelerance") else both
+    np.savetxt(tmp_path / "a.txt", np.stack([f, *both], 1), fmt="%.7g")
+    view = view_file(tmp_path / "a.txt")
+    assert [column.kind for column in view.columns] == ["frequency", "spectrum", "spectrum"]
+    test, _, why = describe_test(view, guess_roles([view]))
+    assert test == OPEN
+    assert "frequency response" in why
+
+
+@pytest.mark.parametrize("zeta", [0.002, 0.05, 0.2])
+def test_motions_without_any_name_are_no_frequency_response(zeta, tmp_path):
+    """Displacement and velocity, or a mass that goes round, turn in one sense, too."""
+    w = 2 * np.pi * 0.9
+    for turn in (1j, -1j):
+        z = np.exp((turn - zeta) * w * T) + 1e-3 * RNG.standard_normal(T.size)
+        for both in ((z.real, z.imag), (z.real, np.gradient(z.real, T)), (z.real, -z.real)):
+            np.savetxt(tmp_path / "a.txt", np.stack([T, *both], 1), fmt="%.7g")
+            assert view_file(tmp_path / "a.txt").rate == pytest.approx(30.0, rel=1e-3)

@@ -12,6 +12,8 @@ import scipy.io
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import open_source
+from vinesexp.records.readers import parquet as parquet_reader
+from vinesexp.records.readers.guard import GuardedSource, Limits
 from vinesexp.records.readers.parts import require_one
 from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Channel
@@ -194,6 +196,15 @@ def test_parquet(tmp_path):
     source = open_source(tmp_path / "a.parquet")
     np.testing.assert_array_equal(values(source, "x (mm)"), X)
     assert rate_of(source, "x (mm)") == pytest.approx(RATE)
+
+
+def test_a_small_parquet_file_needs_little_memory(tmp_path):
+    """Arrow's own allocator would take 1 GiB at once, all that a small file may have."""
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    parquet.write_table(pyarrow.table({"t (s)": T, "x (mm)": X}), tmp_path / "a.parquet")
+    source = GuardedSource(tmp_path / "a.parquet", parquet_reader, Limits(8, 60.0, 1 << 28))
+    np.testing.assert_array_equal(values(source, "x (mm)"), X)
 
 
 @pytest.mark.parametrize("name", ["a.npz", "a.npy"])

@@ -157,3 +157,23 @@ def test_the_one_row_with_a_cell_too_many_is_named(tmp_path):
         RecordError, match=r"line 32: 3 cells where the rows have 2 \('3.0,1.0,2.0'"
     ):
         open_source(path)
+
+
+@pytest.mark.parametrize(
+    ("header", "delimiter"),
+    [
+        ("time (s), base (mm), x (mm)", "\t"),  # as programs write that join names themselves
+        ("time (s), base (mm), x (mm)", " "),
+        ("time (s); base (mm); x (mm)", "\t"),
+        ("time (s)\tbase (mm)\tx (mm)", ","),
+        ("time (s)   base (mm)   x (mm)", ";"),
+        ("# time (s), base (mm), x (mm)", "\t"),
+    ],
+)
+def test_names_may_have_another_delimiter_than_the_numbers(header, delimiter, tmp_path):
+    path = tmp_path / "a.txt"
+    np.savetxt(path, TABLE, fmt="%.6f", header=header, delimiter=delimiter, comments="")
+    source = open_source(path)
+    assert [c.name for c in source.columns] == ["time (s)", "base (mm)", "x (mm)"]
+    assert [c.unit for c in source.columns] == ["s", "mm", "mm"]
+    np.testing.assert_allclose(column(path, "x (mm)"), X, atol=1e-6)

@@ -18,6 +18,7 @@ _MAGIC = (
 )
 
 
+_DEWESOFT = "a DEWESoft file (in DEWESoft: Analysis > Export > MATLAB, Universal file or CSV)"
 #: Programs and the way to a table out of them; the beginning of the file after blanks.
 _MADE_BY = (
     (b"|CF,", "an imc FAMOS file (in FAMOS: File > Export > ASCII or MATLAB)"),
@@ -27,11 +28,18 @@ _MADE_BY = (
     (b"<!DOCTYPE", "a web page"),
     (b"<html", "a web page"),
 )
-#: The same of files that are XML or an archive inside, by their suffix.
+#: The same of files that are binary, XML or an archive inside, by their suffix.
 _PROJECTS = {
+    **dict.fromkeys((".dxd", ".dxz", ".d7d", ".d7z"), _DEWESOFT),
+    **dict.fromkeys((".svd", ".pvd"), "a Polytec file (in PSV: File > Export > UFF or ASCII)"),
+    ".atfx": "a file of a Crystal Instruments analyser (in EDM: Export > UFF, MATLAB or CSV)",
     ".cap": "a PASCO Capstone file (in Capstone: File > Export Data)",
     ".cmbl": "a Logger Pro file (in Logger Pro: File > Export As > CSV)",
+    ".dmd": "a Dewetron file (in OXYGEN: Export > MATLAB, MDF4 or CSV)",
     ".labx": "a CASSY Lab file (in CASSY Lab: export the table as text)",
+    ".ldsf": "a Siemens Testlab file (in Testlab: export as Universal file or MATLAB)",
+    ".lms": "a Siemens Testlab project (in Testlab: export as Universal file or MATLAB)",
+    ".orf": "an OROS file (in NVGate: export as Universal file, WAV or MATLAB)",
     ".trk": "a Tracker project (in Tracker: File > Export > Data File)",
 }
 _CATMAN = (b"\x90\x13", b"\x91\x13", b"\x92\x13", b"\x93\x13", b"\x94\x13")  # 5008 to 5012
@@ -48,7 +56,7 @@ def name_of(head: bytes, suffix: str = "") -> str | None:
     True
     """
     begin = head.removeprefix(b"\xef\xbb\xbf").lstrip()
-    if suffix in _PROJECTS and begin.startswith((b"PK\x03\x04", b"<")):
+    if suffix in _PROJECTS and (b"\0" in head or begin.startswith((b"PK\x03\x04", b"<"))):
         return _PROJECTS[suffix]
     if suffix == ".bin" and head.startswith(_CATMAN):
         return "an HBM catman file (in catman: export as ASCII or MATLAB)"

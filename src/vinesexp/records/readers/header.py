@@ -121,9 +121,27 @@ def _unmarked(layout: Layout, line: str) -> list[str]:
     return layout.cells(line[mark.end() :] if mark else line)
 
 
+def _over(layout: Layout, body: Body, i: int) -> list[str]:
+    """The cells of a line above the data as they stand over its columns.
+
+    A program may write names with commas over numbers with tabs or blanks between them: where
+    another delimiter than that of the numbers gives as many cells as there are columns, it counts.
+    """
+    cells = _unmarked(layout, body.lines[i])
+    most = body.width
+    if most < 2 or (layout.delimiter is not None and sum(map(bool, cells)) > 1):
+        return cells
+    mark = _MARK.match(body.lines[i])
+    line = body.lines[i][mark.end() if mark else 0 :].strip()
+    split = [[cell.strip() for cell in line.split(sign)] for sign in ";,\t"]
+    split += [re.split(r"\s{2,}", line)]
+    split += [line.split()] if layout.delimiter == "\t" else []  # else a remark of some words
+    return next((other for other in split if len(other) == most and all(other)), cells)
+
+
 def _kind(layout: Layout, body: Body, i: int) -> str:
     """``words`` (a row of names or units), ``mixed`` (words and numbers), or ``other``."""
-    cells = _unmarked(layout, body.lines[i])
+    cells = _over(layout, body, i)
     inside = [cells[j] for j in sorted(body.numeric) if j < len(cells) and cells[j]]
     if 2 * len(inside) < len(body.numeric) or len(inside) < min(2, len(body.numeric)):
         return "other"
@@ -135,7 +153,7 @@ def _is_names_over_units(layout: Layout, body: Body, above: list[int]) -> bool:
 
     `Sequence,Volt,-3e-07,5e-10`: units, and values of columns that hold no data.
     """
-    return _are_units(layout, _unmarked(layout, body.lines[above[-1]]))
+    return _are_units(layout, _over(layout, body, above[-1]))
 
 
 def _names_and_units(
@@ -144,9 +162,9 @@ def _names_and_units(
     """The rows of names and of units, and the line of the names; empty where there are none."""
     if not above or _kind(layout, body, above[-1]) != "words":
         return [], [], 0
-    last = _unmarked(layout, body.lines[above[-1]])
+    last = _over(layout, body, above[-1])
     if _are_units(layout, last) and len(above) > 1:
-        upper = _unmarked(layout, body.lines[above[-2]])
+        upper = _over(layout, body, above[-2])
         words = [cell for cell in upper if cell]
         # `x-axis,1,2,3`: names may be numbers, but for the first.
         numbered = len(words) == len([cell for cell in last if cell]) and not layout.is_number(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,8 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> TableSource:
     """Read a Parquet file; RecordError where it holds no columns of numbers."""
+    # Arrow's own allocator takes 1 GiB at once, all that the limits of a small file leave.
+    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     parquet = need("pyarrow.parquet", extra="parquet", what="a Parquet table", path=path)
     columns: list[Column] = []
     series: list[NDArray[np.generic]] = []
