@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vinesexp.analysis_results import CampaignResult, RecordResult
 from vinesexp.records.checks import Check
@@ -187,7 +187,6 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
 
     from vinesexp.records.result_columns import COLLECTED
     from vinesexp.records.tables import write_rows
-    from vinesexp.signals.tables_of_record import setting_of
 
     campaign = campaign_seen_by("regimes", campaign)
     steps = [
@@ -196,10 +195,26 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
     ]
     for record, step in zip(campaign.records, steps, strict=True):
         for row in step["regime"]:
-            row.update(setting_of(record))
+            row.update(_setting(record))
     for key, table in COLLECTED.items():
         write_rows(paths.folder / f"{table.name}.csv", table, [r for s in steps for r in s[key]])
     return [row for step in steps for row in step["regime"]]
+
+
+def _setting(record: Record) -> dict[str, Any]:
+    """What the row of regimes.csv repeats of records.csv, so that a table stands by itself.
+
+    Examples
+    --------
+    >>> _setting(Record("a", Path("a.csv"), "periodic", (0.0391,), base_amplitude=2.5e-4))
+    {'test': 'periodic', 'clearance_mm': '39.1', 'base_amplitude_mm': 0.25}
+    """
+    base = record.base_amplitude
+    return {
+        "test": record.test,
+        "clearance_mm": ";".join(f"{1e3 * b:.7g}" for b in record.clearance),
+        "base_amplitude_mm": None if base is None else 1e3 * base,
+    }
 
 
 def identify(campaign: Campaign, *, paths: ResultPaths) -> list[Estimate]:

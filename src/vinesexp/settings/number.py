@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import Field, field
-from importlib.metadata import entry_points
 from typing import Any
 
 from vinesexp.errors import ParameterError, nearest
@@ -95,6 +94,8 @@ def _word(setting: Field[Any], word: str) -> str:
     if group and all(part.isidentifier() for part in word.replace(":", ".").split(".")):
         if ":" in word:
             return word
+        from importlib.metadata import entry_points  # slow to import
+
         words = [*words, *(point.name for point in entry_points(group=group))]
         if word in words:
             return word

@@ -73,22 +73,6 @@ def rows_of_record(
     }
 
 
-def setting_of(record: Record) -> dict[str, Any]:
-    """What the row of regimes.csv repeats of records.csv, so that a table stands by itself.
-
-    Examples
-    --------
-    >>> setting_of(Record("a", Path("a.csv"), "periodic", (0.0391,), base_amplitude=2.5e-4))
-    {'test': 'periodic', 'clearance_mm': '39.1', 'base_amplitude_mm': 0.25}
-    """
-    base = record.base_amplitude
-    return {
-        "test": record.test,
-        "clearance_mm": ";".join(f"{1e3 * b:.7g}" for b in record.clearance),
-        "base_amplitude_mm": None if base is None else 1e3 * base,
-    }
-
-
 def _evidence(record: Record, *, measured: Path, conditioned: Path) -> dict[str, Any]:
     """What the record shows of cells that its row leaves empty (`records.missing_cells`)."""
     with open_record(measured) as raw, open_record(conditioned) as view:

@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from importlib import import_module
-from importlib.metadata import entry_points
 from typing import Any, Protocol, cast
 
 import numpy as np
@@ -79,6 +78,8 @@ def hand_over(find: Find) -> str:
 def _imported(name: str) -> Find:
     if name in _HANDED_OVER:
         return _HANDED_OVER[name]
+    from importlib.metadata import entry_points  # slow to import
+
     try:
         for point in entry_points(group="vinesexp.detectors", name=name):
             return cast(Find, point.load())
