@@ -25,7 +25,7 @@ from vinesexp.solver.arrays import ball_table, closed_form, parameters
 from vinesexp.solver.chatter import REMAINDER
 from vinesexp.solver.drive import drive_table
 from vinesexp.solver.kernel import run
-from vinesexp.solver.map import amplitude_map
+from benchmarks.amplitude_map import amplitude_map
 from vinesexp.solver.series import ORDER
 
 o = Oscillator(M=4.7, c1=3.02, k1=1.147e4)

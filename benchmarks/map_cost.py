@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from benchmarks.amplitude_map import amplitude_map
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig
 from vinesexp.excitation import WeakDamping
@@ -24,7 +25,6 @@ from vinesexp.solver.arrays import ball_table, closed_form, parameters
 from vinesexp.solver.chatter import REMAINDER
 from vinesexp.solver.drive import drive_table
 from vinesexp.solver.kernel import run
-from vinesexp.solver.map import amplitude_map
 from vinesexp.solver.series import ORDER
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks" / "map_cost.md"

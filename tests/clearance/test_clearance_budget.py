@@ -68,7 +68,9 @@ def test_b_t_rests_on_r_and_the_release():
 
 def test_values_that_stand_for_rubbing_are_a_source_of_their_own():
     rows, _ = rows_of(effective=("r_effective",))
-    assert any(row["source"] == "what ball and contact do" for row in rows)
+    own = {row["source"]: row for row in rows if row["parameter"] == "b_c, G = 0.25 mm"}
+    assert 0.0 < own["what ball and contact do"]["share"] < 1.0
+    assert sum(row["share"] for row in own.values()) == pytest.approx(1.0)
 
 
 def test_exact_values_leave_no_rows_but_those_of_inputs():

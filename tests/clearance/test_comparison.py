@@ -142,7 +142,9 @@ def test_without_M_or_r_the_prediction_is_empty_and_the_reason_given(tests_at_02
 
 def test_without_a_weighed_ball_the_prediction_asks_for_it(tests_at_025):
     loaded, regimes = tests_at_025
-    _, checks = compare(campaign(list(loaded.records), nes_mass=False), combined(TABLE_2), regimes)
+    unweighed = campaign(list(loaded.records), nes_mass=False)
+    rows, checks = compare(unweighed, combined(TABLE_2), regimes)
+    assert [(row.exact_mm, row.measured_mm is None) for row in rows] == [(None, False)] * len(rows)
     assert "m needs `known: nes_mass` in campaign.yaml" in checks[0].detail
 
 
@@ -286,7 +288,8 @@ def test_a_prediction_that_fails_is_reported_whatever_its_words(tests_at_025, mo
         raise AnalysisError("no stable orbit without a ball that bounces")
 
     monkeypatch.setattr("vinesexp.clearance.comparison.predicted_b_c", fails)
-    _, checks = compare(loaded, combined(TABLE_2), regimes)
+    rows, checks = compare(loaded, combined(TABLE_2), regimes)
+    assert [row.exact_mm for row in rows] == [None] * len(rows)
     assert [check.detail for check in checks] == [
         "G = 0.25 mm: no stable orbit without a ball that bounces"
     ]

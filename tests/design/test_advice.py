@@ -234,6 +234,7 @@ def test_a_clearance_at_the_end_of_the_search_is_called_a_bound(
     off_resonance: dict[str, object],
 ) -> None:
     advice = off_resonance["advice"]
+    assert advice.least_max.b < advice.found.grid[-1]  # type: ignore[attr-defined]
     assert not any("end of those tried" in text for text in warnings_of(advice))  # type: ignore[arg-type]
     edge = replace(advice.least_max, b=float(advice.found.grid[-1]))  # type: ignore[attr-defined]
     said = warnings_of(replace(advice, least_max=edge))  # type: ignore[type-var]

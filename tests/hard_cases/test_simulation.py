@@ -551,14 +551,6 @@ def test_a_start_outside_an_asymmetric_cavity_is_refused():
     assert simulate(rig, DRIVE, Release(y0=[-0.0299]), 0.01).impacts["time"].size == 0
 
 
-def test_a_map_of_a_rig_that_is_not_plain_is_refused():
-    from vinesexp.solver.map import amplitude_map
-
-    rig = Rig(TABLE2, nes=[NES(m=0.032, b=0.03, r=0.6, friction=0.1)])
-    with pytest.raises(ParameterError, match="map is of a plain rig"):
-        amplitude_map(rig, frequency=7.8, clearances=[0.03], levels=[1e-4], duration=1.0)
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [

@@ -79,4 +79,5 @@ def test_a_copy_with_another_row_is_said_to_have_one():
         Estimate("content", 1.0, 0.0, "1", "samples", (name,), "same") for name in ("d0", "b30")
     ]
     copy = next(c for c in combine(found, where)[1] if c.check == "copy")
+    assert (copy.record, copy.outcome) == ("b30", "warning")
     assert "what records.csv says of the two differs" in copy.detail

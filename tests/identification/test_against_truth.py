@@ -8,6 +8,7 @@ import pytest
 
 from vinesexp.laboratory.rehearsal import rehearse
 from vinesexp.laboratory.score import score_impacts
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.signals.regimes import decay_times
@@ -45,7 +46,7 @@ def analysed(tmp_path_factory):
 
 
 def impacts_in(analysed, record):
-    return read_impacts(analysed.impacts_file(record))
+    return read_impacts(ResultPaths(analysed.folder).impacts(record))
 
 
 def truth_of(analysed, record):

@@ -102,6 +102,7 @@ def test_sweeps_of_an_analyser(tmp_path, f0, low, high, rate, row, quantity):
 def test_a_sweep_without_base_is_said(tmp_path):
     _, mass = answer(9.3, 0.02, rate=1000.0, seconds=20.0, low=5.0, high=15.0)
     found = analysed(tmp_path, {"acceleration": mass}, rate=1000.0, test="sweep")
+    assert not {"f0", "zeta"} & {parameter for parameter, _ in found}
     assert "base channel" in found["nothing", ""].note
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.laboratory.rehearsal import rehearse
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.signals.impacts.impact_table import read_impacts
 
 pytestmark = pytest.mark.long
@@ -43,7 +44,9 @@ def test_rows_in_another_order_give_the_same_values(tmp_path):
     (tmp_path / "scene.yaml").write_text(SCENE)
     found = rehearse(tmp_path / "scene.yaml")
     records = list(found.campaign.records)
-    impacts = {r.id: read_impacts(found.impacts_file(r.id)) for r in records if r.clearance}
+    impacts = {
+        r.id: read_impacts(ResultPaths(found.folder).impacts(r.id)) for r in records if r.clearance
+    }
     rows = identify_campaign(found.estimates, found.campaign, impacts).rows
     expected = {(e.parameter, e.method): e for e in rows}
     assert {("r_wall_plus", "impacts"), ("M", "impacts")} <= set(expected)

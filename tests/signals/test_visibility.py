@@ -10,7 +10,7 @@ from vinesexp.records.schema import Record
 from vinesexp.records.store import create_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
-from vinesexp.signals.regimes import regime_of_record
+from vinesexp.signals.regimes import shown_by_record
 
 F0 = 7.862
 
@@ -22,10 +22,10 @@ def regime(channels: dict[str, np.ndarray], rate: float, folder: Path, *, b: flo
     condition(folder / "r.nc", folder / "c.nc", f0_hint=F0)
     record = Record("r", folder / "r.csv", "periodic", clearance=(b,))
     found = impacts_of_record(folder / "r.nc", folder / "c.nc", folder / "i.csv", clearance=(b,))
-    row = regime_of_record(
+    shown = shown_by_record(
         record, measured=folder / "r.nc", conditioned=folder / "c.nc", impacts=found
     )
-    return row, found
+    return shown.regime, found
 
 
 def driven(measure) -> dict[str, np.ndarray]:

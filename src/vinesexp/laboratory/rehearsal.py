@@ -52,10 +52,6 @@ class Rehearsal:
         """The combined value of a parameter; None where the tests do not give it."""
         return combined(self.rows, parameter)
 
-    def impacts_file(self, record: str) -> Path:
-        """Table of the found impacts of a record."""
-        return ResultPaths(self.folder).impacts(record)
-
 
 def rehearse(scene_file: Path, *, groups: Sequence[str] | None = None) -> Rehearsal:
     """Simulate the tests of a scene and analyse them; the folder of the scene becomes the campaign.

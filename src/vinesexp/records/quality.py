@@ -308,10 +308,6 @@ class Gaps:
         end = run.start + run.length
         return any(first <= run.start and end <= last for first, last in self.missing)
 
-    def with_more(self, other: Gaps) -> Gaps:
-        """These gaps and those of another."""
-        return Gaps(_joined([*self.missing, *other.missing]), self.others)
-
 
 def gaps_of(view: RecordView, role: str, *, frozen: Sequence[Stretch] = ()) -> Gaps:
     """The gaps of a channel.

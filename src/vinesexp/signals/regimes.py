@@ -73,15 +73,6 @@ class Shown:
     checks: tuple[tuple[str, str, str], ...] = ()
 
 
-def regime_of_record(
-    record: Record, *, measured: Path, conditioned: Path, impacts: Impacts
-) -> dict[str, str | float | None]:
-    """The row of regimes.csv of `shown_by_record`."""
-    return shown_by_record(
-        record, measured=measured, conditioned=conditioned, impacts=impacts
-    ).regime
-
-
 def shown_by_record(
     record: Record, *, measured: Path, conditioned: Path, impacts: Impacts
 ) -> Shown:
