@@ -1,18 +1,21 @@
 """Which pages of docs/benchmarks are out of date, and what makes them anew.
 
     python -m benchmarks.pages
+    python -m benchmarks.pages --make 5     # makes those anew that take 5 minutes or less
 
 A page measured the code of the commit that wrote it. Its benchmarks are those that it names
-(`python -m benchmarks.X`); the code they reach by imports is what its figures depend on. Printed
-for each page, the most outdated first: how many of these modules have changed since, by how many
-lines, and the commands. Uncommitted changes count.
+(`python -m benchmarks.X`, `python benchmarks/X.py`); the code they reach by imports is what its
+figures depend on. Printed for each page, the most outdated first: how many of these modules have
+changed since, by how many lines, and the commands. Uncommitted changes count.
 """
 
 from __future__ import annotations
 
+import argparse
 import ast
 import re
 import subprocess
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import import_module
@@ -22,6 +25,8 @@ from pathlib import Path
 from vinesexp.codedigest import imported_modules
 
 ROOT = Path(__file__).resolve().parent.parent
+#: Minutes of one core that a page takes; others take longer, or arguments.
+MINUTES = {"map_cost": 1, "amplitude_map": 2, "identification": 3, "predictions": 3, "impacts": 5}
 
 
 @dataclass(frozen=True)
@@ -48,10 +53,11 @@ def benchmarks_of(text: str) -> tuple[str, ...]:
 
     Examples
     --------
-    >>> benchmarks_of("Made by `python -m benchmarks.plan --quick`, python -m benchmarks.plan.")
-    ('benchmarks.plan',)
+    >>> benchmarks_of("Made by `python -m benchmarks.plan --quick`, python benchmarks/scale.py 5.")
+    ('benchmarks.plan', 'benchmarks.scale')
     """
-    return tuple(dict.fromkeys(re.findall(r"python -m (benchmarks\.\w+)", text)))
+    named = re.findall(r"python (?:-m )?((?:benchmarks|tests)[./]\w+)", text)
+    return tuple(dict.fromkeys(name.replace("/", ".") for name in named))
 
 
 def code_of(names: Iterable[str]) -> list[str]:
@@ -105,9 +111,17 @@ def age_of(page: Path) -> Age:
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--make", type=float, default=0.0, metavar="MINUTES")
+    most = parser.parse_args().make
     ages = [age_of(page) for page in sorted((ROOT / "docs/benchmarks").glob("*.md"))]
     for age in sorted(ages, key=lambda age: -age.lines):
         print(age.words)
+    old = [age for age in ages if age.lines and MINUTES.get(age.page, most + 1) <= most]
+    for age in sorted(old, key=lambda age: MINUTES[age.page]):
+        for name in age.commands:
+            print(f"making {age.page}: python -m {name}", flush=True)
+            subprocess.run([sys.executable, "-m", name], cwd=ROOT, check=True)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from vinesexp.design.inputs import EXCITATION, RIG, gather
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.planning.campaign_plan import LevelPlan, Needs, needs_of, plan_levels
 from vinesexp.planning.expected_valley import Valley
-from vinesexp.planning.first_tests import PlannedTest, first_tests, next_tests, records_sheet
+from vinesexp.planning.first_tests import PlannedTest, first_tests, mm, next_tests, records_sheet
 from vinesexp.planning.other_tests import OtherPlan, plan_others
 from vinesexp.records.campaign import load_campaign
 from vinesexp.records.result_paths import ResultPaths
@@ -116,11 +116,11 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
         lines.append("  the rig is not identified far enough to say where the minimum lies")
     else:
         low, high = plan.valley.interval
-        expected = f"{_mm(plan.valley.lowest)} ({_mm(low)} to {_mm(high)} mm, 95 %)"
+        expected = f"{mm(plan.valley.lowest)} ({mm(low)} to {mm(high)} mm, 95 %)"
         lines.append(f"  expected by the identified rig: {expected}")
         lines.append(_scatter_line(plan, asked))
     if plan.next:
-        reported = ", ".join(_mm(b) for b in plan.next)
+        reported = ", ".join(mm(b) for b in plan.next)
         lines.append(f"  test next, in this order: {reported} mm")
         lines.append("  after each one, run and plan again: what it shows changes the next")
     elif now is not None:
@@ -129,8 +129,7 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
         low, best, high = plan.bracket
         width = 100 * (high - low) / best
         lines.append(
-            f"  if the rig is as identified, that leaves {_mm(low)} to {_mm(high)} mm "
-            f"({width:.2g} %)"
+            f"  if the rig is as identified, that leaves {mm(low)} to {mm(high)} mm ({width:.2g} %)"
         )
     return lines
 
@@ -215,7 +214,7 @@ def _first_lines(tests: Sequence[PlannedTest], valley: Valley | None) -> list[st
     else:
         low, high = valley.interval
         lines.append(
-            f"lowest amplitude expected at {_mm(valley.lowest)} mm ({_mm(low)} to {_mm(high)} mm, "
+            f"lowest amplitude expected at {mm(valley.lowest)} mm ({mm(low)} to {mm(high)} mm, "
             "95 %)"
         )
     for test in tests:
@@ -232,7 +231,3 @@ def _first_lines(tests: Sequence[PlannedTest], valley: Valley | None) -> list[st
                 what.append(f"{cells[key]} {unit}")
         lines.append(f"  {cells['record']:<14} {', '.join(what)}: {test.why}")
     return [*lines, "then: vinesexp run, and vinesexp plan CAMPAIGN for the next clearances"]
-
-
-def _mm(b: float) -> str:
-    return f"{1e3 * b:.4g}"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -93,19 +93,30 @@ MOST_STEPS = 10_000
 
 
 # Sensors and oscilloscope as scene.yaml describes them; a fault not asked for is absent.
-COMMON_KEYS = (
-    "sensitivity",
-    "offset",
-    "noise",
-    "bias",
-    "range",
-    "gain_error",
-    "gain_uncertainty",
-    "mode",
-)
 MODE_KEYS = ("frequency", "share", "damping")
-LASER_KEYS = (*COMMON_KEYS, "drift", "drift_time", "bandwidth")
-ACCELEROMETER_KEYS = (*COMMON_KEYS, "pulse", "ring", "ring_damping", "ac_corner", "cross_axis")
+#: Keys of both sensors that are read by functions of their own.
+COMMON_KEYS = ("sensitivity", "gain_error", "gain_uncertainty", "mode")
+#: Key of a sensor to the kind of its number, and what it may be beside above zero.
+LASER = {
+    "offset": ("voltage", "signed"),
+    "noise": ("displacement", "zero"),
+    "drift": ("displacement", "zero"),
+    "drift_time": ("time", ""),
+    "bias": ("displacement", "signed"),
+    "bandwidth": ("frequency", ""),
+    "range": ("displacement", ""),
+}
+ACCELEROMETER = {
+    "pulse": ("time", "needed"),
+    "ring_damping": ("ratio", ""),
+    "offset": ("voltage", "signed"),
+    "noise": ("acceleration", "zero"),
+    "bias": ("acceleration", "signed"),
+    "ring": ("frequency", ""),
+    "ac_corner": ("frequency", ""),
+    "cross_axis": ("ratio", "signed"),
+    "range": ("acceleration", ""),
+}
 OSCILLOSCOPE_KEYS = (
     "sample_rate",
     "bits",
@@ -128,7 +139,10 @@ def read_sensors(layers: Layers, seed: int) -> dict[str, Sensor]:
         entry = layers.under(role)
         if not entry.sections:
             continue
-        sensor = _accelerometer(entry) if role == "acceleration" else _laser(entry)
+        if role == "acceleration":
+            sensor = _sensor(entry, Accelerometer, "acceleration", ACCELEROMETER)
+        else:
+            sensor = _sensor(entry, Laser, "displacement", LASER)
         gain, stated = _gain(entry, role, seed)
         if sensor is not None:
             mode = _mode(entry)
@@ -176,44 +190,20 @@ def _mode(entry: Layers) -> Mode | None:
     return Mode(frequency, share, 0.02 if damping is None else damping)
 
 
-def _laser(entry: Layers) -> Laser | None:
-    entry.refuse_unknown(LASER_KEYS)
-    kind = "displacement"
-    sensitivity = _sensitivity(entry, kind)
-    laser = Laser(
-        sensitivity=sensitivity or 1.0,
-        offset=entry.quantity("offset", "voltage", signed=True) or 0.0,
-        noise=entry.quantity("noise", kind, zero=True) or 0.0,
-        drift=entry.quantity("drift", kind, zero=True) or 0.0,
-        drift_time=entry.quantity("drift_time", "time") or 60.0,
-        bias=entry.quantity("bias", kind, signed=True) or 0.0,
-        bandwidth=entry.quantity("bandwidth", "frequency"),
-        range=entry.quantity("range", kind),
-    )
-    return None if sensitivity is None else laser
-
-
-def _accelerometer(entry: Layers) -> Accelerometer | None:
-    entry.refuse_unknown(ACCELEROMETER_KEYS)
-    kind = "acceleration"
-    sensitivity = _sensitivity(entry, kind)
-    pulse = entry.quantity("pulse", "time", needed=True)
-    damping = entry.quantity("ring_damping", "ratio")
+def _sensor(
+    entry: Layers, make: Callable[..., Sensor], kind: str, table: Mapping[str, tuple[str, str]]
+) -> Sensor | None:
+    """A sensor of the numbers that are given; None where what it needs is missing."""
+    entry.refuse_unknown((*COMMON_KEYS, *table))
+    values = {"sensitivity": _sensitivity(entry, kind)}
+    for key, (of, may) in table.items():
+        value = entry.quantity(key, of, **({may: True} if may else {}))
+        if value is not None or may == "needed":
+            values[key] = value
+    damping = values.get("ring_damping")
     if damping is not None and damping >= 1.0:
         entry.complain("ring_damping", "expected below 1: an overdamped mounting does not ring")
-    accelerometer = Accelerometer(
-        sensitivity=sensitivity or 1.0,
-        pulse=pulse or 1.0,
-        offset=entry.quantity("offset", "voltage", signed=True) or 0.0,
-        noise=entry.quantity("noise", kind, zero=True) or 0.0,
-        bias=entry.quantity("bias", kind, signed=True) or 0.0,
-        ring=entry.quantity("ring", "frequency"),
-        ring_damping=0.02 if damping is None else damping,
-        ac_corner=entry.quantity("ac_corner", "frequency"),
-        cross_axis=entry.quantity("cross_axis", "ratio", signed=True) or 0.0,
-        range=entry.quantity("range", kind),
-    )
-    return None if sensitivity is None or pulse is None else accelerometer
+    return None if None in values.values() else make(**values)
 
 
 def read_oscilloscope(layers: Layers) -> Oscilloscope | None:
