@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, predicted_b_c
 from vinesexp.errors import AnalysisError
@@ -16,12 +16,10 @@ from vinesexp.units import Quantity
 if TYPE_CHECKING:
     from vinesexp.theory.orbits import Reduced
 
-Floats = NDArray[np.float64]
-
 
 def amplitude_curve(
     rig: IdentifiedRig, *, G: float, frequency: float | None, low: float, high: float
-) -> tuple[Floats, Floats]:
+) -> tuple[FloatArray, FloatArray]:
     """Predicted swing of the mass over clearance, m, in permanent two impacts per cycle.
 
     Half the swing of the exact symmetric orbit over one period, which is what the amplitude of a
@@ -63,7 +61,7 @@ def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -
     return float(b[i] + 0.5 * (b[1] - b[0]) * (a0 - a2) / (a0 - 2.0 * a1 + a2))
 
 
-def orbit_swing(b: Floats, p: Reduced) -> Floats:
+def orbit_swing(b: FloatArray, p: Reduced) -> FloatArray:
     """Largest |x| on the exact symmetric orbit at clearance b, both in units of G.
 
     Of 201 samples over half a period the largest misses the top by less than
@@ -79,8 +77,8 @@ def orbit_swing(b: Floats, p: Reduced) -> Floats:
 
 
 def decay_curves(
-    rig: IdentifiedRig, *, x0: float, targets: Sequence[float], clearances: Floats
-) -> Floats | None:
+    rig: IdentifiedRig, *, x0: float, targets: Sequence[float], clearances: FloatArray
+) -> FloatArray | None:
     """Predicted time for a captured ball to bring the release x0 down to each target.
 
     All at once, since the decay that they share is what takes time.

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
@@ -27,7 +27,6 @@ from vinesexp.units import COVERAGE_95, Quantity
 if TYPE_CHECKING:
     from vinesexp.theory.intervals import ClearancePrediction
 
-Floats = NDArray[np.float64]
 
 #: What a prediction needs.
 NEEDED = RIG_VALUES
@@ -79,7 +78,7 @@ class IdentifiedRig:
         return tuple(name for name in NEEDED if name not in self.values)
 
     @property
-    def covariance(self) -> Floats | None:
+    def covariance(self) -> FloatArray | None:
         """5 x 5 covariance in the order of `NEEDED`; None where the values are independent.
 
         With k1 = M (2 pi f0)^2 and c1 = 4 pi zeta f0 M: J diag(M, f0, zeta) J^T.

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.commands.options import add_force, refuse_existing
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.proposal.roles import Weighed, label_of, weighed_roles
 from vinesexp.proposal.survey import ColumnView, FileView, view_file
-from vinesexp.records.readers import Floats
 
 _BARS = " ▁▂▃▄▅▆▇█"
 _PLAIN_BARS = " .:-=+*#@"  # of the same heights, where the console has no blocks
@@ -66,7 +66,7 @@ def describe(view: FileView, weighed: Weighed) -> list[str]:
     return lines + [f"  not read: {problem}" for problem in view.problems]
 
 
-def small_plot(values: Floats) -> str:
+def small_plot(values: FloatArray) -> str:
     """Rms of the signal along the record, as a row of bars.
 
     Examples
@@ -116,7 +116,7 @@ def _described(column: ColumnView) -> str:
     return f"{span}, strongest at {frequency:.4g} {unit} |{small_plot(finite)}|"
 
 
-def phase_plane(column: ColumnView) -> tuple[Floats, Floats]:
+def phase_plane(column: ColumnView) -> tuple[FloatArray, FloatArray]:
     """A signal about its mean, and its rate over the angular frequency of its strongest motion.
 
     What is slower than half or faster than four times that frequency is left out, so that the rate

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.identification.estimate import Estimate, is_known
 from vinesexp.identification.least_squares import covariance_of
 from vinesexp.identification.working_amplitude import (
@@ -30,8 +30,6 @@ from vinesexp.identification.working_amplitude import (
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.result_columns import LEVEL_VALUES
 from vinesexp.records.tables import Value, write_rows
-
-Floats = NDArray[np.float64]
 
 #: Method of the rows of identified.csv that hold the law.
 METHOD = "ring-downs"
@@ -167,7 +165,7 @@ def _mean(values: Sequence[float]) -> float:
     return float(np.mean(values)) if values else 0.0
 
 
-def _rates(curves: dict[tuple[str, str], Curve], f0: Estimate) -> Floats:
+def _rates(curves: dict[tuple[str, str], Curve], f0: Estimate) -> FloatArray:
     """Angular frequency at each point of the damping of all records, rad/s."""
     parts = []
     for (record, name), curve in curves.items():
@@ -179,7 +177,7 @@ def _rates(curves: dict[tuple[str, str], Curve], f0: Estimate) -> Floats:
 
 
 def _damping(
-    curves: Sequence[Curve], w: Floats, f0: Estimate, zeta: Estimate, amplitude: float
+    curves: Sequence[Curve], w: FloatArray, f0: Estimate, zeta: Estimate, amplitude: float
 ) -> list[Estimate]:
     """gamma, alpha, beta >= 0 of the decay rates, the linear one such that zeta is the combined."""
     from scipy.optimize import nnls
@@ -225,7 +223,7 @@ def _stiffness(curves: Sequence[Curve], f0: Estimate, amplitude: float) -> list[
     ]
 
 
-def _joined(curves: Sequence[Curve]) -> tuple[Floats, Floats, Floats]:
+def _joined(curves: Sequence[Curve]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Amplitudes, values and errors of all records one after the other."""
     names = ("amplitude", "value", "error")
     A, value, error = (np.concatenate([getattr(c, name) for c in curves]) for name in names)

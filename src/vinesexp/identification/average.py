@@ -14,12 +14,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.identification.estimate import Estimate
 from vinesexp.units import COVERAGE_95
-
-FloatArray = NDArray[np.float64]
 
 #: One estimate among several disagrees if it is off by so many standard errors ...
 DISAGREES = 3.5

@@ -16,11 +16,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.identification.least_squares import Solution, covariance_of, least_squares
-
-FloatArray = NDArray[np.float64]
 
 #: Parameters of a decay in this order: log amplitude and phase at the start, angular frequency.
 NAMES = ("log_A", "phase", "w", "alpha", "beta", "gamma", "mu", "kappa")

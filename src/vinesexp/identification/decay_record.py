@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.decrement import log_decrement
 from vinesexp.identification.estimate import Estimate, is_known
@@ -28,7 +29,6 @@ _LEAST = 1e-3  # of the largest amplitude: nobody asks for less
 
 
 # Further modes in a ring-down: frequency, damping and share of each beside the one that counts.
-FloatArray = NDArray[np.float64]
 
 _MOST = 4  # modes that are said
 _SHARE = 5e-3  # of the line of the first mode: what is lower is not looked at

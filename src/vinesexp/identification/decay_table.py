@@ -6,14 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.identification.estimate import Estimate, counted
 from vinesexp.records.store import open_record
 from vinesexp.records.tables import Value
 from vinesexp.signals.cycles import cycle_amplitudes
-
-Floats = NDArray[np.float64]
 
 #: Terms of dA/dt = -(gamma + alpha A + beta A^2), by their names among the estimates.
 LAW = ("damping_linear", "damping_quadratic", "damping_coulomb")
@@ -74,7 +72,7 @@ def _law(own: Mapping[str, Estimate], viscous: Sequence[float]) -> Sequence[floa
     return [own[name].value if name in own else 0.0 for name in LAW]
 
 
-def decay_by(time: Floats, amplitude: Floats, law: Sequence[float]) -> Floats:
+def decay_by(time: FloatArray, amplitude: FloatArray, law: Sequence[float]) -> FloatArray:
     """The decay by a law from the start that misses the amplitudes least.
 
     Parameters
@@ -99,7 +97,7 @@ def decay_by(time: Floats, amplitude: Floats, law: Sequence[float]) -> Floats:
     return _run(time, start, law)
 
 
-def _run(time: Floats, start: float, law: Sequence[float]) -> Floats:
+def _run(time: FloatArray, start: float, law: Sequence[float]) -> FloatArray:
     """The law from `start`, by Runge-Kutta steps of fourth order from cycle to cycle."""
     alpha, beta, gamma = law
 

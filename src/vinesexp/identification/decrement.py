@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.identification.damping_law import Decay
 from vinesexp.identification.phasors import Phasors
 from vinesexp.identification.ringdown_result import RingDown, ring_down_by
-
-FloatArray = NDArray[np.float64]
 
 
 def straight_line(p: Phasors) -> FloatArray:

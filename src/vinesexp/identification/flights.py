@@ -15,11 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.signals.impacts.impact_table import Impacts
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _FEWEST = 10  # impacts with a flight before and after
 _CERTAIN = 0.9  # that an impact is one, and of this ball

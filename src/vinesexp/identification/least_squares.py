@@ -10,9 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from vinesexp.arrays import FloatArray
 
 #: Misfits in standard deviations, and their derivatives (n, p); None where the model has no sense.
 Problem = Callable[[FloatArray], tuple[FloatArray, FloatArray] | None]

@@ -9,13 +9,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.records.store import RecordView
 from vinesexp.signals.means import channel_means
-
-FloatArray = NDArray[np.float64]
 
 #: Block means a period: a sine loses 0.3 % of its information there.
 POINTS = 24

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from vinesexp.arrays import FloatArray
 
 _PARTS = 5  # of the decay, each with the same share of what it says
 _FEWEST = 2  # numbers beyond those that the fit took up

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-
-FloatArray = NDArray[np.float64]
 
 _BREAKS = 10.0  # robust standard deviations
 _MOMENT = 0.2  # of a window: more than this standing out is not a moment, nothing is left out

@@ -16,6 +16,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.damping_law import (
     FORMS,
@@ -46,7 +47,6 @@ from vinesexp.units import COVERAGE_95
 
 __all__ = ["POINTS", "RingDown", "cycle_amplitudes", "fit_ringdown", "ring_down"]
 
-FloatArray = NDArray[np.float64]
 
 _MISFIT = 0.02  # of the motion: a likelihood that leaves more has to agree with the envelope
 _APART = 4.0  # standard errors

@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.identification.damping_law import Decay, logs_and_phases
 from vinesexp.identification.least_squares import variance_along
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.least_squares import least_squares
@@ -15,8 +16,6 @@ from vinesexp.identification.oscillation import POINTS, motion_role
 from vinesexp.records.schema import Record
 from vinesexp.records.store import RecordView
 from vinesexp.signals.means import channel_means
-
-FloatArray = NDArray[np.float64]
 
 _NEIGHBOURS = 4  # Fourier lines on each side that a ratio of spectra is smoothed over
 _MOVED = 0.01  # of the base's strongest line
@@ -42,7 +41,6 @@ _LINES_A_WIDTH = 6.0  # Fourier lines that the half-power width has to hold
 # of the channels. Both X and B are noisy: maximum likelihood weighs each line with the noise that
 # passes through the equation to it. Only lines near the resonance are used, so that drift and hum
 # stay out.
-ComplexArray = NDArray[np.complex128]
 
 _TRANSIENT = 4  # coefficients of T
 _MOVES = 20.0  # times the noise that the strongest line of the base has to be

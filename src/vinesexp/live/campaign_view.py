@@ -20,9 +20,8 @@ from vinesexp.whole_files import write_whole
 if TYPE_CHECKING:
     from vinesexp.identification.whole_campaign import Identified
     from vinesexp.records.schema import Campaign
-    from vinesexp.results import CampaignResults
-
-Row = Mapping[str, Any]
+    from vinesexp.records.tables import Row
+from vinesexp.results import CampaignResults
 
 
 @dataclass(frozen=True)

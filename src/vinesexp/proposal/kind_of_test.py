@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.identification.heard_bounces import bounces_heard
 from vinesexp.proposal.roles import Guess, label_of
 from vinesexp.proposal.survey import ColumnView, FileView
 from vinesexp.proposal.traits import common_frequency, envelope, stands_out
-from vinesexp.records.readers import Floats
 from vinesexp.units import UNITS
 
 OPEN = "?"  # stands where a person has to fill in; no value is read from it
@@ -142,7 +142,7 @@ def _period(file: FileView) -> int:
     return round(rate / frequency) if frequency > 0.0 else 0
 
 
-def decays(values: Floats) -> bool:
+def decays(values: FloatArray) -> bool:
     """Whether a motion is clearly less at its end than where it is largest, and before that not.
 
     A record may begin at rest, before its release.
@@ -161,7 +161,7 @@ def decays(values: Floats) -> bool:
     return _falls_evenly(values)
 
 
-def _falls_evenly(values: Floats) -> bool:
+def _falls_evenly(values: FloatArray) -> bool:
     """Whether the amplitude falls little, but by an even share from begin to end.
 
     Examples
@@ -180,7 +180,7 @@ def _falls_evenly(values: Floats) -> bool:
     return slope < _FALLS and float(np.corrcoef(place, levels)[0, 1]) < _EVENLY
 
 
-def calm_part(values: Floats) -> slice:
+def calm_part(values: FloatArray) -> slice:
     """The record without a hand at its ends, which is louder than the decay: taken up, let go.
 
     Examples
@@ -209,13 +209,13 @@ def calm_part(values: Floats) -> slice:
     return slice(round(begin * size), round(end * size))
 
 
-def after_release(values: Floats) -> Floats:
+def after_release(values: FloatArray) -> FloatArray:
     """The samples from the loudest part of a record on."""
     levels = envelope(values)
     return values[len(values) * (int(np.argmax(levels)) + 1) // len(levels) :]
 
 
-def has_shocks(values: Floats, period: int = 0) -> bool:
+def has_shocks(values: FloatArray, period: int = 0) -> bool:
     """Whether short shocks stand out of the second differences around them, as no motion has.
 
     Each sample is compared with its own surroundings of a period or more, so that neither a decay
@@ -271,7 +271,7 @@ def swept(column: ColumnView) -> tuple[float, float] | None:
     return float(b + 2.0 * a * ends[0]), float(b + 2.0 * a * ends[1])
 
 
-def _logarithmic(rising: Floats, seconds: float) -> tuple[float, float] | None:
+def _logarithmic(rising: FloatArray, seconds: float) -> tuple[float, float] | None:
     """The same of a sweep whose frequency changes by equal factors in equal times."""
     frequency = 1.0 / np.diff(rising)
     at = 0.5 * (rising[1:] + rising[:-1])
@@ -281,7 +281,7 @@ def _logarithmic(rising: Floats, seconds: float) -> tuple[float, float] | None:
     return float(np.exp(level)), float(np.exp(level + slope * seconds))
 
 
-def oscillates(values: Floats, share: float = 0.1) -> bool:
+def oscillates(values: FloatArray, share: float = 0.1) -> bool:
     """Whether one oscillation holds a share of a signal's power; shocks fill the whole spectrum."""
     column = ColumnView(0, "", None, "signal", values, None)
     frequencies, amplitudes = column.spectrum()

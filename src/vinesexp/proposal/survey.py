@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers import Column, Floats, Source, open_source
+from vinesexp.records.readers import Column, Source, open_source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
 from vinesexp.records.readers.parts import part_of
 from vinesexp.units import UNITS
@@ -62,11 +63,11 @@ class ColumnView:
     name: str
     unit: str | None
     kind: str
-    values: Floats
+    values: FloatArray
     rate: float | None
 
     @property
-    def finite(self) -> Floats:
+    def finite(self) -> FloatArray:
         """The samples that are numbers."""
         return self.values[np.isfinite(self.values)]
 
@@ -78,12 +79,12 @@ class ColumnView:
         at = int(np.argmax(amplitudes[1:])) + 1
         return float(frequencies[at]), float(amplitudes[at])
 
-    def spectrum(self) -> tuple[Floats, Floats]:
+    def spectrum(self) -> tuple[FloatArray, FloatArray]:
         """Frequencies and amplitudes of the samples without their straight line."""
         return self._spectrum
 
     @cached_property
-    def _spectrum(self) -> tuple[Floats, Floats]:
+    def _spectrum(self) -> tuple[FloatArray, FloatArray]:
         x = self.finite
         n = len(x)
         if n < 8:
@@ -151,7 +152,7 @@ def view_file(path: Path) -> FileView:
         The file cannot be opened as columns of numbers.
     """
     source = open_source(path)
-    read: dict[int, Floats] = {}
+    read: dict[int, FloatArray] = {}
     problems: list[str] = []
     for index in range(len(source.columns)):
         try:
@@ -184,7 +185,7 @@ def view_file(path: Path) -> FileView:
 
 
 def _kinds(
-    source: Source, read: dict[int, Floats], time: int | None, rate: float | None, *,
+    source: Source, read: dict[int, FloatArray], time: int | None, rate: float | None, *,
     frequencies: int | None = None,
 ) -> list[ColumnView]:  # fmt: skip
     """The columns that hold numbers, and of what kind each is."""
@@ -266,7 +267,7 @@ def is_called_frequency(name: str, unit: str | None) -> bool:
     return _FREQUENCY_NAME.match(name) is not None or unit in UNITS["frequency"]
 
 
-def _is_response(source: Source, read: dict[int, Floats]) -> bool:
+def _is_response(source: Source, read: dict[int, FloatArray]) -> bool:
     """Whether columns without names are frequencies and a response to a force over them."""
     if not {0, 1, 2} <= set(read) or any(
         _is_named(source.columns[j].name) or source.columns[j].unit for j in (0, 1, 2)
@@ -278,7 +279,7 @@ def _is_response(source: Source, read: dict[int, Floats]) -> bool:
     return f[0] >= 0.0 and _is_ramp(f, 1e-3) and is_causal(read[1], read[2], f[0] / (f[1] - f[0]))
 
 
-def is_causal(first: Floats, second: Floats, skipped: float) -> bool:
+def is_causal(first: FloatArray, second: FloatArray, skipped: float) -> bool:
     """Whether two columns are a frequency response: no structure answers before it is hit.
 
     As real and imaginary part, or as size (dB) and phase (rad, degrees), their inverse transform
@@ -324,13 +325,13 @@ def _answers_late(response: NDArray[np.complex128]) -> bool:
     return bool(share > _LATE and early < _DIES * half)
 
 
-def _is_of_times(column: Column, source: Source, time: int | None, values: Floats) -> bool:
+def _is_of_times(column: Column, source: Source, time: int | None, values: FloatArray) -> bool:
     """Whether a column that only grows is one of times: by its name, or since nothing moves so."""
     same = time is not None and column.name == source.columns[time].name
     return same or is_called_time(column.name) or len(values) >= _FEWEST
 
 
-def _unit_of_times(stated: str | None, times: Floats) -> str:
+def _unit_of_times(stated: str | None, times: FloatArray) -> str:
     """The unit of a column of times: whole numbers that would be seconds are finer ticks.
 
     Examples
@@ -358,7 +359,7 @@ def is_called_time(name: str) -> bool:
     return _TIME_NAME.match(name) is not None
 
 
-def _values(source: Source, index: int) -> Floats:
+def _values(source: Source, index: int) -> FloatArray:
     blocks, count = [], 0
     for block in source.blocks([index]):
         blocks.append(marks_to_infinity(block[:, 0]))
@@ -373,13 +374,13 @@ def _is_named(name: str) -> bool:
     return bool(name) and not name.rpartition("/")[2].isdigit()
 
 
-def _is_ramp(values: Floats, uneven: float = 0.1) -> bool:
+def _is_ramp(values: FloatArray, uneven: float = 0.1) -> bool:
     steps = np.diff(values)
     mean = float(steps.mean()) if len(steps) > _FEWEST else 0.0
     return mean > 0.0 and bool((np.abs(steps - mean) < uneven * mean).all())
 
 
-def _grows(values: Floats) -> bool:
+def _grows(values: FloatArray) -> bool:
     finite = values[np.isfinite(values)]
     return len(finite) > 2 and bool((np.diff(finite) > 0.0).all())
 
@@ -388,7 +389,7 @@ def _is_called_and_anew(column: ColumnView) -> bool:
     return is_called_time(column.name) and _begins_anew(column.finite)
 
 
-def _begins_anew(times: Floats) -> bool:
+def _begins_anew(times: FloatArray) -> bool:
     """Whether times rise but for a few returns to where they began."""
     steps = np.diff(times)
     back = np.flatnonzero(steps < 0.0)
@@ -401,7 +402,7 @@ def _begins_anew(times: Floats) -> bool:
     return bool((times[back + 1] <= times[0] + np.median(np.abs(steps))).all())
 
 
-def _kind(values: Floats, unit: str | None) -> str:
+def _kind(values: FloatArray, unit: str | None) -> str:
     finite = values[np.isfinite(values)]
     if not len(finite):
         return "empty"
@@ -416,7 +417,7 @@ def _kind(values: Floats, unit: str | None) -> str:
 
 
 def _time_and_rate(
-    source: Source, read: dict[int, Floats]
+    source: Source, read: dict[int, FloatArray]
 ) -> tuple[int | None, float | None, list[str]]:
     """The column of times, the rate, and what is odd: as the format says, else a ramp called so."""
     stated = 1.0 / source.sample_interval if source.sample_interval else None

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.proposal.survey import ColumnView, FileView
-from vinesexp.records.readers import Floats
 
 _CYCLES = 3  # in a record of an oscillation
 _DOUBLED = 0.06  # by which a frequency may be off twice another
@@ -149,13 +149,13 @@ def common_frequency(file: FileView) -> float:
     return peaks[(len(peaks) - 1) // 2] if peaks else 0.0  # of two that differ, the lower
 
 
-def envelope(values: Floats, pieces: int = 24) -> Floats:
+def envelope(values: FloatArray, pieces: int = 24) -> FloatArray:
     """Rms of equal pieces of a signal about its mean."""
     x = values - values.mean()
     return np.array([float(np.sqrt(np.mean(part**2))) for part in np.array_split(x, pieces)])
 
 
-def _unsteadiness(values: Floats) -> float:
+def _unsteadiness(values: FloatArray) -> float:
     if len(values) < 200:
         return 0.0
     levels = envelope(values)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.checks import Check
 from vinesexp.records.file_attributes import (
@@ -23,7 +24,7 @@ from vinesexp.records.file_attributes import (
 )
 from vinesexp.records.findings import look_over
 from vinesexp.records.joined import AnySamples, JoinedSamples
-from vinesexp.records.readers import Floats, open_source
+from vinesexp.records.readers import open_source
 from vinesexp.records.refusal import is_of_the_machine, reason_of
 from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Campaign, Channel, Record, TimeColumn
@@ -131,7 +132,7 @@ def read_channels(
     *,
     time: TimeColumn | None = None,
     sample_rate: float | None = None,
-) -> tuple[float, float, dict[str, Floats]]:
+) -> tuple[float, float, dict[str, FloatArray]]:
     """Channels of one file in memory, without a campaign.
 
     Returns

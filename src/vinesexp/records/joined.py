@@ -14,9 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.columns import has_column
-from vinesexp.records.readers import BLOCK_ROWS, Floats, Source, open_source
+from vinesexp.records.readers import BLOCK_ROWS, Source, open_source
 from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Channel, Setup
 
@@ -29,7 +30,7 @@ class _Part:
 
     samples: Samples
     start: float
-    values: dict[str, Floats]
+    values: dict[str, FloatArray]
 
     @property
     def length(self) -> int:
@@ -96,7 +97,7 @@ class JoinedSamples:
         """Roles of the channels of each file."""
         return [list(part.values) for part in self._parts]
 
-    def blocks(self) -> Iterator[dict[str, Floats]]:
+    def blocks(self) -> Iterator[dict[str, FloatArray]]:
         """Blocks of every channel, SI, float64."""
         length = len(next(iter(self._values.values())))
         for begin in range(0, length, BLOCK_ROWS):
@@ -106,7 +107,7 @@ class JoinedSamples:
         """What is reported about samples out of the instrument's range; see `Samples.overload`."""
         return next(p.samples.overload(role) for p in self._parts if role in p.values)
 
-    def _joined(self, files: Sequence[Path]) -> tuple[float, float, dict[str, Floats]]:
+    def _joined(self, files: Sequence[Path]) -> tuple[float, float, dict[str, FloatArray]]:
         rates = [part.samples.sample_rate for part in self._parts]
         if max(rates) > min(rates) * (1.0 + 1e-6):
             reported = ", ".join(

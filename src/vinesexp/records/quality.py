@@ -20,11 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import IntArray
+from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.records.store import RecordView
-
-Floats = NDArray[np.float64]
-
 
 _BLOCK = 1 << 18
 
@@ -78,8 +75,8 @@ class Runs:
 
     starts: NDArray[np.int64]
     lengths: NDArray[np.int64]
-    values: Floats
-    block: Floats
+    values: FloatArray
+    block: FloatArray
     begin: int
 
     def stretches(self, chosen: NDArray[np.bool_]) -> Iterator[Stretch]:
@@ -176,7 +173,7 @@ def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch
     return found
 
 
-def _came_to_rest(before: Floats, value: float, levels: _Levels) -> bool:
+def _came_to_rest(before: FloatArray, value: float, levels: _Levels) -> bool:
     """Whether the samples before a stretch shrink towards its value, as a decay does at its end."""
     distance = np.abs(before - value)
     half = len(distance) // 2
@@ -257,13 +254,13 @@ def _levels(view: RecordView, role: str) -> _Levels:
     return _Levels(float(low), float(high), float(least), *middle)
 
 
-def _fall(view: RecordView, role: str, runs: Runs, distance: NDArray[np.int64]) -> Floats:
+def _fall(view: RecordView, role: str, runs: Runs, distance: NDArray[np.int64]) -> FloatArray:
     """How far the channel is from a run's value at these distances outside; the nearer side."""
     sides = (runs.starts - distance, runs.starts + runs.lengths - 1 + distance)
     return np.fmin(*(np.abs(_at(view, role, runs, side) - runs.values) for side in sides))
 
 
-def _at(view: RecordView, role: str, runs: Runs, index: NDArray[np.int64]) -> Floats:
+def _at(view: RecordView, role: str, runs: Runs, index: NDArray[np.int64]) -> FloatArray:
     """Samples at `index`, mostly out of the block at hand; NaN outside of the record."""
     values = np.full(len(index), np.nan)
     inside = (index >= runs.begin) & (index < runs.begin + len(runs.block))
@@ -273,7 +270,7 @@ def _at(view: RecordView, role: str, runs: Runs, index: NDArray[np.int64]) -> Fl
     return values
 
 
-def _thinned(view: RecordView, role: str, most: int) -> Floats:
+def _thinned(view: RecordView, role: str, most: int) -> FloatArray:
     """The channel as at most `most` means of consecutive samples."""
     group = -(-view.n // most)
     rows = max(_BLOCK // group, 1) * group

@@ -17,9 +17,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.columns import file_size, find_column, has_column
-from vinesexp.records.readers import Column, Floats, Source
+from vinesexp.records.readers import Column, Source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
 from vinesexp.records.readers.parts import require_one
 from vinesexp.records.schema import SI_UNITS, Channel, TimeColumn
@@ -91,7 +92,7 @@ class Samples:
         """Rows left out before the first and after the last complete one."""
         return self._rows.trimmed
 
-    def blocks(self) -> Iterator[dict[str, Floats]]:
+    def blocks(self) -> Iterator[dict[str, FloatArray]]:
         """Blocks of every channel, SI, float64.
 
         Raises
@@ -124,7 +125,7 @@ class Samples:
             self.warnings.append(("time", stray + "which is passed over"))
         self._compare_with_header()
 
-    def whole(self) -> list[dict[str, Floats]]:
+    def whole(self) -> list[dict[str, FloatArray]]:
         """All blocks at once, resampled where the clock is uneven."""
         try:
             return list(self.blocks())
@@ -142,7 +143,7 @@ class Samples:
         self.sample_rate, self.start = 1.0 / (interval * clock.size), clock.first * clock.size
         self._rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)
 
-    def _even_blocks(self, resampler: Resampler) -> Iterator[dict[str, Floats]]:
+    def _even_blocks(self, resampler: Resampler) -> Iterator[dict[str, FloatArray]]:
         pairs = ((block[:, -1], block[:, :-1]) for _, block in self._rows.blocks())
         for block in resampler.blocks(pairs):
             yield self._si(block, 0)
@@ -159,7 +160,7 @@ class Samples:
         )
         self._compare_with_header()
 
-    def _si(self, block: Floats, row: int) -> dict[str, Floats]:
+    def _si(self, block: FloatArray, row: int) -> dict[str, FloatArray]:
         values = {c.channel.role: _to_si(block[:, k], c) for k, c in enumerate(self._conversions)}
         self._refuse_impossible(values, row)
         return values
@@ -242,7 +243,7 @@ class Samples:
         unit = None if column is None else self.source.columns[column].unit
         return UNITS["time"].get(unit or "s", 1.0)
 
-    def _refuse_impossible(self, values: dict[str, Floats], row: int) -> None:
+    def _refuse_impossible(self, values: dict[str, FloatArray], row: int) -> None:
         for conversion in self._conversions:
             size = np.abs(values[conversion.channel.role])
             if size.size and size.max() > _LARGEST:
@@ -275,7 +276,7 @@ class Samples:
             )
 
 
-def _to_si(raw: Floats, conversion: _Conversion) -> Floats:
+def _to_si(raw: FloatArray, conversion: _Conversion) -> FloatArray:
     channel = conversion.channel
     values = raw * conversion.size if conversion.size != 1.0 else raw.copy()
     if channel.offset != 0.0:
@@ -362,7 +363,7 @@ class Rows:
     overloads: dict[int, tuple[int, int]] = field(default_factory=dict)
     _limits: dict[int, tuple[float, float]] = field(default_factory=dict)
 
-    def blocks(self) -> Iterator[tuple[int, Floats]]:
+    def blocks(self) -> Iterator[tuple[int, FloatArray]]:
         """Complete rows with the number of their first; what is missing at the ends is trimmed."""
         begun, before, hole, done = False, 0, None, 0
         for raw in self.source.blocks(self.indexes):
@@ -393,7 +394,7 @@ class Rows:
         self.trimmed = (before, done - hole if hole is not None else 0)
         self.found = done
 
-    def _within_range(self, raw: Floats, row: int) -> Floats:
+    def _within_range(self, raw: FloatArray, row: int) -> FloatArray:
         """Samples marked as out of the instrument's range, at the end of the range instead."""
         block = marks_to_infinity(raw)
         for k, index in enumerate(self.indexes):

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.columns import has_column
 from vinesexp.records.ingest import read_channels
-from vinesexp.records.readers import Floats, open_source
+from vinesexp.records.readers import open_source
 from vinesexp.records.schema import ROLES, Channel, TimeColumn
 from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, unit_size
 
@@ -17,7 +18,7 @@ from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, unit_size
 class Recording(NamedTuple):
     """Channels of a file by role, SI, and how they were sampled (Hz)."""
 
-    channels: dict[str, Floats]
+    channels: dict[str, FloatArray]
     sample_rate: float
 
 

@@ -20,8 +20,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.file_attributes import CONVENTIONS, long_name, write_attributes
 from vinesexp.records.schema import SI_UNITS
@@ -30,7 +30,6 @@ from vinesexp.whole_files import partial_path
 if TYPE_CHECKING:
     import xarray
 
-Floats = NDArray[np.float64]
 
 _CHUNK = 65536  # samples: 256 kB of one channel, small enough to read a few cycles cheaply
 _TIME_BLOCK = 1 << 20  # samples of the time axis made at once: 8 MB
@@ -68,7 +67,7 @@ class RecordWriter:
         self._file: Any = h5py.File(self._partial, "w", track_order=True)
         write_attributes(self._file, {"Conventions": CONVENTIONS, **attributes})
 
-    def append(self, block: Mapping[str, Floats]) -> None:
+    def append(self, block: Mapping[str, FloatArray]) -> None:
         """Add one block: for every role, the same number of further samples (SI)."""
         lengths = {np.shape(values) for values in block.values()}
         if set(block) != set(self._quantities) or len(lengths) != 1 or len(min(lengths)) != 1:
@@ -190,7 +189,7 @@ class RecordView:
         self.start = float(self.attributes.get("start_s", 0.0))
         self.n = int(self._file["time"].shape[0]) if "time" in self._file else 0
 
-    def read(self, role: str, start: int = 0, stop: int | None = None) -> Floats:
+    def read(self, role: str, start: int = 0, stop: int | None = None) -> FloatArray:
         """Samples [start, stop) of one channel, SI, float64.
 
         Raises
@@ -211,7 +210,7 @@ class RecordView:
             data.read_direct(out, np.s_[begin:end])  # converted while read, no float32 copy
         return out
 
-    def time(self, start: int = 0, stop: int | None = None) -> Floats:
+    def time(self, start: int = 0, stop: int | None = None) -> FloatArray:
         """Times of samples [start, stop), s: computed, so no file is read."""
         begin, end, _ = slice(start, stop).indices(self.n)
         return uniform_times(self.sample_rate, self.start, begin, end)
@@ -230,7 +229,7 @@ class RecordView:
         self.close()
 
 
-def uniform_times(sample_rate: float, start: float, begin: int, end: int) -> Floats:
+def uniform_times(sample_rate: float, start: float, begin: int, end: int) -> FloatArray:
     """Times of samples [begin, end), s: start + i/sample_rate, each rounded once.
 
     Examples

@@ -28,10 +28,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-
-Floats = NDArray[np.float64]
-
 
 _JITTER = 0.1  # of an interval: what impact timing needs
 
@@ -100,9 +98,9 @@ class Clock:
         self._uneven = False
         self._even = math.nan  # interval of a first line, from which the sums below count
         self._sum = self._moment = 0.0
-        self._extremes: list[tuple[NDArray[np.int64], Floats]] = []
+        self._extremes: list[tuple[NDArray[np.int64], FloatArray]] = []
 
-    def add(self, times: Floats, *, row: int) -> None:
+    def add(self, times: FloatArray, *, row: int) -> None:
         """Check one further block of times (file's unit), whose first stands in row `row`.
 
         Raises
@@ -184,7 +182,7 @@ class Clock:
         slope = (self._moment - middle * self._sum) / (self.n * (self.n**2 - 1) / 12.0)
         return self._even + slope
 
-    def _refuse_gap(self, times: Floats, steps: Floats, row: int) -> None:
+    def _refuse_gap(self, times: FloatArray, steps: FloatArray, row: int) -> None:
         """Refuse a step backward, of nothing, or over a gap."""
         interval = self._interval
         # Printed times may come in pairs and leaps: only a step beyond their rounding counts.
@@ -211,7 +209,7 @@ class Clock:
             problem += "there, or give 'sample_rate' instead of 'time' if only the times are wrong"
         raise RecordError(problem, file=self._file, where=self._locate(at))
 
-    def _are_even(self, steps: Floats) -> bool:
+    def _are_even(self, steps: FloatArray) -> bool:
         interval = self._interval
         allowed = min(self._coarsest, 0.5 * abs(interval)) + 2.0 * _JITTER * abs(interval)
         return interval > 0.0 and bool(np.abs(steps - interval).max() <= allowed)
@@ -225,7 +223,7 @@ class Clock:
         return float(round(rate)) if abs(rate - round(rate)) <= min(uncertainty, 0.01) else rate
 
 
-def _resolution(times: Floats) -> float:
+def _resolution(times: FloatArray) -> float:
     """Step in which times were printed: a power of ten, or that of the number format.
 
     Examples
@@ -279,12 +277,12 @@ class Resampler:
     n: int
     errors: list[float] = field(default_factory=list)
 
-    def blocks(self, uneven: Iterable[tuple[Floats, Floats]]) -> Iterator[Floats]:
+    def blocks(self, uneven: Iterable[tuple[FloatArray, FloatArray]]) -> Iterator[FloatArray]:
         """Blocks of samples (rows) on the uniform clock from blocks of times and samples."""
         times = np.empty(0)
         values = np.empty((0, 0))
         done = 0
-        sums: list[Floats] = []
+        sums: list[FloatArray] = []
         for more_times, more_values in uneven:
             times = np.concatenate((times, more_times))
             values = np.concatenate((values, more_values)) if len(values) else more_values
@@ -306,9 +304,9 @@ class Resampler:
             self.errors = [float(one) for one in np.sqrt(share)]
 
     def _block(
-        self, times: Floats, values: Floats, begin: int, end: int, sums: list[Floats]
-    ) -> Floats:
-        wanted: Floats = self.start + np.arange(begin, end, dtype=np.float64) * self.interval
+        self, times: FloatArray, values: FloatArray, begin: int, end: int, sums: list[FloatArray]
+    ) -> FloatArray:
+        wanted: FloatArray = self.start + np.arange(begin, end, dtype=np.float64) * self.interval
         points = min(_POINTS, len(times))
         place = np.searchsorted(times, wanted)
         left = np.clip(place - points // 2, 0, len(times) - points)
@@ -327,8 +325,8 @@ class Resampler:
 
 
 def _through(
-    times: Floats, values: Floats, left: NDArray[np.intp], points: int, wanted: Floats
-) -> Floats:
+    times: FloatArray, values: FloatArray, left: NDArray[np.intp], points: int, wanted: FloatArray
+) -> FloatArray:
     """Lagrange's polynomial through `points` samples from `left` on, at the times `wanted`."""
     out = np.zeros((len(wanted), values.shape[1]))
     for j in range(points):

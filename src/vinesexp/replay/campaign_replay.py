@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.clearance.level_base import LevelBase, base_of_level, found_base
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
@@ -25,7 +25,6 @@ from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.free_from import FREE_FROM
 
-Floats = NDArray[np.float64]
 Rows = Sequence[Mapping[str, str]]
 
 _MOST = 60_000_000  # samples of a record
@@ -182,8 +181,8 @@ class Seen:
 
     frequency: float
     length: float
-    time: Floats
-    amplitude: Floats
+    time: FloatArray
+    amplitude: FloatArray
     x0: float
     v0: float
     base: BaseSamples | None
@@ -288,7 +287,7 @@ def _seen(paths: ResultPaths, record: Record) -> Seen | None:
     return Seen(f, min(length, _LONGEST), time[known], amplitude[known], x0, v0, base)
 
 
-def _beginning(x: Floats, rate: float, frequency: float) -> tuple[float, float]:
+def _beginning(x: FloatArray, rate: float, frequency: float) -> tuple[float, float]:
     """Place and velocity at the first sample, by the sine through the first cycle."""
     x = x[np.isfinite(x)]
     if x.size < 8:

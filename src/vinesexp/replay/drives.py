@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Base, Harmonic, Measured, Sweep
@@ -20,8 +20,6 @@ from vinesexp.records.schema import Record
 from vinesexp.records.store import RecordView
 from vinesexp.rig import Rig
 from vinesexp.signals.means import channel_means
-
-Floats = NDArray[np.float64]
 
 _SETTLES = 5.0  # decay times of the oscillator before a periodic replay is judged
 _FEWEST_CYCLES = 40
@@ -39,7 +37,7 @@ WINDOWS = 3
 class BaseSamples:
     """Displacement of the base, m, from its own channel: rate in Hz, its mean taken off."""
 
-    x: Floats
+    x: FloatArray
     rate: float
 
 

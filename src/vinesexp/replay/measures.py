@@ -6,14 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.replay.motions import Replayed
 from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
 from vinesexp.signals.steady_part import steady_part
 from vinesexp.theory.regime_definitions import BY_FREQUENCY, activation_spells, regime_of
-
-Floats = NDArray[np.float64]
 
 _POINTS = 40  # a cycle: a swing is known to 0.3 %
 _SETTLING = 0.2  # of a periodic record, left out as in regimes.csv
@@ -42,12 +40,12 @@ class Measures:
     regime: str
     spells: float
     decay_time: float
-    cycles: tuple[Floats, Floats]
+    cycles: tuple[FloatArray, FloatArray]
     largest: float = math.nan
     steady: bool = True
 
 
-def is_steady(time: Floats, amplitude: Floats, length: float) -> bool:
+def is_steady(time: FloatArray, amplitude: FloatArray, length: float) -> bool:
     """Whether amplitudes of cycles scatter by less than a twentieth, after the first fifth.
 
     Examples
@@ -60,7 +58,7 @@ def is_steady(time: Floats, amplitude: Floats, length: float) -> bool:
     return judged.size < 2 or float(judged.std()) < _STEADY * float(judged.mean())
 
 
-def decay_time(time: Floats, amplitude: Floats) -> float:
+def decay_time(time: FloatArray, amplitude: FloatArray) -> float:
     """When the amplitude has fallen to a quarter of that of its largest cycle, s from there.
 
     Examples

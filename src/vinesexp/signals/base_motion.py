@@ -13,11 +13,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.records.schema import Record
 from vinesexp.records.store import RecordView, open_record
 from vinesexp.signals.means import block_means, fill_gaps
-
-Floats = NDArray[np.float64]
 
 #: Derivatives of displacement that each quantity is: x, iw x, -w^2 x.
 ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -56,7 +55,7 @@ class BaseMotion:
 
 
 def base_motion(
-    x: Floats, step: float, *, frequency: float, quantity: str = "displacement"
+    x: FloatArray, step: float, *, frequency: float, quantity: str = "displacement"
 ) -> BaseMotion | None:
     """Fit a sine with two harmonics to windows of four cycles.
 
@@ -122,8 +121,8 @@ def base_motion(
 
 
 def sines_of_windows(
-    windows: Floats, step: float, f: float
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128], Floats]:
+    windows: FloatArray, step: float, f: float
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128], FloatArray]:
     """Complex amplitudes of each window, their means in phase with the first, and their noise."""
     size = windows.shape[1]
     t = np.arange(size) * step
@@ -143,7 +142,7 @@ def sines_of_windows(
     return z, means, spread
 
 
-def _line(phase: Floats) -> tuple[float, float]:
+def _line(phase: FloatArray) -> tuple[float, float]:
     """Slope of phases over windows with its standard error, rad a window."""
     n = np.arange(phase.size) - 0.5 * (phase.size - 1)
     slope = float(n @ phase / (n @ n))

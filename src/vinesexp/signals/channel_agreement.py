@@ -23,9 +23,8 @@ from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.records.store import RecordView
 from vinesexp.signals.means import channel_means
 
@@ -36,9 +35,6 @@ _FINER = 400  # a period, where impacts are looked at: they alias into what is c
 
 
 _BAND = (0.8, 1.2)  # of the oscillation
-
-
-ComplexArray = NDArray[np.complex128]
 
 
 _CYCLES = (5.0, 12.0)  # periods in a segment, as the record allows: lines are f0 over these wide

@@ -25,9 +25,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vinesexp.arrays import BoolArray, FloatArray, IntArray
+from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vinesexp.identification.flights import Flights
 from vinesexp.identification.joint.unknowns import Local
 
@@ -55,8 +54,6 @@ _PARTS = 3  # groups by the duration of a flight, before and after
 _APART = 60.0  # errors of a time that durations have to differ by to be parted
 _FEWEST = 10
 _READ = (1e-4, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
-
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -93,7 +90,7 @@ class Collisions:
     means: tuple[FloatArray, FloatArray, FloatArray]
     sigma: FloatArray
 
-    def rest(self, p: Complex) -> Complex:
+    def rest(self, p: ComplexArray) -> ComplexArray:
         """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (14, ..., 1)."""
         f = self.flights
         r, ln_eps, g_x, g_a, reading, share, late, b, wall, slope, rub, tilt, contact, roll = p

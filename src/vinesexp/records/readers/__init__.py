@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import (
     archive,
@@ -30,9 +31,9 @@ from vinesexp.records.readers import (
 )
 from vinesexp.records.readers.guard import GuardedSource
 from vinesexp.records.readers.parts import file_of
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats, Source
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source
 
-__all__ = ["BLOCK_ROWS", "READERS", "Column", "Floats", "Source", "open_source"]
+__all__ = ["BLOCK_ROWS", "READERS", "Column", "FloatArray", "Source", "open_source"]
 
 #: Asked in this order; text comes last because it takes whatever looks like words, and any zip
 #: archive after those that are something else.

@@ -15,10 +15,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.extras import need, unreadable
 from vinesexp.records.readers.parts import file_aside, file_of, part_of
-from vinesexp.records.readers.source import BLOCK_ROWS, Floats
+from vinesexp.records.readers.source import BLOCK_ROWS
 from vinesexp.records.readers.text import TextSource
 
 NAME = "Excel (.xlsx, .xls)"
@@ -89,7 +90,7 @@ class SheetSource(TextSource):
         self._workbook = path
         self._read_from, self.path = self.path, path
 
-    def blocks(self, columns: Any, rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+    def blocks(self, columns: Any, rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
         try:
             yield from super().blocks(columns, rows)

@@ -24,10 +24,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError, VinesexpError
 from vinesexp.records.readers.fork_server import ended, fork_for, receive, send, serve, widen
 from vinesexp.records.readers.parts import file_of
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
+from vinesexp.records.readers.source import BLOCK_ROWS, Column
 
 if sys.platform == "win32":
     raise VinesexpError(
@@ -125,7 +126,7 @@ class GuardedSource:
         self.parts: tuple[str, ...] = facts["parts"]
         self.losses: tuple[str, ...] = facts["losses"]
 
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
         self._streams += 1
         stream = self._streams

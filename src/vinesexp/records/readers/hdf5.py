@@ -26,10 +26,11 @@ from typing import Any
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.extras import unreadable
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats, require_equal_lengths
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, require_equal_lengths
 
 NAME = "HDF5"
 
@@ -146,7 +147,7 @@ class Hdf5Source:
         self.parts: tuple[str, ...] = ()
         self.losses = tuple(losses)
 
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
         import h5py
 
@@ -298,7 +299,7 @@ def _links_elsewhere(file: Any) -> Iterator[str]:
         yield f"links to other files are not followed: {', '.join(found[:3])}{more}"
 
 
-def _read(file: Any, series: _Series, begin: int, end: int) -> Floats:
+def _read(file: Any, series: _Series, begin: int, end: int) -> FloatArray:
     data = file[series.dataset]
     if series.across is None:
         raw = data[begin:end]
@@ -306,7 +307,7 @@ def _read(file: Any, series: _Series, begin: int, end: int) -> Floats:
         raw = data[begin:end, series.across]
     else:
         raw = data[series.across, begin:end]
-    values: Floats = raw.astype(np.float64)
+    values: FloatArray = raw.astype(np.float64)
     if series.scale != 1.0:
         values *= series.scale
     if series.offset != 0.0:

@@ -16,16 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import hdf5
 from vinesexp.records.readers.extras import unreadable
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
-from vinesexp.records.readers.source import (
-    BLOCK_ROWS,
-    Column,
-    Floats,
-    require_equal_lengths,
-)
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, require_equal_lengths
 
 NAME = "MATLAB .mat"
 LIBRARIES = ("scipy.io", "h5py")
@@ -118,7 +114,7 @@ class MatlabSource:
         )
         self.sample_interval = hdf5.interval_from(stated[""], path)
 
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`.
 
         A compressed variable can only be read whole. So one at a time is, and laid aside in an
@@ -205,14 +201,14 @@ class MatlabSource:
     def _interval(self, name: str, stated: dict[str, dict[str, list[float]]]) -> float | None:
         return hdf5.interval_at(name, stated, self.path) if "/" in name else None
 
-    def _real(self, series: Any, variable: str) -> Floats:
+    def _real(self, series: Any, variable: str) -> FloatArray:
         if np.iscomplexobj(series):
             raise RecordError(
                 "holds complex numbers, expected real ones",
                 file=self.path,
                 where=f"variable {variable}",
             )
-        values: Floats = series.astype(np.float64)
+        values: FloatArray = series.astype(np.float64)
         return values
 
     def _refuse_impossible(self, variables: Any) -> None:

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.records.readers.extras import need, unreadable
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
-from vinesexp.records.readers.source import Column, Floats, TableSource
+from vinesexp.records.readers.source import Column, TableSource
 
 NAME = "MDF (MF4)"
 LIBRARIES = ("asammdf",)
@@ -28,7 +29,7 @@ def open_file(path: Path) -> TableSource:
     """Read an MDF file; RecordError where it holds no channels of numbers."""
     asammdf = need("asammdf", extra="mdf", what="an MDF file", path=path)
     columns: list[Column] = []
-    series: list[Floats] = []
+    series: list[FloatArray] = []
     groups = 0
     try:
         with asammdf.MDF(path) as file:
@@ -46,7 +47,7 @@ def open_file(path: Path) -> TableSource:
     return TableSource(path, "MDF", columns, series, time_column=time)
 
 
-def _group(file: Any, number: int) -> list[tuple[Column, Floats]]:
+def _group(file: Any, number: int) -> list[tuple[Column, FloatArray]]:
     """Times and channels of one group; empty where it holds no samples of numbers."""
     wanted = file.included_channels(number)[number]
     entries = [(None, g, k) for g, indexes in wanted.items() for k in indexes]

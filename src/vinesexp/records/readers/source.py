@@ -10,9 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-
-Floats = NDArray[np.float64]
 
 #: Rows read at once: 2 MB a column, so that an hour at 10 kHz never stands in memory.
 BLOCK_ROWS = 1 << 18
@@ -74,7 +73,7 @@ class Source(Protocol):
     parts: tuple[str, ...]
     losses: tuple[str, ...]
 
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """The given columns, in the given order, as (n, k) blocks; NaN where a cell is missing.
 
         Raises
@@ -137,7 +136,7 @@ class TableSource:
         self._first = first
         self._place = place
 
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
         series = [self._series[column] for column in columns]
         lengths = {self.columns[c].name: len(s) for c, s in zip(columns, series, strict=True)}

@@ -14,15 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.extras import need, unreadable
 from vinesexp.records.readers.labels import only_time, unit_in_name, unit_of_label
-from vinesexp.records.readers.source import (
-    BLOCK_ROWS,
-    Column,
-    Floats,
-    require_equal_lengths,
-)
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, require_equal_lengths
 
 NAME = "LabVIEW TDMS"
 LIBRARIES = ("nptdms",)
@@ -67,7 +63,7 @@ class TdmsSource:
             raise RecordError("holds no channels of numbers", file=path)
         self.time_column = only_time(self.columns)
 
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
         channels = [self._channels[column] for column in columns]
         lengths = {self.columns[j].name: len(c) for j, c in zip(columns, channels, strict=True)}
@@ -115,10 +111,10 @@ def _column(channel: Any, ambiguous: bool) -> Column:
     return Column(name, unit, increment, float(properties.get("wf_start_offset") or 0.0))
 
 
-def _numbers(channel: Any, begin: int, count: int) -> Floats:
+def _numbers(channel: Any, begin: int, count: int) -> FloatArray:
     values = channel.read_data(offset=begin, length=count)
     if values.dtype.kind == "M":
         first = channel.read_data(offset=0, length=1)[0]
-        seconds: Floats = (values - first) / np.timedelta64(1, "s")
+        seconds: FloatArray = (values - first) / np.timedelta64(1, "s")
         return seconds
     return np.asarray(values, dtype=np.float64)

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.records.readers.header import (
     Stated,
@@ -30,7 +31,7 @@ from vinesexp.records.readers.labels import is_overload, only_time, overload_val
 from vinesexp.records.readers.layout import Layout, seconds_since
 from vinesexp.records.readers.parts import file_aside, file_of, number_of_part, part_of
 from vinesexp.records.readers.rowcount import codes_and_ends, require_whole_rows, whole_lines
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
+from vinesexp.records.readers.source import BLOCK_ROWS, Column
 from vinesexp.units import UNITS
 
 NAME = "text (CSV, TXT, LabVIEW LVM)"
@@ -107,7 +108,7 @@ class TextSource:
         """Why the names of the file cannot be paired with its columns; empty where they are."""
         return self.layout.unpaired
 
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
         if self._rows_found is None:
             self._rows_found = require_whole_rows(self._read_from, self.layout)
@@ -135,7 +136,7 @@ class TextSource:
         found = next(islice(self._rows(), row, None), None)
         return f"line {found[0]}" if found else f"row {row}"
 
-    def _fast(self, wanted: list[int], rows: int) -> Iterator[Floats | None]:
+    def _fast(self, wanted: list[int], rows: int) -> Iterator[FloatArray | None]:
         """Blocks as the compiled reader gives them; None where it finds a word among numbers."""
         import pandas as pd
 
@@ -169,7 +170,7 @@ class TextSource:
         except (ValueError, TypeError, OverflowError, pd.errors.ParserError):
             yield None
 
-    def _patient(self, wanted: list[int], done: int, rows: int) -> Iterator[Floats]:
+    def _patient(self, wanted: list[int], done: int, rows: int) -> Iterator[FloatArray]:
         """Blocks from row `done` on, cell by cell: words of overload, dates and times of day."""
         lines: list[tuple[int, list[str]]] = []
         for number, line in islice(self._rows(), done, self._rows_found):
@@ -180,7 +181,7 @@ class TextSource:
         if lines:
             yield self._values(wanted, lines)
 
-    def _values(self, wanted: list[int], lines: list[tuple[int, list[str]]]) -> Floats:
+    def _values(self, wanted: list[int], lines: list[tuple[int, list[str]]]) -> FloatArray:
         block = np.empty((len(lines), len(wanted)))
         for k, column in enumerate(wanted):
             cells = [row[column] if column < len(row) else "" for _, row in lines]
@@ -300,7 +301,7 @@ class BlockSource(TextSource):
         self._read_from, self.path = self.path, path
         self.parts = tuple(str(k + 1) for k in range(len(blocks)))
 
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
         try:
             yield from super().blocks(columns, rows)

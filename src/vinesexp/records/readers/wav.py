@@ -16,8 +16,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Floats
+from vinesexp.records.readers.source import BLOCK_ROWS, Column
 
 NAME = "WAV"
 
@@ -53,7 +54,7 @@ class WavSource:
         columns = range(self._layout.channels)
         self.columns = tuple(Column(names.get(k + 1, str(k))) for k in columns)
 
-    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[Floats]:
+    def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
         layout = self._layout
         with self.path.open("rb") as stream:
@@ -109,7 +110,7 @@ class _Layout:
                 "states; they are not read"
             )
 
-    def numbers(self, raw: bytes) -> Floats:
+    def numbers(self, raw: bytes) -> FloatArray:
         """Frames as rows of -1 to 1."""
         width = self.frame // self.channels
         if self.code == _FLOAT:
@@ -124,7 +125,7 @@ class _Layout:
         return values.reshape(-1, self.channels)
 
 
-def _of_three_bytes(raw: bytes, order: str) -> Floats:
+def _of_three_bytes(raw: bytes, order: str) -> FloatArray:
     """24-bit codes as the upper three bytes of 32-bit ones."""
     wide = np.zeros((len(raw) // 3, 4), np.uint8)
     low = slice(1, 4) if order == "<" else slice(0, 3)

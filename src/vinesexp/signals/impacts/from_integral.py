@@ -19,9 +19,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vinesexp.arrays import BoolArray, FloatArray, IntArray
+from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.records.store import RecordView
 from vinesexp.settings.stages import SlopeSettings
@@ -46,9 +45,6 @@ _EXACT = 1e-12  # m/s: error of a jump that is taken as it is
 
 #: Share of the base's acceleration that an ordinary accelerometer shows across its axis.
 ACROSS = 0.03
-
-
-ComplexArray = NDArray[np.complex128]
 
 
 _POINTS = 400  # block means a period: impacts alias into what is coarser
