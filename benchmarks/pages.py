@@ -26,7 +26,7 @@ from vinesexp.codedigest import imported_modules
 
 ROOT = Path(__file__).resolve().parent.parent
 #: Minutes of one core that a page takes; others take longer, or arguments.
-MINUTES = {"map_cost": 1, "amplitude_map": 2, "identification": 3, "predictions": 3, "impacts": 5}
+MINUTES = {"map_cost": 1, "identification": 3, "predictions": 3, "impacts": 5}
 
 
 @dataclass(frozen=True)

@@ -112,18 +112,14 @@ STEPS: Mapping[str, Step] = {
     "figures_records": Step(
         "vinesexp.showing:figures_of_records", ("ingest", "condition", "impacts")
     ),
-    "pages": Step(
-        "vinesexp.showing:pages", (*_EACH, "identify", "regimes", "replay", "checks")
-    ),
+    "pages": Step("vinesexp.showing:pages", (*_EACH, "identify", "regimes", "replay", "checks")),
     "report": Step(
         "vinesexp.showing:report",
         (*_EACH[:3], *_TABLES, "checks", "figures_results", "figures_records"),
         reads=_description,
     ),
-    "bundle": Step(
-        "vinesexp.showing:bundle", (*_EACH, *_TABLES, "checks", "pages", "report")
-    ),
-}  # fmt: skip
+    "bundle": Step("vinesexp.showing:bundle", (*_EACH, *_TABLES, "checks", "pages", "report")),
+}
 
 
 class Study:

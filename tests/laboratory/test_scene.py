@@ -429,20 +429,20 @@ def test_reading_a_scene_is_quick_and_imports_nothing_heavy(tmp_path):
 
 
 def test_every_key_is_documented():
-    from vinesexp.laboratory import scene_file
+    from vinesexp.laboratory import scene
     from vinesexp.laboratory.instrument_files import FORMATS
 
     text = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
     keys = {
-        *scene_file.KEYS,
-        *scene_file.RIG_KEYS,
-        *scene_file.TEST_KEYS,
-        *scene_file.NEEDED,
-        *scene_file.COMMON_KEYS,
-        *scene_file.LASER,
-        *scene_file.ACCELEROMETER,
-        *scene_file.OSCILLOSCOPE_KEYS,
-        *scene_file.MODE_KEYS,
+        *scene.KEYS,
+        *scene.RIG_KEYS,
+        *scene.TEST_KEYS,
+        *scene.NEEDED,
+        *scene.COMMON_KEYS,
+        *scene.LASER,
+        *scene.ACCELEROMETER,
+        *scene.OSCILLOSCOPE_KEYS,
+        *scene.MODE_KEYS,
         *FORMATS,
     }
     assert sorted(key for key in keys if f"`{key}`" not in text) == []

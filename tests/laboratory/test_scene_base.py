@@ -182,9 +182,9 @@ def test_a_mistake_is_one_line_with_its_place(tmp_path, record, old, new, messag
 
 
 def test_every_key_is_documented():
-    from vinesexp.laboratory import base_record, scene_file
+    from vinesexp.laboratory import base_record, scene
 
     text = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
     keys = {*base_record.KEYS}
     assert sorted(key for key in keys if f"`{key}`" not in text) == []
-    assert all(f"{key}: " in text for key in scene_file.STEP_KEYS)
+    assert all(f"{key}: " in text for key in scene.STEP_KEYS)

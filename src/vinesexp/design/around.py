@@ -216,9 +216,7 @@ def _scaled(task: Task, found: Found) -> tuple[FloatArray, FloatArray, FloatArra
     levels = np.outer(found.robust / found.grid, ends)
     left = mean / np.array([_bare(task, float(G)) for G in ends])
     order = np.argsort(levels.ravel())
-    return (
-        levels.ravel()[order], left.ravel()[order], (captured / along.sum()).ravel()[order]
-    )  # fmt: skip
+    return (levels.ravel()[order], left.ravel()[order], (captured / along.sum()).ravel()[order])
 
 
 def _tried(task: Task, b: float) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -188,9 +188,7 @@ def identify_campaign(
         levels = tuple(level_values(used, campaign, f0, zeta, working.amplitude, alone))
         rows += law_rows(used, f0, zeta, working.amplitude)
     inputs = tuple(_inputs(answer, campaign))
-    said = [
-        *cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(inputs, answer)
-    ]  # fmt: skip
+    said = [*cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(inputs, answer)]
     return Identified(
         rows,
         [*checks, *said, *_absent(rows), *remarks(used)],

@@ -13,8 +13,9 @@ from typing import Any
 
 from vinesexp.identification.estimate import Estimate, combined
 from vinesexp.identification.whole_campaign import identify_campaign
+from vinesexp.laboratory.bench import Scene
 from vinesexp.laboratory.campaign_files import campaign_text, records_text
-from vinesexp.laboratory.scene import Scene, load_scene, simulate_group
+from vinesexp.laboratory.scene import load_scene, simulate_group
 from vinesexp.pipeline import analyse_record
 from vinesexp.records.campaign import Campaign, load_campaign
 from vinesexp.records.checks import Check

@@ -6,23 +6,566 @@ what `group_text` says. Truth goes to its own folder, which no step of the analy
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from vinesexp.errors import CampaignError, VinesexpError, nearest
+from vinesexp.errors import CampaignError, ParameterError, VinesexpError, nearest
+from vinesexp.excitation import SteppedSweep, WeakDamping
+from vinesexp.laboratory.base_record import BaseRecord, read_base_record
 from vinesexp.laboratory.bench import Scene, Test
+from vinesexp.laboratory.instrument_files import FORMATS
+from vinesexp.laboratory.modes import Mode
+from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
+from vinesexp.laboratory.scene_layers import Layers, refuse_unknown
+from vinesexp.laboratory.sensors import Accelerometer, Laser, Sensor
+from vinesexp.laboratory.sheet import read_sheet
+from vinesexp.records.problems import Problems
+from vinesexp.records.schema import MOTIONS
+from vinesexp.records.yamltree import Section, read_yaml
+from vinesexp.rig import NES, Oscillator
+from vinesexp.units import parse_quantity, parse_sensitivity
 
-__all__ = [
-    "Scene",
-    "Test",
-    "group_files",
-    "group_text",
-    "load_scene",
-    "raw_file",
-    "simulate_group",
-    "truth_file",
-]
+# scene.yaml, read strictly: rig, sensors, oscilloscope, and the tests in their groups.
+#
+# What a group says holds for all its tests; what a record says holds for it alone. Sensors and
+# oscilloscope can be changed for a group or a record key by key, which is how a fault is asked
+# for. All mistakes of the file are collected, each with its line and key.
+KEYS = ("title", "seed", "rig", "sheet", "sensors", "oscilloscope", "groups")
+RIG_KEYS = (
+    "mass",
+    "damping",
+    "quadratic_damping",
+    "coulomb_damping",
+    "stiffness",
+    "cubic_stiffness",
+    "nes_mass",
+    "restitution",
+    "restitution_minus",
+    "restitution_slope",
+    "friction",
+    "tilt",
+    "contact_time",
+)
+#: Keys of a record; a group takes them too, and `records`.
+TEST_KEYS = (
+    "test",
+    "duration",
+    "settle",
+    "clearance",
+    "clearance_minus",
+    "base_amplitude",
+    "frequency",
+    "dwell",
+    "base_record",
+    "release",
+    "ball_start",
+    "added_mass",
+    "height",
+    "note",
+    "sensors",
+    "oscilloscope",
+)
+DRIVEN = ("base_amplitude", "frequency", "base_record")
+#: What each test needs and what it can have besides; clearance brings ball_start along, and a
+#: driven test has base_amplitude and frequency, or base_record.
+NEEDED = {
+    "ringdown": ("release",),
+    "sweep": (),
+    "periodic": ("clearance",),
+    "transient": ("release", "clearance"),
+    "drop": ("height",),
+}
+ALLOWED = {
+    "ringdown": ("added_mass",),
+    "sweep": (*DRIVEN, "dwell", "clearance", "clearance_minus", "ball_start"),
+    "periodic": (*DRIVEN, "clearance_minus", "ball_start", "settle"),
+    "transient": ("clearance_minus", "ball_start"),
+    "drop": (),
+}
+Balls = tuple[NES, ...]
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
+_WALLS = {"wall +1": -1.0, "wall -1": 1.0, "middle": 0.0}
+
+
+# The base motion that a record of a scene asks for: one frequency, a sweep, steps, or a file.
+STEP_KEYS = ("start", "stop", "step")
+MOST_STEPS = 10_000
+
+
+# Sensors and oscilloscope as scene.yaml describes them; a fault not asked for is absent.
+MODE_KEYS = ("frequency", "share", "damping")
+#: Keys of both sensors that are read by functions of their own.
+COMMON_KEYS = ("sensitivity", "gain_error", "gain_uncertainty", "mode")
+#: Key of a sensor to the kind of its number, and what it may be beside above zero.
+LASER = {
+    "offset": ("voltage", "signed"),
+    "noise": ("displacement", "zero"),
+    "drift": ("displacement", "zero"),
+    "drift_time": ("time", ""),
+    "bias": ("displacement", "signed"),
+    "bandwidth": ("frequency", ""),
+    "range": ("displacement", ""),
+}
+ACCELEROMETER = {
+    "pulse": ("time", "needed"),
+    "ring_damping": ("ratio", ""),
+    "offset": ("voltage", "signed"),
+    "noise": ("acceleration", "zero"),
+    "bias": ("acceleration", "signed"),
+    "ring": ("frequency", ""),
+    "ac_corner": ("frequency", ""),
+    "cross_axis": ("ratio", "signed"),
+    "range": ("acceleration", ""),
+}
+OSCILLOSCOPE_KEYS = (
+    "sample_rate",
+    "bits",
+    "full_scale",
+    "format",
+    "skew",
+    "clock_error",
+    "dropped_samples",
+)
+
+
+def read_sensors(layers: Layers, seed: int) -> dict[str, Sensor]:
+    """Role to sensor; a role that nobody mentions has no sensor.
+
+    A gain that is stated with its uncertainty alone is drawn, one for the role in the whole scene.
+    """
+    layers.refuse_unknown(MOTIONS)
+    found: dict[str, Sensor] = {}
+    for role in MOTIONS:
+        entry = layers.under(role)
+        if not entry.sections:
+            continue
+        if role == "acceleration":
+            sensor = _sensor(entry, Accelerometer, "acceleration", ACCELEROMETER)
+        else:
+            sensor = _sensor(entry, Laser, "displacement", LASER)
+        gain, stated = _gain(entry, role, seed)
+        if sensor is not None:
+            mode = _mode(entry)
+            found[role] = replace(sensor, gain=gain, gain_uncertainty=stated, mode=mode)
+    if not found:
+        layers.complain("sensors", "no sensors; give at least 'displacement'")
+    return found
+
+
+def _sensitivity(entry: Layers, kind: str) -> float | None:
+    text = entry.value("sensitivity")
+    if text is None:
+        entry.complain("sensitivity", "is missing; such as '40 mV/mm' or '20 mV/g'")
+        return None
+    with entry.problems.at(entry.where("sensitivity")):
+        return parse_sensitivity(text, kind)
+    return None
+
+
+def _gain(entry: Layers, role: str, seed: int) -> tuple[float, float]:
+    """True gain over the sheet's, and the uncertainty that the sheet states."""
+    stated = entry.quantity("gain_uncertainty", "ratio", zero=True) or 0.0
+    error = entry.quantity("gain_error", "ratio", signed=True)
+    if error is None:
+        error = stated * float(stream(seed, role, "gain").standard_normal()) if stated else 0.0
+    if error <= -1.0:
+        entry.complain("gain_error", "expected more than -100 %: such a sensor shows nothing")
+    return 1.0 + error, stated
+
+
+def _mode(entry: Layers) -> Mode | None:
+    """A local mode of the structure; None where there is none."""
+    if entry.value("mode") is None:
+        return None
+    mode = entry.under("mode")
+    mode.refuse_unknown(MODE_KEYS)
+    frequency = mode.quantity("frequency", "frequency", needed=True)
+    share = mode.quantity("share", "ratio", needed=True, signed=True)
+    damping = mode.quantity("damping", "ratio")
+    if damping is not None and damping >= 1.0:
+        mode.complain("damping", "expected below 1: an overdamped mode is none")
+        return None
+    if frequency is None or share is None:
+        return None
+    return Mode(frequency, share, 0.02 if damping is None else damping)
+
+
+def _sensor(
+    entry: Layers, make: Callable[..., Sensor], kind: str, table: Mapping[str, tuple[str, str]]
+) -> Sensor | None:
+    """A sensor of the numbers that are given; None where what it needs is missing."""
+    entry.refuse_unknown((*COMMON_KEYS, *table))
+    values = {"sensitivity": _sensitivity(entry, kind)}
+    for key, (of, may) in table.items():
+        value = entry.quantity(key, of, **({may: True} if may else {}))
+        if value is not None or may == "needed":
+            values[key] = value
+    damping = values.get("ring_damping")
+    if damping is not None and damping >= 1.0:
+        entry.complain("ring_damping", "expected below 1: an overdamped mounting does not ring")
+    return None if None in values.values() else make(**values)
+
+
+def read_oscilloscope(layers: Layers) -> Oscilloscope | None:
+    """The oscilloscope; None where its description is wrong."""
+    layers.refuse_unknown(OSCILLOSCOPE_KEYS)
+    before = len(layers.problems.found)
+    rate = layers.quantity("sample_rate", "frequency", needed=True)
+    form = layers.text("format") or "oscilloscope-csv"
+    if form not in FORMATS:
+        layers.complain("format", f"unknown format '{form}'; {nearest(form, FORMATS)}")
+    skew = layers.under("skew")
+    skew.refuse_unknown(MOTIONS)
+    late = {
+        role: skew.quantity(role, "time", signed=True) or 0.0
+        for role in MOTIONS
+        if role in skew.names()
+    }
+    error = 0.0
+    if layers.value("clock_error") is not None:
+        with layers.problems.at(layers.where("clock_error")):
+            error = parse_quantity(layers.value("clock_error"), "ratio").value
+    scope = Oscilloscope(
+        sample_rate=rate or 1.0,
+        bits=layers.whole("bits", low=2, high=16, default=14),
+        full_scale=layers.quantity("full_scale", "voltage") or 1.0,
+        format=form,
+        skew=late,
+        clock_error=error,
+        dropped_samples=layers.whole("dropped_samples", low=0, high=10**6, default=0),
+    )
+    return scope if len(layers.problems.found) == before else None
+
+
+@dataclass(frozen=True)
+class BaseMotion:
+    """The base motion of a test; nothing of it: at rest. m, (first, last) Hz."""
+
+    amplitude: float = 0.0
+    frequency: tuple[float, float] | None = None
+    steps: SteppedSweep | None = None
+    record: BaseRecord | None = None
+
+
+def read_base(entry: Layers, *, driven: bool, sweep: bool) -> BaseMotion:
+    """The base motion of one record of a scene; its mistakes are noted.
+
+    Parameters
+    ----------
+    entry : Layers
+        Record over group.
+    driven, sweep : bool
+        Whether the kind of test has a base motion, and whether its frequency changes.
+    """
+    if not driven:
+        return BaseMotion()
+    if entry.value("base_record") is not None:
+        for key in ("base_amplitude", "frequency", "dwell"):
+            if entry.value(key) is not None:
+                entry.complain(key, f"the base moves as base_record says; remove '{key}'")
+        return BaseMotion(record=read_base_record(entry.under("base_record")))
+    amplitude = entry.quantity("base_amplitude", "displacement", needed=True) or 0.0
+    if sweep and entry.value("dwell") is not None:
+        steps = _steps(entry, amplitude)
+        if steps is None:
+            return BaseMotion()
+        return BaseMotion(amplitude, (steps.frequencies[0], steps.frequencies[-1]), steps)
+    expected = (
+        "expected [start, end] of a sweep; more need 'dwell'"
+        if sweep
+        else ("expected one frequency; [start, end] is for a sweep")
+    )
+    if isinstance(entry.value("frequency"), Section):
+        entry.complain("frequency", expected)
+        return BaseMotion()
+    frequency = entry.lengthy("frequency", "frequency", needed=True)
+    if frequency and len(frequency) != (2 if sweep else 1):
+        entry.complain("frequency", expected)
+    return BaseMotion(amplitude, (frequency[0], frequency[-1]) if frequency else None)
+
+
+def _steps(entry: Layers, amplitude: float) -> SteppedSweep | None:
+    """The stepped sweep that `dwell` makes of `frequency`."""
+    frequencies = _frequencies(entry)
+    dwell = entry.lengthy("dwell", "time")
+    if not frequencies or not dwell:
+        return None
+    if len(dwell) not in (1, len(frequencies)):
+        entry.complain(
+            "dwell",
+            f"{len(dwell)} times for {len(frequencies)} frequencies; give one for all, or one each",
+        )
+        return None
+    return SteppedSweep(amplitude, frequencies, dwell if len(dwell) > 1 else dwell[0])
+
+
+def _frequencies(entry: Layers) -> tuple[float, ...]:
+    """A list of frequencies, or start, stop (included) and step."""
+    if not isinstance(entry.value("frequency"), Section):
+        return entry.lengthy("frequency", "frequency", needed=True)
+    span = entry.under("frequency")
+    span.refuse_unknown(STEP_KEYS)
+    start, stop, step = (span.quantity(key, "frequency", needed=True) for key in STEP_KEYS)
+    if start is None or stop is None or step is None:
+        return ()
+    # A last step that falls short of `stop` by rounding alone is a whole one.
+    count = math.floor(abs(stop - start) / step * (1.0 + 1e-9) + 1e-9)
+    if count >= MOST_STEPS:
+        span.complain("step", f"makes {count + 1} steps, expected at most {MOST_STEPS}")
+        return ()
+    sign = 1.0 if stop >= start else -1.0
+    return tuple(start + sign * n * step for n in range(count + 1))
+
+
+# The balls of a scene: mass, restitution wall by wall and over speed, friction, tilt.
+def read_balls(rig: Layers) -> tuple[NES, ...]:
+    """The balls under `rig`: one that stands for all, or each; empty where there is none.
+
+    Every key has one value for all balls, or a list of one for each. Their clearances are those of
+    the tests; until then they are 1 m.
+    """
+    masses = rig.lengthy("nes_mass", "mass")
+    values = {
+        "restitution": rig.lengthy("restitution", "ratio", needed=bool(masses), zero=True),
+        "restitution_minus": rig.lengthy("restitution_minus", "ratio", zero=True),
+        "restitution_slope": rig.lengthy("restitution_slope", "restitution slope", signed=True),
+        "friction": rig.lengthy("friction", "acceleration", zero=True),
+        "tilt": rig.lengthy("tilt", "acceleration", signed=True),
+        "contact_time": rig.lengthy("contact_time", "time", zero=True),
+    }
+    if any(values["contact_time"]) and any(values["friction"]):
+        rig.complain("contact_time", "contacts that last and friction are not simulated together")
+        return ()
+    for key in ("restitution", "restitution_minus"):
+        for r in values[key]:
+            if r > 1.0:
+                rig.complain(key, f"found {r:g}, expected a number from 0 to 1")
+                return ()
+    if not masses or not values["restitution"]:
+        for key in ("restitution_minus", "restitution_slope", "friction", "tilt", "contact_time"):
+            if values[key]:
+                rig.complain(key, "there is no ball; give nes_mass and restitution")
+        return ()
+    n = max(len(masses), *(len(found) for found in values.values()))
+    for key, found in (("nes_mass", masses), *values.items()):
+        if found and len(found) not in (1, n):
+            rig.complain(
+                key, f"{len(found)} values for {n} balls; give one for each, or one for all"
+            )
+            return ()
+
+    def of(key: str, i: int) -> float | None:
+        found = values[key]
+        return found[i % len(found)] if found else None
+
+    return tuple(
+        NES(
+            m=masses[i % len(masses)],
+            b=1.0,
+            r=of("restitution", i) or 0.0,
+            r_minus=of("restitution_minus", i),
+            r_slope=of("restitution_slope", i) or 0.0,
+            friction=of("friction", i) or 0.0,
+            tilt=of("tilt", i) or 0.0,
+            contact_time=of("contact_time", i) or 0.0,
+        )
+        for i in range(n)
+    )
+
+
+def read_scene(file: Path, problems: Problems) -> Scene | None:
+    """Understand scene.yaml; what is wrong goes to `problems`, and the scene is None then."""
+    top = read_yaml(file, problems)
+    if top is None:
+        return None
+    refuse_unknown(top, KEYS, problems)
+    whole = Layers((top,), problems)
+    rig = whole.under("rig")
+    rig.refuse_unknown(RIG_KEYS)
+    oscillator = _oscillator(rig)
+    damping = WeakDamping(
+        quadratic=rig.quantity("quadratic_damping", "quadratic damping", zero=True) or 0.0,
+        coulomb=rig.quantity("coulomb_damping", "force", zero=True) or 0.0,
+    )
+    balls = read_balls(rig)
+    for ball in balls:
+        if oscillator is not None and ball.m > oscillator.M:
+            rig.complain(
+                "nes_mass", f"{ball.m:g} kg is more than the mass {oscillator.M:g} kg that the "
+                "ball is to calm; write grams as 'g'"
+            )  # fmt: skip
+    seed = top.values.get("seed")
+    if not isinstance(seed, int):
+        problems.add(f"found '{seed}', expected a whole number", where=top.where("seed"))
+    sheet = read_sheet(whole)
+    known_seed = seed if isinstance(seed, int) else 0
+    clock = sheet.off("clock", known_seed, "oscilloscope")
+    drawn = known_seed if sheet.seed is None else sheet.seed
+    groups = dict(_groups(whole, balls, drawn, clock))
+    _refuse_twice(groups, whole)
+    if problems.found or oscillator is None or not isinstance(seed, int):
+        return None
+    title = str(top.values.get("title") or file.resolve().parent.name)
+    return Scene(title, seed, oscillator, balls, damping, groups, sheet)
+
+
+def _oscillator(rig: Layers) -> Oscillator | None:
+    M = rig.quantity("mass", "mass", needed=True)
+    c1 = rig.quantity("damping", "damping", needed=True, zero=True)
+    k1 = rig.quantity("stiffness", "stiffness", needed=True)
+    k3 = rig.quantity("cubic_stiffness", "cubic stiffness", signed=True) or 0.0
+    return None if M is None or c1 is None or k1 is None else Oscillator(M=M, c1=c1, k1=k1, k3=k3)
+
+
+def _groups(
+    whole: Layers, balls: Balls, seed: int, clock: float
+) -> Iterator[tuple[str, tuple[Test, ...]]]:
+    groups = whole.under("groups")
+    if not groups.names():
+        whole.complain("groups", "no groups of tests; each has 'records'")
+    for name in groups.names():
+        group = groups.under(name)
+        if not _NAME.fullmatch(name):
+            groups.complain(name, "a group's name has letters, digits and _ . + - only")
+        group.refuse_unknown((*TEST_KEYS, "records"))
+        records = group.under("records")
+        if not records.names():
+            groups.complain(name, "has no records; give each a name under 'records'")
+        tests = []
+        for record in records.names():
+            entry = records.under(record)
+            entry.refuse_unknown(TEST_KEYS)
+            tests.append(_test(record, entry.over(group), whole, balls, seed))
+        yield name, tuple(_with_clock(test, clock) for test in tests if test is not None)
+
+
+def _with_clock(test: Test, error: float) -> Test:
+    """The test on an oscilloscope whose clock is off by what its sheet leaves open."""
+    if not error:
+        return test
+    scope = test.oscilloscope
+    return replace(test, oscilloscope=replace(scope, clock_error=scope.clock_error + error))
+
+
+def _test(name: str, entry: Layers, whole: Layers, balls: Balls, seed: int) -> Test | None:
+    before = len(entry.problems.found)
+    kind = entry.text("test")
+    if kind not in NEEDED:
+        found = "no test" if kind is None else f"found '{kind}'"
+        entry.complain("test", f"{found}; {nearest(str(kind), NEEDED)}")
+        return None
+    if not _NAME.fullmatch(name):
+        entry.complain("test", f"the record name '{name}' can be no file's name")
+    _refuse_unused(kind, entry)
+    needed = NEEDED[kind]
+    clearance = entry.lengthy("clearance", "displacement", needed="clearance" in needed)
+    _require_balls(kind, entry, len(clearance), len(balls))
+    base = read_base(entry, driven="base_record" in ALLOWED[kind], sweep=kind == "sweep")
+    duration = entry.quantity("duration", "time", needed=base.steps is None)
+    if duration is None and base.steps is not None:
+        duration = base.steps.duration
+    release = entry.quantity("release", "displacement", needed="release" in needed, signed=True)
+    height = entry.quantity("height", "displacement", needed="height" in needed)
+    minus = _clearance_minus(entry, len(clearance))
+    start = _ball_start(entry, clearance, minus or clearance)
+    sensors = read_sensors(entry.under("sensors").over(whole.under("sensors")), seed)
+    scope = read_oscilloscope(entry.under("oscilloscope").over(whole.under("oscilloscope")))
+    settle = entry.quantity("settle", "time", zero=True) or 0.0
+    added_mass = entry.quantity("added_mass", "mass", zero=True) or 0.0
+    if len(entry.problems.found) > before or scope is None or duration is None:
+        return None
+    return Test(
+        record=name,
+        kind=kind,
+        duration=duration,
+        sensors=sensors,
+        oscilloscope=scope,
+        settle=settle,
+        clearance=clearance,
+        clearance_minus=minus,
+        base_amplitude=base.amplitude,
+        frequency=base.frequency,
+        steps=base.steps,
+        base_record=base.record,
+        release=release or 0.0,
+        ball_start=start,
+        added_mass=added_mass,
+        height=height or 0.0,
+        note=entry.text("note") or "",
+    )
+
+
+def _refuse_unused(kind: str, entry: Layers) -> None:
+    """A key that this kind of test has no use for is a mistake, not a decoration."""
+    always = ("test", "duration", "note", "sensors", "oscilloscope", "records")
+    for key in entry.names():
+        if key in TEST_KEYS and key not in (*always, *NEEDED[kind], *ALLOWED[kind]):
+            entry.complain(key, f"a {kind} test has no use for '{key}'; remove it")
+
+
+def _require_balls(kind: str, entry: Layers, wanted: int, there: int) -> None:
+    """One ball under `rig` stands for as many alike as a test has clearances."""
+    if (wanted or kind == "drop") and not there:
+        entry.complain("clearance", "no ball; give nes_mass and restitution under 'rig'")
+    elif 1 < there < wanted:
+        entry.complain("clearance", f"{wanted} clearances for {there} balls under 'rig'")
+
+
+def _clearance_minus(entry: Layers, balls: int) -> tuple[float, ...]:
+    """Clearance of each ball to its wall of side -1; empty where the walls are alike."""
+    minus = entry.lengthy("clearance_minus", "displacement")
+    if minus and len(minus) != balls:
+        entry.complain("clearance_minus", f"{len(minus)} for {balls} clearances; give one for each")
+        return ()
+    return minus
+
+
+def _ball_start(
+    entry: Layers, clearance: tuple[float, ...], minus: tuple[float, ...]
+) -> tuple[float, ...]:
+    """y - x over b of each ball: a wall, the middle, or a length from where both walls are b."""
+    if not clearance:
+        return ()
+    given = entry.value("ball_start")
+    if given is None:
+        entry.complain(
+            "ball_start", "say where the balls lie at the start: wall +1, wall -1, middle or 5 mm"
+        )
+        return ()
+    words = given if isinstance(given, list) else [given] * len(clearance)
+    if len(words) != len(clearance):
+        entry.complain("ball_start", f"{len(words)} places for {len(clearance)} balls")
+        return ()
+    found = []
+    for word, b, c in zip(words, clearance, minus, strict=True):
+        with entry.problems.at(entry.where("ball_start")):
+            place = _WALLS.get(str(word))
+            if place is None:
+                place = parse_quantity(word, "displacement").value
+                place /= b if place < 0.0 else c
+            elif word == "middle" and c != b:
+                place = 0.5 * (c - b) / max(b, c)
+            if abs(place) > 1.0:
+                wall = 1e3 * (b if place < 0.0 else c)
+                raise ParameterError(f"found '{word}', outside the cavity of clearance {wall:g} mm")
+            found.append(place)
+    return tuple(found)
+
+
+def _refuse_twice(groups: dict[str, tuple[Test, ...]], whole: Layers) -> None:
+    seen: dict[str, str] = {}
+    for group, tests in groups.items():
+        for test in tests:
+            key = test.record.lower()
+            if key in seen:
+                whole.complain(
+                    "groups", f"record '{test.record}' is in group {seen[key]} and in {group}"
+                )
+            seen[key] = group
 
 
 def load_scene(path: Path) -> Scene:
@@ -43,9 +586,6 @@ def load_scene(path: Path) -> Scene:
     CampaignError
         The first mistake with line and key, and how many more there are.
     """
-    from vinesexp.laboratory.scene_file import read_scene
-    from vinesexp.records.problems import Problems
-
     problems = Problems(Path(path))
     scene = read_scene(Path(path), problems)
     found = list({str(problem): problem for problem in problems.found}.values())
@@ -58,8 +598,6 @@ def load_scene(path: Path) -> Scene:
 
 def raw_file(test: Test) -> Path:
     """Instrument file of a test, relative to the campaign folder."""
-    from vinesexp.laboratory.instrument_files import FORMATS
-
     return Path("raw") / f"{test.record}{FORMATS[test.oscilloscope.format][0]}"
 
 

@@ -297,9 +297,7 @@ def _rivals(
         return ()
     after = believed(without, best)
     now = scores(data, after, posterior_of(data, after), [other for _, other in near])
-    near = [
-        one for beside, one in zip(now, near, strict=True) if beside < one[0] - _EXPLAINS
-    ]  # fmt: skip
+    near = [one for beside, one in zip(now, near, strict=True) if beside < one[0] - _EXPLAINS]
     return tuple(other for _, other in sorted(near, key=lambda one: -one[0]))
 
 

@@ -158,12 +158,9 @@ class Answer:
     def effect(self, name: str) -> Weighed | None:
         """The cause that an effect of ball and contact is, where it is believed."""
         return next(
-            (
-                w for w in self.judged.found
-                if w.cause.about == name and w.cause.kind == "effect"
-            ),
+            (w for w in self.judged.found if w.cause.about == name and w.cause.kind == "effect"),
             None,
-        )  # fmt: skip
+        )
 
     @cached_property
     def parts(self) -> dict[str, FloatArray]:

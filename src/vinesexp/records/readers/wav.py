@@ -168,7 +168,7 @@ def _layout(path: Path) -> _Layout:
     there = size - begin if stated is None else min(stated, size - begin)
     return _Layout(
         order, code, channels, rate, frame, begin, stated, there, behind or 0, found.get(b"iXML")
-    )  # fmt: skip
+    )
 
 
 def _stated(length: int, form: bytes, ds64: bytes) -> int | None:

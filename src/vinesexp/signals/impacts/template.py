@@ -203,7 +203,7 @@ def template_of(
     slopes = np.gradient(values, 1.0 / FINE)
     return Template(
         span[0], values, slopes, momentum / height, kept, core, model_error, shape, learnt_from
-    )  # fmt: skip
+    )
 
 
 def neighbourhood(values: FloatArray, size: int) -> FloatArray:
