@@ -1,4 +1,4 @@
-"""The command `vinesexp`: look a campaign over, design a clearance, simulate, find impacts."""
+"""The command `vinesexp`: check a campaign, design a clearance, simulate, find impacts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vinesexp.threads import one_thread_each
 COMMANDS = {
     "look": "what is in instrument files, and which channel is which",
     "init": "campaign.yaml and records.csv proposed from a folder of files",
-    "check": "look a campaign over without running it",
+    "check": "check a campaign folder without running it",
     "run": "the workflow on a campaign: records to report; all options of snakemake",
     "watch": "while measuring: files analysed as instruments write them, on a live page",
     "plan": "what to test next and why, or a first campaign from rig values",
@@ -28,8 +28,8 @@ COMMANDS = {
     "design": "what clearance to build and what it gives; b_c and b_t with sensitivities",
     "map": "amplitude and captured share over any two of b, f, G, m, r",
     "basins": "which motions coexist over the clearance, and how many starts lead to each",
-    "simulate": "records of a scene",
-    "impacts": "impacts in one file",
+    "simulate": "simulated records of a scene",
+    "impacts": "impacts in instrument files",
     "completion": "what bash, zsh or fish need to complete commands and options",
 }
 

@@ -166,7 +166,7 @@ def test_a_simulated_answer_has_every_key_and_warns(
     assert answer["captured_share"] > 0.85
     assert answer["bare_amplitude_mm"] == pytest.approx(6.687, abs=2e-3)
     said = " ".join(answer["warnings"])
-    assert "published b_c knows no frequency and stands at 33.97 mm beside 27.36 mm" in said
+    assert "published b_c does not depend on frequency: 33.97 mm beside 27.36 mm" in said
     assert "is not reached from rest" in said
     untouched = "a ball at rest in the middle of the robust cavity is never touched" in said
     assert untouched != answer["robust"]["centre_touched"]

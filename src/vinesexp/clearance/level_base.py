@@ -1,4 +1,4 @@
-"""The base at one level of periodic tests: as measured where it was, else as the sheet says.
+"""The base at one level of periodic tests: as measured where it was, else as the test log says.
 
 Where they differ the joint model of the campaign decides; predictions use what it found.
 """
@@ -110,7 +110,7 @@ def _spread(values: Sequence[float]) -> float:
 
 
 def base_checks(name: str, frequencies: set[float], base: LevelBase, rows: Rows) -> list[Check]:
-    """Where the base did not do what the sheet says, or was no steady sine.
+    """Where the base did not do what the test log says, or was no steady sine.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def base_checks(name: str, frequencies: set[float], base: LevelBase, rows: Rows)
         if abs(found.value - sheet) > DIFFERS * allowed:
             checks.append(
                 Check("", "base frequency", "warning",
-                      f"{name}: the base channel shows {found.value:.6g} Hz, the sheet says "
+                      f"{name}: the base channel shows {found.value:.6g} Hz, the test log says "
                       f"{sheet:.6g} Hz; predictions use what was measured; check frequency_hz and "
                       "the sample rate")
             )  # fmt: skip

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from vinesexp.commands.options import add_force, refuse_existing, writing
 from vinesexp.difference import DIFFERENCES, Difference, Differences
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.records.tables import write_rows
-from vinesexp.report.differences_page import differences_page, lead
-from vinesexp.report.repeatability_page import (
+from vinesexp.report.comparison_pages import (
     about_errors,
+    differences_page,
+    lead,
     repeatability_lead,
     repeatability_page,
     spread_in_words,
@@ -42,28 +43,20 @@ def run(args: argparse.Namespace) -> int:
     for folder in folders:
         open_results(folder)  # says in one line what is missing
     if args.more:
-        return _repeat(folders, args)
-    found = compare_results(args.a, args.b)
-    print("\n".join(text_of(found, everything=args.all)))
+        repeated = repeatability_of(folders)
+        lines, page = repeated_text(repeated), partial(repeatability_page, repeated)
+        table, rows = REPEATABILITY, repeated.rows()
+    else:
+        found = compare_results(args.a, args.b)
+        lines, page = text_of(found, everything=args.all), partial(differences_page, found)
+        table, rows = DIFFERENCES, [row.as_row() for row in found.rows]
+    print("\n".join(lines))
     if args.html is not None:
         with writing(args.html):
-            args.html.write_text(differences_page(found), encoding="utf-8")
+            args.html.write_text(page(), encoding="utf-8")
     if args.csv is not None:
         with writing(args.csv):
-            write_rows(args.csv, DIFFERENCES, [row.as_row() for row in found.rows])
-    return 0
-
-
-def _repeat(folders: Sequence[Path], args: argparse.Namespace) -> int:
-    """The same for more than two folders."""
-    found = repeatability_of(folders)
-    print("\n".join(repeated_text(found)))
-    if args.html is not None:
-        with writing(args.html):
-            args.html.write_text(repeatability_page(found), encoding="utf-8")
-    if args.csv is not None:
-        with writing(args.csv):
-            write_rows(args.csv, REPEATABILITY, found.rows())
+            write_rows(args.csv, table, rows)
     return 0
 
 

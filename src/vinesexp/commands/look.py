@@ -92,25 +92,25 @@ def _shows(text: str) -> bool:
     return True
 
 
+#: What is said of a column that is no signal.
+_KINDS = {
+    "time": "times, {span}",
+    "counter": "row numbers, {span}",
+    "switch": "two values, {low:.6g} and {high:.6g}",
+    "several": "{span}, of several records",
+    "frequency": "frequencies, {span}",
+    "spectrum": "over frequency, {span}",
+    "list": "{count} values, {span}",
+    "constant": "constant, {low:.6g}",
+}
+
+
 def _described(column: ColumnView) -> str:
     finite = column.finite
-    span = f"{finite.min():.4g} to {finite.max():.4g}"
-    if column.kind == "time":
-        return f"times, {span}"
-    if column.kind == "counter":
-        return f"row numbers, {span}"
-    if column.kind == "switch":
-        return f"two values, {finite.min():.6g} and {finite.max():.6g}"
-    if column.kind == "several":
-        return f"{span}, of several records"
-    if column.kind == "frequency":
-        return f"frequencies, {span}"
-    if column.kind == "spectrum":
-        return f"over frequency, {span}"
-    if column.kind == "list":
-        return f"{len(finite)} values, {span}"
-    if column.kind == "constant":
-        return f"constant, {finite[0]:.6g}"
+    low, high = finite.min(), finite.max()
+    span = f"{low:.4g} to {high:.4g}"
+    if column.kind != "signal":
+        return _KINDS[column.kind].format(span=span, low=low, high=high, count=len(finite))
     frequency, _ = column.peak()
     unit = "Hz" if column.rate else "cycles a sample"
     return f"{span}, strongest at {frequency:.4g} {unit} |{small_plot(finite)}|"

@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     refuse_existing(picture, force=args.force)
     share = once(args.rows, "--rows")
     if share is not None and (picture is not None or args.join):
-        raise ParameterError("a part has no picture and joins nothing", where="--rows")
+        raise ParameterError("cannot be combined with --plot or --join", where="--rows")
     if args.join:
         values = joined(plan, args.join)
     else:

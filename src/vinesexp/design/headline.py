@@ -107,7 +107,7 @@ def build_this(advice: Advice) -> list[str]:
     elsewhere = abs(advice.least_mean.b / best.b - 1.0) > task.tolerance
     if elsewhere and advice.least_mean.rest_mean < 0.8 * best.random_mean:
         said.append(
-            f"Where nothing but rest with the ball at a wall is to be expected, b = "
+            f"If every test starts at rest with the ball at a wall, b = "
             f"{clearance(advice.least_mean.b)} mm leaves {brief(advice.least_mean.rest_mean)} mm, "
             f"and {brief(advice.least_mean.random_mean)} mm over random starts."
         )
@@ -290,8 +290,8 @@ def apart(published: float, exact: float) -> list[str]:
     if abs(published / exact - 1.0) <= 0.1:
         return []
     return [
-        f"the published b_c knows no frequency and stands at {1e3 * published:.4g} mm "
-        f"beside {1e3 * exact:.4g} mm exact: do not build it off resonance"
+        f"the published b_c does not depend on frequency: {1e3 * published:.4g} mm "
+        f"beside {1e3 * exact:.4g} mm exact; do not build it off resonance"
     ]
 
 
@@ -310,7 +310,7 @@ def remarks_of(given: Given, answer: Answer) -> list[str]:
             "of theory know neither"
         )
     if law and answer.advice is None and answer.falls is None:
-        said.append("b_c and b_t know neither friction nor damping law: nothing was simulated")
+        said.append("b_c and b_t neglect friction and damping laws, and nothing was simulated")
     if "m" in given and len(given["m"]) > 1:
         r = {q.value for q in given["r"]}
         word = f", with r = {given.one('r').value:g}, that of the first" if len(r) > 1 else ""

@@ -51,7 +51,7 @@ _ASSUMED: Mapping[str, str] = {
     RECORDS: "noise and scatter, as the records show them",
     DISAGREEMENT: "sources that exclude one another",
     "amplitude": "f0 and zeta depend on amplitude; the tests work over a range of it",
-    COLLISIONS: "r and the ball's mass stand for what the model does not know",
+    COLLISIONS: "r and the ball's mass include what the model neglects",
 }
 
 

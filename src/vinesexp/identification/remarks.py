@@ -157,7 +157,7 @@ def _beats(found: Sequence[Estimate]) -> list[Check]:
             "beats",
             "warning",
             f"a second oscillation at {e.value:.4g} Hz has {100 * share[e.records[0]]:.2g} % of "
-            "the amplitude: another mode, or the table's; it was taken out of the fit",
+            "the amplitude: another mode, or the table's; the fit allows for it",
         )
         for e in found
         if e.parameter == "beat"

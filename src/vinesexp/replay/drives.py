@@ -1,4 +1,4 @@
-"""What drives a replay: the base as it was measured, else as the sheet says.
+"""What drives a replay: the base as it was measured, else as the test log says.
 
 A steady sine stands for a base that was one; a base that wanders, has another component or sweeps
 is taken sample by sample. Nobody saw how a test was started, so a periodic replay runs until its

@@ -102,7 +102,7 @@ def explanation(test: Tested, found: Sequence[Attractor]) -> str:
         return f"no other motion explains it: none of {STARTS} starts leads there"
     best = max(alike, key=lambda one: one.share)
     if best.share == 1.0:
-        return "all starts lead to the motion of the record, none to the one that b_c is about"
+        return "all starts lead to the motion of the record, none to the one whose end b_c is"
     return f"another motion explains it: {_in_words(best)}"
 
 

@@ -539,7 +539,7 @@ def _in_words(found: Lost | Cut | OtherClock, view: RecordView, frequency: float
     if isinstance(found, Cut):
         at = float(view.time(found.first, found.first + 1)[0])
         kept = "after" if found.kept(view.n)[0] else "before"
-        seen = "the displacement jumps there and goes on about the same middle"
+        seen = "the displacement jumps there and continues about the same mean"
         if found.last > found.first:
             seen = "the lag between acceleration and displacement steps there"
         return (

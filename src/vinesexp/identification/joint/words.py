@@ -97,7 +97,7 @@ def called(cause: Cause) -> str:
     if cause.kind == "effect":
         return _NAMES[cause.about]
     if cause.kind == "scatter":
-        return f"something that nobody knows ({_SCATTERED[cause.about]})"
+        return f"an unexplained cause ({_SCATTERED[cause.about]})"
     place = _PLACES.get(cause.about, f"the {cause.about}")
     if cause.kind == "drift":
         after = f" from {cause.records[0]} on" if cause.records else " along the campaign"

@@ -229,7 +229,7 @@ def _knocks_in_words(found: Detection, knocked: BoolArray, start: float) -> str:
 
 #: What checks.csv says of an accelerometer whose pulses are no measure of jumps.
 _UNRESOLVED = (
-    "the areas of the accelerometer's pulses have nothing to do with the jumps of velocity that "
+    "the areas of the accelerometer's pulses do not agree with the jumps of velocity that "
     "the displacement shows: the sensor was sampled too slowly for them, without a filter before "
     "(aliased), or is loose; the jumps are those of the displacement alone. Sample faster, or "
     "filter before sampling"

@@ -281,7 +281,7 @@ def integrated_motion(
     if "base" not in record.roles:
         raise AnalysisError(
             "the displacement was not recorded, and the acceleration cannot take its place: "
-            "without a channel on the base nobody knows what share of the sensor's phase is its own"
+            "without a channel of the base the phase error of the sensor cannot be found"
         )
     if record.sample_rate < 2.5 * _LINES[1] * frequency:
         raise AnalysisError("sampled too slowly for a displacement from the acceleration")

@@ -1,11 +1,61 @@
-"""The page of `vinesexp compare` for three results folders or more: one figure a value."""
+"""Pages of `vinesexp compare`: what changed between two results folders; what repeats in more."""
 
 from __future__ import annotations
 
+from vinesexp.difference import Difference, Differences
 from vinesexp.figures.methods import SYMBOLS, value_over_folders
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.results_repeatability import Repeatability, Series
+
+_KINDS = {
+    "value": "Identified values",
+    "clearance": "Clearances",
+    "regime": "Regimes and amplitudes of records",
+    "check": "Problems found in the data",
+}
+
+
+def lead(found: Differences) -> str:
+    """The answer in one sentence.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> lead(Differences(Path("a"), Path("b"), 0, 1, 1, ()))
+    'Nothing differs beyond its error.'
+    """
+    rows = [row for row in found.rows if row.matters]
+    if not rows:
+        return "Nothing differs beyond its error."
+    numbers = [row for row in rows if row.kind in ("value", "clearance")]
+    parts = [f"{row.what} ({_apart(row)})" for row in numbers[:5]]
+    if len(numbers) > 5:
+        parts.append(f"{len(numbers) - 5} more values")
+    for kind, word in (("regime", "record"), ("check", "check")):
+        count = sum(row.kind == kind for row in rows)
+        if count:
+            parts.append(f"{count} {word}{'' if count == 1 else 's'}")
+    return "What differs: " + ", ".join(parts) + "."
+
+
+def differences_page(found: Differences) -> str:
+    """What changed first, what stayed folded below; one HTML file that needs nothing else."""
+    parts = []
+    for kind, heading in _KINDS.items():
+        rows = [row for row in found.rows if row.kind == kind]
+        always = kind in ("value", "clearance")
+        shown = [row for row in rows if always or row.matters]
+        folded = [row for row in rows if not (always or row.matters)]
+        if rows:
+            parts.append({"heading": heading, "shown": shown, "folded": folded})
+    content = {"a": found.a, "b": found.b, "lead": lead(found), "about": found.about_data()}
+    return rendered("vinesexp.report", "differences.html.j2", {**content, "parts": parts})
+
+
+def _apart(row: Difference) -> str:
+    apart = row.errors_apart
+    return row.verdict if apart is None else f"{abs(apart):.1f} errors apart"
 
 
 def repeatability_lead(found: Repeatability) -> str:
