@@ -10,8 +10,7 @@ from html.parser import HTMLParser
 import pytest
 
 from vinesexp.errors import TableError
-from vinesexp.report.page import build_report, changed_settings, grouped
-from vinesexp.report.provenance import digest, git_revision
+from vinesexp.report.page import build_report, changed_settings, digest, git_revision, grouped
 from vinesexp.report.rendering import inline_svg
 from vinesexp.report.tables_shown import coverage_table
 from vinesexp.settings.overrides import changed_by_text
