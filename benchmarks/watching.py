@@ -40,6 +40,7 @@ channels:
 time: {column: "Time*", unit: s}
 """
 _PULSE = 0.5e-3  # s, half the width of an impact in the acceleration, or five samples
+_TURNS = 16  # records that `side_by_side` takes
 _LOOKED_AT = (10, 25, 50, 100, 150, 200)
 
 
@@ -159,8 +160,8 @@ def measure(
     return turns, wholes
 
 
-def bookkeeping(folder: Path, records: int) -> tuple[float, float, float]:
-    """Processor s of a look at the folder, one row more, and the page, without the analysis."""
+def filled(folder: Path, records: int) -> Session:
+    """A session with rows of records that count as analysed."""
     raw = folder / "bench/raw"
     raw.mkdir(parents=True)
     (folder / "bench/campaign.yaml").write_text(YAML, encoding="utf-8")
@@ -171,11 +172,20 @@ def bookkeeping(folder: Path, records: int) -> tuple[float, float, float]:
     sheet = folder / "bench/records.csv"
     sheet.write_text("\n".join(rows) + "\n", encoding="utf-8")
     session = Session(folder / "bench", folder / "results", quiet=0.0)
+    analyse = session._analyse
     session._analyse = lambda record: setattr(session.seen[record.id], "state", "done")  # type: ignore[method-assign]
     session._begin_background = lambda: None  # type: ignore[method-assign]
     session.begin()
     while session.step():
         pass
+    session._analyse = analyse  # type: ignore[method-assign]
+    return session
+
+
+def bookkeeping(folder: Path, records: int) -> tuple[float, float, float]:
+    """Processor s of a look at the folder, one row more, and the page, without the analysis."""
+    session = filled(folder, records)
+    sheet = folder / "bench/records.csv"
     parts, times = Parts(session), []
 
     def one_row_more() -> None:
@@ -188,6 +198,26 @@ def bookkeeping(folder: Path, records: int) -> tuple[float, float, float]:
         times.append(time.thread_time() - begun)
     session.stop()
     return times[0], times[1], times[2]
+
+
+def side_by_side(folder: Path, *, seconds: float, rate: float) -> dict[int, list[float]]:
+    """Processor s from a finished file to its words and the page, with 10 and with 200 records.
+
+    The same records go to both in turns, so that what else the machine does is the same for both.
+    """
+    sessions = {number: filled(folder / str(number), number) for number in (10, 200)}
+    pages = {number: Parts(session) for number, session in sessions.items()}
+    found: dict[int, list[float]] = {number: [] for number in sessions}
+    for turn, (name, test) in enumerate(day_of_files(_TURNS)):
+        text = record_text(**test, seconds=seconds, rate=rate, seed=turn)
+        for number, session in list(sessions.items())[:: 1 if turn % 2 else -1]:
+            (folder / str(number) / "bench/raw" / name).write_text(text, encoding="utf-8")
+            begun = time.thread_time()
+            while sum(seen.state == "done" for seen in session.seen.values()) <= number + turn:
+                session.step()
+            pages[number].since(0)
+            found[number].append(time.thread_time() - begun)
+    return found
 
 
 def table_of(turns: list[Turn], wholes: list[Whole]) -> str:
@@ -213,10 +243,23 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--records", type=int, default=200)
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--rate", type=float, default=10000.0, help="Hz")
+    parser.add_argument(
+        "--side-by-side", action="store_true", help="only new records beside 10 and beside 200"
+    )
     args: Any = parser.parse_args(arguments)
+    if args.side_by_side:
+        with tempfile.TemporaryDirectory() as place:
+            found = side_by_side(Path(place), seconds=args.seconds, rate=args.rate)
+        for number, times in found.items():
+            first, *rest = times
+            shown = f"median {np.median(rest):.3f} s of {len(rest)} (first {first:.2f} s)"
+            print(f"{number} records: {shown}")
+        more = np.subtract(found[200], found[10])[1:]
+        print(f"more with 200: {np.median(more):.3f} s (quartiles {np.percentile(more, [25, 75])})")
+        return
     with tempfile.TemporaryDirectory() as place:
-        found = measure(Path(place), records=args.records, seconds=args.seconds, rate=args.rate)
-    table = table_of(*found)
+        day = measure(Path(place), records=args.records, seconds=args.seconds, rate=args.rate)
+    table = table_of(*day)
     print(table)
     for number in (20, 200):
         with tempfile.TemporaryDirectory() as place:

@@ -41,19 +41,38 @@ def test_a_record_is_drawn_from_disk(ask):
     assert found[3] > 2
 
 
+def test_channels_are_raw_and_filtered_and_have_spectrum_and_phase_plane(ask):
+    script = (
+        READY
+        + """
+    const figures = Bokeh.documents.flatMap(d => d.roots()).flatMap(r => r.children || [r]);
+    const channel = figures.find(f => f.yaxis[0].axis_label.startsWith("displacement"));
+    return [channel.legend.items.map(i => i.label.value), byId("spectrum").hidden,
+      byId("plane").hidden, byId("spectra").children.length, byId("phase").children.length];
+    """
+    )
+    labels, no_spectrum, no_plane, spectra, phase = ask("records.html", script, at="#p_34")
+    assert labels == ["raw", "filtered"]
+    assert not no_spectrum
+    assert not no_plane
+    assert spectra == phase == 1
+
+
 def test_every_impact_is_marked_and_zoom_reaches_a_contact(ask):
     script = (
         READY
         + """
     const inView = () => Number(byId("where").textContent.match(/, (\\d+) of/)[1]);
-    const all = inView(), total = current.trace.impacts.count;
+    const { trace } = current, all = inView(), total = trace.impacts.count;
+    const marks = side => impactsIn(trace, side, trace.start, trace.end).length;
+    const marked = marks(1) + marks(-1) + marks(0);
     ACTIONS.after(); for (let i = 0; i < 4; i++) zoom(0.5);
     await wait(300);
-    return [all, total, inView(), current.range.end - current.range.start];
+    return [all, marked, total, inView(), current.range.end - current.range.start];
     """
     )
-    all_, total, inside, width = ask("records.html", script, at="#p_34")
-    assert all_ == total > 50
+    all_, marked, total, inside, width = ask("records.html", script, at="#p_34")
+    assert all_ == marked == total > 50
     assert inside == 1
     assert width < 0.01
 

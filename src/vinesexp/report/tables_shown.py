@@ -379,7 +379,13 @@ def _ids(cell: str) -> tuple[tuple[str, ...], int]:
 
 
 def _meaning(name: str) -> str:
-    """Of r_1, r_2: balls are numbered in the order of clearance_mm, in tests with several."""
+    """Of r_1, r_2: balls are numbered in the order of clearance_mm, in tests with several.
+
+    Examples
+    --------
+    >>> _meaning("r_2")
+    'restitution, tests with several balls: ball 2 in the order of clearance_mm'
+    """
     if name == "m":
         return "mass of the ball"
     if not name.startswith("r_"):
