@@ -119,6 +119,20 @@ def test_plain_text_becomes_mathematics(text, parts):
     assert all(part in found for part in parts), found
 
 
+@pytest.mark.parametrize(
+    ("text", "written"),
+    [
+        ("b_c at eps and k1, pi^2", "b<sub>c</sub> at ε and k<sub>1</sub>, π<sup>2</sup>"),
+        ("`b_c` in [text](b_c.md)", "`b_c` in [text](b_c.md)"),
+        ("frequency_hz, a beta, r.csv", "frequency_hz, a β, r.csv"),
+        ("```\nf0 = 8\n```\nf0", "```\nf0 = 8\n```\nf<sub>0</sub>"),
+        ("    b_c\n# b_c", "    b_c\n# b_c"),
+    ],
+)
+def test_symbols_in_text_are_those_of_the_equations(text, written):
+    assert hook("equations").in_text(text) == written
+
+
 def test_only_indented_blocks_after_an_empty_line_are_equations():
     found = hook("equations").rendered("words\n\n    A = 1   (2)\n\n- a\n    b\n")
     assert found.count("<math>") == 1

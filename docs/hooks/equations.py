@@ -1,4 +1,5 @@
-"""Equations of theory.md rendered: its indented lines of plain text become MathML.
+"""Symbols and equations rendered: indented lines of theory.md become MathML, and symbols within the
+text of every page (`b_c`, `eps`, `k1`, `pi^2`) are written as in the equations.
 
 The source stays readable in an editor and on the console: `A_1 = 2 Gamma/sqrt(S)   (9)`. Browsers
 draw MathML themselves, so that the page needs no script.
@@ -29,10 +30,42 @@ _TOKEN = re.compile(
 _NUMBERED = re.compile(r"^(?P<body>.*?)(?:\s{2,}(?P<number>\((?:\d+[a-z]?)(?:, ?\d+)*\)))?\s*$")
 
 
+_APART = re.compile(r"(`[^`]*`|\]\([^)]*\)|<[^>]*>|https?://\S+)")  # code, addresses, tags
+_SYMBOL = re.compile(
+    r"(?<![\w.-])(?P<base>" + "|".join(_GREEK) + r"|[A-Za-z])"
+    r"(?:_(?P<sub>[A-Za-z0-9]{1,2})|(?P<digit>(?<=[kcwfVWX])[01]))?"
+    r"(?:\^(?P<power>-?\d+))?(?![\w.-]*\w\.(?:py|csv|md)\b)(?!\w)"
+)
+
+
 def on_page_markdown(markdown: str, page: object, **_: object) -> str:
-    """MkDocs asks this for every page; only theory.md has equations."""
+    """MkDocs asks this for every page; only theory.md has equations on lines of their own."""
     source = getattr(getattr(page, "file", None), "src_uri", "")
-    return rendered(markdown) if source == "theory.md" else markdown
+    if source == "columns.md":  # names of parameters as they stand in the files
+        return markdown
+    return in_text(rendered(markdown) if source == "theory.md" else markdown)
+
+
+def in_text(markdown: str) -> str:
+    """The page with symbols in its running text written as in the equations."""
+    out, fenced = [], False
+    for line in markdown.split("\n"):
+        fenced ^= line.lstrip().startswith("```")
+        plain = not fenced and not line.startswith(("    ", "#", "```", ":::"))
+        parts = _APART.split(line) if plain and "<math>" not in line else [line]
+        if len(parts) > 1 or (plain and "<math>" not in line):
+            symbols = (_SYMBOL.sub(_written, part) for part in parts[::2])
+            parts[::2] = [re.sub(r"\)\^(\d+)", r")<sup>\1</sup>", part) for part in symbols]
+        out.append("".join(parts))
+    return "\n".join(out)
+
+
+def _written(found: re.Match[str]) -> str:
+    """One symbol with its index and its power; single letters alone stay as they are."""
+    base, index, power = found["base"], found["sub"] or found["digit"], found["power"]
+    text = _GREEK.get(base, base)
+    text += f"<sub>{_GREEK.get(index, index)}</sub>" if index else ""
+    return text + (f"<sup>{power.replace('-', '−')}</sup>" if power else "")
 
 
 def rendered(markdown: str) -> str:
@@ -145,7 +178,7 @@ def _name(word: str) -> str:
     letter, digits = re.match(r"([A-Za-z]+)(\d*)", word).groups()  # type: ignore[union-attr]
     if digits:
         return f"<msub>{_name(letter)}<mn>{digits}</mn></msub>"
-    if len(word) > 2:
+    if len(word) > 2 or word in ("at", "if", "or", "to"):
         return f'<mspace width="0.3em"/><mtext>{word}</mtext><mspace width="0.3em"/>'
     return f"<mi>{word}</mi>" if len(word) == 1 else f"<mrow>{''.join(map(_single, word))}</mrow>"
 
