@@ -15,6 +15,7 @@ from vinesexp.figures import style
 from vinesexp.figures.style import FAINT, Drawn, label, link
 from vinesexp.identification.flights import flights_of
 from vinesexp.records.campaign import Campaign, Record
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.theory import manifold
@@ -201,7 +202,7 @@ def _chosen(campaign: Campaign, regime_of: Mapping[str, str]) -> list[Record]:
 
 def projected(record: Record, results: Path, rig: IdentifiedRig) -> Projected:
     """Points of one record with a single NES."""
-    impacts = read_impacts(results / f"impacts/{record.id}.csv")
+    impacts = read_impacts(ResultPaths(results).impacts(record.id))
     b, m = record.clearance[0], rig.values["m"].value
     M, k1 = rig.values["M"].value, rig.values["k1"].value
     w0 = float(np.sqrt(k1 / M))

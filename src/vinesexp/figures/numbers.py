@@ -7,6 +7,7 @@ be exact 1.96); tables keep standard errors, under that name.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from vinesexp.units import COVERAGE_95
 
@@ -94,6 +95,17 @@ def millimetres(value: float | None) -> str:
     ('34.0', '34.0', '2.35', '–')
     """
     return "–" if value is None else f"{value:#.3g}".removesuffix(".")
+
+
+def clearances(lengths: Iterable[float]) -> str:
+    """Clearances of the NESs of a test, m to mm.
+
+    Examples
+    --------
+    >>> clearances([0.023, 0.034])
+    '23 + 34'
+    """
+    return " + ".join(f"{1e3 * b:g}" for b in lengths)
 
 
 def outwards(low: float | None, high: float | None) -> tuple[str, str]:

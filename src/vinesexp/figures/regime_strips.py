@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.figures.numbers import clearances
 from vinesexp.figures.single_records import marks_of
 from vinesexp.figures.style import COLOURS, Drawn, label, link, new_figure, regime_colour
 from vinesexp.records.campaign import Record
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import open_record
 from vinesexp.results import CampaignResults
 
@@ -153,7 +155,7 @@ def draw_regimes(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     for record in records[:_MOST]:
         title = f"G = {1e3 * (record.base_amplitude or 0.0):g} mm"
         title += f", {len(record.clearance)} NESs" if len(record.clearance) > 1 else ""
-        name = " + ".join(f"{1e3 * b:g}" for b in record.clearance) + " mm"
+        name = f"{clearances(record.clearance)} mm"
         counts = _impacts_per_cycle(record, results.folder)
         if counts.size:
             groups.setdefault(title, []).append(
@@ -174,7 +176,7 @@ def draw_regimes(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
 
 
 def _impacts_per_cycle(record: Record, results: Path) -> FloatArray:
-    with open_record(results / f"conditioned/{record.id}.nc") as view:
+    with open_record(ResultPaths(results).conditioned(record.id)) as view:
         frequency = float(view.attributes.get("oscillation_hz") or 0.0)
         length, start = view.n / view.sample_rate if view.n else 0.0, view.start
     times = marks_of(record, results).time

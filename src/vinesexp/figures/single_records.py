@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.figures.numbers import clearances
 from vinesexp.figures.style import COLOURS, Drawn, label, new_figure
 from vinesexp.figures.traces import Trace, amplitudes, columns_of, draw_trace, overview
 from vinesexp.records.campaign import Record
+from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.store import RecordView, open_record
 from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import read_impacts
@@ -157,7 +159,7 @@ def draw_record(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]
 
 
 def _usable(record: Record, results: Path) -> bool:
-    with open_record(results / f"conditioned/{record.id}.nc") as view:
+    with open_record(ResultPaths(results).conditioned(record.id)) as view:
         return view.refused is None and not record.exclude
 
 
@@ -214,7 +216,7 @@ def amplitude(view: RecordView, name: str, record: str = "") -> Trace:
 
 def _overview(record: Record, results: Path) -> tuple[Figure, Drawn]:
     frequency = _oscillation(record, results)
-    with open_record(results / f"records/{record.id}.nc") as view:
+    with open_record(ResultPaths(results).record(record.id)) as view:
         traces = [whole(view, role, frequency=frequency) for role in _SHOWN if role in view.roles]
     head = f"Record {record.id} as measured: calibrated, nothing filtered"
     text = "Look for drift, clipping and gaps."
@@ -226,19 +228,19 @@ def _oscillation(record: Record, results: Path) -> float:
     """Frequency that the record was conditioned with, Hz; 0 for a drop test."""
     if record.test == "drop":
         return 0.0
-    with open_record(results / f"conditioned/{record.id}.nc") as view:
+    with open_record(ResultPaths(results).conditioned(record.id)) as view:
         return float(view.attributes.get("oscillation_hz") or 0.0)
 
 
 def marks_of(record: Record, results: Path) -> Marks:
     """The impacts of a record as they are drawn."""
-    impacts = read_impacts(results / f"impacts/{record.id}.csv")
+    impacts = read_impacts(ResultPaths(results).impacts(record.id))
     return Marks(time=impacts.time_s, side=impacts.side, jump=impacts.velocity_jump_m_s)
 
 
 def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
     marks = marks_of(record, results)
-    with open_record(results / f"conditioned/{record.id}.nc") as view:
+    with open_record(ResultPaths(results).conditioned(record.id)) as view:
         role = next((one for one in ("acceleration", "sound") if one in view.roles), None)
         if role is None or not marks.time.size:
             return
@@ -285,7 +287,7 @@ def _stretch(view: RecordView, record: Record, marks: Marks) -> tuple[int, int]:
 def _set_up(record: Record) -> str:
     parts = []
     if record.clearance:
-        parts.append("b = " + " + ".join(f"{1e3 * b:g}" for b in record.clearance) + " mm")
+        parts.append(_balls(record))
     elif record.test != "drop":
         parts.append("without NES")
     if record.base_amplitude:
@@ -307,7 +309,7 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
             continue
         traces = []
         for record in chosen:
-            with open_record(results / f"conditioned/{record.id}.nc") as view:
+            with open_record(ResultPaths(results).conditioned(record.id)) as view:
                 if "displacement" not in view.roles:
                     continue
                 trace = amplitude(view, _balls(record), record.id)
@@ -345,7 +347,7 @@ def _of(shown: Sequence[Record], every: int) -> str:
 def _balls(record: Record) -> str:
     if not record.clearance:
         return "without NES"
-    return "b = " + " + ".join(f"{1e3 * b:g}" for b in record.clearance) + " mm"
+    return f"b = {clearances(record.clearance)} mm"
 
 
 def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, Drawn]]:
@@ -358,7 +360,7 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
         every, chosen = len(chosen), spread(chosen)
         traces = []
         for record in [*free, *chosen] if chosen else []:
-            with open_record(results / f"conditioned/{record.id}.nc") as view:
+            with open_record(ResultPaths(results).conditioned(record.id)) as view:
                 if "displacement" in view.roles:
                     traces.append(amplitude(view, _balls(record), record.id))
         if not traces:

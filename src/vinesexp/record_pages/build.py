@@ -17,7 +17,7 @@ import numpy as np
 
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.figures.invariant_manifold import projected
-from vinesexp.figures.numbers import plus_minus, significant
+from vinesexp.figures.numbers import clearances, plus_minus, significant
 from vinesexp.figures.style import COLOURS
 from vinesexp.identification.estimate import Estimate, read_estimates
 from vinesexp.record_pages.drawn_content import samples_of, traces_of
@@ -165,7 +165,7 @@ def set_up(record: Record) -> list[list[str]]:
     """
     found = [["test", record.test]]
     if record.clearance:
-        found.append(["clearance b", " + ".join(f"{1e3 * b:g}" for b in record.clearance) + " mm"])
+        found.append(["clearance b", clearances(record.clearance) + " mm"])
     elif record.test not in ("drop",):
         found.append(["clearance b", "without NES"])
     for name, value, unit, factor in (
@@ -275,7 +275,7 @@ def list_of_records(
             [
                 record.id,
                 record.test,
-                " + ".join(f"{1e3 * b:g}" for b in record.clearance),
+                clearances(record.clearance),
                 f"{1e3 * record.base_amplitude:g}" if record.base_amplitude else "",
                 row.get("regime", ""),
                 _number(row.get("impacts_per_cycle")),

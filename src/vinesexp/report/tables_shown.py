@@ -9,7 +9,13 @@ from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
 
-from vinesexp.figures.numbers import difference, plus_minus, plus_minus_brief, significant
+from vinesexp.figures.numbers import (
+    clearances,
+    difference,
+    plus_minus,
+    plus_minus_brief,
+    significant,
+)
 from vinesexp.figures.stated_inputs import named
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.tables import Column, Row, Table, ids_of, read_rows
@@ -129,7 +135,7 @@ def regimes_by_test(
         found.setdefault(record.test, []).append(
             {
                 **row,
-                "clearance": " + ".join(f"{1e3 * b:g}" for b in record.clearance),
+                "clearance": clearances(record.clearance),
                 "regime": words,
                 "impacts": each if " | " in each else significant(row["impacts_per_cycle"]),
                 "lost": lost_in_words(lost) or "–",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -33,8 +33,8 @@ VALUES = RIG_VALUES
 # partial derivatives of the two smooth functions by central differences of fourth order (relative
 # error about 1e-11, docs/theory.md, 46). No difference of two root searches is taken.
 _STEP = 1e-3  # relative; fourth-order differences: truncation 1e-12, rounding 1e-13
-_OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
-_WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
+OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
+WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 
 
 def gradient_published(
@@ -108,12 +108,12 @@ def gradient_exact(
     steps = _STEP * np.array([C, *(_scale(name, rig, near, frequency) for name in RIG_VALUES)])
     points = np.array([C, *rig.values()])[:, None, None] + np.zeros((6, 6, 4))
     for row in range(6):
-        points[row, row] += steps[row] * _OFFSETS
+        points[row, row] += steps[row] * OFFSETS
     moved = dict(zip(rig, points[1:], strict=True))
     with_frequency = None if frequency is None else np.broadcast_to(frequency, (6, 4))
     reduced = _unchecked(moved, with_frequency)
     beta, H = _beta_and_H(points[0], reduced, node)
-    d_beta, d_H = (f @ _WEIGHTS / steps for f in (beta, H))
+    d_beta, d_H = (f @ WEIGHTS / steps for f in (beta, H))
     along = d_beta[0] / d_H[0] if not node else 0.0  # b is stationary in C at a saddle-node
     slopes = G * (d_beta[1:] - along * d_H[1:])
     return G * float(ends.b_high), dict(zip(RIG_VALUES, map(float, slopes), strict=True))
@@ -208,6 +208,12 @@ def covariance_of(values: Mapping[str, Quantity], covariance: ArrayLike | None) 
     return matrix
 
 
+def spread(slopes: Mapping[str, float], names: Sequence[str], covariance: FloatArray) -> float:
+    """Delta method: std_error^2 = g' V g."""
+    g = np.array([slopes[name] for name in names])
+    return float(np.sqrt(max(g @ covariance @ g, 0.0)))
+
+
 def _prediction(
     published: float,
     exact: float,
@@ -215,9 +221,7 @@ def _prediction(
     slopes_published: Mapping[str, float],
     covariance: FloatArray,
 ) -> ClearancePrediction:
-    """Delta method: std_error^2 = g' V g."""
-    g = np.array([slopes[name] for name in VALUES])
-    std_error = float(np.sqrt(max(g @ covariance @ g, 0.0)))
+    std_error = spread(slopes, VALUES, covariance)
     return ClearancePrediction(
         published=published,
         exact=exact,

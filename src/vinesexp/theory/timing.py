@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
-from vinesexp.theory.intervals import VALUES, covariance_of, rig_values
+from vinesexp.theory.intervals import OFFSETS, VALUES, WEIGHTS, covariance_of, rig_values, spread
 from vinesexp.theory.manifold import A_1
 from vinesexp.theory.passage import passage
 from vinesexp.theory.transient import (
@@ -32,20 +32,13 @@ from vinesexp.units import COVERAGE_95, Quantity
 
 #: Names of the derivatives: the rig's values and the release amplitude.
 RELEASE_VALUES = (*VALUES, "x_m")
-_OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
-_WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 #: Relative steps; wide enough that the flown balls' irregularity stays below a percent.
 _STEP = 0.02
 
 
-def _reduced(release: Decaying) -> tuple[float, float, float]:
-    eps = release.m / release.M
-    return eps, release.c1 / (release.m * release.w0), release.r
-
-
 def _by_rig(release: Decaying, by_eps: float, by_lam: float, by_r: float) -> dict[str, float]:
     """Chain rule from eps = m/M, lambda = c1/(m w0), r to the rig's values (5)."""
-    eps, lam, _ = _reduced(release)
+    eps, lam = release.eps, release.lam
     slopes = {
         "M": (-by_eps * eps + 0.5 * by_lam * lam) / release.M,
         "c1": by_lam / (release.m * release.w0),
@@ -63,13 +56,13 @@ def _tau1(eps: float, lam: float, r: float, *, start: float, end: float) -> floa
 
 def _steps(release: Decaying) -> FloatArray:
     """Steps of eps, lambda and r; those of r stay below 1, those of lambda cross zero freely."""
-    eps, lam, r = _reduced(release)
+    eps, lam, r = release.eps, release.lam, release.r
     # at lambda = 0 the step is of the order of the ball's own damping at the fold
     return np.array([_STEP * eps, _STEP * max(lam, 0.5), min(_STEP * 0.5, 0.4 * (1.0 - r))])
 
 
 def _moved(release: Decaying, index: int, offset: float, step: float) -> tuple[float, float, float]:
-    values = list(_reduced(release))
+    values = [release.eps, release.lam, release.r]
     values[index] += offset * step
     return values[0], values[1], values[2]
 
@@ -98,12 +91,12 @@ def gradient_time(release: Decaying, *, b: float, level: float) -> tuple[float, 
     time = float(captured_time(release, b=b, level=level))
     if release.r == 1.0:
         raise AnalysisError("r = 1: the derivative by r is one-sided; give an r below 1")
-    eps, lam, r = _reduced(release)
+    eps, lam, r = release.eps, release.lam, release.r
     start, end = release.x_m / b, level / b
     by = np.zeros(3)
     for k, step in enumerate(_steps(release)):
-        values = [_tau1(*_moved(release, k, d, step), start=start, end=end) for d in _OFFSETS]
-        by[k] = float(np.dot(_WEIGHTS, values)) / step
+        values = [_tau1(*_moved(release, k, d, step), start=start, end=end) for d in OFFSETS]
+        by[k] = float(np.dot(WEIGHTS, values)) / step
     clock = eps * release.w0
     slopes = _by_rig(release, *(by / clock))
     # t = tau1/(eps w0), eps w0 = m sqrt(k1)/M^(3/2)
@@ -111,8 +104,8 @@ def gradient_time(release: Decaying, *, b: float, level: float) -> tuple[float, 
     slopes["k1"] -= 0.5 * time / release.k1
     slopes["m"] -= time / release.m
     h = 1e-4 * start
-    top = [_tau1(eps, lam, r, start=start + d * h, end=end) for d in _OFFSETS]
-    slopes["x_m"] = float(np.dot(_WEIGHTS, top)) / h / (b * clock)
+    top = [_tau1(eps, lam, r, start=start + d * h, end=end) for d in OFFSETS]
+    slopes["x_m"] = float(np.dot(WEIGHTS, top)) / h / (b * clock)
     return time, slopes
 
 
@@ -146,7 +139,7 @@ def gradient_best(
     ('let go', 0.0)
     """
     best = best_clearance(release, level=level)
-    eps, lam, r = _reduced(release)
+    eps, lam, r = release.eps, release.lam, release.r
     fold = float(A_1(r))
     if release.x_m / best.b < fold * 1.005:
         h = 1e-4
@@ -163,8 +156,8 @@ def gradient_best(
         steps = _steps(release)
         by = np.zeros(3)
         for k, step in enumerate(2.0 * steps):  # wider: a let-go amplitude moves in half cycles
-            values = [np.log(_elbow(*_moved(release, k, d, step))) for d in _OFFSETS]
-            by[k] = float(np.dot(_WEIGHTS, values)) / step
+            values = [np.log(_elbow(*_moved(release, k, d, step))) for d in OFFSETS]
+            by[k] = float(np.dot(WEIGHTS, values)) / step
         return best, _by_rig(release, *(-best.b * by)) | {"x_m": 0.0}, "let go"
     return best, _smooth_optimum(release, best.b, level), "smooth"
 
@@ -227,8 +220,7 @@ def _release(
 def _prediction(
     value: float, slopes: Mapping[str, float], V: FloatArray, scatter: float, kind: str = ""
 ) -> ReleasePrediction:
-    g = np.array([slopes[name] for name in RELEASE_VALUES])
-    std_error = float(np.sqrt(max(g @ V @ g, 0.0)))
+    std_error = spread(slopes, RELEASE_VALUES, V)
     half = COVERAGE_95 * float(np.hypot(std_error, scatter))
     return ReleasePrediction(
         value, std_error, scatter, max(value - half, 0.0), value + half, dict(slopes), kind
@@ -264,7 +256,7 @@ def predict_time(
     """
     release, V = _release(x_m, values, covariance)
     time, slopes = gradient_time(release, b=b, level=level)
-    eps, lam, r = _reduced(release)
+    eps, lam, r = release.eps, release.lam, release.r
     start, end = np.asarray(release.x_m / b), np.asarray(level / b)
     curve = decay_curve(eps=eps, lam=lam, r=r, high=float(start), low=float(end))
     scatter = float(curve.scatter(start, end)) / (eps * release.w0)
@@ -294,7 +286,7 @@ def predict_best(
     best, slopes, kind = gradient_best(release, level=level)
     scatter = 0.0
     if kind == "let go":
-        eps, lam, r = _reduced(release)
+        eps, lam, r = release.eps, release.lam, release.r
         gone = passage(eps=eps, lam=lam, r=r).let_go
         scatter = best.b * float(np.nanstd(gone) / np.nanmean(gone))
     return _prediction(best.b, slopes, V, scatter, kind)

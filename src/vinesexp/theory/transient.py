@@ -118,6 +118,16 @@ class Decaying:
         """Angular frequency, rad/s."""
         return float(np.sqrt(self.k1 / self.M))
 
+    @property
+    def eps(self) -> float:
+        """Mass ratio m/M."""
+        return self.m / self.M
+
+    @property
+    def lam(self) -> float:
+        """Reduced damping c1/(m w0)."""
+        return self.c1 / (self.m * self.w0)
+
 
 def bare_time(release: Decaying, *, level: float) -> float:
     """Time (s) to a level without a ball: ln(x_m/level)/(zeta w0); infinite without damping."""
@@ -241,8 +251,7 @@ def captured_time(release: Decaying, *, b: ArrayLike, level: ArrayLike) -> Float
     clearance, target = np.broadcast_arrays(
         checked(b, "clearance b", "m, above zero", closed=False), np.asarray(level, dtype=float)
     )
-    eps = release.m / release.M
-    lam = release.c1 / (release.m * release.w0)
+    eps, lam = release.eps, release.lam
     if release.r == 1.0:  # elastic: the ball takes nothing on the average
         if lam == 0.0:
             raise AnalysisError("r = 1 without damping keeps its energy for ever")
