@@ -7,6 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 
+class _At:
+    """A place below the results folder, the same in every campaign."""
+
+    def __init__(self, place: str) -> None:
+        self.place = place
+
+    def __get__(self, paths: ResultPaths, owner: type) -> Path:
+        return paths.folder / self.place
+
+
 @dataclass(frozen=True)
 class ResultPaths:
     """The results folder of one campaign; every path in it comes from here.
@@ -26,6 +36,50 @@ class ResultPaths:
     """
 
     folder: Path
+
+    #: What is there only while a run needs it.
+    batches = _At("steps/batches")
+    #: Digests of the code, kept while no source changes (`vinesexp.codedigest.kept_code`).
+    code = _At("steps/code.json")
+    #: What was odd when all records were combined.
+    identify_checks = _At("steps/identify.csv")
+    #: What was odd when clearances were compared.
+    compare_checks = _At("steps/compare.csv")
+    #: What the records say of what was stated.
+    inputs = _At("inputs.csv")
+    #: The rig's values with their joint covariance, for predictions.
+    rig = _At("steps/rig.json")
+    #: What the errors of identified.csv are made of.
+    rig_budget = _At("steps/budget.csv")
+    identified = _At("identified.csv")
+    #: What the errors of identified.csv and of the predicted clearances are made of.
+    budget = _At("budget.csv")
+    #: f0 and zeta at the amplitude of each level.
+    level_values = _At("level_values.csv")
+    regimes = _At("regimes.csv")
+    #: How the base moved in each periodic test.
+    base = _At("base.csv")
+    #: How fast each release fell to each amplitude.
+    decay_times = _At("decay_times.csv")
+    #: What each ball does over the frequency of a sweep.
+    bands = _At("bands.csv")
+    #: When each ball of each release is captured and lost.
+    transitions = _At("transitions.csv")
+    clearances = _At("clearances.csv")
+    #: Every record beside what the identified rig does.
+    replay = _At("replay.csv")
+    #: The same cycle by cycle, for figures.
+    replay_cycles = _At("steps/replay_cycles.csv")
+    #: Which records the identified rig does not replay.
+    replay_checks = _At("steps/replay.csv")
+    checks = _At("checks.csv")
+    #: What was found against the truth of a simulated campaign.
+    truth = _At("truth.csv")
+    report = _At("report.html")
+    #: The page that shows any record.
+    records_page = _At("records.html")
+    #: What that page loads: its library, and two files a record.
+    pages = _At("pages")
 
     def record(self, id: str) -> Path:
         """Calibrated channels, SI, on a uniform time axis."""
@@ -73,11 +127,6 @@ class ResultPaths:
         """Says that a step has gone through a batch of records; there while a run needs it."""
         return self.batches / f"{step}.{batch}"
 
-    @property
-    def batches(self) -> Path:
-        """What is there only while a run needs it."""
-        return self.folder / "steps" / "batches"
-
     def log(self, step: str, id: str | None = None) -> Path:
         """What a step printed."""
         return self.folder / "logs" / (f"{step}.log" if id is None else f"{step}/{id}.log")
@@ -85,116 +134,6 @@ class ResultPaths:
     def simulated(self, group: str) -> Path:
         """Says that the instrument files of a group of a scene are there."""
         return self.folder / "steps" / "simulate" / f"{group}.txt"
-
-    @property
-    def code(self) -> Path:
-        """Digests of the code, kept while no source changes (`vinesexp.codedigest.kept_code`)."""
-        return self.folder / "steps" / "code.json"
-
-    @property
-    def identify_checks(self) -> Path:
-        """What was odd when all records were combined."""
-        return self.folder / "steps" / "identify.csv"
-
-    @property
-    def compare_checks(self) -> Path:
-        """What was odd when clearances were compared."""
-        return self.folder / "steps" / "compare.csv"
-
-    @property
-    def inputs(self) -> Path:
-        """What the records say of what was stated."""
-        return self.folder / "inputs.csv"
-
-    @property
-    def rig(self) -> Path:
-        """The rig's values with their joint covariance, for predictions."""
-        return self.folder / "steps" / "rig.json"
-
-    @property
-    def rig_budget(self) -> Path:
-        """What the errors of identified.csv are made of."""
-        return self.folder / "steps" / "budget.csv"
-
-    @property
-    def identified(self) -> Path:
-        return self.folder / "identified.csv"
-
-    @property
-    def budget(self) -> Path:
-        """What the errors of identified.csv and of the predicted clearances are made of."""
-        return self.folder / "budget.csv"
-
-    @property
-    def level_values(self) -> Path:
-        """f0 and zeta at the amplitude of each level."""
-        return self.folder / "level_values.csv"
-
-    @property
-    def regimes(self) -> Path:
-        return self.folder / "regimes.csv"
-
-    @property
-    def base(self) -> Path:
-        """How the base moved in each periodic test."""
-        return self.folder / "base.csv"
-
-    @property
-    def decay_times(self) -> Path:
-        """How fast each release fell to each amplitude."""
-        return self.folder / "decay_times.csv"
-
-    @property
-    def bands(self) -> Path:
-        """What each ball does over the frequency of a sweep."""
-        return self.folder / "bands.csv"
-
-    @property
-    def transitions(self) -> Path:
-        """When each ball of each release is captured and lost."""
-        return self.folder / "transitions.csv"
-
-    @property
-    def clearances(self) -> Path:
-        return self.folder / "clearances.csv"
-
-    @property
-    def replay(self) -> Path:
-        """Every record beside what the identified rig does."""
-        return self.folder / "replay.csv"
-
-    @property
-    def replay_cycles(self) -> Path:
-        """The same cycle by cycle, for figures."""
-        return self.folder / "steps" / "replay_cycles.csv"
-
-    @property
-    def replay_checks(self) -> Path:
-        """Which records the identified rig does not replay."""
-        return self.folder / "steps" / "replay.csv"
-
-    @property
-    def checks(self) -> Path:
-        return self.folder / "checks.csv"
-
-    @property
-    def truth(self) -> Path:
-        """What was found against the truth of a simulated campaign."""
-        return self.folder / "truth.csv"
-
-    @property
-    def report(self) -> Path:
-        return self.folder / "report.html"
-
-    @property
-    def records_page(self) -> Path:
-        """The page that shows any record."""
-        return self.folder / "records.html"
-
-    @property
-    def pages(self) -> Path:
-        """What that page loads: its library, and two files a record."""
-        return self.folder / "pages"
 
     @property
     def bundle(self) -> Path:
