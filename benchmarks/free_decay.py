@@ -15,15 +15,6 @@ from vinesexp.rig import checked
 from vinesexp.theory.manifold import loss_parameter, upper_branch
 
 
-def decay_rate(A: ArrayLike, *, lam: ArrayLike, r: ArrayLike) -> FloatArray:
-    """-dA/dtau1 on the right branch without forcing, in clearances (docs/theory.md, 25)."""
-    height = np.asarray(A, dtype=np.float64)
-    C = upper_branch(height, r=r)
-    damping = checked(lam, "reduced damping lambda", "a number, zero or above")
-    rate: FloatArray = 0.5 * damping * height + 8.0 * loss_parameter(r) * C**2 / (np.pi**3 * height)
-    return rate
-
-
 def decay_time(start: ArrayLike, end: ArrayLike, *, lam: ArrayLike, r: ArrayLike) -> FloatArray:
     """Time tau1 = eps w0 t from amplitude `start` to `end`, both on the right branch (25).
 

@@ -17,7 +17,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from vinesexp.clearance.levels import Periodic, Release, periodic_levels, release_levels
+from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel, periodic_levels, release_levels
 from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
 from vinesexp.errors import RecordError, nearest
 from vinesexp.identification.estimate import COMBINED, NOTHING, read_estimates
@@ -301,18 +301,18 @@ class CampaignResults(Results):
         """The combined values and the weighed ball."""
         return identified_rig(self.rows("identified"), self.campaign.known)
 
-    def rig_at(self, level: Periodic) -> IdentifiedRig:
+    def rig_at(self, level: PeriodicLevel) -> IdentifiedRig:
         """The rig at the amplitude at which a level works."""
         return at_level(self.rig, self.rows("level_values"), G=level.nominal)
 
     @cached_property
-    def periodic(self) -> list[Periodic]:
+    def periodic(self) -> list[PeriodicLevel]:
         """Periodic tests by base amplitude."""
         tables = (self.rows(name) for name in ("regimes", "base", "identified"))
         return periodic_levels(self.campaign, *tables)
 
     @cached_property
-    def releases(self) -> list[Release]:
+    def releases(self) -> list[ReleaseLevel]:
         """Releases by height and amplitude to be reached."""
         return release_levels(self.campaign, self.rows("regimes"), self.rows("decay_times"))
 

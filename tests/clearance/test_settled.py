@@ -9,7 +9,7 @@ import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.clearance.comparison import may_not_have_settled, settling_check, start_checks
-from vinesexp.clearance.levels import LevelBase, Periodic, Tested, _waited
+from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested, _waited
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.steady_part import steady_part
@@ -49,9 +49,9 @@ def test_else_what_a_record_shows_counts(length, rig, b_c):
     assert may_not_have_settled(records_of(length), rig, b_c=b_c) == []
 
 
-def level_of(*waited: float) -> Periodic:
+def level_of(*waited: float) -> PeriodicLevel:
     tests = tuple(Tested(0.03, 5e-3, TWO, f"w{w:g}", waited=w) for w in waited)
-    return Periodic(0.25e-3, LevelBase(Quantity(0.25e-3), Quantity(7.862)), tests)
+    return PeriodicLevel(0.25e-3, LevelBase(Quantity(0.25e-3), Quantity(7.862)), tests)
 
 
 def test_cycles_that_count_soon_after_a_start_from_rest_are_warned_of():

@@ -13,7 +13,7 @@ from vinesexp.laboratory.instrument_files import (
     number_characters,
     rows_of_text,
 )
-from vinesexp.laboratory.oscilloscope import Oscilloscope, Trace
+from vinesexp.laboratory.oscilloscope import Capture, Oscilloscope
 from vinesexp.records.readers import open_source
 
 N = 70001  # more than one block of rows, and odd
@@ -22,7 +22,7 @@ N = 70001  # more than one block of rows, and odd
 def trace(bits=14, rate=1e4, full_scale=1.0, n=N, ticks=None):
     codes = np.random.default_rng(7).integers(-(2 ** (bits - 1)), 2 ** (bits - 1), (3, n))
     scope = Oscilloscope(rate, bits=bits, full_scale=full_scale)
-    return Trace(("CH1", "CH2", "CH3"), codes.astype(np.int16), ticks, scope)
+    return Capture(("CH1", "CH2", "CH3"), codes.astype(np.int16), ticks, scope)
 
 
 def written(tmp_path, name, held):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from vinesexp.clearance.levels import Release, Tested
+from vinesexp.clearance.levels import ReleaseLevel, Tested
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.planning.campaign_plan import Needs
 from vinesexp.planning.other_tests import plan_drops, plan_releases, plan_ring_downs
@@ -26,9 +26,9 @@ def record(id: str, test: str, **cells) -> Record:
     return Record(id, Path(f"{id}.csv"), test, **cells)
 
 
-def release(target: float, **times: float | None) -> Release:
+def release(target: float, **times: float | None) -> ReleaseLevel:
     tests = [Tested(int(name[1:]) / 1e3, time) for name, time in times.items()]
-    return Release(0.02, target, tuple(tests))
+    return ReleaseLevel(0.02, target, tuple(tests))
 
 
 def test_a_release_known_on_one_side_asks_beyond_the_edge_and_a_bracketed_one_does_not():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vinesexp.clearance.level_base import LevelBase
-from vinesexp.clearance.levels import Periodic, Tested
+from vinesexp.clearance.levels import PeriodicLevel, Tested
 from vinesexp.report.replay_verdict import replay_verdict
 from vinesexp.report.verdict import (
     CAUSES,
@@ -17,7 +17,7 @@ from vinesexp.report.verdict import (
 )
 from vinesexp.units import Quantity
 
-LEVEL = Periodic(
+LEVEL = PeriodicLevel(
     0.25e-3,
     LevelBase(Quantity(0.25e-3), None),
     tuple(Tested(1e-3 * b, 1.0, "two symmetric", f"b{b}") for b in (30, 33, 34)),
@@ -127,7 +127,7 @@ def test_a_rig_that_does_not_replay_its_records_is_said_so():
 )
 def test_tests_that_missed_an_orbit_that_is_there_are_no_contradiction(regime, starts, said):
     tests = (Tested(0.030, 1.0, "two symmetric", "b30"), Tested(0.033, 1.0, regime, "b33"))
-    level = Periodic(0.25e-3, LevelBase(Quantity(0.25e-3), None), tests)
+    level = PeriodicLevel(0.25e-3, LevelBase(Quantity(0.25e-3), None), tests)
     end = {"measured_low_mm": 30, "exact_mm": 33.9}
     text = left_early(level, end, replayed(b30="two symmetric", b33=starts))
     assert bool(text) is said

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vinesexp.clearance.level_base import LevelBase
-from vinesexp.clearance.levels import Periodic, Tested
+from vinesexp.clearance.levels import PeriodicLevel, Tested
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.maps.basins import Attractor
 from vinesexp.report.replay_verdict import explanation, other_branches
@@ -15,8 +15,8 @@ ROW = {"test": "periodic", "level": "G = 0.25 mm", "exact_mm": 33.9,
        "predicted_low_mm": 33, "predicted_high_mm": 35}  # fmt: skip
 
 
-def level(*tests: Tested) -> Periodic:
-    return Periodic(0.25e-3, LevelBase(Quantity(0.25e-3), Quantity(7.862)), tests)
+def level(*tests: Tested) -> PeriodicLevel:
+    return PeriodicLevel(0.25e-3, LevelBase(Quantity(0.25e-3), Quantity(7.862)), tests)
 
 
 def test_nothing_where_all_agree_or_nothing_is_predicted():

@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 
 from vinesexp.clearance.level_base import base_checks
-from vinesexp.clearance.levels import Periodic, Rows, Tested, periodic_levels, release_levels
+from vinesexp.clearance.levels import PeriodicLevel, Rows, Tested, periodic_levels, release_levels
 from vinesexp.clearance.optimum import (
     UNSEEN,
     Optimum,
@@ -111,7 +111,7 @@ def settling_check(level: str, tests: Sequence[Tested], rig: IdentifiedRig) -> C
 _WAITED = 2.0
 
 
-def start_checks(level: Periodic, rig: IdentifiedRig) -> list[Check]:
+def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     """What to say of tests whose counted cycles come too soon after a start from rest."""
     forgets = _decay_time(rig)
     soon = [t for t in level.tests if forgets is not None and t.waited < _WAITED * forgets]
@@ -231,7 +231,7 @@ def compare(
     return rows, [*_absent(campaign, rig, rows), *dict.fromkeys(checks)]
 
 
-def _base_checks(campaign: Campaign, level: Periodic, base: Rows) -> list[Check]:
+def _base_checks(campaign: Campaign, level: PeriodicLevel, base: Rows) -> list[Check]:
     ids = {test.record for test in level.tests}
     records = [record for record in campaign.records if record.id in ids]
     return base_checks(
@@ -256,7 +256,7 @@ def _predicted(
 
 
 def _settled(
-    checks: list[Check], level: Periodic, rig: IdentifiedRig, predicted: Predicted | None
+    checks: list[Check], level: PeriodicLevel, rig: IdentifiedRig, predicted: Predicted | None
 ) -> Sequence[Tested]:
     """The tests of a level without those that may not have settled."""
     b_c = None if predicted is None else predicted.exact

@@ -48,7 +48,7 @@ class Tested:
 
 
 @dataclass(frozen=True)
-class Periodic:
+class PeriodicLevel:
     """Periodic tests at one base amplitude: mean amplitude (m) over clearance.
 
     Attributes
@@ -79,7 +79,7 @@ class Periodic:
 
 
 @dataclass(frozen=True)
-class Release:
+class ReleaseLevel:
     """Releases from x0, m: time (s) until the amplitude is below `target`, m, over clearance."""
 
     x0: float
@@ -94,7 +94,7 @@ class Release:
 
 def periodic_levels(
     campaign: Campaign, regimes: Rows, base: Rows, identified: Rows = ()
-) -> list[Periodic]:
+) -> list[PeriodicLevel]:
     """Levels of the periodic tests with one NES, small base amplitude first.
 
     Parameters
@@ -128,7 +128,7 @@ def periodic_levels(
             inputs=campaign.known.uncertainties,
             found=found_base(identified, {record.id for record in records}),
         )
-        levels.append(Periodic(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
+        levels.append(PeriodicLevel(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
     return levels
 
 
@@ -155,7 +155,7 @@ def _regime(row: Mapping[str, str]) -> str:
     return row["regime"]
 
 
-def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[Release]:
+def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[ReleaseLevel]:
     """Levels of the releases with one NES: by release, then from high to low amplitude.
 
     Parameters
@@ -181,7 +181,7 @@ def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[Relea
         for target in sorted(targets, reverse=True):
             tests = sorted(targets[target], key=lambda t: t.clearance)
             if any(test.value is not None for test in tests):
-                levels.append(Release(x0, target, tuple(tests)))
+                levels.append(ReleaseLevel(x0, target, tuple(tests)))
     return levels
 
 

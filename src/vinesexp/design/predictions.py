@@ -9,7 +9,7 @@ from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.rig import NES, Oscillator
 from vinesexp.theory.intervals import ClearancePrediction, predict_periodic, predict_transient
 from vinesexp.theory.manifold import A_1, A_2
-from vinesexp.theory.multiple import Band, bands
+from vinesexp.theory.multiple import ActivationBand, bands
 from vinesexp.theory.optimal_clearance import b_c_published, release_amplitude
 from vinesexp.theory.slowflow import threshold
 from vinesexp.theory.timing import predict_best
@@ -165,7 +165,7 @@ def releases(given: Given, values: dict[str, Quantity]) -> list[ReleaseLevel]:
     return found
 
 
-def bands_given(given: Given) -> list[tuple[float, Band]]:
+def bands_given(given: Given) -> list[tuple[float, ActivationBand]]:
     """Each clearance given (m) with the amplitudes at which its ball keeps two impacts."""
     if "b" not in given:
         return []

@@ -12,7 +12,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.comparison import END
 from vinesexp.clearance.curves import amplitude_curve, decay_curves
-from vinesexp.clearance.levels import Periodic, Release
+from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel
 from vinesexp.figures.style import COLOURS, FAINT, Drawn, label, link, new_figure, regime_colour
 from vinesexp.records.tables import Row
 from vinesexp.results import CampaignResults
@@ -35,7 +35,7 @@ _PANELS = 3  # in a row
 
 
 @dataclass(frozen=True)
-class Valley:
+class DrawnLevel:
     """Periodic tests at one base amplitude, and what is predicted for it; mm.
 
     Attributes
@@ -68,13 +68,13 @@ class Valley:
     exact: Interval | None = None
 
 
-def amplitude_over_clearance(valleys: Sequence[Valley]) -> Figure:
+def amplitude_over_clearance(valleys: Sequence[DrawnLevel]) -> Figure:
     """One panel a base amplitude: mean (points with 95 % bars) and largest (ticks) amplitude,
     coloured by regime.
 
     Parameters
     ----------
-    valleys : sequence of Valley
+    valleys : sequence of DrawnLevel
     """
     columns = min(len(valleys), _PANELS)
     rows = -(-len(valleys) // columns)
@@ -89,7 +89,7 @@ def amplitude_over_clearance(valleys: Sequence[Valley]) -> Figure:
     return figure
 
 
-def _panel(axis: Axes, valley: Valley) -> None:
+def _panel(axis: Axes, valley: DrawnLevel) -> None:
     axis.plot(*valley.curve, color=COLOURS["exact"], linewidth=1.6, zorder=2)
     points = zip(
         *(valley.clearance, valley.mean, valley.half, valley.largest, valley.regime), strict=True
@@ -116,7 +116,7 @@ def _panel(axis: Axes, valley: Valley) -> None:
     _measured(axis, valley, top)
 
 
-def _predicted(axis: Axes, valley: Valley, top: float) -> None:
+def _predicted(axis: Axes, valley: DrawnLevel, top: float) -> None:
     """Both b_c as lines; their names on either side, so that near ones do not overlap."""
     if valley.exact:
         value, low, high = valley.exact
@@ -141,7 +141,7 @@ def _predicted(axis: Axes, valley: Valley, top: float) -> None:
         )
 
 
-def _measured(axis: Axes, valley: Valley, top: float) -> None:
+def _measured(axis: Axes, valley: DrawnLevel, top: float) -> None:
     """Brackets of the two measured clearances, near the axis."""
     axis.set_xlim(axis.get_xlim())  # brackets do not widen it
     if valley.lowest:
@@ -183,12 +183,12 @@ def _key(figure: Figure, axis: Axes, regimes: Sequence[str]) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
 
 
-def optimum_over_level(valleys: Sequence[Valley]) -> Figure:
+def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
     """How far each measured clearance is from the exact b_c, over base amplitude.
 
     Parameters
     ----------
-    valleys : sequence of Valley
+    valleys : sequence of DrawnLevel
         With an exact b_c each.
     """
     figure, (axis,) = new_figure(height=3.2)
@@ -226,7 +226,7 @@ def optimum_over_level(valleys: Sequence[Valley]) -> Figure:
     return figure
 
 
-def _deviation(axis: Axes, valley: Valley, exact: float) -> None:
+def _deviation(axis: Axes, valley: DrawnLevel, exact: float) -> None:
     """Both measured clearances of one base amplitude, with their brackets."""
     for kind, marker, colour in (
         (valley.lowest, "o", "measured"),
@@ -355,7 +355,7 @@ def _periodic(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         yield optimum_over_level(valleys), drawn
 
 
-def _valley(level: Periodic, results: CampaignResults) -> Valley:
+def _valley(level: PeriodicLevel, results: CampaignResults) -> DrawnLevel:
     by_id, compared = results.by_record("regimes"), results.compared
     clearance = np.array([test.clearance for test in level.tests])
     # A little beyond the tests on the left, to show where the slope comes from.
@@ -369,7 +369,7 @@ def _valley(level: Periodic, results: CampaignResults) -> Valley:
     )
     row = compared.get(("periodic", level.name), {})
     own = [by_id[test.record][0] for test in level.tests]
-    return Valley(
+    return DrawnLevel(
         name=level.name,
         G=1e3 * level.nominal,
         clearance=1e3 * clearance,
@@ -415,7 +415,9 @@ def _releases(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
 
 
 def _reached(
-    level: Release, compared: Mapping[tuple[str, str], Row], curve: tuple[FloatArray, FloatArray]
+    level: ReleaseLevel,
+    compared: Mapping[tuple[str, str], Row],
+    curve: tuple[FloatArray, FloatArray],
 ) -> Reached:
     return Reached(
         target=1e3 * level.target,

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Decay:
+class DrawnDecay:
     """Amplitude of one ring-down, cycle by cycle, beside the exponential fitted to it.
 
     Attributes
@@ -60,16 +60,18 @@ class Decay:
     law_name: str = ""
 
 
-def ringdown_and_fit(trace: Trace, shown: Decay, others: Sequence[Decay], *, title: str) -> Figure:
+def ringdown_and_fit(
+    trace: Trace, shown: DrawnDecay, others: Sequence[DrawnDecay], *, title: str
+) -> Figure:
     """One decay with its fitted envelope, and what is left of the amplitude of every decay.
 
     Parameters
     ----------
     trace : Trace
         Displacement, mm.
-    shown : Decay
+    shown : DrawnDecay
         Of the same record.
-    others : sequence of Decay
+    others : sequence of DrawnDecay
         All decays whose misfit is to be compared, the one shown among them.
     title : str
         With the fitted values.
@@ -115,12 +117,12 @@ def ringdown_and_fit(trace: Trace, shown: Decay, others: Sequence[Decay], *, tit
     return figure
 
 
-def _share(decay: Decay, fit: FloatArray) -> FloatArray:
+def _share(decay: DrawnDecay, fit: FloatArray) -> FloatArray:
     share: FloatArray = 100.0 * (decay.amplitude - fit) / fit[0]
     return share
 
 
-def _misfit(axis: Axes, decay: Decay, fit: FloatArray, colour: str, *, faint: bool) -> None:
+def _misfit(axis: Axes, decay: DrawnDecay, fit: FloatArray, colour: str, *, faint: bool) -> None:
     alpha = 0.3 if faint else 1.0
     share = _share(decay, fit)
     axis.plot(decay.time, share, "o-", color=colour, markersize=2, linewidth=0.8, alpha=alpha)
@@ -204,7 +206,7 @@ def draw_ringdowns(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     yield from _line(results, found)
 
 
-def _decay(record: Record, own: Found, paths: ResultPaths) -> Decay:
+def _decay(record: Record, own: Found, paths: ResultPaths) -> DrawnDecay:
     """The decay of one record as the estimate step left it, mm."""
     rows = read_rows(paths.decay(record.id), DECAY)
     time, amplitude, law, viscous = (
@@ -212,7 +214,7 @@ def _decay(record: Record, own: Found, paths: ResultPaths) -> Decay:
     )
     named = " and ".join(word for name, word in _LAW.items() if name in own)
     none = np.empty(0)
-    return Decay(
+    return DrawnDecay(
         record.id, time, 1e3 * amplitude, 1e3 * viscous, 1e3 * law if named else none, named
     )
 
@@ -225,7 +227,7 @@ def _trace(record: Record, paths: ResultPaths) -> Trace:
 
 
 def _figure(
-    decays: Sequence[tuple[Record, Decay]], trace: Trace, results: CampaignResults
+    decays: Sequence[tuple[Record, DrawnDecay]], trace: Trace, results: CampaignResults
 ) -> tuple[Figure, Drawn]:
     record, decay = decays[0]
     values = [

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vinesexp.arrays import IntArray
 from vinesexp.errors import ParameterError
-from vinesexp.laboratory.oscilloscope import Trace
+from vinesexp.laboratory.oscilloscope import Capture
 
 _BLOCK = 1 << 16
 
@@ -162,7 +162,7 @@ TEXT_STYLES = {
 }
 
 
-def write_text(path: Path, trace: Trace, style: TextStyle) -> None:
+def write_text(path: Path, trace: Capture, style: TextStyle) -> None:
     """Times and volts as text, with one digit more than the converter resolves."""
     interval = 1.0 / trace.scope.sample_rate
     time_decimals = _decimals_of(interval)
@@ -180,7 +180,7 @@ def write_text(path: Path, trace: Trace, style: TextStyle) -> None:
             out.write(rows_of_text(columns, delimiter=style.delimiter, newline=style.newline))
 
 
-def _text_head(trace: Trace, style: TextStyle, interval: float) -> str:
+def _text_head(trace: Capture, style: TextStyle, interval: float) -> str:
     number = f"{interval:.9g}".replace(".", style.decimal)
     lines = [line.format(interval=number, points=trace.codes.shape[1]) for line in style.preamble]
     channels = [style.channel_name.format(name=name) for name in trace.names]
@@ -190,7 +190,7 @@ def _text_head(trace: Trace, style: TextStyle, interval: float) -> str:
     return "".join(line + style.newline for line in lines)
 
 
-def write_hdf5(path: Path, trace: Trace) -> None:
+def write_hdf5(path: Path, trace: Capture) -> None:
     """Codes of each channel as int16, with `scale` (V a code) and `offset`; rate on the root."""
     import h5py
 
@@ -204,7 +204,7 @@ def write_hdf5(path: Path, trace: Trace) -> None:
             data.attrs["unit"] = "V"
 
 
-def write_matlab(path: Path, trace: Trace) -> None:
+def write_matlab(path: Path, trace: Capture) -> None:
     """MATLAB level 5: a column of volts (single) for each channel, and `sample_rate_hz`."""
     _refuse_dropped_without_times(trace, "matlab")
     n = trace.codes.shape[1]
@@ -231,7 +231,7 @@ def _matlab_head(out: BinaryIO, name: str, *, rows: int, kind: tuple[int, int], 
     out.write(struct.pack("<2I", 14, len(head) + size + -size % 8) + head)
 
 
-def write_wav(path: Path, trace: Trace) -> None:
+def write_wav(path: Path, trace: Capture) -> None:
     """RIFF WAVE, 16-bit PCM: codes as fraction of full scale; channel names in an iXML chunk."""
     _refuse_dropped_without_times(trace, "wav")
     rate = trace.scope.sample_rate
@@ -261,7 +261,7 @@ def write_wav(path: Path, trace: Trace) -> None:
             out.write(np.ascontiguousarray(shifted, dtype="<i2").tobytes())
 
 
-def _refuse_dropped_without_times(trace: Trace, name: str) -> None:
+def _refuse_dropped_without_times(trace: Capture, name: str) -> None:
     """A file without times would show dropped samples as a shift of time that nobody can see."""
     if trace.ticks is not None:
         raise ParameterError(
@@ -270,12 +270,12 @@ def _refuse_dropped_without_times(trace: Trace, name: str) -> None:
         )
 
 
-def _blocks(trace: Trace) -> Iterator[tuple[int, NDArray[np.int16]]]:
+def _blocks(trace: Capture) -> Iterator[tuple[int, NDArray[np.int16]]]:
     for first in range(0, trace.codes.shape[1], _BLOCK):
         yield first, trace.codes[:, first : first + _BLOCK]
 
 
-def _ticks(trace: Trace, first: int, count: int) -> IntArray:
+def _ticks(trace: Capture, first: int, count: int) -> IntArray:
     if trace.ticks is None:
         return np.arange(first, first + count)
     return trace.ticks[first : first + count]
@@ -296,12 +296,12 @@ def _decimals_of(interval: float) -> int:
     return 9
 
 
-def _text_writer(style: TextStyle) -> Callable[[Path, Trace], None]:
+def _text_writer(style: TextStyle) -> Callable[[Path, Capture], None]:
     return lambda path, trace: write_text(path, trace, style)
 
 
 #: Format name -> (file suffix, writer).
-FORMATS: dict[str, tuple[str, Callable[[Path, Trace], None]]] = {
+FORMATS: dict[str, tuple[str, Callable[[Path, Capture], None]]] = {
     **{name: (".csv", _text_writer(style)) for name, style in TEXT_STYLES.items()},
     "tab": (".txt", _text_writer(TEXT_STYLES["tab"])),
     "hdf5": (".h5", write_hdf5),

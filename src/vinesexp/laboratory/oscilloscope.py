@@ -66,7 +66,7 @@ class Oscilloscope:
 
 
 @dataclass(frozen=True)
-class Trace:
+class Capture:
     """What the oscilloscope holds in memory when it exports.
 
     Parameters
@@ -122,7 +122,7 @@ def acquire(
     duration: float,
     seed: int,
     record: str,
-) -> Trace:
+) -> Capture:
     """Record `motion` from `start` for `duration` seconds.
 
     Parameters
@@ -139,7 +139,7 @@ def acquire(
 
     Returns
     -------
-    Trace
+    Capture
     """
     n = round(duration * scope.sample_rate)
     dt = (1.0 + scope.clock_error) / scope.sample_rate
@@ -166,7 +166,7 @@ def acquire(
                 )  # fmt: skip
             row[first : first + t.size] = quantised(volts, scope)
     names = tuple(f"CH{number}" for number in range(1, len(sensors) + 1))
-    return _with_samples_dropped(Trace(names, codes, None, scope), seed=seed, record=record)
+    return _with_samples_dropped(Capture(names, codes, None, scope), seed=seed, record=record)
 
 
 def _signals(motion: Moving, *, until: float) -> dict[str, Callable[[FloatArray], FloatArray]]:
@@ -192,7 +192,7 @@ def _drift(
     return lambda t: wander(t - start)
 
 
-def _with_samples_dropped(trace: Trace, *, seed: int, record: str) -> Trace:
+def _with_samples_dropped(trace: Capture, *, seed: int, record: str) -> Capture:
     """The trace without the samples that the scope lost; first and last always stay."""
     count = trace.scope.dropped_samples
     n = trace.codes.shape[1]
@@ -201,4 +201,4 @@ def _with_samples_dropped(trace: Trace, *, seed: int, record: str) -> Trace:
     random = stream(seed, record, "dropped samples")
     lost = 1 + random.choice(n - 2, size=count, replace=False)
     kept = np.delete(np.arange(n), lost)
-    return Trace(trace.names, np.ascontiguousarray(trace.codes[:, kept]), kept, trace.scope)
+    return Capture(trace.names, np.ascontiguousarray(trace.codes[:, kept]), kept, trace.scope)

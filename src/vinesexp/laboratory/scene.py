@@ -242,7 +242,7 @@ def read_oscilloscope(layers: Layers) -> Oscilloscope | None:
 
 
 @dataclass(frozen=True)
-class BaseMotion:
+class AskedBase:
     """The base motion of a test; nothing of it: at rest. m, (first, last) Hz."""
 
     amplitude: float = 0.0
@@ -251,7 +251,7 @@ class BaseMotion:
     record: BaseRecord | None = None
 
 
-def read_base(entry: Layers, *, driven: bool, sweep: bool) -> BaseMotion:
+def read_base(entry: Layers, *, driven: bool, sweep: bool) -> AskedBase:
     """The base motion of one record of a scene; its mistakes are noted.
 
     Parameters
@@ -262,18 +262,18 @@ def read_base(entry: Layers, *, driven: bool, sweep: bool) -> BaseMotion:
         Whether the kind of test has a base motion, and whether its frequency changes.
     """
     if not driven:
-        return BaseMotion()
+        return AskedBase()
     if entry.value("base_record") is not None:
         for key in ("base_amplitude", "frequency", "dwell"):
             if entry.value(key) is not None:
                 entry.complain(key, f"the base moves as base_record says; remove '{key}'")
-        return BaseMotion(record=read_base_record(entry.under("base_record")))
+        return AskedBase(record=read_base_record(entry.under("base_record")))
     amplitude = entry.quantity("base_amplitude", "displacement", needed=True) or 0.0
     if sweep and entry.value("dwell") is not None:
         steps = _steps(entry, amplitude)
         if steps is None:
-            return BaseMotion()
-        return BaseMotion(amplitude, (steps.frequencies[0], steps.frequencies[-1]), steps)
+            return AskedBase()
+        return AskedBase(amplitude, (steps.frequencies[0], steps.frequencies[-1]), steps)
     expected = (
         "expected [start, end] of a sweep; more need 'dwell'"
         if sweep
@@ -281,11 +281,11 @@ def read_base(entry: Layers, *, driven: bool, sweep: bool) -> BaseMotion:
     )
     if isinstance(entry.value("frequency"), Section):
         entry.complain("frequency", expected)
-        return BaseMotion()
+        return AskedBase()
     frequency = entry.lengthy("frequency", "frequency", needed=True)
     if frequency and len(frequency) != (2 if sweep else 1):
         entry.complain("frequency", expected)
-    return BaseMotion(amplitude, (frequency[0], frequency[-1]) if frequency else None)
+    return AskedBase(amplitude, (frequency[0], frequency[-1]) if frequency else None)
 
 
 def _steps(entry: Layers, amplitude: float) -> SteppedSweep | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vinesexp.clearance.levels import Periodic
+from vinesexp.clearance.levels import PeriodicLevel
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.design.ensemble import duration_of
 from vinesexp.planning.expected_valley import Valley, expected_valley
@@ -82,7 +82,7 @@ def plan_levels(results: CampaignResults, *, target: float = TARGET) -> list[Lev
 
 
 def plan_level(
-    rig: IdentifiedRig, level: Periodic, *, scatter: float, target: float = TARGET
+    rig: IdentifiedRig, level: PeriodicLevel, *, scatter: float, target: float = TARGET
 ) -> LevelPlan:
     """The tests that bracket the minimum of one level, if the rig is as identified."""
     tested: dict[float, float] = {}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vinesexp.clearance.levels import Release
+from vinesexp.clearance.levels import ReleaseLevel
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.planning.campaign_plan import Needs
 from vinesexp.planning.first_tests import PlannedTest, mm, planned
@@ -63,18 +63,18 @@ def plan_others(results: CampaignResults, needs: Needs) -> list[OtherPlan]:
     """
     campaign, rig = results.campaign, results.rig
     plans = [plan_ring_downs(campaign, rig, needs), plan_drops(campaign, rig)]
-    levels: dict[float, list[Release]] = {}
+    levels: dict[float, list[ReleaseLevel]] = {}
     for level in results.releases:
         levels.setdefault(level.x0, []).append(level)
     return [*plans, *(plan_releases(own, rig) for own in levels.values())]
 
 
-def plan_releases(levels: Sequence[Release], rig: IdentifiedRig) -> OtherPlan:
+def plan_releases(levels: Sequence[ReleaseLevel], rig: IdentifiedRig) -> OtherPlan:
     """Clearances that bracket the fastest one to every amplitude, of releases from one height.
 
     Parameters
     ----------
-    levels : sequence of Release
+    levels : sequence of ReleaseLevel
         One for each amplitude to be reached; not empty.
     rig : IdentifiedRig
         Its r says where a first set lies.
@@ -112,7 +112,7 @@ def plan_releases(levels: Sequence[Release], rig: IdentifiedRig) -> OtherPlan:
     return OtherPlan(f"releases from {mm(x0)} mm", state, tuple(tests))
 
 
-def _open_sides(levels: Iterable[Release]) -> tuple[list[float], list[float]]:
+def _open_sides(levels: Iterable[ReleaseLevel]) -> tuple[list[float], list[float]]:
     """Amplitudes whose fastest clearance is the smallest, and the largest, that was tried."""
     low, high = [], []
     for level in levels:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from vinesexp.clearance.levels import Periodic, Tested
+from vinesexp.clearance.levels import PeriodicLevel, Tested
 from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.errors import VinesexpError
@@ -23,13 +23,13 @@ MOST = 12
 
 
 def other_branches(
-    levels: Sequence[Periodic], clearances: Sequence[Row], rig: IdentifiedRig
+    levels: Sequence[PeriodicLevel], clearances: Sequence[Row], rig: IdentifiedRig
 ) -> list[dict[str, str]]:
     """One row for each record whose regime is not the one that b_c predicts.
 
     Parameters
     ----------
-    levels : sequence of Periodic
+    levels : sequence of PeriodicLevel
     clearances : sequence of mappings
         Rows of clearances.csv.
     rig : IdentifiedRig
@@ -63,7 +63,7 @@ def _differs(test: Tested, row: Row) -> bool:
     return (b < low and not permanent) or (b > high and permanent)
 
 
-def _row(level: Periodic, test: Tested, rig: IdentifiedRig) -> dict[str, str] | None:
+def _row(level: PeriodicLevel, test: Tested, rig: IdentifiedRig) -> dict[str, str] | None:
     value = {name: quantity.value for name, quantity in rig.values.items()}
     try:
         oscillator = Oscillator(M=value["M"], c1=value["c1"], k1=value["k1"])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from vinesexp.clearance.comparison import END
 from vinesexp.clearance.curves import predicted_lowest
-from vinesexp.clearance.levels import Periodic
+from vinesexp.clearance.levels import PeriodicLevel
 from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.figures.numbers import millimetres, outwards, with_interval
 from vinesexp.records.missing_cells import MISSING
@@ -146,12 +146,12 @@ def likely_causes(checks: Sequence[Row]) -> str:
     return f"likely causes by the checks: {', '.join(words)}"
 
 
-def left_early(level: Periodic, end: Row, replay: Sequence[Row]) -> str:
+def left_early(level: PeriodicLevel, end: Row, replay: Sequence[Row]) -> str:
     """Why tests may lose two impacts per cycle below b_c: they began elsewhere; empty if not so.
 
     Parameters
     ----------
-    level : Periodic
+    level : PeriodicLevel
     end : mapping
         Row of clearances.csv of the end of two impacts per cycle.
     replay : sequence of mappings
@@ -175,12 +175,12 @@ def left_early(level: Periodic, end: Row, replay: Sequence[Row]) -> str:
     return ""
 
 
-def branch_note(level: Periodic, replay: Sequence[Row]) -> str:
+def branch_note(level: PeriodicLevel, replay: Sequence[Row]) -> str:
     """Up to where replays from rest keep the orbit whose end b_c is; empty where all starts do.
 
     Parameters
     ----------
-    level : Periodic
+    level : PeriodicLevel
     replay : sequence of mappings
         Rows of replay.csv.
     """

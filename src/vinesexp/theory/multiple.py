@@ -20,14 +20,14 @@ from vinesexp.theory.manifold import A_1, A_2, upper_branch
 
 
 @dataclass(frozen=True)
-class Band:
+class ActivationBand:
     """Amplitudes x (m) at which one NES keeps two symmetric impacts: from T1 to T2."""
 
     low: float
     high: float
 
 
-def bands(balls: Sequence[NES]) -> list[Band]:
+def bands(balls: Sequence[NES]) -> list[ActivationBand]:
     """Activation band [A_1 b_i, A_2 b_i] of each NES, m (docs/theory.md, 49).
 
     Examples
@@ -36,10 +36,10 @@ def bands(balls: Sequence[NES]) -> list[Band]:
     >>> [(round(1e3 * band.low, 2), round(1e3 * band.high, 2)) for band in bands(pair)]
     [(3.62, 16.84), (5.34, 24.89)]
     """
-    return [Band(float(A_1(n.r)) * n.b, float(A_2(n.r)) * n.b) for n in balls]
+    return [ActivationBand(float(A_1(n.r)) * n.b, float(A_2(n.r)) * n.b) for n in balls]
 
 
-def gaps(balls: Sequence[NES]) -> list[Band]:
+def gaps(balls: Sequence[NES]) -> list[ActivationBand]:
     """Amplitudes between the bands where no NES is captured; empty where neighbours overlap.
 
     The paper's ordering rule (49), A_11 < A_21 < ..., is applied by sorting.
@@ -48,7 +48,7 @@ def gaps(balls: Sequence[NES]) -> list[Band]:
     reach = -np.inf
     for band in sorted(bands(balls), key=lambda one: one.low):
         if band.low > reach > 0.0:
-            found.append(Band(float(reach), band.low))
+            found.append(ActivationBand(float(reach), band.low))
         reach = max(reach, band.high)
     return found
 
@@ -104,8 +104,8 @@ class MultipleDesign:
 
     clearances: tuple[float, ...]
     levels: tuple[float, ...]
-    bands: tuple[Band, ...]
-    gaps: tuple[Band, ...]
+    bands: tuple[ActivationBand, ...]
+    gaps: tuple[ActivationBand, ...]
 
 
 def design_clearances(
