@@ -138,8 +138,7 @@ def draw(plan: MapPlan, values: Values, picture: Path) -> None:
 
     from vinesexp.figures.response_map_panels import MapPicture, response_map_panels
     from vinesexp.figures.style import write
-    from vinesexp.maps.map_plan import AXES
-    from vinesexp.maps.published_line import published_line
+    from vinesexp.maps.map_plan import AXES, published_line
 
     scale = {"m": (1e3, "mm"), "kg": (1e3, "g"), "1": (1.0, ""), "Hz": (1.0, "Hz")}
     (x_scale, x_unit), (y_scale, y_unit) = (scale[AXES[s][0]] for s in (plan.x, plan.y))
