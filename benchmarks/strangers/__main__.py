@@ -25,6 +25,13 @@ from .independent import fit
 
 _SIGMA = 4.0  # standard errors of the package that a value may be off by
 _SAME_F, _SAME_ZETA = 0.005, 0.10  # relative, besides what the halves of the decay differ by
+#: What a channel of a unit measures, by tables of units.
+_MEASURED = (
+    ("acceleration", "acceleration"),
+    ("velocity", "velocity"),
+    ("velocity", "rate of turn"),
+    ("displacement", "angle"),
+)
 WORDS = ("right", "refused", "open", "no peer", "CONFIDENTLY WRONG", "CRASH")
 
 
@@ -77,10 +84,12 @@ def _judged(path: Path) -> Line:
 
 def _compared(view: FileView, column: ColumnView, shown: str) -> Line:
     """The value of a ring-down against the independent fit of the same column."""
-    quantity = "acceleration" if column.unit in UNITS["acceleration"] else "displacement"
-    unit = column.unit if column.unit in UNITS[quantity] else None
-    size = UNITS[quantity].get(column.unit or "", 1.0)
-    channel = Channel(quantity, column.index, quantity, size, unit=unit)
+    known = ((q, table) for q, table in _MEASURED if column.unit in UNITS[table])
+    quantity, table = next(known, ("displacement", "displacement"))
+    unit = column.unit if column.unit in UNITS[table] else None
+    size = UNITS[table].get(column.unit or "", 1.0)  # of an angle the arc at 1 m
+    role = "acceleration" if quantity == "acceleration" else "displacement"
+    channel = Channel(role, column.index, quantity, size, unit=unit)
     time = None
     if view.time is not None:
         time = TimeColumn(view.time, view.time_unit, UNITS["time"].get(view.time_unit, 1.0))
@@ -88,9 +97,9 @@ def _compared(view: FileView, column: ColumnView, shown: str) -> Line:
         rate, x = float(column.rate or 1.0), column.finite
     else:
         rate, _, values = read_channels(
-            view.path, {quantity: channel}, time=time, sample_rate=None if time else view.rate
+            view.path, {role: channel}, time=time, sample_rate=None if time else view.rate
         )
-        x = values[quantity]
+        x = values[role]
     peer = fit(np.arange(x.size) / rate, x)
     try:
         found = fit_ringdown(x, sample_rate=rate, frequency=column.peak()[0])

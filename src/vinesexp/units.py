@@ -81,6 +81,8 @@ UNITS: dict[str, dict[str, float]] = {
     "magnetic field": {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "µT": 1e-6, "nT": 1e-9},
     "temperature": {"°C": 1.0, "K": 1.0},
     "illuminance": {"lx": 1.0},
+    "level": {"dB": 1.0, "dBm": 1.0, "dBV": 1.0},
+    "power": {"mW": 1e-3, "kW": 1e3},
     "angle": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0},
     "ratio": {"": 1.0, "1": 1.0, "%": 1e-2},
 }
@@ -98,8 +100,10 @@ _POSSIBLE = {
     "frequency": (1e-6, 1e7),
 }
 
-#: Other ways to write the same letter or power.
-_SPELLINGS = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": "*", "⋅": "*", "×": "*", "−": "-"})
+#: Other ways to write the same letter or power; what bytes of UTF-8 read as Latin 1 leave.
+_SPELLINGS = str.maketrans(
+    {"µ": "u", "μ": "u", "²": "^2", "·": "*", "⋅": "*", "×": "*", "−": "-", "Â": None}
+)
 _REWRITTEN = (
     (r"/sec\b", "/s"),
     (r"/s(?:\*\*2|2)$", "/s^2"),
@@ -151,7 +155,7 @@ def measured_in(unit: str, quantity: str) -> str:
     >>> measured_in("V", "displacement"), measured_in("deg", "displacement")
     ('voltage', 'angle')
     """
-    outputs = ("voltage", "charge", "angle")
+    outputs = ("voltage", "charge", "angle", "rate of turn")
     return next((one for one in outputs if unit in UNITS[one]), quantity)
 
 

@@ -174,3 +174,42 @@ def test_a_hand_louder_than_the_decay_is_left_out(where: str) -> None:
     found = fit_ringdown(x, sample_rate=100.0, frequency=1.2)
     assert found.f0 == pytest.approx(1.2, rel=1e-3)
     assert found.zeta == pytest.approx(0.004, rel=0.05)
+
+
+def noisy(seed):
+    """A decay of any frequency, damping, rate and length with noise of 10 to 30 %."""
+    random = np.random.default_rng(seed)
+    f, zeta = 10.0 ** random.uniform(-0.3, 1.5), 10.0 ** random.uniform(-3.0, -1.5)
+    rate = f * random.uniform(14.0, 60.0)
+    n = int(min(random.uniform(1.0, 6.0) / (2 * np.pi * f * zeta) * rate, 6000))
+    t = np.arange(n) / rate
+    w0 = 2 * np.pi * f
+    x = np.exp(-zeta * w0 * t) * np.cos(w0 * np.sqrt(1.0 - zeta**2) * t + random.uniform(0, 6))
+    return x + random.uniform(0.1, 0.3) * random.standard_normal(n), rate, f, zeta
+
+
+@pytest.mark.long
+def test_errors_hold_where_there_is_much_noise():
+    off = []
+    for seed in range(700, 708):
+        x, rate, f, zeta = noisy(seed)
+        try:
+            found = fit_ringdown(x, sample_rate=rate, frequency=1.01 * f)
+        except AnalysisError:
+            continue
+        off.append([(found.f0 - f) / found.f0_error, (found.zeta - zeta) / found.zeta_error])
+    assert len(off) > 5
+    assert np.sqrt(np.mean(np.square(off), axis=0)) == pytest.approx(1.0, abs=0.4)
+    assert np.abs(off).max() < 3.5
+
+
+def test_a_noisy_decay_is_fitted_as_far_as_its_law_explains_the_record():
+    """The largest amplitude and the first within the noise, of 62 periods, are chance."""
+    t = np.arange(3700) / 61.0
+    zeta = 2.5 / (2 * np.pi * t[-1])
+    x = np.exp(-2 * np.pi * zeta * t) * np.cos(2 * np.pi * t)
+    x += 0.25 * np.random.default_rng(12).standard_normal(t.size)
+    found = fit_ringdown(x, sample_rate=61.0, frequency=1.0)
+    assert found.start < 3.0
+    assert found.end > 45.0
+    assert abs(found.zeta - zeta) < 3.0 * found.zeta_error

@@ -228,3 +228,13 @@ def test_motions_without_any_name_are_no_frequency_response(zeta, tmp_path):
         for both in ((z.real, z.imag), (z.real, np.gradient(z.real, T)), (z.real, -z.real)):
             np.savetxt(tmp_path / "a.txt", np.stack([T, *both], 1), fmt="%.7g")
             assert view_file(tmp_path / "a.txt").rate == pytest.approx(30.0, rel=1e-3)
+
+
+def test_a_power_is_no_motion_and_a_list_of_means_no_displacement(tmp_path):
+    level = -40.0 - 3.0 * T + RNG.standard_normal(T.size)
+    _, roles = looked_at(tmp_path / "a.csv", "time [s],power [dBm]", T, level)
+    assert roles == {}
+    means = 0.2 * RNG.standard_normal((2, 60))
+    head = "time [s],displacement min [\u00c2\u00b0],wind [m/s]"
+    _, roles = looked_at(tmp_path / "b.csv", head, T[:60] * 30.0, *means)
+    assert roles == {}

@@ -56,6 +56,12 @@ def test_a_fault_is_found_and_named_wherever_it_is(at, change, block, digits):
         times[at] = times[at - 2] - 1e-3
     else:
         times[at:] += 0.5
+    if change in ("lost", "jump"):  # the logger paused
+        with pytest.raises(UnevenClockError) as caught:
+            run(times, block)
+        assert [pause.row for pause in caught.value.pauses] == [at]
+        assert caught.value.interval == pytest.approx(1e-3, rel=2e-3)
+        return
     with pytest.raises(RecordError, match=rf"row {at}\b"):
         run(times, block)
 
@@ -97,8 +103,17 @@ def test_jitter_is_no_gap_and_a_lost_sample_among_jitter_is():
     times = (np.arange(5000) + 0.2 * rng.uniform(-1, 1, 5000)) * 1e-3
     with pytest.raises(UnevenClockError):
         run(times, 700)
-    with pytest.raises(RecordError, match=r"row 3000: time steps by .* samples are missing"):
+    with pytest.raises(UnevenClockError) as caught:
         run(np.delete(times, 3000), 700)
+    (pause,) = caught.value.pauses
+    assert (pause.before, pause.after, pause.row) == (times[2999], times[3001], 3000)
+    assert caught.value.interval == pytest.approx(1e-3, rel=1e-4)
+
+
+def test_times_without_any_clock_are_refused_where_they_first_step():
+    rng = np.random.default_rng(2)
+    with pytest.raises(RecordError, match=r"time steps by .* unevenly spaced"):
+        run(np.cumsum(rng.choice([1.0, 2.5, 6.0], 2000)) * 1e-3, 700)
 
 
 def test_steps_of_two_lengths_by_rounding_are_uniform():

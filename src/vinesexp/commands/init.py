@@ -135,7 +135,7 @@ def _channel_lines(channel: ProposedChannel) -> list[str]:
         return [f"  # {channel.role}: look: {channel.why}", f"  {channel.role}: {entry}"]
     if channel.unit is not None:
         value, mark = f'unit: "{channel.unit}"', "" if channel.sure else "look: "
-        if channel.unit in UNITS["angle"]:
+        if channel.unit in UNITS["angle"] or channel.unit in UNITS["rate of turn"]:
             value += f', radius: "{OPEN} m"'
             mark = "FILL IN the distance of the mass from the axis, such as 0.5 m; "
     else:

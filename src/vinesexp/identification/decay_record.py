@@ -19,7 +19,7 @@ from vinesexp.identification.ringdown_result import RingDown
 from vinesexp.records.schema import Record
 from vinesexp.records.store import RecordView
 from vinesexp.signals.clipping import resolution_of
-from vinesexp.signals.means import channel_means, fill_gaps
+from vinesexp.signals.means import channel_means, longest_run, missing_means
 
 #: Amplitudes at which f0 and zeta are tabled: this many a decade, the same for all records.
 A_DECADE = 8
@@ -163,6 +163,7 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     """
     x, step = displacement_of(view, frequency)
     role = motion_role(view)
+    x[missing_means(view, role, round(step * view.sample_rate))] = np.nan
     resolution = resolution_of(view.read(role, 0, 1 << 16))
     if view.quantity(role) == "acceleration":
         resolution /= (2.0 * math.pi * frequency) ** 2
@@ -199,7 +200,8 @@ def _others(view: RecordView, role: str, best: RingDown) -> list[Mode]:
     means = channel_means(view, role, k)
     step = k / view.sample_rate
     begin, end = (round(t / step) for t in best.window)
-    x = fill_gaps(means[max(begin, 0) : end])
+    begin, end = longest_run(~missing_means(view, role, k)[max(begin, 0) : end])
+    x = means[max(round(best.window[0] / step), 0) :][begin:end]
     found = other_modes(x, step, frequency=best.f0, zeta=best.zeta)
     if view.quantity(role) == "acceleration":  # the amplitudes of the decay are displacements
         return [

@@ -7,12 +7,13 @@ numbers; choosing the stretch to fit, the form of the damping and the start valu
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.errors import AnalysisError
 
 _BREAKS = 10.0  # robust standard deviations
@@ -23,6 +24,8 @@ _MOVING = 8  # windows that show how a frequency moves
 _MOVES = 0.01  # of a frequency: it changes over the decay
 #: Of a period that a constant, a slope and a sine are fitted to.
 SAMPLES = 6
+_BESIDE = 8  # windows beside a gap that show how the phase turns
+_FOLLOWED = 2.5  # rad over a gap: less than half a turn is no other number of turns
 _ABOVE_NOISE = 3.0  # standard errors of a complex amplitude
 _REST = 1e-9  # of the largest amplitude
 _ABOVE_STEP = 1.0  # converter steps: below, an amplitude is staircase, not sine
@@ -40,7 +43,9 @@ _BEATS = 3  # steady stretches between which a second mode turns the phase
 _RISES = 2.0  # times that no free decay becomes larger again
 
 
-def free_part(z: NDArray[np.complex128], start: int, end: int) -> tuple[int, int]:
+def free_part(
+    z: NDArray[np.complex128], start: int, end: int, periods: FloatArray | None = None
+) -> tuple[int, int]:
     """The window of a decay, without what a hand did before or after it.
 
     Parameters
@@ -49,6 +54,8 @@ def free_part(z: NDArray[np.complex128], start: int, end: int) -> tuple[int, int
         Amplitude of every period.
     start, end : int
         From the largest amplitude to where it has died into noise.
+    periods : array (n - 1,), optional
+        From each to the next, where some are missing.
 
     Returns
     -------
@@ -62,7 +69,7 @@ def free_part(z: NDArray[np.complex128], start: int, end: int) -> tuple[int, int
     >>> free_part(z, 58, 60)
     (0, 55)
     """
-    runs = _steady_runs(z)
+    runs = _steady_runs(z, np.ones(z.size - 1) if periods is None else periods)
     if not runs or _beats(runs, start, end):
         return start, end
     first, last = max(runs, key=lambda run: run[1] - run[0])
@@ -84,10 +91,10 @@ def _beats(runs: list[tuple[int, int]], start: int, end: int) -> bool:
     return len(inside) >= _BEATS and covered > _MISTAKEN * (end - start)
 
 
-def _steady_runs(z: NDArray[np.complex128]) -> list[tuple[int, int]]:
+def _steady_runs(z: NDArray[np.complex128], periods: FloatArray) -> list[tuple[int, int]]:
     """Stretches of periods with nearly the same factor from each to the next."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        factor = z[1:] / z[:-1]
+        factor = (z[1:] / z[:-1]) ** (1.0 / periods)
         steady = np.abs(np.diff(factor)) < _STEADY
     edges = np.flatnonzero(np.diff(np.concatenate([[0], steady.astype(np.int8), [0]])))
     runs = [(int(a), int(b) + 2) for a, b in zip(edges[::2], edges[1::2], strict=True)]
@@ -124,7 +131,7 @@ class Phasors:
 
 def demodulate(
     x: FloatArray, step: float, frequency: float, *, rate: float = 0.0,
-    local: FloatArray | None = None,
+    local: FloatArray | None = None, lost: BoolArray | None = None,
 ) -> Phasors:  # fmt: skip
     """Fit constant, slope and a damped sine to consecutive windows of one period.
 
@@ -142,6 +149,8 @@ def demodulate(
     local : array (windows,), optional
         Angular frequency in every window, rad/s, where it moves; z still turns relative to
         `frequency`.
+    lost : bool array (n,), optional
+        Samples that were not measured; windows that lost much of theirs are left out.
 
     Raises
     ------
@@ -174,14 +183,23 @@ def demodulate(
     basis = _basis(s, fall, np.array(w))
     windows = x[: count * size].reshape(count, size)
     inverse = np.asarray(np.linalg.pinv(basis), dtype=np.float64)
-    fitted, noise = _robust(windows, basis, inverse, w * step)
+    gaps = np.zeros(windows.shape, dtype=bool)
+    if lost is not None:
+        gaps = lost[: count * size].reshape(count, size)
+    fitted, noise = _robust(windows, basis, inverse, w * step, gaps)
     t = np.asarray(((np.arange(count) + 0.5) * size - 0.5) * step, dtype=np.float64)
     if local is not None:
         own = np.linalg.pinv(_basis(s, fall, local)) @ windows[:, :, np.newaxis]
         fitted[:, 2:4] = own[:, 2:4, 0]
     z = (fitted[:, 2] + 1j * fitted[:, 3]) * np.exp(-1j * w * t)
     error = noise * math.sqrt(0.5 * float((inverse[2] ** 2).sum() + (inverse[3] ** 2).sum()))
-    return Phasors(t, z, error, noise, w, size * step)
+    seen = gaps.mean(axis=1) < _MOMENT
+    if seen.sum() < _FEWEST:
+        raise AnalysisError(
+            f"{seen.sum()} periods of {frequency:.6g} Hz without a gap in the record, expected "
+            f"{_FEWEST} or more"
+        )
+    return Phasors(t[seen], z[seen], error, noise, w, size * step)
 
 
 def _basis(s: FloatArray, fall: FloatArray, w: FloatArray) -> FloatArray:
@@ -211,7 +229,7 @@ def local_frequencies(p: Phasors, count: int) -> FloatArray | None:
     return np.clip(np.interp(np.arange(count), inside, found), low, high)
 
 
-def standing_out(x: FloatArray, turn: float) -> NDArray[np.bool_]:
+def standing_out(x: FloatArray, turn: float) -> BoolArray:
     """Samples that no smooth decay passes through: a sensor that lost its target for a moment.
 
     Any decaying sine with a constant obeys x[n+1] + x[n-1] = a x[n] + b x[n-1] + d. A spike breaks
@@ -255,19 +273,22 @@ def standing_out(x: FloatArray, turn: float) -> NDArray[np.bool_]:
 
 
 def _robust(
-    windows: FloatArray, basis: FloatArray, inverse: FloatArray, turn: float
+    windows: FloatArray, basis: FloatArray, inverse: FloatArray, turn: float, gaps: BoolArray
 ) -> tuple[FloatArray, float]:
     """Coefficients of every window, and the noise of a sample in the quieter half of them."""
     count, size = windows.shape
     out = standing_out(windows.ravel(), turn).reshape(windows.shape)
     out &= (out.mean(axis=1) < _MOMENT)[:, np.newaxis]  # else it is no moment
+    seen = gaps.mean(axis=1) < _MOMENT
+    out |= gaps & seen[:, np.newaxis]
     fitted = windows @ inverse.T
     for i in np.flatnonzero(out.any(axis=1)):
         use = ~out[i]
         fitted[i] = np.linalg.lstsq(basis[use], windows[i, use], rcond=None)[0]
     rest = np.where(out, 0.0, windows - fitted @ basis.T)
     freedom = np.maximum(size - basis.shape[1] - out.sum(axis=1), 1)
-    rms = np.sort(np.sqrt((rest**2).sum(axis=1) / freedom))
+    rms = np.sort(np.sqrt((rest**2).sum(axis=1) / freedom)[seen])
+    count = max(int(seen.sum()), 1)
     return fitted, float(rms[: max(1, count // 2)].mean())
 
 
@@ -297,10 +318,57 @@ def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:
     below = np.flatnonzero(size[start:] < floor)
     end = start + int(below[0]) if below.size else size.size
     # Rest is no motion, however steady: before the release, and where only steps are left.
-    start, end = free_part(np.where(size > max(floor, _REST * size.max()), p.z, 0.0), start, end)
+    shown = np.where(size > max(floor, _REST * size.max()), p.z, 0.0)
+    start, end = free_part(shown, start, end, np.round(np.diff(p.t) / p.span))
     if end - start < _FEWEST or not size[start] > 0.0:
         raise AnalysisError(
             f"the oscillation stands out of the noise for {end - start} periods, "
             f"expected {_FEWEST} or more"
         )
     return start, end
+
+
+def one_decay(p: Phasors) -> Phasors:
+    """The phasors on both sides of gaps as one decay where the phase can be followed across.
+
+    The phase turns over a gap by as much as the frequencies beside it say. Where these leave open
+    how often it went round, the part of the record with most motion counts alone.
+
+    Examples
+    --------
+    >>> t = np.concatenate([np.arange(40.0), np.arange(50.0, 90.0)]) + 0.5
+    >>> p = Phasors(t, np.exp((0.05j - 0.01) * t), 1e-4, 1e-4, 2.0 * np.pi, 1.0)
+    >>> one_decay(p).t.size, one_decay(replace(p, z=p.z * np.exp(0.4j * t))).t.size
+    (80, 40)
+    """
+    breaks = np.flatnonzero(np.diff(p.t) > 1.5 * p.span) + 1
+    if not breaks.size:
+        return p
+    edges = [0, *breaks.tolist(), p.t.size]
+    slopes = [_turning(p, a, b) for a, b in pairwise(edges)]
+    parts = [[0, edges[1]]]
+    for k, b in enumerate(edges[2:]):
+        at = edges[k + 1]
+        gap = float(p.t[at] - p.t[at - 1])
+        (_, before, error), (after, _, other) = slopes[k], slopes[k + 1]
+        turn = 0.5 * (before + after) * gap
+        unsure = (math.hypot(error, other) + 0.25 * abs(after - before)) * gap
+        if abs(turn) + unsure < _FOLLOWED:
+            parts[-1][1] = b
+        else:
+            parts.append([at, b])
+    a, b = max(parts, key=lambda part: float((np.abs(p.z[part[0] : part[1]]) ** 2).sum()))
+    return replace(p, t=p.t[a:b], z=p.z[a:b])
+
+
+def _turning(p: Phasors, begin: int, end: int) -> tuple[float, float, float]:
+    """How fast the phase turns at both ends of a stretch, rad/s, and the error of either."""
+    ends = []
+    for own in (slice(begin, min(begin + _BESIDE, end)), slice(max(end - _BESIDE, begin), end)):
+        t, z = p.t[own], p.z[own]
+        if t.size < _FEWEST:
+            return 0.0, 0.0, math.inf
+        sure = np.abs(z) / max(p.error, 1e-12 * float(np.abs(z).max()))
+        ends.append(np.polyfit(t - t.mean(), np.unwrap(np.angle(z)), 1, w=sure)[0])
+        lever = math.sqrt(float((sure**2 * (t - t.mean()) ** 2).sum()))
+    return float(ends[0]), float(ends[1]), _ABOVE_NOISE / lever

@@ -14,9 +14,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.damping_law import (
     FORMS,
@@ -37,6 +36,7 @@ from vinesexp.identification.phasors import (
     decay_window,
     demodulate,
     local_frequencies,
+    one_decay,
     standing_out,
 )
 from vinesexp.identification.ringdown_result import RingDown, ring_down_by
@@ -53,6 +53,9 @@ _APART = 4.0  # standard errors
 _SAME_F0, _SAME_ZETA = 1e-3, 0.05  # relative
 _DRIVEN = 0.5  # of the motion: what leaves more is no decay that something disturbs
 _STEADY = 5e-3  # a decay whose amplitude falls by less is a steady drive
+_AROUND = 6.0  # times f0: lines of noise that are as strong as those near f0, mostly
+_FAINT = 0.3  # of the noise of a window: an amplitude that says nothing
+_MORE = 1.05  # times what is known: less is not worth another fit
 _SURE = 3.0  # standard errors that zeta has to stand above zero
 _LOOK = 1 << 16  # samples that show the converter's step
 
@@ -86,10 +89,13 @@ _SIDE_LINES = 4  # half Fourier lines on each side that a second oscillation may
 _STRONG = 8.0  # times the median of the lines around
 
 
-def likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> RingDown:
+def likelihood(
+    x: FloatArray, step: float, p: Phasors, envelope: RingDown, lost: BoolArray | None = None
+) -> RingDown:
     """The form that the envelope chose, fitted to the displacement; drift is linear unknowns.
 
     So is a second oscillation, where what is left shows one: then the fit is done once more.
+    Samples that are `lost` are not fitted.
     """
     begin = max(0, math.ceil(envelope.window[0] / step))
     end = min(x.size, math.floor(envelope.window[1] / step) + 1)
@@ -103,13 +109,15 @@ def likelihood(x: FloatArray, step: float, p: Phasors, envelope: RingDown) -> Ri
     vector[1] += vector[2] * back
     noise, slow = max(p.noise, 1e-9 * A), _drift(t, envelope.f0)
     kept = _trusted(y, slow, decay_of(vector, start.form, start.start), t, noise, p.w * step)
+    if lost is not None:
+        kept &= ~lost[begin:end]
     fit = _fitted(vector, envelope.free, t, y, slow, kept, noise)
     beat = _beat(fit.rest, y - fit.rest, step, envelope.f0, envelope.zeta)
     if beat is not None:
         rate = envelope.decay.rate(envelope.reference)
         both = np.concatenate([slow, _narrow(t, beat[0], rate)], axis=1)
         fit = _fitted(fit.vector, envelope.free, t, y, both, kept, noise)
-    sigma = _noise_at(fit.rest, step, envelope.f0)
+    sigma = _noise_at(fit.rest, step, envelope.f0) / math.sqrt(float(kept.mean()))
     decay = decay_of(fit.vector, start.form, start.start)
     by = _lasting(fit.rest, t, decay, sigma, round(p.span / step), counts(envelope.free))
     free = with_next_terms(envelope.free, by[0] > 1.0, by[1] > 1.0)
@@ -147,7 +155,7 @@ class _Fit:
 
 def _fitted(
     vector: FloatArray, free: tuple[str, ...], t: FloatArray, y: FloatArray, linear: FloatArray,
-    kept: NDArray[np.bool_], noise: float,
+    kept: BoolArray, noise: float,
 ) -> _Fit:  # fmt: skip
     """Least squares with the columns of `linear` as further unknowns, projected out."""
     q = np.linalg.qr(linear[kept])[0]
@@ -181,7 +189,7 @@ def _narrow(t: FloatArray, frequency: float, rate: float) -> FloatArray:
 
 def _trusted(
     y: FloatArray, slow: FloatArray, decay: Decay, t: FloatArray, noise: float, turn: float
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """Samples that are not those of a sensor that lost its target for a moment.
 
     A spike stands out from its neighbours; a longer loss from the start's fit.
@@ -233,7 +241,13 @@ def _noise_at(rest: FloatArray, step: float, f0: float) -> float:
     power = np.abs(np.fft.rfft(rest)) ** 2 / rest.size
     frequency = np.fft.rfftfreq(rest.size, step)
     near = (frequency > 0.5 * f0) & (frequency < 2.0 * f0)
-    return math.sqrt(float(power[near].mean())) if near.sum() >= 10 else float(rest.std())
+    n = int(near.sum())
+    if n < 10:
+        return float(rest.std())
+    found = float(power[near].mean()) * n / (n - 2.0)  # of four parameters, two a line
+    # Few lines show their own mean badly: those further away raise it by no more than chance.
+    around = float(power[(frequency > 0.5 * f0) & (frequency < _AROUND * f0)].mean())
+    return math.sqrt(max(found, min(around, found * (1.0 + 2.0 / math.sqrt(n)))))
 
 
 def envelope(p: Phasors, start: Decay) -> RingDown:
@@ -380,6 +394,7 @@ def fit_ringdown(x: FloatArray, *, sample_rate: float, frequency: float) -> Ring
     """
     k = max(1, int(sample_rate / (POINTS * frequency)))
     coarse = block_means(fill_gaps(x), k) / np.sinc(frequency * k / sample_rate)
+    coarse[block_means((~np.isfinite(x)).astype(np.float64), k) > 0.0] = np.nan
     return ring_down(
         coarse, k / sample_rate, frequency=frequency, resolution=resolution_of(x[:_LOOK])
     )[-1]
@@ -393,7 +408,7 @@ def ring_down(
     Parameters
     ----------
     x : array (n,)
-        Displacement, m; block means some 24 a period lose nothing.
+        Displacement, m, NaN where it was not measured; block means some 24 a period lose nothing.
     step : float
         s between them.
     frequency : float
@@ -420,17 +435,27 @@ def ring_down(
     >>> best.decay.form, abs(best.f0 - 7.9009) < 1e-3
     ('viscous', True)
     """
-    phasors = kept(demodulate(x, step, frequency), resolution)
+    lost = ~np.isfinite(x)
+    x = fill_gaps(x)
+    whole = demodulate(x, step, frequency, lost=lost)
+    phasors = kept(whole, resolution)
     w, rate = (float(v) for v in straight_line(phasors)[:2])
     better = w / (2.0 * math.pi)
     if abs(better / frequency - 1.0) < 0.2:  # once more with the frequency and decay found
-        whole = demodulate(x, step, better, rate=rate)
+        whole = demodulate(x, step, better, rate=rate, lost=lost)
         phasors = kept(whole, resolution)
-        local = local_frequencies(phasors, whole.t.size)
+        local = local_frequencies(phasors, x.size // round(whole.span / step))
         if local is not None:
-            phasors = kept(demodulate(x, step, better, rate=rate, local=local), resolution)
+            whole = demodulate(x, step, better, rate=rate, local=local, lost=lost)
+            phasors = kept(whole, resolution)
     decrement = log_decrement(phasors)
-    best = _settled(x, step, phasors, envelope(phasors, decrement.decay), decrement)
+    best = _settled(x, step, phasors, envelope(phasors, decrement.decay), decrement, lost)
+    if (wider := widened(whole, phasors, best, resolution)) is not None:
+        with suppress(AnalysisError):
+            start = begun_at(best.decay, float(wider.t[0]))
+            longer = _settled(x, step, wider, envelope(wider, start), decrement, lost)
+            if _agree(longer, best):  # of what stands out of the noise that much is left
+                best = replace(longer, residual=best.residual)
     if best.fallen < _STEADY:
         raise AnalysisError(
             f"the amplitude {'falls' if best.fallen >= 0.0 else 'rises'} by "
@@ -453,14 +478,72 @@ def ring_down(
     return [decrement, best]
 
 
+def widened(whole: Phasors, p: Phasors, found: RingDown, resolution: float) -> Phasors | None:
+    """The windows that a decay reaches by its own law, where noise alone bounded those fitted.
+
+    The largest amplitude and the first one within the noise are chosen by noise where there is
+    much of it. Windows beside the decay that its law explains belong to it.
+
+    Parameters
+    ----------
+    whole, p : Phasors
+        All windows of the record, and those that were fitted.
+    found : RingDown
+        By them.
+    resolution : float
+        Step of the converter, m.
+
+    Returns
+    -------
+    Phasors or None
+        None where there is little more to learn.
+    """
+    decay = begun_at(found.decay, min(float(whole.t[0]), found.decay.start))
+    log_A, phase = (
+        one[0] for one in logs_and_phases(decay.vector()[np.newaxis], whole.t, start=decay.start)
+    )
+    model = np.exp(log_A + 1j * (phase - whole.w * whole.t))
+    belongs = np.abs(whole.z - model) < _OUTLYING * whole.error
+    belongs &= np.exp(log_A) > max(_FAINT * whole.error, resolution)
+    first, last = (int(k) for k in np.searchsorted(whole.t, (p.t[0], p.t[-1])))
+    before = np.flatnonzero(~belongs[:first])
+    after = np.flatnonzero(~belongs[last + 1 :])
+    begin = int(before[-1]) + 1 if before.size else 0
+    end = last + 1 + int(after[0]) if after.size else whole.t.size
+    told = [
+        _information(np.exp(log_A[own]), whole.t[own])
+        for own in (slice(begin, end), slice(first, last + 1))
+    ]
+    if told[0] < _MORE * told[1]:
+        return None
+    return one_decay(replace(whole, t=whole.t[begin:end], z=whole.z[begin:end]))
+
+
+def _information(A: FloatArray, t: FloatArray) -> float:
+    """What phasors of amplitudes A say about frequency and damping, for one noise of all."""
+    return float((A**2).sum() * np.cov(t, aweights=A**2, ddof=0))
+
+
+def begun_at(decay: Decay, start: float) -> Decay:
+    """The decay with another beginning, at its present rate."""
+    back = decay.start - start
+    return replace(
+        decay,
+        log_A=decay.log_A + decay.rate(math.exp(decay.log_A)) * back,
+        phase=decay.phase - decay.frequency(math.exp(decay.log_A)) * back,
+        start=start,
+    )
+
+
 def _sure(found: RingDown) -> bool:
     """Whether the record says that it decays, and at which frequency."""
     return found.zeta > _SURE * found.zeta_error and is_known(found.f0, found.f0_error)
 
 
 def _settled(
-    x: FloatArray, step: float, phasors: Phasors, law: RingDown, decrement: RingDown
-) -> RingDown:
+    x: FloatArray, step: float, phasors: Phasors, law: RingDown, decrement: RingDown,
+    lost: BoolArray,
+) -> RingDown:  # fmt: skip
     """The likelihood, or what stands in for it where it fails.
 
     A likelihood that leaves much of the motion and contradicts what amplitude and phase of every
@@ -469,7 +552,7 @@ def _settled(
     """
     others, said = [decrement], "the likelihood does not settle on this record"
     try:
-        best = likelihood(x, step, phasors, law)
+        best = likelihood(x, step, phasors, law, lost)
         if _sure(best):
             if best.residual < _MISFIT or _agree(best, law):
                 return best
@@ -500,6 +583,6 @@ def _agree(a: RingDown, b: RingDown) -> bool:
 
 
 def kept(p: Phasors, resolution: float) -> Phasors:
-    """The windows of the free decay: `phasors.decay_window`."""
+    """The windows of the free decay: `phasors.decay_window`, across gaps where they allow it."""
     begin, end = decay_window(p, resolution=resolution)
-    return replace(p, t=p.t[begin:end], z=p.z[begin:end])
+    return one_decay(replace(p, t=p.t[begin:end], z=p.z[begin:end]))

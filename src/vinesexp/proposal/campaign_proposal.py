@@ -16,9 +16,10 @@ from pathlib import Path
 
 from vinesexp.proposal.file_names import Reading, read_name, runs_are_numbered
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
-from vinesexp.proposal.roles import Guess, guess_roles, label_of
+from vinesexp.proposal.roles import VELOCITY, Guess, guess_roles, label_of
 from vinesexp.proposal.survey import FileView
 from vinesexp.records.readers.parts import file_of, part_of
+from vinesexp.records.schema import ROLES
 from vinesexp.units import UNITS
 
 #: Endings of files that are no instrument's.
@@ -129,7 +130,7 @@ def _channel(labels: Sequence[str], guess: Guess, files: Sequence[FileView]) -> 
     units = {c.unit for c in columns}
     unit = units.pop() if len(units) == 1 else None
     quantity = _quantity(guess.role, label, unit)
-    arc = quantity == "displacement" and unit in UNITS["angle"]
+    arc = unit in UNITS["angle"] or unit in UNITS["rate of turn"]
     physical = unit if arc or (quantity is not None and unit in UNITS[quantity]) else None
     names = sorted({c.name for c in columns if c.name})
     every = [[c.name for c in f.columns] for f in files]
@@ -141,13 +142,15 @@ def _channel(labels: Sequence[str], guess: Guess, files: Sequence[FileView]) -> 
 
 
 def _quantity(role: str, label: str, unit: str | None) -> str | None:
-    """What a channel measures: of the base by its unit, or by its name."""
-    if role == "sound":
-        return None
-    if role != "base":
-        return role
-    by_unit = (q for q in ("velocity", "acceleration") if unit in UNITS[q])
-    return next(by_unit, "acceleration" if re.search(r"acc", label, re.I) else "displacement")
+    """What a channel measures: by its unit, or by its name."""
+    if role in ("sound", "acceleration"):
+        return None if role == "sound" else role
+    if unit in UNITS["rate of turn"]:
+        return "velocity"
+    by_unit = (q for q in ROLES[role] if unit in UNITS[q])
+    if role == "base" and re.search(r"acc", label, re.I):
+        return next(by_unit, "acceleration")
+    return next(by_unit, "velocity" if VELOCITY.search(label) else "displacement")
 
 
 def joined(files: Sequence[FileView]) -> list[FileView]:

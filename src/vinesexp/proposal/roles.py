@@ -38,13 +38,14 @@ _NAMES = {
 }
 #: What phones, loggers and programs record or compute besides motion along a line.
 _OTHERS = re.compile(
-    r"gyro|rotat|magnet|temper|humid|pressure|light|torque|energ|potential|kinetic|rad/s|deg/s|°/s|°C"
+    r"magnet|temper|humid|pressure|light|torque|energ|potential|kinetic|°C"
     "|latitud|longitud|altitud|heading|bearing|azimut|direction|fft|psd|spectr|correl|coheren",
     re.IGNORECASE,
 )
 _COMMAND = re.compile(r"excit|drive", re.I)  # what a generator was told to do, not what it did
 _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several axes
-_VELOCITY = re.compile(r"veloc|speed|vitesse|geschwind", re.I)
+VELOCITY = re.compile(r"veloc|speed|vitesse|geschwind", re.I)
+_TURNING = re.compile(r"gyro|rotat|angular vel", re.I)
 _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)  # nothing before it: a tracked point
 _CUT_SHORT = 6  # letters at least of a name that some program cut short
 _MOSTLY = 0.9  # of the steps of times with a mistake among them
@@ -52,13 +53,18 @@ _KEEPS = 0.35  # variation of an amplitude that is kept: a decay to a quarter va
 _AUDIBLE = 8000.0  # Hz: a WAV file sampled faster may be a microphone's
 #: Quantities by whose units a column can have each role.
 _MEASURED = {
-    "displacement": ("displacement", "angle", "voltage"),
+    "displacement": ("displacement", "velocity", "angle", "rate of turn", "voltage"),
     "base": ("displacement", "velocity", "acceleration", "voltage"),
     "acceleration": ("acceleration", "voltage", "charge"),
     "sound": ("pressure", "voltage"),
     "force": ("force", "voltage"),
 }
-_BY_UNIT = ("acceleration", "force", "angle", "displacement")
+_BY_UNIT = ("acceleration", "force", "angle", "velocity", "rate of turn", "displacement")
+#: Of them those that are a displacement where nothing better shows the motion, and what is better.
+_RATES = {
+    "velocity": ("displacement", "angle"),
+    "rate of turn": ("displacement", "angle", "velocity", "acceleration"),
+}
 #: Weights: what a unit or a name says, what a signal does, what is left; what rules a role out.
 _SAID, _SHOWN, _LEFT, _NEVER = 4.0, 2.0, 1.0, -10.0
 
@@ -158,12 +164,16 @@ def _settled(found: Sequence[Evidence], places: Places) -> dict[str, Guess]:
 
 def _stated(places: Places) -> Iterator[Evidence]:
     """What units and names say; a name that the unit contradicts supports nothing."""
+    measured = {label: _quantity_of(at) for label, at in places.items()}
     for label, at in places.items():
-        units = {column.unit for _, column in at}
-        unit = next(iter(units)) if len(units) == 1 else None
-        quantity = next((q for q in _BY_UNIT if unit in UNITS[q]), None)
+        unit, quantity = measured[label]
         role = _named(label)
-        if quantity == "acceleration":
+        if all(c.rate for _, c in at) and not _may_move(at):
+            words = "it is sampled too slowly for a vibration, and nothing oscillates in it"
+            yield from (Evidence(label, one, _NEVER, words) for one in _MEASURED)
+        elif quantity in _RATES and role != "base":
+            yield _rate_of_motion(label, quantity, unit, measured)
+        elif quantity == "acceleration":
             role = "base" if role == "base" else "acceleration"
             words = f"its unit is {unit}" + (", its name says base" if role == "base" else "")
             yield Evidence(label, role, _SAID, words)
@@ -172,9 +182,6 @@ def _stated(places: Places) -> Iterator[Evidence]:
         elif quantity == "angle":
             words = f"its unit is {unit}: an angle, whose arc it is"
             yield Evidence(label, "displacement", _SAID, words)
-            if not _may_move(at):
-                words = "it is sampled too slowly for a vibration, and nothing oscillates in it"
-                yield Evidence(label, "displacement", _NEVER, words)
         elif role is not None and not may_be(at[0][1], role):
             yield Evidence(label, role, _NEVER, f"its name says {role}, its unit {unit}")
         elif role is not None:
@@ -182,6 +189,34 @@ def _stated(places: Places) -> Iterator[Evidence]:
             if quantity is not None:
                 words = f"its unit is {unit}, {words}"
             yield Evidence(label, role, _SAID, words)
+
+
+def _quantity_of(at: Sequence[tuple[FileView, ColumnView]]) -> tuple[str | None, str | None]:
+    """The unit that a channel has in all files, and what it measures, by unit or by name."""
+    units = {column.unit for _, column in at}
+    unit = next(iter(units)) if len(units) == 1 else None
+    name = at[0][1].name
+    if unit is None:
+        return None, "rate of turn" if _TURNING.search(name) else (
+            "velocity" if VELOCITY.search(name) else None
+        )
+    return unit, next((q for q in _BY_UNIT if unit in UNITS[q]), None)
+
+
+def _rate_of_motion(
+    label: str, quantity: str, unit: str | None,
+    measured: Mapping[str, tuple[str | None, str | None]],
+) -> Evidence:  # fmt: skip
+    """A velocity is integrated, where no other channel is the displacement."""
+    better = (
+        other
+        for other, (_, q) in measured.items()
+        if q in _RATES[quantity] or (q is None and _named(other) == "displacement")
+    )
+    if (other := next(better, None)) is not None:
+        return Evidence(label, "displacement", _NEVER, f"it is a {quantity}; {other} is better")
+    words = f"its {'unit' if unit else 'name'} says a {quantity}, which is integrated"
+    return Evidence(label, "displacement", _SAID if unit else _SHOWN, words)
 
 
 def _pulses(places: Places) -> Iterator[Evidence]:
@@ -301,8 +336,6 @@ def _clearest(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[
             f"it oscillates most clearly of what is left ({', '.join(left)}); look which one it is"
         )
     best = max(left, key=lambda label: sum(_clearness(column) for _, column in rest[label]))
-    if _VELOCITY.search(best):
-        words += "; it is called a velocity: f0 and zeta hold, lengths do not"
     return [Evidence(best, "displacement", _LEFT, words, rivals=len(left) - 1)]
 
 

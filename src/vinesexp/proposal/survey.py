@@ -37,6 +37,7 @@ _LATE, _DIES = 0.9, 0.75  # of the strength behind time 0; when a twentieth of i
 _AT_ONCE, _RISES = 8, 1.5  # lines about time 0; by how much a resonance rises above the begin
 _MOST_DECIBELS = 400.0
 _UNEVEN = 0.6  # standard deviation of the steps over their mean
+_PAUSE = 1.6  # times the usual step: a logger pauses
 _APART = 0.01  # by which the header's rate and that of the times may differ, relative
 
 
@@ -437,14 +438,24 @@ def _time_and_rate(
         if len(steps) < 3 or steps.min() < 0.0 or steps.mean() <= 0.0:
             continue
         named = _TIME_NAME.match(source.columns[j].name) or source.columns[j].unit in UNITS["time"]
-        uneven = float(np.std(steps)) > _UNEVEN * float(steps.mean())
+        usual = steps[steps < _PAUSE * float(np.median(steps))]
+        pauses = len(steps) - len(usual)
+        if not named or pauses * _FEWEST > len(steps):  # no logger pauses so often
+            usual, pauses = steps, 0
+        uneven = float(np.std(usual)) > _UNEVEN * float(usual.mean())
         if not named and (uneven or steps.min() == steps.max() == 1.0):
             continue  # anything that grows; row numbers
         unit = _unit_of_times(source.columns[j].unit, read[j])
         if not named and unit == "s" and steps.mean() > 1.0 / SLOWEST:
             continue  # nobody samples a vibration so slowly: frequencies, angles, positions
-        rate = (len(finite) - 1) / (float(finite[-1] - finite[0]) * UNITS["time"].get(unit, 1.0))
+        rate = 1.0 / (float(usual.mean()) * UNITS["time"].get(unit, 1.0))
         remarks = []
+        if pauses:
+            k = int(np.argmax(steps))
+            remarks.append(
+                f"times pause {pauses} time{'s' * (pauses > 1)}, the longest from {finite[k]:.6g} "
+                f"to {finite[k + 1]:.6g} {unit}: nothing is known there"
+            )
         if unit != "s" and source.columns[j].unit not in UNITS["time"]:
             remarks.append(
                 f"times without a unit, in steps of {float(np.median(steps)):.4g}: {unit} is taken "

@@ -27,7 +27,10 @@ _COLUMN: dict[str, Any] = {
 _CHANNEL: dict[str, dict[str, Any]] = {
     "column": _COLUMN,
     "unit": {"type": "string", "description": "the file is in this unit"},
-    "radius": {**_TEXT, "description": "of an angle: distance of the mass from the axis, 0.5 m"},
+    "radius": {
+        **_TEXT,
+        "description": "of an angle or its rate: the distance from the axis, 0.5 m",
+    },
     "sensitivity": {"type": "string", "description": "output per measured unit: 100 mV/g"},
     "offset": {**_TEXT, "description": "output at zero: 2.5 V"},
     "file_unit": {"type": "string", "description": "what one number of the file is: mV"},

@@ -199,17 +199,21 @@ def _channel(role: str, entry: Section, where: str, problems: Problems) -> Chann
 
 
 def _size(unit: str, quantity: str, entry: Section) -> float:
-    """Size of one unit; of an angle the arc at its `radius`, m."""
+    """Size of one unit; of an angle or its rate the arc at its `radius`, m."""
     radius = entry.values.get("radius")
-    if unit in UNITS["angle"] and quantity == "displacement":
+    turned = {"displacement": "angle", "velocity": "rate of turn"}.get(quantity)
+    if turned is not None and unit in UNITS[turned]:
         if radius is None:
+            word = "an angle" if turned == "angle" else "a rate of turn"
             raise ParameterError(
-                f"'{unit}' is an angle; give the distance of the mass from the axis too, such as "
+                f"'{unit}' is {word}; give the distance of the mass from the axis too, such as "
                 "radius: 0.5 m (f0 and zeta do not depend on it)"
             )
-        return UNITS["angle"][unit] * parse_quantity(radius, "displacement").value
+        return UNITS[turned][unit] * parse_quantity(radius, "displacement").value
     if radius is not None:
-        raise ParameterError(f"a radius belongs to an angle (rad, deg), the unit is '{unit}'")
+        raise ParameterError(
+            f"a radius belongs to an angle or its rate (rad, deg/s), the unit is '{unit}'"
+        )
     return unit_size(unit, quantity)
 
 

@@ -68,8 +68,8 @@ def look_over(
     found = [Check(record.id, "ingest", "ok", size)]
     found += [Check(record.id, check, "warning", reported) for check, reported in samples.warnings]
     found += _trimmed(record, samples)
-    missing: dict[str, Stretches] = {}
     period = _period(view, record)
+    missing: dict[str, Stretches] = _paused(view, record, samples, period)
     for role in view.roles:
         if reported := samples.overload(role):
             found.append(_judge(record, channels[role], "saturated", f"{role} {reported}"))
@@ -86,7 +86,7 @@ def look_over(
         stuck = [run for run in stuck if run not in clipped]
         if gaps.missing:
             found.append(_left_out(view, record, samples, role, gaps, period))
-            missing[role] = gaps.missing
+            missing[role] = tuple(sorted({*missing.get(role, ()), *gaps.missing}))
         if stuck and stuck[0].length == view.n and role not in _MOVING[record.test]:
             reported = f"{role} does not change at all; noise below one step of the instrument?"
             found.append(Check(record.id, "frozen", "warning", reported))
@@ -96,6 +96,33 @@ def look_over(
                 reported = f"{role} {_described(view, samples, runs, defect)}"
                 found.append(_judge(record, channels[role], defect, reported))
     return found, missing
+
+
+def _paused(
+    view: RecordView, record: Record, samples: AnySamples, period: float | None
+) -> dict[str, Stretches]:
+    """The stretches of all channels over which the times pause; no ball may hit in them."""
+    if not samples.gaps:
+        return {}
+    said = next(said for check, said in samples.warnings if check == "time")
+    if record.test == "drop":
+        raise RecordError(
+            f"{said}: a drop test needs every hit; cut the record there", file=record.file
+        )
+    _refuse_pieces(view, record, samples.gaps, period, said)
+    return dict.fromkeys(view.roles, samples.gaps)
+
+
+def _refuse_pieces(
+    view: RecordView, record: Record, gaps: Stretches, period: float | None, said: str
+) -> None:
+    """Refuse a record whose gaps leave no two periods in a row."""
+    edges = np.array([0, *(edge for gap in gaps for edge in gap), view.n])
+    longest = int(np.diff(edges)[::2].max())
+    if period is not None and longest < _LEAST_PERIODS * period:
+        raise RecordError(
+            f"{said}; no two periods of the motion are whole, look at the sensor", file=record.file
+        )
 
 
 def _left_out(
@@ -113,13 +140,7 @@ def _left_out(
         f"({samples.source.locate(samples.trimmed[0] + first)}): it leaves its motion and comes "
         "back at once, as a laser that loses its target"
     )
-    edges = np.array([0, *(edge for gap in gaps.missing for edge in gap), view.n])
-    longest = int(np.diff(edges)[::2].max())
-    if period is not None and longest < _LEAST_PERIODS * period:
-        raise RecordError(
-            f"{reported}; no two periods of the motion are whole, look at the sensor",
-            file=record.file,
-        )
+    _refuse_pieces(view, record, gaps.missing, period, reported)
     return Check(record.id, "gaps", "warning", f"{reported}; these stretches are left out")
 
 

@@ -28,9 +28,15 @@ from vinesexp.records.readers import open_source
 from vinesexp.records.refusal import is_of_the_machine, reason_of
 from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Campaign, Channel, Record, TimeColumn
-from vinesexp.records.store import create_record, leave_out, open_record
+from vinesexp.records.store import create_record, integrate, leave_out, open_record
 from vinesexp.records.timebase import UnevenClockError
+from vinesexp.records.velocity import integrated
 from vinesexp.whole_files import partial_path
+
+_INTEGRATED = (
+    "displacement is the integral of the measured velocity, whose mean is left out: slow drift "
+    "and the place about which it moves are not known"
+)
 
 
 def ingest_or_refuse(campaign: Campaign, record: Record, out: Path) -> list[Check]:
@@ -99,6 +105,9 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
             found, missing = look_over(view, record, setup.channels, samples)
         for role, stretches in missing.items():
             leave_out(unseen, role, stretches)
+        if samples.quantities.get("displacement") == "velocity":
+            integrate(unseen, "displacement")
+            found.append(Check(record.id, "velocity", "ok", _INTEGRATED))
         os.replace(unseen, out)
     finally:
         unseen.unlink(missing_ok=True)
@@ -150,6 +159,14 @@ def read_channels(
     samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
     blocks = samples.whole()
     values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
+    if samples.quantities.get("displacement") == "velocity":
+        velocity = values["displacement"]
+        values["displacement"] = integrated(
+            velocity - np.nanmean(velocity), 1.0 / samples.sample_rate
+        )
+    for first, end in samples.gaps:
+        for role in values:
+            values[role][first:end] = np.nan
     for role in values:
         if out_of_range := samples.overload(role):
             raise RecordError(out_of_range, file=path)

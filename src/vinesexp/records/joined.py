@@ -103,6 +103,11 @@ class JoinedSamples:
         for begin in range(0, length, BLOCK_ROWS):
             yield {role: x[begin : begin + BLOCK_ROWS] for role, x in self._values.items()}
 
+    @property
+    def gaps(self) -> tuple[tuple[int, int], ...]:
+        """None: files whose times pause are not laid over one another."""
+        return ()
+
     def overload(self, role: str) -> str | None:
         """What is reported about samples out of the instrument's range; see `Samples.overload`."""
         return next(p.samples.overload(role) for p in self._parts if role in p.values)
@@ -160,6 +165,11 @@ def _named(source: Source, channel: Channel) -> str | int | None:
 def _read(source: Source, channels: dict[str, Channel], setup: Setup) -> _Part:
     samples = Samples(source, channels, time=setup.time, sample_rate=setup.sample_rate)
     blocks = samples.whole()
+    if samples.gaps:
+        raise RecordError(
+            f"{samples.warnings[-1][1]}; such a file cannot be joined with others, cut it there",
+            file=source.path,
+        )
     values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
     return _Part(samples, samples.start, values)
 

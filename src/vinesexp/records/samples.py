@@ -76,7 +76,7 @@ class Samples:
         self._time = None if sample_rate is not None else self._time_index(time)
         size = time.size if time is not None else self._own_size()
         self._resampler: Resampler | None = None
-        self._stray = 0.0
+        self._uneven: UnevenClockError | None = None
         self._clock = Clock(source.path, source.locate, size) if self._time is not None else None
         indexes = [conversion.index for conversion in self._conversions]
         self._rows = Rows(
@@ -86,6 +86,11 @@ class Samples:
         )
         self.sample_rate = self._stated_rate(sample_rate)
         self.start = 0.0 if self._clock is not None else self._start
+
+    @property
+    def gaps(self) -> tuple[tuple[int, int], ...]:
+        """Samples on the uniform clock that the logger paused over: first, and one after last."""
+        return tuple(self._resampler.gaps) if self._resampler is not None else ()
 
     @property
     def trimmed(self) -> tuple[int, int]:
@@ -137,9 +142,10 @@ class Samples:
         """Have `blocks`, from the beginning again, give samples on a uniform clock."""
         clock = self._clock
         assert clock is not None  # nothing else finds a clock uneven
-        interval = (clock.last - clock.first) / (clock.n - 1)
-        self._resampler = Resampler(clock.first, interval, clock.n)
-        self._stray = uneven.stray
+        interval = uneven.interval
+        n = round((clock.last - clock.first) / interval) + 1
+        self._resampler = Resampler(clock.first, interval, n, pauses=bool(uneven.pauses))
+        self._uneven = uneven
         self.sample_rate, self.start = 1.0 / (interval * clock.size), clock.first * clock.size
         self._rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)
 
@@ -151,13 +157,18 @@ class Samples:
             f"{100 * error:.1g} % of {c.channel.role}"
             for c, error in zip(self._conversions, resampler.errors, strict=True)
         )
-        self.warnings.append(
-            (
-                "time",
-                f"times stray by up to {self._stray:.2g} samples from a uniform clock; resampled "
-                f"to {self.sample_rate:.9g} Hz, error of the interpolation {errors}",
+        uneven = self._uneven
+        assert uneven is not None  # nothing else resamples
+        said = f"times stray by up to {uneven.stray:.2g} samples from a uniform clock"
+        if uneven.pauses:
+            longest = max(uneven.pauses, key=lambda pause: pause.after - pause.before)
+            said = (
+                f"the times pause {len(uneven.pauses)} time{'s' * (len(uneven.pauses) > 1)}, the "
+                f"longest from {longest.before:.9g} to {longest.after:.9g} "
+                f"({self.source.locate(longest.row)}); nothing is known there"
             )
-        )
+        said += f"; resampled to {self.sample_rate:.9g} Hz, error of the interpolation {errors}"
+        self.warnings.append(("time", said))
         self._compare_with_header()
 
     def _si(self, block: FloatArray, row: int) -> dict[str, FloatArray]:

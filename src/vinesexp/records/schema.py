@@ -40,7 +40,7 @@ SHEET_COLUMNS = (
 #: Roles a channel can have, each with the quantities it can be measured as.
 ROLES: Mapping[str, tuple[str, ...]] = {
     "base": ("displacement", "velocity", "acceleration"),
-    "displacement": ("displacement",),
+    "displacement": ("displacement", "velocity"),  # integrated at ingest
     "acceleration": ("acceleration",),
     "sound": ("sound",),
 }

@@ -12,7 +12,7 @@ from vinesexp.records.columns import has_column
 from vinesexp.records.ingest import read_channels
 from vinesexp.records.readers import open_source
 from vinesexp.records.schema import ROLES, Channel, TimeColumn
-from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, unit_size
+from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, plain_unit, unit_size
 
 
 class Recording(NamedTuple):
@@ -82,8 +82,10 @@ def channel_of(role: str, column: str | int, unit: str) -> Channel:
     """
     if role not in ROLES:
         raise ParameterError(f"unknown channel '{role}'; {nearest(role, ROLES)}")
-    quantity = "acceleration" if role == "acceleration" else "displacement"
     unit = unit.strip()
+    said = {unit, plain_unit(unit.partition("/")[2].strip("() "))}
+    fitting = (one for one in ROLES[role] if said & set(UNITS.get(one, ())))
+    quantity = next(fitting, "acceleration" if role == "acceleration" else "displacement")
     if isinstance(column, str) and column.isdigit():
         column = int(column)
     if unit in UNITS[quantity]:

@@ -25,6 +25,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.file_attributes import CONVENTIONS, long_name, write_attributes
 from vinesexp.records.schema import SI_UNITS
+from vinesexp.records.velocity import REACH, integrated
 from vinesexp.whole_files import partial_path
 
 if TYPE_CHECKING:
@@ -294,6 +295,40 @@ def leave_out(path: Path, role: str, stretches: Sequence[tuple[int, int]]) -> No
     with h5py.File(path, "r+") as file:
         for first, end in stretches:
             file[role][first:end] = np.nan
+
+
+def integrate(path: Path, role: str) -> None:
+    """Make the displacement of a velocity, in a record on disk; NaN stays where it was.
+
+    The mean velocity is that of the sensor's zero and is left out (`velocity.py`).
+    """
+    import h5py
+
+    with h5py.File(path, "r+") as file:
+        data, step = file[role], 1.0 / float(file.attrs["sample_rate_hz"])
+        n = len(data)
+        parts = [(begin, min(begin + _TIME_BLOCK, n)) for begin in range(0, n, _TIME_BLOCK)]
+        sums = [np.nansum(data[begin:end], dtype=np.float64) for begin, end in parts]
+        known = sum(int(np.isfinite(data[begin:end]).sum()) for begin, end in parts)
+        mean, place = float(np.sum(sums)) / max(known, 1), 0.0
+        before = np.empty(0)  # the last samples of the block before, which are written over
+        for begin, end in parts:
+            more = data[begin : min(end + REACH, n)].astype(np.float64) - mean
+            both = np.concatenate([before, more])
+            x = integrated(both, step)
+            seen = np.flatnonzero(np.isfinite(x))
+            if not seen.size:
+                continue
+            last = seen[seen < before.size]
+            x += place - x[last[-1] if last.size else seen[0]]
+            done = before.size + end - begin
+            data[begin:end] = x[before.size : done]
+            known_at = np.flatnonzero(np.isfinite(both[:done]))
+            if known_at.size:  # a gap at the end is bridged with what follows
+                place = float(x[known_at[-1]])
+                before = both[max(int(known_at[-1]) - 2 * REACH, 0) : done]
+        data.attrs["units"], data.attrs["quantity"] = SI_UNITS["displacement"], "displacement"
+        data.attrs["long_name"] = long_name(role, "displacement", "integrated")
 
 
 def open_record(path: Path) -> RecordView:

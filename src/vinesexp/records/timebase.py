@@ -9,9 +9,9 @@ The interval is that of the straight line through all times where they are round
 Beyond rounding, a time may stray by a tenth of a sample and the clock still counts as uniform: a
 motion of frequency f is off by 2 pi f dt/10 of its amplitude then, a thousandth at 600 samples a
 period. What strays more, by jitter or a drifting clock, is `UnevenClockError`: the record can be
-resampled. A step that is too long for that is a gap, and refused.
+resampled. A step that is too long for that is a pause of the logger: what it missed is a gap.
 
-Samples at uneven times, without gaps, brought onto a uniform clock.
+Samples at uneven times brought onto a uniform clock, between the pauses.
 
 Polynomials through the eight samples around each time: exact for motions of some ten samples a
 period and more. The polynomial through the inner six shows the error; it is reported for each
@@ -21,14 +21,14 @@ channel as a share of the channel's own strength.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.errors import RecordError
 
 _JITTER = 0.1  # of an interval: what impact timing needs
@@ -52,18 +52,36 @@ _PROBE = 1000  # times from which the printed resolution of a block is found
 _POINTS = 8
 
 
+_PAUSES = 0.2  # of the samples: more long steps are times without any clock
+
+
+@dataclass(frozen=True)
+class Pause:
+    """A step over which the logger paused: the times beside it, and its second row."""
+
+    before: float
+    after: float
+    row: int
+
+
 class UnevenClockError(Exception):
-    """The times stray from a uniform clock, but hold no gap: the record can be resampled.
+    """The times stray from a uniform clock, or pause: the record can be resampled.
 
     Parameters
     ----------
     stray : float
-        Largest distance of a time from the uniform clock, in samples.
+        Largest distance of a time from the uniform clock, in samples; 0 where times pause.
+    interval : float
+        Of that clock, in the unit of the times.
+    pauses : sequence of Pause
+        Where nothing was recorded.
     """
 
-    def __init__(self, stray: float) -> None:
+    def __init__(self, stray: float, interval: float, pauses: Sequence[Pause] = ()) -> None:
         super().__init__(f"times stray by {stray:.2g} samples")
         self.stray = stray
+        self.interval = interval
+        self.pauses = tuple(pauses)
 
 
 class Clock:
@@ -94,6 +112,8 @@ class Clock:
         self.size = size
         self.n = 0
         self.first = self.last = self.stray = math.nan
+        self.pauses: list[Pause] = []
+        self._refusal: RecordError | None = None  # of the first of them, where they are no pauses
         self._interval = self._coarsest = self._finest = math.nan
         self._uneven = False
         self._even = math.nan  # interval of a first line, from which the sums below count
@@ -106,7 +126,7 @@ class Clock:
         Raises
         ------
         RecordError
-            A time that does not increase, or a gap; with its line.
+            A time that does not increase, with its line.
         """
         if not self.n:
             self.first, self.last = float(times[0]), float(times[0])
@@ -126,9 +146,9 @@ class Clock:
             if not self._are_even(steps):
                 self._interval = float(np.median(steps))
         if not self._are_even(steps):
-            self._refuse_gap(times, steps, row)
+            long = self._judge_steps(times, steps, row)
             self._uneven = True
-            self._interval = float(steps.mean())  # a clock may slow down
+            self._interval = float(steps[~long].mean())  # a clock may slow down
         index = np.arange(self.n, self.n + len(times))
         self.n += len(times)
         self.last = float(times[-1])
@@ -159,6 +179,8 @@ class Clock:
             raise RecordError(
                 "holds fewer than two samples; export the record again", file=self._file
             )
+        if self.pauses:
+            self._finish_with_pauses()
         interval = (self.last - self.first) / (self.n - 1)
         index = np.concatenate([index for index, _ in self._extremes])
         astray = np.concatenate([t for _, t in self._extremes]) - (self.first + index * interval)
@@ -167,7 +189,7 @@ class Clock:
         worst = min(float(np.abs(astray).max()), float(np.abs(fitted).max()))
         self.stray = max(worst - self._coarsest, 0.0) / interval
         if self._uneven or self.stray > _JITTER:
-            raise UnevenClockError(float(np.abs(astray).max()) / interval)
+            raise UnevenClockError(float(np.abs(astray).max()) / interval, interval)
         if self.stray > 0.0 or self._coarsest > _COARSE * interval:
             interval = self._interval_of_line()
         return self._rate(interval), self.first * self.size
@@ -182,14 +204,39 @@ class Clock:
         slope = (self._moment - middle * self._sum) / (self.n * (self.n**2 - 1) / 12.0)
         return self._even + slope
 
-    def _refuse_gap(self, times: FloatArray, steps: FloatArray, row: int) -> None:
-        """Refuse a step backward, of nothing, or over a gap."""
+    def _finish_with_pauses(self) -> None:
+        """Raise `UnevenClockError` where pauses leave most of a clock, else the first refusal."""
+        missed = sum(pause.after - pause.before for pause in self.pauses)
+        steps = self.n - 1 - len(self.pauses)
+        interval = (self.last - self.first - missed) / max(steps, 1)
+        rare = len(self.pauses) < _PAUSES * self.n and missed < self.n * interval
+        if self._refusal is not None and not rare:
+            raise self._refusal
+        raise UnevenClockError(0.0, interval, self.pauses)
+
+    def _judge_steps(self, times: FloatArray, steps: FloatArray, row: int) -> BoolArray:
+        """Which steps are pauses; a step backward, or of nothing, is refused."""
         interval = self._interval
+        long = steps > _GAP * interval if interval > 0.0 else np.zeros(steps.size, dtype=bool)
+        inner = len(steps) != len(times)
+        for k in np.flatnonzero(long).tolist():
+            at, step = k + inner, float(steps[k])
+            pause = Pause(float(times[at]) - step, float(times[at]), row + at)
+            self.pauses.append(pause)
+            if self._refusal is None:
+                self._refusal = RecordError(
+                    f"time steps by {step:.6g} from {pause.before:.9g} to {pause.after:.9g}, "
+                    f"expected {interval:.3g}; samples are missing or unevenly spaced, cut the "
+                    "record there, or give 'sample_rate' instead of 'time' if only the times are "
+                    "wrong",
+                    file=self._file,
+                    where=self._locate(pause.row),
+                )
         # Printed times may come in pairs and leaps: only a step beyond their rounding counts.
         short = (2.0 - _GAP) * interval - min(self._coarsest, 0.4 * abs(interval))
-        wrong = (steps <= 0.0) | (steps > _GAP * interval) | (steps < short)
+        wrong = ((steps <= 0.0) | (steps < short)) & ~long
         if not wrong.any():
-            return
+            return long
         k = int(np.argmax(wrong))
         step = float(steps[k])
         at = row + k + (0 if len(steps) == len(times) else 1)
@@ -205,8 +252,8 @@ class Clock:
             problem += "'sample_rate' instead of 'time'"
         else:
             problem = f"time steps by {step:.6g} from {now - step:.9g} to {now:.9g}, expected "
-            problem += f"{interval:.3g}; samples are missing or unevenly spaced, cut the record "
-            problem += "there, or give 'sample_rate' instead of 'time' if only the times are wrong"
+            problem += f"{interval:.3g}; times are unevenly spaced, cut the record there, or give "
+            problem += "'sample_rate' instead of 'time' if only the times are wrong"
         raise RecordError(problem, file=self._file, where=self._locate(at))
 
     def _are_even(self, steps: FloatArray) -> bool:
@@ -255,12 +302,16 @@ class Resampler:
         The uniform clock, in the unit of the times.
     n : int
         Samples to make.
+    pauses : bool
+        Whether steps of more than 1.6 intervals are pauses, across which nothing is interpolated.
 
     Attributes
     ----------
     errors : list of float
         After the last block, for each column: rms difference between polynomials through eight and
         six samples over the rms of the column about its mean.
+    gaps : list of (int, int)
+        Samples made in pauses, which stand on a straight line: first, and the one after the last.
 
     Examples
     --------
@@ -275,7 +326,9 @@ class Resampler:
     start: float
     interval: float
     n: int
+    pauses: bool = False
     errors: list[float] = field(default_factory=list)
+    gaps: list[tuple[int, int]] = field(default_factory=list)
 
     def blocks(self, uneven: Iterable[tuple[FloatArray, FloatArray]]) -> Iterator[FloatArray]:
         """Blocks of samples (rows) on the uniform clock from blocks of times and samples."""
@@ -289,7 +342,8 @@ class Resampler:
             if len(times) <= _POINTS:
                 continue
             # Up to where eight samples stand around every time.
-            reach = int(np.floor((times[-_POINTS // 2] - self.start) / self.interval))
+            ahead = _POINTS if self.pauses else _POINTS // 2
+            reach = int(np.floor((times[-ahead] - self.start) / self.interval))
             if reach > done:
                 yield self._block(times, values, done, min(reach, self.n), sums)
                 done = min(reach, self.n)
@@ -309,6 +363,8 @@ class Resampler:
         wanted: FloatArray = self.start + np.arange(begin, end, dtype=np.float64) * self.interval
         points = min(_POINTS, len(times))
         place = np.searchsorted(times, wanted)
+        if self.pauses:
+            return self._between_pauses(times, values, wanted, place, begin, sums)
         left = np.clip(place - points // 2, 0, len(times) - points)
         out = _through(times, values, left, points, wanted)
         # At the ends of the record the six are its last ones: none is asked for what lies beyond.
@@ -322,6 +378,41 @@ class Resampler:
             )
         )
         return out
+
+    def _between_pauses(
+        self, times: FloatArray, values: FloatArray, wanted: FloatArray, place: NDArray[np.intp],
+        begin: int, sums: list[FloatArray],
+    ) -> FloatArray:  # fmt: skip
+        """Polynomials through the samples of each stretch, straight lines across the pauses."""
+        edges = np.flatnonzero(np.diff(times) > _GAP * self.interval) + 1
+        firsts, ends = np.append(0, edges), np.append(edges, len(times))
+        near = np.clip(place, 0, len(times) - 1)
+        near -= (near > 0) & (wanted - times[near - 1] < np.abs(times[near] - wanted))
+        stretch = np.searchsorted(edges, near, side="right")
+        first, end = firsts[stretch], ends[stretch]
+        known = (end - first >= _POINTS) & (
+            np.abs(times[near] - wanted) < 0.5 * _GAP * self.interval
+        )
+        out = np.stack([np.interp(wanted, times, column) for column in values.T], axis=1)
+        fewer = out.copy()
+        for found, points in ((out, _POINTS), (fewer, _POINTS - 2)):
+            left = np.clip(place - points // 2, first, end - points)[known]
+            found[known] = _through(times, values, left, points, wanted[known])
+        for one, after in _runs(~known):
+            if self.gaps and self.gaps[-1][1] == begin + one:
+                self.gaps[-1] = (self.gaps[-1][0], begin + after)
+            else:
+                self.gaps.append((begin + one, begin + after))
+        count = np.full(out.shape[1], float(max(known.sum(), 1)))
+        seen, other = out[known], fewer[known]
+        sums.append(np.array([((seen - other) ** 2).sum(0), seen.sum(0), (seen**2).sum(0), count]))
+        return out
+
+
+def _runs(chosen: BoolArray) -> Iterator[tuple[int, int]]:
+    """First of each run of chosen ones, and the one after its last."""
+    edges = np.flatnonzero(np.diff(chosen, prepend=False, append=False))
+    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 
 
 def _through(

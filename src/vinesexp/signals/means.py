@@ -61,6 +61,19 @@ def _end_of(x: FloatArray) -> tuple[float, float]:
     return last, float(slope) / x.size
 
 
+def longest_run(good: BoolArray) -> tuple[int, int]:
+    """First of the longest run of good ones, and the one after its last.
+
+    Examples
+    --------
+    >>> longest_run(np.array([True, False, True, True, True, False]))
+    (2, 5)
+    """
+    edges = np.flatnonzero(np.diff(good, prepend=False, append=False))
+    runs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    return max(runs, key=lambda run: run[1] - run[0], default=(0, 0))
+
+
 def block_means(x: FloatArray, k: int) -> FloatArray:
     """Means over consecutive groups of k samples; the last incomplete group is left out.
 

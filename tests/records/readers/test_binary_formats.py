@@ -199,7 +199,7 @@ def test_parquet(tmp_path):
 
 
 def test_a_small_parquet_file_needs_little_memory(tmp_path):
-    """Arrow's own allocator would take 1 GiB at once, all that a small file may have."""
+    """Arrow's allocator takes 1 GiB of addresses at once, which is not the file's."""
     pyarrow = pytest.importorskip("pyarrow")
     parquet = pytest.importorskip("pyarrow.parquet")
     parquet.write_table(pyarrow.table({"t (s)": T, "x (mm)": X}), tmp_path / "a.parquet")
@@ -221,6 +221,12 @@ def test_numpy_files(name, tmp_path):
     for column, numbers in wanted.items():
         np.testing.assert_array_equal(values(source, column), numbers)
     assert rate_of(source, "x") == RATE
+
+
+def test_an_array_of_several_records_is_named_as_such(tmp_path):
+    np.save(tmp_path / "a.npy", np.zeros((3, 4, 200)))
+    with pytest.raises(RecordError, match="an array of 3 x 4 x 200: several records"):
+        open_source(tmp_path / "a.npy")
 
 
 def test_pickled_objects_are_never_opened(tmp_path):

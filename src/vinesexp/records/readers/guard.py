@@ -19,7 +19,7 @@ import sys
 import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
@@ -111,7 +111,8 @@ class GuardedSource:
     def __init__(self, path: Path, reader: Reader, limits: Limits | None = None) -> None:
         self.path = path
         self._name = reader.NAME
-        self._limits = limits or limits_for(file_of(path).stat().st_size)
+        found = limits or limits_for(file_of(path).stat().st_size)
+        self._limits = replace(found, memory=found.memory + getattr(reader, "RESERVED", 0))
         self._child = _start(reader, path, self._limits)
         self._end = weakref.finalize(self, _finish, self._child, os.getpid())
         self._dead: RecordError | None = None

@@ -40,11 +40,13 @@ def open_file(path: Path) -> TableSource:
     series: list[NDArray[np.generic]] = []
     stated: dict[str, list[float]] = {}
     ends: int | None = None
+    deep: list[tuple[int, ...]] = []
     try:
         for name, values in _arrays(path):
             ends = values.offset + values.nbytes if isinstance(values, np.memmap) else None
             if values.size == 1 and values.dtype.kind in "iuf":
                 stated.setdefault(name.lower(), []).append(float(values.reshape(-1)[0]))
+            deep += [values.shape] if values.ndim > 2 else []
             for own, one in _columns(name, values):
                 columns.append(Column(own, unit_in_name(own)))
                 series.append(one)
@@ -58,6 +60,13 @@ def open_file(path: Path) -> TableSource:
                 file=path,
             ) from None
         raise unreadable("NumPy arrays", error, path) from None
+    if not columns and deep:
+        shape = " x ".join(map(str, deep[0]))
+        raise RecordError(
+            f"holds an array of {shape}: several records, most likely; save each as an array of "
+            "samples and channels",
+            file=path,
+        )
     source = TableSource(
         path,
         "NumPy",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,8 @@ from vinesexp.records.readers.source import Column, TableSource
 
 NAME = "Parquet"
 LIBRARIES = ("pyarrow.parquet",)
+#: Bytes of addresses that Arrow's allocator takes at once and does not use.
+RESERVED = 1 << 30
 
 
 def recognises(head: bytes, suffix: str) -> bool:
@@ -23,8 +24,6 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> TableSource:
     """Read a Parquet file; RecordError where it holds no columns of numbers."""
-    # Arrow's own allocator takes 1 GiB at once, all that the limits of a small file leave.
-    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     parquet = need("pyarrow.parquet", extra="parquet", what="a Parquet table", path=path)
     columns: list[Column] = []
     series: list[NDArray[np.generic]] = []
