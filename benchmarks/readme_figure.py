@@ -12,7 +12,7 @@ import hashlib
 import json
 from pathlib import Path
 
-from vinesexp.figures.amplitude_over_clearance import draw_clearances
+from vinesexp.figures.over_clearance import draw_clearances
 from vinesexp.records.campaign import load_campaign
 from vinesexp.results import CampaignResults
 

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 
 def _draw_results(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
-    from vinesexp.figures.amplitude_over_clearance import draw_clearances
     from vinesexp.figures.invariant_manifold import draw_manifold
     from vinesexp.figures.methods import draw_identified
+    from vinesexp.figures.over_clearance import draw_clearances
     from vinesexp.figures.regime_strips import draw_regimes
     from vinesexp.figures.replayed import draw_replay
     from vinesexp.figures.ringdowns import draw_ringdowns
