@@ -125,7 +125,7 @@ def _row(
         cell = Rig(rig.oscillator, nes=[replace(rig.nes[0], b=float(clearance))])
         balls, _ = ball_table(cell, Release(y0=[0.99 * float(clearance)]))
         work = np.zeros((4, ORDER + 1))
-        state, node, sums = np.zeros(4), np.zeros(4), np.zeros(4)
+        state, node, sums = np.zeros(4), np.zeros(4), np.zeros(5)
         effort = Effort(cell, base, WeakDamping(), duration)
         while state[0] < duration:
             rows, used = run(

@@ -1,8 +1,9 @@
 """Many steady responses at once: mean and largest amplitude of every start, exactly simulated.
 
-A `Run` is one rig under one harmonic base from one start. The compiled event loop releases the
-interpreter's lock, so the runs of an ensemble share all cores; each keeps its own random draw, so
-the result does not depend on how they are shared out.
+A `Run` is one rig under one harmonic base from one start. Plain rigs with one ball run side by side
+in the lanes of one loop (`solver/lanes.py`), others one by one; the compiled loops release the
+interpreter's lock, so the runs of an ensemble share all cores. Each keeps its own random draw and
+no lane looks at another, so the result does not depend on how they are shared out.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from vinesexp.solver.chatter import REMAINDER
 from vinesexp.solver.drive import drive_table
 from vinesexp.solver.effort import Effort
 from vinesexp.solver.kernel import run
+from vinesexp.solver.lanes import amplitudes, fits_lanes, row_of
 from vinesexp.solver.response import H_PHASE, prepare
 from vinesexp.solver.series import ORDER
 from vinesexp.solver.simulation import simulate
@@ -223,12 +225,16 @@ def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = 
     5.9
     """
     out = np.empty((3, len(runs)))
-
+    side_by_side = [k for k, run in enumerate(runs) if fits_lanes(run.rig, run.damping)]
+    alone = sorted(set(range(len(runs))) - set(side_by_side))
     stop = threading.Event()
 
     def share(first: int, step: int) -> None:
+        own = side_by_side[first::step]
+        if own:
+            out[:, own] = _together([runs[k] for k in own], haste, stop)
         room = Room()
-        for k in range(first, len(runs), step):
+        for k in alone[first::step]:
             if stop.is_set():
                 return
             out[:, k] = _one(runs[k], room, haste)
@@ -256,6 +262,18 @@ class Room:
     tables: dict[tuple[float, float, float, float, float], FloatArray] = field(default_factory=dict)
 
 
+def _together(runs: Sequence[Run], haste: float, stop: threading.Event) -> FloatArray:
+    """(mean, largest, impacts per cycle) of runs with one ball each, in the lanes of one loop."""
+    rows, spans = [], []
+    for one in runs:
+        settle, duration = (t / haste for t in duration_of(one.rig, one.base.frequency))
+        _check(one)
+        rows.append(row_of(one.rig, one.base, one.release, settle=settle, duration=duration))
+        spans.append((duration - settle) * one.base.frequency)
+    found = amplitudes(np.array(rows), stop=stop.is_set)
+    return np.array([found.mean, found.largest, found.impacts / np.array(spans)])
+
+
 def _one(one: Run, room: Room, haste: float) -> tuple[float, float, float]:
     """(mean, largest, impacts per cycle) of one run."""
     o, base = one.rig.oscillator, one.base
@@ -273,7 +291,7 @@ def _one(one: Run, room: Room, haste: float) -> tuple[float, float, float]:
     balls, _ = ball_table(one.rig, one.release)
     log, labels, work = room.log, room.labels, room.work
     work[:] = 0.0
-    state, node, sums = np.zeros(4), np.zeros(4), np.zeros(4)
+    state, node, sums = np.zeros(4), np.zeros(4), np.zeros(5)
     effort = Effort(one.rig, base, VISCOUS, duration)
     state[2:] = one.release.x0, one.release.v0
     node[1:3] = one.release.x0, one.release.v0

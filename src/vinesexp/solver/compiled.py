@@ -32,6 +32,7 @@ MODULES = (
     "fused",
     "hop",
     "kernel",
+    "lanes",
     "lasting",
     "nonlinear",
     "response",

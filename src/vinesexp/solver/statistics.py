@@ -10,31 +10,31 @@ from numpy.typing import NDArray
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.fused import fused
-from vinesexp.solver.response import H_W, H_W0SQ, after, phasor
+from vinesexp.solver.response import H_RATE, H_W, H_W0SQ, after, phasor
 from vinesexp.solver.state import IMPACT, REST_END, REST_START
 
 IntArray = NDArray[np.int32]
 
-PER_CYCLE = 8
+#: Samples of the amplitude a cycle. No even number: half a cycle, the flight of a ball with two
+#: impacts a cycle, would be a whole number of them, and its contact would fall on a sample.
+PER_CYCLE = 9
 REBASE = PER_CYCLE  # pieces: at most two cycles of the base, within the table of the closed form
 
 
-@entry
-def add_amplitudes(
+@compiled
+def sum_amplitudes(
     response: FloatArray, numbers: FloatArray, labels: IntArray, rows: int, state: FloatArray,
     node: FloatArray, settle: float, sums: FloatArray,
 ) -> None:  # fmt: skip
-    """Add a stretch of motion to `sums`: time, integral of A, largest A, impacts, x^2 integral.
+    """Add a stretch of motion to `sums`: time, integral of A, largest A, impacts, the last one (s).
 
     A = hypot(x, x'/w0). `node` (t, x, v, balls at rest) is where the last stretch ended; the log
-    rows and then `state` carry it on. From `settle` on, A is taken PER_CYCLE times a cycle of the
-    oscillator (of the base above twice its frequency), and at the ends of the spells in which a
-    ball rests (the closed form is that of the bare oscillator).
+    rows and then `state` carry it on. From `settle` on, A is taken every `spacing_of` seconds after
+    an event, and at the ends of the spells in which a ball rests (the closed form is that of the
+    bare oscillator).
     """
     w0, w = math.sqrt(response[H_W0SQ]), response[H_W]
-    # Far above resonance the base sets the pace: a step of the oscillator's own cycle would lie
-    # beyond the end of the table of the closed form.
-    per_second = PER_CYCLE * (w if w > 2.0 * w0 else w0) / (2.0 * math.pi)
+    h = spacing_of(response)
     # Turned from event to event: what rounding gathers over one log is far below any use of it.
     cr, ci = phasor(response, node[0], 0.0)
     old = amplitude(node[1], node[2], 1.0 / w0)
@@ -43,22 +43,22 @@ def add_amplitudes(
         t1 = state[0] if last else numbers[row, 0]
         x1, v1 = (state[2], state[3]) if last else (numbers[row, 1], numbers[row, 2])
         if t1 > node[0]:
-            pieces = 1 if node[3] > 0.0 else int((t1 - node[0]) * per_second) + 1
-            step = (t1 - node[0]) / pieces
+            pieces = 1 if node[3] > 0.0 else max(math.ceil((t1 - node[0]) / h), 1)
             xh, vh, done = node[1] - cr, node[2] + w * ci, 0
             counts = t1 > settle
             for i in range(1, pieces + 1):
                 if not counts and i < pieces and i - done < REBASE:
                     continue
+                step = h if i < pieces else (t1 - node[0]) - (i - 1) * h
                 new = amplitude(x1, v1, 1.0 / w0)
                 if node[3] == 0.0:
                     # Each from the same place: they do not wait for one another.
-                    re, im, x, v = after(response, cr, ci, xh, vh, (i - done) * step)
+                    re, im, x, v = after(response, cr, ci, xh, vh, (i - 1 - done) * h + step)
                     if i - done == REBASE or i == pieces:
                         cr, ci, xh, vh, done = re, im, x, v, i
                     if i < pieces:
                         new = amplitude(re + x, v - w * im, 1.0 / w0)
-                if node[0] + (i - 1) * step >= settle:
+                if node[0] + (i - 1) * h >= settle:
                     sums[0] += step
                     sums[1] += 0.5 * step * (old + new)
                     sums[2] = max(sums[2], new)
@@ -72,10 +72,26 @@ def add_amplitudes(
         old = amplitude(x1, numbers[row, 3], 1.0 / w0)
         if labels[row, 0] == IMPACT and t1 >= settle:
             sums[3] += 1.0
+            sums[4] = t1
         elif labels[row, 0] == REST_START:
             node[3] += 1.0
         elif labels[row, 0] == REST_END:
             node[3] -= 1.0
+
+
+@entry
+def add_amplitudes(
+    response: FloatArray, numbers: FloatArray, labels: IntArray, rows: int, state: FloatArray,
+    node: FloatArray, settle: float, sums: FloatArray,
+) -> None:  # fmt: skip
+    """`sum_amplitudes`, for Python."""
+    sum_amplitudes(response, numbers, labels, rows, state, node, settle, sums)
+
+
+@compiled
+def spacing_of(response: FloatArray) -> float:
+    """Between two samples of the amplitude, s: by the cycle of oscillator or base, the faster."""
+    return float(2.0 * math.pi / (PER_CYCLE * response[H_RATE]))
 
 
 @compiled

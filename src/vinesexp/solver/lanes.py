@@ -1,0 +1,748 @@
+"""Many motions at once: one rig in each lane of loops without branches.
+
+A lane holds the motion of one start of one rig with one ball in closed form (`response.py`). It
+goes from node to node, a ninth of a cycle apart: the same constant matrix turns phasor and free
+motion each time, so a node costs no sine and no table. Between two nodes the gaps to both walls are
+bounded below by quartics from either end (`walls.py`); if both stay open the step is proved to pass
+no contact, and the amplitude at the node enters the statistics. If not, the lane waits until enough
+lanes do, and the contacts of all of them are found together: Newton's rule on the Taylor polynomial
+from the nearer node, the closed form evaluated there, one last step that is exact to rounding, and
+the proof that nothing came before (`flight.py` says why it is one).
+
+What the proofs do not cover leaves the lane and is finished by one turn of the scalar loop
+(`kernel.one_turn`): rest, chatter, grazing, the start at a wall, the end of the run. Every
+operation is rounded by itself and no lane looks at another, so a motion is the same in any lane, in
+any company and with any width of the processor's vectors.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.arrays import FloatArray
+from vinesexp.excitation import Harmonic, Release, WeakDamping
+from vinesexp.rig import NES, Oscillator, Rig
+from vinesexp.solver.arrays import ball_table, is_plain
+from vinesexp.solver.chatter import REMAINDER
+from vinesexp.solver.compiled import compiled, entry
+from vinesexp.solver.effort import Effort
+from vinesexp.solver.fused import fused
+from vinesexp.solver.hop import SHORT
+from vinesexp.solver.kernel import one_turn
+from vinesexp.solver.response import (
+    ENTRIES,
+    H_MISFIT,
+    H_P,
+    H_RATE,
+    H_TWOALPHA,
+    H_W,
+    H_W0SQ,
+    HEADER,
+    WIDTH,
+    phasor,
+    prepare_into,
+)
+from vinesexp.solver.series import ORDER as SERIES_ORDER
+from vinesexp.solver.state import (
+    CLEARANCE,
+    COLUMNS,
+    FREE,
+    LOG_COLUMNS,
+    MASS,
+    RESTITUTION,
+    RHO,
+    SIDE,
+    STATE,
+    T_HIGH,
+    T_LOW,
+    V_NOW,
+    X_NOW,
+    D,
+    U,
+)
+from vinesexp.solver.statistics import PER_CYCLE, amplitude, spacing_of, sum_amplitudes
+
+IntArray = NDArray[np.int32]
+
+LANES = 72  # from row to row of the table: no two rows overlap in a vector, or in a set of a cache
+MOST = 64  # lanes in use
+MARCH = 6  # steps at most until the contacts are found of the lanes that wait
+ORDER = 13  # of the series over half a step, pi/9 rad: (pi/9)^14/14! = 5e-18
+
+# Rows of the table: what a lane is given, in units of metres and of its own step (H, s), so that a
+# speed is the way of a step;
+(
+    H, COS1, SINE, SINE1, FREE_C1, FREE_S, FREE_S1, W, W0SQ, TWOALPHA, PER_W0, MISFIT, W4P, FULL,
+    PUSH, BOUNCE, SETTLE, LAST, SERIES,
+) = range(19)  # fmt: skip
+# its motion: phasor, free motion, second and third derivative of x (as the proof needs them: over
+# 48 and over 192), the ball's way from the wall it left (along x - y; the walls lie at LOW and
+# HIGH), its rate, the speed of the ball; steps since the last contact; bound on the fourth
+# derivative;
+(
+    C_RE, C_IM, X_FREE, V_FREE, SECOND, THIRD, WAY, LOW, HIGH, RATE, SPEED, STEPS, BOUND, GROWTH,
+    CAP,
+) = range(SERIES + ORDER - 1, SERIES + ORDER + 14)  # fmt: skip
+# the time of the last contact (s), from there to SETTLE and LAST (steps), and the statistics.
+(
+    TIME, TIME_LOW, DUE, LEFT, OLD, SUM_TIME, SUM, LARGEST, HITS, LATEST, MODE,
+    AGE, OWNER,
+) = range(CAP + 1, CAP + 14)  # fmt: skip
+ROWS = OWNER + 1
+
+# What a lane does: nothing, fly, wait for its contact, for the scalar loop or for a fresh phasor.
+IDLE, FLYING, WAITING, LEAVING, STALE = 0.0, 1.0, 2.0, 3.0, 4.0
+
+OVER = 0.02  # steps by which a contact may lie beyond the next node: one that lies on it is found
+REFRESH = 128.0  # nodes and contacts after which the turned phasor is taken afresh
+STEP_RATE = 2.0 * math.pi / PER_CYCLE  # rad of a step, by the faster of oscillator and base
+SETTLED = 3e-6 / STEP_RATE  # steps: from here the last one, whose error is its cube, is exact
+BRIEF = SHORT / STEP_RATE  # steps: shorter flights are for the scalar loop (`kernel.is_flight`)
+STALL = 300_000  # evaluations of one spell in the scalar loop after which a run is given up
+
+# Columns of a run, as it is given.
+(
+    R_M, R_C, R_K, R_G, R_F, R_PHASE, R_BALL, R_B, R_R, R_X0, R_V0, R_GAP, R_SIDE, R_RHO, R_U,
+    R_SETTLE, R_DURATION,
+) = range(17)  # fmt: skip
+RUN_COLUMNS = 17
+# and what is found: time, integral of A, largest A, impacts, the last one; 1 if it stands still.
+O_TIME, O_SUM, O_LARGEST, O_HITS, O_LATEST, O_STALLED = range(6)
+RESULTS = 6
+
+
+@compiled
+def march(P: FloatArray, n: int) -> int:
+    """One step on in every lane that flies, where the way is proved to be free; lanes stopped."""
+    stopped = 0
+    for i in range(n):
+        c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
+        xh, vh = P[X_FREE * LANES + i], P[V_FREE * LANES + i]
+        w, w0sq, two_alpha = P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i]
+        cos1, sine = P[COS1 * LANES + i], P[SINE * LANES + i]
+        fc1, fs = P[FREE_C1 * LANES + i], P[FREE_S * LANES + i]
+        dc, ds = fused(cos1, c0, -sine * c1), fused(cos1, c1, sine * c0)
+        dv = fused(fused(-two_alpha, fs, fc1), vh, -w0sq * fs * xh)
+        re, im, xe, ve = c0 + dc, c1 + ds, xh + fused(fc1, xh, fs * vh), vh + dv
+        # x - x0 - v0 and v - v0, without subtraction
+        bend = fused(cos1, c0, -P[SINE1 * LANES + i] * c1)
+        bend += fused(fc1, xh, P[FREE_S1 * LANES + i] * vh)
+        way0, rate0 = P[WAY * LANES + i], P[RATE * LANES + i]
+        way1, rate1 = way0 + (rate0 + bend), rate0 + fused(-w, ds, dv)
+        ah, w2 = fused(-two_alpha, ve, -w0sq * xe), w * w
+        jh = fused(-two_alpha, ah, -w0sq * ve)
+        a0, j0 = P[SECOND * LANES + i], P[THIRD * LANES + i]
+        a1, j1 = fused(-w2, re, ah) * (1.0 / 48.0), fused(w2 * w, im, jh) * (1.0 / 192.0)
+        steps = P[STEPS * LANES + i]
+        S = fused(steps + 1.0, P[GROWTH * LANES + i], P[BOUND * LANES + i])
+        fall = min(S, P[CAP * LANES + i]) * (1.0 / 384.0)
+        # Bernstein coefficients of the ways over the halves of the step, from either end.
+        r0, r1 = 0.125 * rate0, -0.125 * rate1
+        two, three = fused(2.0, r0, a0), fused(3.0, r0 + a0, j0)
+        four = fused(4.0, r0 + j0, 6.0 * a0)
+        low0 = min(min(r0, two), min(three, four - fall))
+        high0 = max(max(r0, two), max(three, four + fall))
+        two, three = fused(2.0, r1, a1), fused(3.0, r1 + a1, -j1)
+        four = fused(4.0, r1 - j1, 6.0 * a1)
+        low1 = min(min(min(r1, two), min(three, four - fall)), 0.0)
+        high1 = max(max(max(r1, two), max(three, four + fall)), 0.0)
+        low, high = min(way0 + low0, way1 + low1), max(way0 + high0, way1 + high1)
+        free = (low > P[LOW * LANES + i]) & (high < P[HIGH * LANES + i])
+        mode, inside = P[MODE * LANES + i], steps <= P[LEFT * LANES + i]
+        fresh = P[AGE * LANES + i] + steps <= REFRESH
+        flying = mode == FLYING
+        go = flying & inside & fresh & free
+        stop = STALE if not fresh else (WAITING if inside else LEAVING)
+        P[MODE * LANES + i] = (mode if go else stop) if flying else mode
+        old, v = P[OLD * LANES + i], fused(-w, im, ve) * P[PER_W0 * LANES + i]
+        x = re + xe
+        new = math.sqrt(fused(x, x, v * v))
+        count = 1.0 if (go & (steps >= P[DUE * LANES + i])) else 0.0
+        P[SUM_TIME * LANES + i] += count
+        P[SUM * LANES + i] += count * (old + new)
+        P[LARGEST * LANES + i] = max(P[LARGEST * LANES + i], count * new)
+        P[OLD * LANES + i] = new if go else old
+        P[C_RE * LANES + i] = re if go else c0
+        P[C_IM * LANES + i] = im if go else c1
+        P[X_FREE * LANES + i] = xe if go else xh
+        P[V_FREE * LANES + i] = ve if go else vh
+        P[WAY * LANES + i] = way1 if go else way0
+        P[RATE * LANES + i] = rate1 if go else rate0
+        P[SECOND * LANES + i] = a1 if go else a0
+        P[THIRD * LANES + i] = j1 if go else j0
+        P[STEPS * LANES + i] = steps + 1.0 if go else steps
+        stopped += 1 if flying & (not go) else 0
+    return stopped
+
+
+@compiled
+def closer(
+    g: float, k1: float, k2: float, k3: float, k4: float, k5: float, k6: float, k7: float,
+    k8: float, e: float,
+) -> float:  # fmt: skip
+    """One step of Newton's rule to a root of g + k1 e + ... + k8 e^8."""
+    value = fused(e, fused(e, fused(e, fused(e, k8, k7), k6), k5), k4)
+    value = fused(e, fused(e, fused(e, fused(e, value, k3), k2), k1), g)
+    slope = fused(e, fused(e, fused(e, 8.0 * k8, 7.0 * k7), 6.0 * k6), 5.0 * k5)
+    slope = fused(e, fused(e, fused(e, fused(e, slope, 4.0 * k4), 3.0 * k3), 2.0 * k2), k1)
+    return e - value / slope
+
+
+@compiled
+def land(P: FloatArray, n: int) -> None:
+    """The contact and the impact of every lane that waits; what is not proved is to leave."""
+    for i in range(n):
+        c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
+        xh, vh = P[X_FREE * LANES + i], P[V_FREE * LANES + i]
+        w, w0sq, two_alpha = P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i]
+        w2 = w * w
+        way0, rate0 = P[WAY * LANES + i], P[RATE * LANES + i]
+        low_wall, high_wall = P[LOW * LANES + i], P[HIGH * LANES + i]
+        a0, j0 = P[SECOND * LANES + i], P[THIRD * LANES + i]
+        # The next node is beyond a wall, or about to be: which one?
+        cos1, sine = P[COS1 * LANES + i], P[SINE * LANES + i]
+        fc1, fs = P[FREE_C1 * LANES + i], P[FREE_S * LANES + i]
+        dc, ds = fused(cos1, c0, -sine * c1), fused(cos1, c1, sine * c0)
+        dv = fused(fused(-two_alpha, fs, fc1), vh, -w0sq * fs * xh)
+        bend = fused(cos1, c0, -P[SINE1 * LANES + i] * c1)
+        bend += fused(fc1, xh, P[FREE_S1 * LANES + i] * vh)
+        way1, rate1 = way0 + (rate0 + bend), rate0 + fused(-w, ds, dv)
+        ahead = way1 + OVER * rate1
+        above, below = ahead >= high_wall, ahead <= low_wall
+        wall, to = high_wall if above else low_wall, 1.0 if above else -1.0
+        # Is it met in the second half of the step? (0.5^2/2 48, 0.5^3/6 192; 2e-5 of the amplitude)
+        ah = fused(-two_alpha, vh, -w0sq * xh)
+        jh = fused(-two_alpha, ah, -w0sq * vh)
+        fourth = fused(w2 * w2, c0, fused(-two_alpha, jh, -w0sq * ah))
+        middle = way0 + fused(0.5, rate0, fused(6.0, a0, fused(4.0, j0, fourth * (1.0 / 384.0))))
+        late = to * (wall - middle) > 0.0
+        cr, ci = c0 + dc if late else c0, c1 + ds if late else c1
+        xn, vn = xh + fused(fc1, xh, fs * vh) if late else xh, vh + dv if late else vh
+        gn, rn = (way1 if late else way0) - wall, rate1 if late else rate0
+        ah = fused(-two_alpha, vn, -w0sq * xn)
+        jh = fused(-two_alpha, ah, -w0sq * vn)
+        fh = fused(-two_alpha, jh, -w0sq * ah)
+        gh = fused(-two_alpha, fh, -w0sq * jh)
+        hh = fused(-two_alpha, gh, -w0sq * fh)
+        kh = fused(-two_alpha, hh, -w0sq * gh)
+        lh = fused(-two_alpha, kh, -w0sq * hh)
+        up, down = w2 * cr, w2 * w * ci
+        k2, k3 = 0.5 * (ah - up), (1.0 / 6.0) * (jh + down)
+        k4, k5 = (1.0 / 24.0) * fused(w2, up, fh), (1.0 / 120.0) * fused(-w2, down, gh)
+        k6 = (1.0 / 720.0) * fused(-w2 * w2, up, hh)
+        k7 = (1.0 / 5040.0) * fused(w2 * w2, down, kh)
+        k8 = (1.0 / 40320.0) * fused(w2 * w2 * w2, up, lh)
+        # From the chord over that half, or from half-way where the ball leaves this very wall.
+        e = -0.5 * (way1 - wall) / (way1 - middle)
+        first = 0.5 * (way0 - wall) / (way0 - middle)
+        e = e if late else (first if gn != 0.0 else 0.5)
+        e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
+        e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
+        e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
+        e = min(max(e, -0.5), 0.5)
+        # The closed form there.
+        angle = w * e
+        q = angle * angle
+        sin1 = fused(q, fused(q, 1.0 / 6227020800.0, -1.0 / 39916800.0), 1.0 / 362880.0)
+        sin1 = fused(q, fused(q, sin1, -1.0 / 5040.0), 1.0 / 120.0)
+        sin1 = angle * q * fused(q, sin1, -1.0 / 6.0)  # sin - angle
+        less = fused(q, fused(q, 1.0 / 479001600.0, -1.0 / 3628800.0), 1.0 / 40320.0)
+        less = q * fused(q, fused(q, fused(q, less, -1.0 / 720.0), 1.0 / 24.0), -0.5)  # cos - 1
+        # S and its integral, from the top down (a loop here would not become one over lanes).
+        s = P[(SERIES + 11) * LANES + i]
+        c = s * (1.0 / 14.0)
+        k = P[(SERIES + 10) * LANES + i]
+        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 13.0))
+        k = P[(SERIES + 9) * LANES + i]
+        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 12.0))
+        k = P[(SERIES + 8) * LANES + i]
+        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 11.0))
+        k = P[(SERIES + 7) * LANES + i]
+        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 10.0))
+        k = P[(SERIES + 6) * LANES + i]
+        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 9.0))
+        k = P[(SERIES + 5) * LANES + i]
+        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 8.0))
+        k = P[(SERIES + 4) * LANES + i]
+        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 7.0))
+        k = P[(SERIES + 3) * LANES + i]
+        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 6.0))
+        k = P[(SERIES + 2) * LANES + i]
+        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 5.0))
+        k = P[(SERIES + 1) * LANES + i]
+        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 4.0))
+        k = P[(SERIES + 0) * LANES + i]
+        s, c = fused(s, e, k), fused(c, e, k * (1.0 / 3.0))
+        e2 = e * e
+        s1 = s * e2  # S - e
+        c = -w0sq * fused(c, e * e2, 0.5 * e2)  # C - 1
+        s, sin = e + s1, angle + sin1
+        dv = fused(fused(-two_alpha, s, c), vn, -w0sq * s * xn)
+        bend = fused(less, cr, -sin1 * ci) + fused(c, xn, s1 * vn)
+        ds, dc = fused(less, ci, sin * cr), fused(less, cr, -sin * ci)
+        left, r1 = gn + fused(rn, e, bend), rn + fused(-w, ds, dv)
+        re, im, xe, ve = cr + dc, ci + ds, xn + fused(c, xn, s * vn), vn + dv
+        ah = fused(-two_alpha, ve, -w0sq * xe)
+        jh = fused(-two_alpha, ah, -w0sq * ve)
+        a1, j1 = fused(-w2, re, ah), fused(w2 * w, im, jh)
+        inverse = 1.0 / r1
+        d = -left * inverse
+        d = d * fused(-d, 0.5 * a1 * inverse, 1.0)
+        T, turn = e + d + (1.0 if late else 0.0), w * d
+        turned_re = re - turn * fused(0.5 * turn, re, im)
+        im, re = im + turn * fused(-0.5 * turn, im, re), turned_re
+        xe, ve = fused(d, fused(0.5 * d, ah, ve), xe), fused(d, fused(0.5 * d, jh, ah), ve)
+        v, u = fused(-w, im, ve), P[SPEED * LANES + i]
+        apart = v - u
+        r1 = fused(d, fused(0.5 * d, j1, a1), r1)
+        r1 = apart if abs(apart) > 0.25 * (abs(v) + abs(u)) else r1
+        a1 = fused(d, j1, a1)
+        # Nothing came before.
+        steps, T2 = P[STEPS * LANES + i], T * T
+        S = fused(steps + T, P[GROWTH * LANES + i], P[BOUND * LANES + i])
+        fall = min(S, P[CAP * LANES + i]) * T2 * T2 * (1.0 / 384.0)
+        one, aa, jj = 0.125 * T * rate0, T2 * a0, T2 * T * j0
+        two, three = fused(2.0, one, aa), fused(3.0, one + aa, jj)
+        four = fused(4.0, one + jj, 6.0 * aa)
+        low0 = min(min(one, two), min(three, four - fall))
+        high0 = max(max(one, two), max(three, four + fall))
+        one, aa, jj = -0.125 * T * r1, T2 * a1 * (1.0 / 48.0), T2 * T * j1 * (-1.0 / 192.0)
+        two, three = fused(2.0, one, aa), fused(3.0, one + aa, jj)
+        four = fused(4.0, one + jj, 6.0 * aa)
+        low1 = min(min(one, two), min(three, four - fall))
+        high1 = max(max(one, two), max(three, four + fall))
+        low, high = min(way0 + low0, wall + low1), max(way0 + high0, wall + high1)
+        sound = (above | below) & (low > low_wall) & (high < high_wall) & (to * r1 > 0.0)
+        sound = sound & (abs(d) < SETTLED) & (T > 0.0) & (T <= 1.0 + 2.0 * OVER)
+        # The impact.
+        x, per = re + xe, P[PER_W0 * LANES + i]
+        new, old = math.sqrt(fused(x, x, v * per * (v * per))), P[OLD * LANES + i]
+        jump = -P[PUSH * LANES + i] * r1
+        ve, v, r1 = ve + jump, v + jump, -P[BOUNCE * LANES + i] * r1
+        ah = fused(-two_alpha, ve, -w0sq * xe)
+        jh = fused(-two_alpha, ah, -w0sq * ve)
+        fh = fused(-two_alpha, jh, -w0sq * ah)
+        gh = fused(-two_alpha, fh, -w0sq * jh)
+        a1, j1 = fused(-w2, re, ah), fused(w2 * w, im, jh)
+        f, df = fused(w2 * w2, re, fh), gh / w - w2 * w2 * im
+        F = math.sqrt(fused(fh, fh, gh * gh / w0sq))
+        # A ball that comes back at once is for the scalar loop.
+        push, leave = to * a1, -to * r1
+        brief = (push > 0.0) & (2.0 * leave < BRIEF * push)
+        stop = LEAVING if (brief | (leave <= 0.0)) else FLYING
+        mode = P[MODE * LANES + i]
+        hit = (mode == WAITING) & sound
+        P[MODE * LANES + i] = (stop if sound else LEAVING) if mode == WAITING else mode
+        due, since = P[DUE * LANES + i], steps + T
+        count = T if (hit & (steps >= due)) else 0.0
+        P[SUM_TIME * LANES + i] += count
+        P[SUM * LANES + i] += count * (old + new)
+        P[LARGEST * LANES + i] = max(P[LARGEST * LANES + i], new if count > 0.0 else 0.0)
+        P[HITS * LANES + i] += 1.0 if (hit & (since >= due)) else 0.0
+        P[OLD * LANES + i] = math.sqrt(fused(x, x, v * per * (v * per))) if hit else old
+        latest = P[LATEST * LANES + i]
+        t, late_t = P[TIME * LANES + i], fused(since, P[H * LANES + i], P[TIME_LOW * LANES + i])
+        total = t + late_t
+        P[TIME_LOW * LANES + i] = late_t - (total - t) if hit else P[TIME_LOW * LANES + i]
+        P[TIME * LANES + i] = total if hit else t
+        P[LATEST * LANES + i] = total if (hit & (since >= due)) else latest
+        P[DUE * LANES + i] = due - since if hit else due
+        left_over = P[LEFT * LANES + i]
+        P[LEFT * LANES + i] = left_over - since if hit else left_over
+        P[STEPS * LANES + i] = 0.0 if hit else steps
+        P[SPEED * LANES + i] = v - r1 if hit else u
+        P[BOUND * LANES + i] = math.sqrt(fused(f, f, df * df)) if hit else P[BOUND * LANES + i]
+        P[GROWTH * LANES + i] = F * P[MISFIT * LANES + i] if hit else P[GROWTH * LANES + i]
+        P[CAP * LANES + i] = P[W4P * LANES + i] + F if hit else P[CAP * LANES + i]
+        full = P[FULL * LANES + i]
+        P[LOW * LANES + i] = (-full if above else 0.0) if hit else low_wall
+        P[HIGH * LANES + i] = (0.0 if above else full) if hit else high_wall
+        P[C_RE * LANES + i] = re if hit else c0
+        P[C_IM * LANES + i] = im if hit else c1
+        P[X_FREE * LANES + i] = xe if hit else xh
+        P[V_FREE * LANES + i] = ve if hit else vh
+        P[WAY * LANES + i] = 0.0 if hit else way0
+        P[RATE * LANES + i] = r1 if hit else rate0
+        P[SECOND * LANES + i] = a1 * (1.0 / 48.0) if hit else a0
+        P[THIRD * LANES + i] = j1 * (1.0 / 192.0) if hit else j0
+        P[AGE * LANES + i] += since + 1.0 if hit else 0.0
+
+
+@compiled
+def gather(P: FloatArray, Q: FloatArray, who: IntArray, count: int) -> None:
+    """Copy the lanes `who` side by side into Q."""
+    for row in range(AGE + 1):
+        for j in range(count):
+            Q[row * LANES + j] = P[row * LANES + who[j]]
+
+
+@compiled
+def scatter(P: FloatArray, Q: FloatArray, who: IntArray, count: int) -> None:
+    """Copy what a landing changes back."""
+    for row in range(C_RE, AGE + 1):
+        for j in range(count):
+            P[row * LANES + who[j]] = Q[row * LANES + j]
+
+
+@compiled
+def start_flight(
+    P: FloatArray, i: int, state: FloatArray, ball: FloatArray, head: FloatArray
+) -> None:
+    """Put the motion of the scalar loop into lane i, its ball in flight."""
+    c0, c1 = phasor(head, state[T_HIGH], state[T_LOW])
+    h, w, w0sq = P[H * LANES + i], P[W * LANES + i], P[W0SQ * LANES + i]
+    two_alpha, full = P[TWOALPHA * LANES + i], P[FULL * LANES + i]
+    w2 = w * w
+    xh, vh = state[X_NOW] - c0, state[V_NOW] * h + w * c1
+    ah = fused(-two_alpha, vh, -w0sq * xh)
+    jh = fused(-two_alpha, ah, -w0sq * vh)
+    fh = fused(-two_alpha, jh, -w0sq * ah)
+    gh = fused(-two_alpha, fh, -w0sq * jh)
+    f, df = fused(w2 * w2, c0, fh), gh / w - w2 * w2 * c1
+    F = math.sqrt(fused(fh, fh, gh * gh / w0sq))
+    P[C_RE * LANES + i], P[C_IM * LANES + i] = c0, c1
+    P[X_FREE * LANES + i], P[V_FREE * LANES + i] = xh, vh
+    P[SECOND * LANES + i] = fused(-w2, c0, ah) * (1.0 / 48.0)
+    P[THIRD * LANES + i] = fused(w2 * w, c1, jh) * (1.0 / 192.0)
+    P[WAY * LANES + i], P[RATE * LANES + i] = -ball[SIDE] * ball[D], ball[RHO] * h
+    P[LOW * LANES + i] = -full if ball[SIDE] > 0.0 else 0.0
+    P[HIGH * LANES + i] = 0.0 if ball[SIDE] > 0.0 else full
+    P[SPEED * LANES + i], P[STEPS * LANES + i] = ball[U] * h, 0.0
+    P[BOUND * LANES + i] = math.sqrt(fused(f, f, df * df))
+    P[GROWTH * LANES + i] = F * P[MISFIT * LANES + i]
+    P[CAP * LANES + i] = P[W4P * LANES + i] + F
+    P[TIME * LANES + i], P[TIME_LOW * LANES + i] = state[T_HIGH], state[T_LOW]
+    P[DUE * LANES + i] = (P[SETTLE * LANES + i] - state[T_HIGH]) / h
+    P[LEFT * LANES + i] = (P[LAST * LANES + i] - state[T_HIGH]) / h
+    P[OLD * LANES + i] = amplitude(state[X_NOW], state[V_NOW] * h, P[PER_W0 * LANES + i])
+    P[MODE * LANES + i], P[AGE * LANES + i] = FLYING, 0.0
+
+
+@compiled
+def time_of(P: FloatArray, i: int) -> tuple[float, float]:
+    """Where lane i has come to, s, as a sum of two."""
+    late = fused(P[STEPS * LANES + i], P[H * LANES + i], P[TIME_LOW * LANES + i])
+    total = P[TIME * LANES + i] + late
+    return total, late - (total - P[TIME * LANES + i])
+
+
+@compiled
+def refresh(P: FloatArray, i: int, head: FloatArray) -> None:
+    """The phasor afresh, and the free motion so that x and x' stay."""
+    high, low = time_of(P, i)
+    c0, c1 = phasor(head, high, low)
+    P[X_FREE * LANES + i] += P[C_RE * LANES + i] - c0
+    P[V_FREE * LANES + i] += P[W * LANES + i] * (c1 - P[C_IM * LANES + i])
+    P[C_RE * LANES + i], P[C_IM * LANES + i] = c0, c1
+    P[AGE * LANES + i], P[MODE * LANES + i] = -P[STEPS * LANES + i], FLYING
+
+
+@compiled
+def load(P: FloatArray, i: int, run: FloatArray, head: FloatArray) -> None:
+    """Put all that stays the same during a run into lane i."""
+    h = spacing_of(head)
+    w, w0sq, two_alpha = head[H_W] * h, head[H_W0SQ] * h * h, head[H_TWOALPHA] * h
+    # By their series: what is left of S - 1 and C - 1 in a difference would carry its rounding on.
+    before, last, odd = 0.0, 1.0, w
+    s1, c1, sine1 = 0.0, -0.5 * w0sq, 0.0
+    for k in range(2, 26):
+        before, last = last, (-two_alpha * last - w0sq * before / (k - 1)) / k
+        s1 += last
+        c1 -= w0sq * last / (k + 1)
+        odd *= w / k
+        if k % 2 == 1:
+            sine1 += odd if k % 4 == 1 else -odd
+        if k <= ORDER:
+            P[(SERIES + k - 2) * LANES + i] = last
+    P[H * LANES + i] = h
+    P[COS1 * LANES + i], P[SINE * LANES + i] = -2.0 * math.sin(0.5 * w) ** 2, w + sine1
+    P[FREE_S * LANES + i], P[FREE_C1 * LANES + i] = 1.0 + s1, c1
+    P[SINE1 * LANES + i], P[FREE_S1 * LANES + i] = sine1, s1
+    P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i] = w, w0sq, two_alpha
+    P[PER_W0 * LANES + i], P[MISFIT * LANES + i] = 1.0 / math.sqrt(w0sq), head[H_MISFIT] * h
+    P[W4P * LANES + i], P[FULL * LANES + i] = w * w * w * w * head[H_P], 2.0 * run[R_B]
+    P[PUSH * LANES + i] = run[R_BALL] * (1.0 + run[R_R]) / (run[R_M] + run[R_BALL])
+    P[BOUNCE * LANES + i], P[SETTLE * LANES + i] = run[R_R], run[R_SETTLE]
+    P[LAST * LANES + i] = (run[R_DURATION] - (1.0 + 2.0 * OVER) * h) * (1.0 - 1e-12)
+    for row in range(TIME, LATEST + 1):
+        P[row * LANES + i] = 0.0
+
+
+@compiled
+def is_calm(ball: FloatArray, state: FloatArray, head: FloatArray) -> bool:
+    """Whether the flight that begins is one for a lane."""
+    if ball[STATE] != FREE:
+        return False
+    w, w0sq, two_alpha = head[H_W], head[H_W0SQ], head[H_TWOALPHA]
+    c0, c1 = phasor(head, state[T_HIGH], state[T_LOW])
+    xh, vh = state[X_NOW] - c0, state[V_NOW] + w * c1
+    push = -ball[SIDE] * (w * w * c0 + two_alpha * vh + w0sq * xh)
+    away = -ball[SIDE] * ball[RHO]
+    if ball[D] <= 0.0 and away <= 0.0:
+        return False
+    if push > 0.0:
+        back = away + math.sqrt(away * away + 2.0 * push * ball[D])
+        return bool(back * head[H_RATE] >= SHORT * push)
+    return True
+
+
+@compiled
+def leave(
+    P: FloatArray, i: int, run: FloatArray, response: FloatArray, balls: FloatArray,
+    numbers: FloatArray, labels: IntArray, work: FloatArray, table: FloatArray, par: FloatArray,
+    scratch: FloatArray, begin: bool,
+) -> int:  # fmt: skip
+    """Carry lane i on by the scalar loop, until it flies again or ends; evaluations used.
+
+    `begin`: from the start of the run.
+    """
+    state, node, sums, before = scratch[0], scratch[1], scratch[2], scratch[3]
+    c, ball, duration = work[3], balls[0], run[R_DURATION]
+    for k in range(5):
+        state[k] = node[k] = sums[k] = 0.0
+    par[0], par[1], par[2] = run[R_M], run[R_C], run[R_K]
+    table[0, 1], table[0, 2], table[0, 3] = run[R_G], run[R_PHASE], 2.0 * math.pi * run[R_F]
+    for k in range(COLUMNS):
+        ball[k] = 0.0
+    ball[MASS], ball[CLEARANCE], ball[RESTITUTION] = run[R_BALL], run[R_B], run[R_R]
+    if begin:
+        state[X_NOW], state[V_NOW] = run[R_X0], run[R_V0]
+        ball[D], ball[SIDE], ball[RHO], ball[U] = (
+            run[R_GAP], run[R_SIDE], run[R_RHO], run[R_U],
+        )  # fmt: skip
+    else:
+        h, v = P[H * LANES + i], P[V_FREE * LANES + i] - P[W * LANES + i] * P[C_IM * LANES + i]
+        state[T_HIGH], state[T_LOW] = time_of(P, i)
+        state[X_NOW], state[V_NOW] = P[C_RE * LANES + i] + P[X_FREE * LANES + i], v / h
+        ball[D], ball[SIDE] = abs(P[WAY * LANES + i]), 1.0 if P[HIGH * LANES + i] == 0.0 else -1.0
+        if ball[D] > ball[CLEARANCE]:
+            ball[SIDE], ball[D] = -ball[SIDE], 2.0 * ball[CLEARANCE] - ball[D]
+        ball[RHO], ball[U] = P[RATE * LANES + i] / h, P[SPEED * LANES + i] / h
+        sums[0], sums[1] = P[SUM_TIME * LANES + i] * h, 0.5 * P[SUM * LANES + i] * h
+        sums[2], sums[3] = P[LARGEST * LANES + i], P[HITS * LANES + i]
+        sums[4] = P[LATEST * LANES + i]
+    node[0], node[1], node[2] = state[T_HIGH], state[X_NOW], state[V_NOW]
+    c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
+    row, spent = int(np.int64(0)), int(np.int64(0))
+    calm = begin and is_calm(ball, state, response)
+    while not calm and state[T_HIGH] < duration and spent < STALL:
+        had = row
+        row, used = one_turn(
+            True, True, response, par, 0, table, 0, duration, REMAINDER, state, balls, numbers,
+            labels, row, work, before,
+        )  # fmt: skip
+        spent += used
+        if row > had:
+            calm = is_calm(ball, state, response)
+        if row > numbers.shape[0] - 4 or calm:
+            sum_amplitudes(response, numbers, labels, row, state, node, P[SETTLE * LANES + i], sums)
+            row = 0
+    sum_amplitudes(response, numbers, labels, row, state, node, P[SETTLE * LANES + i], sums)
+    start_flight(P, i, state, ball, response)
+    h = P[H * LANES + i]
+    P[SUM_TIME * LANES + i], P[SUM * LANES + i] = sums[0] / h, 2.0 * sums[1] / h
+    P[LARGEST * LANES + i], P[HITS * LANES + i] = sums[2], sums[3]
+    P[LATEST * LANES + i] = sums[4]
+    if state[T_HIGH] >= duration or spent >= STALL:
+        P[MODE * LANES + i] = IDLE
+    return spent
+
+
+@compiled
+def survey(P: FloatArray, n: int, who: IntArray, responses: FloatArray) -> tuple[int, int]:
+    """Lanes that wait, listed in `who`; those for the scalar loop. A stale phasor is refreshed."""
+    waiting, gone = 0, 0
+    for i in range(n):
+        mode = P[MODE * LANES + i]
+        if mode == WAITING:
+            who[waiting] = i
+            waiting += 1
+        elif mode == STALE:
+            refresh(P, i, responses[i])
+        elif mode != FLYING:
+            gone += 1
+    return waiting, gone
+
+
+@entry
+def fly_lanes(
+    P: FloatArray, Q: FloatArray, responses: FloatArray, who: IntArray, n: int, passes: int,
+    few: int,
+) -> None:  # fmt: skip
+    """Carry n lanes on, until more than `few` of them want the scalar loop, or for `passes` rounds.
+
+    `P` and `Q` (ROWS LANES) hold the lanes and those that land, `responses` (MOST, header and
+    table) their closed forms.
+    """
+    enough = max(n // 2, 1)
+    for _ in range(passes):
+        waiting, gone = survey(P, n, who, responses)
+        if gone > few:
+            return
+        if 2 * waiting >= n:
+            land(P, n)
+        elif waiting > 0:
+            gather(P, Q, who, waiting)
+            land(Q, waiting)
+            scatter(P, Q, who, waiting)
+        stopped = 0
+        for _ in range(MARCH):
+            stopped += march(P, n)
+            if stopped >= enough:
+                break
+
+
+@compiled
+def attend_to(
+    P: FloatArray, i: int, runs: FloatArray, responses: FloatArray, found: FloatArray,
+    progress: IntArray, balls: FloatArray, numbers: FloatArray, labels: IntArray,
+    work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray,
+) -> None:  # fmt: skip
+    """Carry a lane on that has left, give one that is idle its next run."""
+    response, mode, begin = responses[i], P[MODE * LANES + i], False
+    k = int(P[OWNER * LANES + i]) - 1
+    while mode == LEAVING or progress[0] < runs.shape[0]:
+        if mode != LEAVING:
+            k, begin = progress[0], True
+            progress[0] += 1
+            P[OWNER * LANES + i] = k + 1.0
+            latest = responses[progress[2]]
+            if response[H_W] != latest[H_W] or response[H_W0SQ] != latest[H_W0SQ]:
+                for j in range(response.shape[0]):
+                    response[j] = latest[j]
+            prepare_into(
+                response, runs[k, R_M], runs[k, R_C], runs[k, R_K], runs[k, R_G], runs[k, R_F],
+                runs[k, R_PHASE],
+            )  # fmt: skip
+            progress[2] = i
+            load(P, i, runs[k], response)
+        spent = leave(
+            P, i, runs[k], response, balls, numbers, labels, work, table, par, scratch,
+            begin,
+        )  # fmt: skip
+        if P[MODE * LANES + i] != IDLE:
+            return
+        h = P[H * LANES + i]
+        found[k, O_TIME], found[k, O_SUM] = P[SUM_TIME * LANES + i] * h, P[SUM * LANES + i] * h / 2
+        found[k, O_LARGEST], found[k, O_HITS] = P[LARGEST * LANES + i], P[HITS * LANES + i]
+        found[k, O_LATEST] = P[LATEST * LANES + i]
+        found[k, O_STALLED] = 1.0 if spent >= STALL else 0.0
+        progress[1] += 1
+        mode = IDLE
+
+
+@entry
+def attend(
+    runs: FloatArray, P: FloatArray, responses: FloatArray, found: FloatArray,
+    progress: IntArray, balls: FloatArray, numbers: FloatArray, labels: IntArray,
+    work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray, n: int,
+) -> None:  # fmt: skip
+    """The scalar loop's part of n lanes: begin and end of every row of `runs`, and what left.
+
+    `progress` (loaded, done, last lane loaded) says how far it is, zeros at the start; `found`
+    (runs, RESULTS). The rest are the arrays of `fly_lanes` and scratch space.
+    """
+    for i in range(n):
+        mode = P[MODE * LANES + i]
+        if mode == LEAVING or mode == IDLE:  # noqa: SIM109
+            attend_to(
+                P, i, runs, responses, found, progress, balls, numbers, labels, work, table, par,
+                scratch,
+            )  # fmt: skip
+
+
+PASSES = 20_000  # rounds after which an interrupt is heard
+FEW = 16  # of the lanes one in so many may wait for the scalar loop until it is called
+
+
+@dataclass(frozen=True)
+class Amplitudes:
+    """What runs did from `settle` on; arrays of one entry a run.
+
+    Attributes
+    ----------
+    mean, largest : amplitude hypot(x, x'/w0), m.
+    impacts : their number.
+    latest : time of the last impact, s; 0 where there is none.
+    """
+
+    mean: FloatArray
+    largest: FloatArray
+    impacts: FloatArray
+    latest: FloatArray
+
+
+def fits_lanes(rig: Rig, damping: WeakDamping) -> bool:
+    """Whether a rig runs in a lane: one ball, lighter than the oscillator, and nothing special."""
+    one = len(rig.nes) == 1 and rig.nes[0].m <= rig.oscillator.M
+    return one and is_plain(rig, damping)
+
+
+def row_of(
+    rig: Rig, base: Harmonic, release: Release, *, settle: float, duration: float
+) -> FloatArray:
+    """One run as a row for `amplitudes`: SI values, the ball as it starts, the times (s)."""
+    o, balls = rig.oscillator, ball_table(rig, release)[0]
+    half = 0.5 * (rig.nes[0].b + rig.nes[0].clearance(-1))
+    return np.array([
+        o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase, rig.nes[0].m, half,
+        rig.nes[0].r, release.x0, release.v0, *balls[0, [D, SIDE, RHO, U]], settle, duration,
+    ])  # fmt: skip
+
+
+def amplitudes(rows: FloatArray, *, stop: Callable[[], bool] = lambda: False) -> Amplitudes:
+    """Mean and largest amplitude of every run, each from its `settle` to its `duration`.
+
+    Parameters
+    ----------
+    rows : ndarray of shape (runs, 17)
+        One row a run, as `row_of` makes it.
+    stop : callable, optional
+        Asked now and then; when it is true what is known so far is returned.
+
+    Raises
+    ------
+    AnalysisError
+        A motion that stands still.
+
+    Examples
+    --------
+    >>> from vinesexp import NES, Oscillator
+    >>> rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=0.03, r=0.6)])
+    >>> base = Harmonic(amplitude=0.25e-3, frequency=7.862)
+    >>> found = amplitudes(np.array([
+    ...     row_of(rig, base, Release(y0=[y0]), settle=40.0, duration=60.0)
+    ...     for y0 in (0.0299, 0.0)
+    ... ]))
+    >>> (1e3 * found.mean).round(1)  # a ball mid-cavity is never touched
+    array([ 5.9, 19.2])
+    """
+    n, found = min(MOST, len(rows)), np.zeros((len(rows), RESULTS))
+    P, Q, who = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES), np.zeros(LANES, dtype=np.int32)
+    tables, progress = np.zeros((n, HEADER + WIDTH * ENTRIES)), np.zeros(3, dtype=np.int32)
+    scratch = (
+        np.zeros((1, COLUMNS)), np.zeros((64, LOG_COLUMNS)), np.zeros((64, 3), dtype=np.int32),
+        np.zeros((4, SERIES_ORDER + 1)), np.zeros((1, 5)), np.zeros(6), np.zeros((4, 5)),
+    )  # fmt: skip
+    while not stop():
+        attend(rows, P, tables, found, progress, *scratch, n)
+        if progress[1] == len(rows):
+            break
+        idle = int((P[MODE * LANES : MODE * LANES + n] == IDLE).sum())
+        fly_lanes(P, Q, tables, who, n, PASSES, min(idle + n // FEW, n - 1))
+    if found[:, O_STALLED].any():
+        raise _stalled(rows[int(found[:, O_STALLED].argmax())])
+    with np.errstate(invalid="ignore"):
+        mean = found[:, O_SUM] / found[:, O_TIME]
+    return Amplitudes(mean, found[:, O_LARGEST], found[:, O_HITS], found[:, O_LATEST])
+
+
+def _stalled(row: FloatArray) -> Exception:
+    M, c1, k1, G, f, phase, m, b, r = (float(value) for value in row[:9])
+    rig = Rig(Oscillator(M=M, c1=c1, k1=k1), nes=[NES(m=m, b=b, r=r)])
+    return Effort(rig, Harmonic(G, f, phase), WeakDamping(), float(row[-1])).stalled(0.0)

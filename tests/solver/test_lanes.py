@@ -1,0 +1,156 @@
+"""Many motions in lanes of one loop against the scalar loop, and against themselves in company."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
+from vinesexp.excitation import WeakDamping
+from vinesexp.solver.arrays import ball_table, parameters
+from vinesexp.solver.chatter import REMAINDER
+from vinesexp.solver.drive import drive_table
+from vinesexp.solver.kernel import run
+from vinesexp.solver.lanes import amplitudes, row_of
+from vinesexp.solver.response import prepare
+from vinesexp.solver.series import ORDER
+from vinesexp.solver.statistics import add_amplitudes
+
+TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
+
+
+def random_case(number):
+    """A rig with one ball, its base and a start, log-random in all that matters."""
+    rng = np.random.default_rng(number)
+    zeta, mass, f0 = 10.0 ** rng.uniform([-4.0, -3.0, -0.3], [-1.3, -0.7, 1.3])
+    oscillator = Oscillator.from_modal(M=1.0, f0=f0, zeta=zeta)
+    ratio = rng.uniform(0.8, 1.25) if number % 4 else 10.0 ** rng.uniform(-0.7, 0.7)
+    base = Harmonic(10.0 ** rng.uniform(-4.0, -2.5), ratio * f0, phase=rng.uniform(0.0, 6.0))
+    size = base.amplitude / max(abs(1.0 - ratio**2), 2.0 * zeta, 0.02)
+    b = size * 10.0 ** rng.uniform(-0.7, 0.5)
+    rig = Rig(oscillator, nes=[NES(m=mass, b=b, r=rng.uniform(0.3, 0.95))])
+    x0, v0 = size * rng.uniform(-1.0, 1.0), size * oscillator.w0 * rng.uniform(-1.0, 1.0)
+    speed = size * oscillator.w0 * rng.uniform(-1.0, 1.0)
+    return rig, base, Release(x0, v0, [x0 + rng.uniform(-0.99, 0.99) * b], [speed])
+
+
+def scalar(rig, base, release, settle, duration):
+    """Mean, largest, impacts, time of the last impact, by the loop of one motion."""
+    o = rig.oscillator
+    response = prepare(o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase)
+    (kind, table), par = drive_table(base), parameters(rig, WeakDamping())
+    balls, work = ball_table(rig, release)[0], np.zeros((4, ORDER + 1))
+    log, labels = np.empty((2048, 6)), np.empty((2048, 3), dtype=np.int32)
+    state = np.array([0.0, 0.0, release.x0, release.v0])
+    node, sums = np.array([0.0, release.x0, release.v0, 0.0]), np.zeros(5)
+    while state[0] < duration:
+        rows, _ = run(
+            True, response, par, kind, table, duration, REMAINDER, state, balls, log, labels, work
+        )
+        add_amplitudes(response, log, labels, rows, state, node, settle, sums)
+    return sums[1] / sums[0], sums[2], sums[3], sums[4]
+
+
+def rows_of(cases, settle, cycles):
+    """Rows of the lanes, each run for so many cycles of its base."""
+    return np.array([
+        row_of(rig, base, start, settle=settle / base.frequency, duration=cycles / base.frequency)
+        for rig, base, start in cases
+    ])  # fmt: skip
+
+
+def found(rows):
+    """Mean, largest, impacts, time of the last impact: one row a run."""
+    out = amplitudes(rows)
+    return np.array([out.mean, out.largest, out.impacts, out.latest]).T
+
+
+@pytest.mark.parametrize(("cycles", "share"), [(1.3, 0.98), (2.9, 0.98), (6.1, 0.9)])
+def test_lanes_say_what_the_scalar_loop_says_start_by_start(cycles, share):
+    """Impacts, their times and the amplitude, before chaos makes anything of a last digit.
+
+    Every slow impact magnifies what was rounded before it: the share of starts that still agree to
+    1e-12 falls with the number of impacts, and the median stays at rounding.
+    """
+    cases = [random_case(number) for number in range(300)]
+    rows = rows_of(cases, 0.15, cycles)
+    expected = np.array(
+        [scalar(*case, *row[-2:]) for case, row in zip(cases, rows, strict=True)]
+    )  # fmt: skip
+    lanes = found(rows)
+    assert (expected[:, 2] > 0).sum() > 100
+    assert (lanes[:, 2] == expected[:, 2]).mean() > 0.99
+    same = lanes[:, 2] == expected[:, 2]
+    off = np.abs(lanes - expected)[same] / (np.abs(expected)[same] + 1e-300)
+    assert np.median(off[:, 3]) < 1e-15
+    assert np.quantile(off[:, 3], share) < 1e-12
+    assert np.quantile(off[:, :2].max(axis=1), share) < 1e-12
+
+
+def test_regular_motion_stays_the_same_for_a_thousand_impacts():
+    """Two impacts a cycle forget their errors: the last impact agrees to rounding of the time."""
+    rig, base = Rig(TABLE_2, nes=[NES(m=0.032, b=0.03, r=0.6)]), Harmonic(0.25e-3, TABLE_2.f0)
+    rows = np.array([
+        row_of(rig, base, Release(y0=[0.0299]), settle=0.0, duration=duration)
+        for duration in np.linspace(1.0, 70.0, 70)
+    ])  # fmt: skip
+    out = amplitudes(rows)
+    times = simulate(rig, base, Release(y0=[0.0299]), 70.0).impacts["time"]
+    assert len(times) > 1000
+    count = [int((times <= row[-1]).sum()) for row in rows]
+    assert (out.impacts == count).all()
+    assert out.latest == pytest.approx([times[n - 1] for n in count], rel=1e-12)
+
+
+def test_a_run_is_the_same_in_any_lane_and_any_company():
+    cases = [random_case(number) for number in range(230)]
+    rows = rows_of(cases, 0.15, 40.0)
+    together = found(rows)
+    order = np.random.default_rng(1).permutation(len(rows))
+    assert found(rows[order]).tobytes() == together[order].tobytes()
+    for few in (slice(3, 4), slice(10, 15), slice(20, 87)):
+        assert found(rows[few]).tobytes() == together[few].tobytes()
+
+
+def test_sticking_chatter_and_starts_at_a_wall_leave_the_lane():
+    """Low restitution on a slow base: the ball rests in every cycle."""
+    oscillator = Oscillator.from_modal(M=1.0, f0=5.0, zeta=0.02)
+    cases = [
+        (Rig(oscillator, nes=[NES(m=0.1, b=b, r=r)]), Harmonic(2e-3, 1.5), Release(y0=[y0]))
+        for b in (0.5e-3, 1e-3) for r in (0.0, 0.2, 0.6) for y0 in (b, -b, 0.99 * b)
+    ]  # fmt: skip
+    rows = rows_of(cases, 2.05, 6.3)
+    expected = np.array(
+        [scalar(*case, *row[-2:]) for case, row in zip(cases, rows, strict=True)]
+    )  # fmt: skip
+    assert found(rows) == pytest.approx(expected, rel=1e-9)
+
+
+SAY = """
+import numpy as np, sys
+from tests.solver.test_lanes import found, random_case, rows_of
+print(found(rows_of([random_case(k) for k in range(100)], 0.15, 40.0)).tobytes().hex())
+"""
+PROCESSORS = {
+    "none": ("x86-64", ""),
+    "AVX2": ("x86-64", "+sse4.2,+avx,+avx2,+fma"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("processor", list(PROCESSORS))
+def test_the_width_of_the_vectors_changes_no_digit(processor, tmp_path):
+    name, features = PROCESSORS[processor]
+    environment = {
+        **os.environ, "NUMBA_CPU_NAME": name, "NUMBA_CPU_FEATURES": features,
+        "NUMBA_CACHE_DIR": str(tmp_path),
+    }  # fmt: skip
+    said = subprocess.run(
+        [sys.executable, "-c", SAY], env=environment, capture_output=True, text=True, check=True
+    ).stdout.strip()
+    here = found(rows_of([random_case(k) for k in range(100)], 0.15, 40.0))
+    assert said == here.tobytes().hex()
