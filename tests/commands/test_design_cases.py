@@ -11,10 +11,10 @@ import pytest
 
 from vinesexp.cli import main
 from vinesexp.commands.design import curve_of
-from vinesexp.design import around, best_clearance, slow_sweep
-from vinesexp.design.answer import Answer
+from vinesexp.design import around, best_clearance
 from vinesexp.design.answer_json import answer_of
 from vinesexp.design.ask import answered as design
+from vinesexp.design.headline import Answer
 from vinesexp.design.inputs import OPTIONS, Given, gather
 from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, tables_of, text_of
 from vinesexp.report.design_sheet import write_sheet
@@ -35,7 +35,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     ):  # fmt: skip
         monkeypatch.setattr(best_clearance, name, value)
     monkeypatch.setattr(around, "LEVELS", 5)
-    monkeypatch.setattr(slow_sweep, "MOST_CYCLES", 600.0)
+    monkeypatch.setattr("vinesexp.design.advice.MOST_CYCLES", 600.0)
     monkeypatch.setattr("vinesexp.design.advice.JUDGED", (30, 60))
     monkeypatch.setattr("vinesexp.design.ensemble.WINDOW", 3.0)
     monkeypatch.setattr("vinesexp.design.ensemble.SETTLE", 3.0)
@@ -109,7 +109,7 @@ def test_a_pair_given_by_hand_is_judged_beside_what_is_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The pair of the paper over its band: largest of a slow sweep 8 to 10 mm, not 4.9."""
-    monkeypatch.setattr(slow_sweep, "MOST_CYCLES", 4000.0)
+    monkeypatch.setattr("vinesexp.design.advice.MOST_CYCLES", 4000.0)
     sheet = tmp_path / "sheet.html"
     options = {**PAIR, **LEVEL, "--frequency": "7.2:8.4 Hz", "--clearance": "23 mm; 34 mm"}
     given, found = found_for(options)

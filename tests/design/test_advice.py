@@ -9,8 +9,14 @@ import pytest
 
 from vinesexp import Harmonic, Oscillator, Release, simulate
 from vinesexp.design import best_clearance
-from vinesexp.design.absorber import den_hartog, equal_mass_den_hartog, equal_mass_optimal
-from vinesexp.design.advice import advise, orbit_and_rest, theory_of
+from vinesexp.design.advice import (
+    advise,
+    den_hartog,
+    equal_mass_den_hartog,
+    equal_mass_optimal,
+    orbit_and_rest,
+    theory_of,
+)
 from vinesexp.design.answer_json import as_json
 from vinesexp.design.ensemble import Run, responses
 from vinesexp.design.headline import warnings_of

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from vinesexp import Oscillator
+from vinesexp.design.advice import slow_sweeps
 from vinesexp.design.best_clearance import Effort, cost_of
 from vinesexp.design.ensemble import LONGEST_FAR, cut_short, duration_of, responses
-from vinesexp.design.slow_sweep import slow_sweeps
 from vinesexp.design.task import Task, wall_starts
 from vinesexp.excitation import WeakDamping
 

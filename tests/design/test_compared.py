@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vinesexp.design.compared import percentile, race
+from vinesexp.design.best_clearance import percentile, race
 
 
 class Drawn:

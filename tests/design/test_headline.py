@@ -10,12 +10,11 @@ import pytest
 
 import vinesexp
 from vinesexp import NES, Oscillator, Release, Rig, simulate
-from vinesexp.design import best_clearance, slow_sweep
+from vinesexp.design import best_clearance
 from vinesexp.design.advice import advise
-from vinesexp.design.answer import Answer
 from vinesexp.design.around import cliffs_of
 from vinesexp.design.best_clearance import Effort
-from vinesexp.design.headline import build_this, nothing_helps
+from vinesexp.design.headline import Answer, build_this, nothing_helps
 from vinesexp.design.released import released
 from vinesexp.design.shown import from_random, from_rest
 from vinesexp.design.task import Task, random_starts, wall_starts
@@ -91,7 +90,7 @@ def test_the_end_of_the_orbit_is_a_cliff_as_far_away_as_it_is() -> None:
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in (("COARSE", 8), ("CLOSER", 2), ("FINALISTS", 3), ("MOST", 0.2)):
         monkeypatch.setattr(best_clearance, name, value)
-    monkeypatch.setattr(slow_sweep, "MOST_CYCLES", 600.0)
+    monkeypatch.setattr("vinesexp.design.advice.MOST_CYCLES", 600.0)
     monkeypatch.setattr("vinesexp.design.advice.JUDGED", (30, 60))
 
 

@@ -23,7 +23,7 @@ from vinesexp.errors import ParameterError, VinesexpError
 
 if TYPE_CHECKING:
     from vinesexp.design.advice import Advice
-    from vinesexp.design.answer import Answer
+    from vinesexp.design.headline import Answer
     from vinesexp.excitation import Measured
     from vinesexp.figures.design_curve import DesignCurve
 

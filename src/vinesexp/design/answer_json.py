@@ -7,16 +7,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vinesexp.design.absorber import Absorber
-from vinesexp.design.advice import Advice, Judged
-from vinesexp.design.answer import Answer
+from vinesexp.design.advice import Absorber, Advice, Judged, Swept
 from vinesexp.design.around import Changed, Side
-from vinesexp.design.headline import gaps_of, headline_of, remarks_of, warnings_of
+from vinesexp.design.headline import Answer, gaps_of, headline_of, remarks_of, warnings_of
 from vinesexp.design.inputs import OPTIONS, Given
 from vinesexp.design.predictions import bands_given
 from vinesexp.design.recorded import Driven, UnderRecord
 from vinesexp.design.released import Falls
-from vinesexp.design.slow_sweep import Swept
 
 #: Contract keys of the simulation, null where there is none.
 SIMULATED = (

@@ -9,8 +9,7 @@ from functools import cache
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.best_clearance import HASTE, Effort, Found
-from vinesexp.design.compared import PERCENTILE, WORSE
+from vinesexp.design.best_clearance import HASTE, PERCENTILE, WORSE, Effort, Found
 from vinesexp.design.ensemble import responses
 from vinesexp.design.task import Task, frequency_weights, random_starts, wall_starts
 

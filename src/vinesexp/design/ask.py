@@ -6,11 +6,10 @@ import warnings
 from collections.abc import Sequence
 
 from vinesexp.design.advice import advise
-from vinesexp.design.answer import Answer
 from vinesexp.design.answer_json import answer_of
 from vinesexp.design.best_clearance import SERIES, Effort
 from vinesexp.design.ensemble import Workload, workload_of
-from vinesexp.design.headline import headline_of, remarks_of
+from vinesexp.design.headline import Answer, headline_of, remarks_of
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
 from vinesexp.design.predictions import LEVELS, Theory, predict, start_amplitude
 from vinesexp.design.recorded import UnderRecord, under_record

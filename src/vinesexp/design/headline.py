@@ -3,18 +3,36 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from vinesexp.design.advice import WORTH, Advice
-from vinesexp.design.answer import Answer
 from vinesexp.design.around import Side
-from vinesexp.design.compared import Race
+from vinesexp.design.best_clearance import Race
 from vinesexp.design.inputs import BEYOND, Given
+from vinesexp.design.predictions import Theory
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
 from vinesexp.design.task import Task, mean_of_cycle
 from vinesexp.theory.multiple import gaps
+
+# What `design` has found, whole: theory, simulation of a base motion, simulation of a release.
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer to one question; None where its excitation was not given or nothing simulated.
+
+    `driven` is that under a recorded base; `stopped`: the simulation was broken off.
+    """
+
+    given: Given
+    theory: Theory
+    advice: Advice | None
+    falls: Falls | None
+    driven: UnderRecord | None = None
+    stopped: bool = False
 
 
 def mm(length: float) -> str:

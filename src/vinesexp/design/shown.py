@@ -13,9 +13,8 @@ from textwrap import wrap
 import numpy as np
 
 from vinesexp.design.advice import Advice, Judged
-from vinesexp.design.answer import Answer
 from vinesexp.design.around import Changed
-from vinesexp.design.headline import headline_of, mm, percent, remarks_of
+from vinesexp.design.headline import Answer, headline_of, mm, percent, remarks_of
 from vinesexp.design.inputs import OPTIONS, RIG, Given
 from vinesexp.design.predictions import Theory, bands_given, single_values, start_amplitude
 from vinesexp.design.recorded import UnderRecord

@@ -7,8 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from vinesexp.design.answer import Answer
-from vinesexp.design.headline import headline_of
+from vinesexp.design.headline import Answer, headline_of
 from vinesexp.design.inputs import Given
 from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, Table, notes_of, tables_of
 from vinesexp.figures.design_curve import DesignCurve, design_curve
