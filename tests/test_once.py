@@ -50,6 +50,16 @@ def test_the_values_of_a_rig_are_listed_once():
     assert places == ["rig.py"]
 
 
+def test_kinds_of_arrays_are_named_once():
+    kinds = r"(?m)^\w+ = NDArray\[np\.(?:float64|int64|bool_|complex128)\]"
+    named = {
+        path.relative_to(ROOT).as_posix(): len(found)
+        for path in ROOT.rglob("*.py")
+        if (found := re.findall(kinds, path.read_text(encoding="utf-8")))
+    }
+    assert named == {"arrays.py": 4}
+
+
 def counted(monkeypatch: pytest.MonkeyPatch, function: Callable) -> list[str]:
     """Put a counter in place of a function wherever the package has imported it."""
     calls: list[str] = []

@@ -1,4 +1,4 @@
-"""Names for the arrays that the package passes around: float64, int64, int32, bool, complex128."""
+"""Names for the arrays that the package passes around: float64, int64, bool, complex128."""
 
 from __future__ import annotations
 
@@ -9,4 +9,3 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
-Int32Array = NDArray[np.int32]
