@@ -188,19 +188,14 @@ def noisy(seed):
     return x + random.uniform(0.1, 0.3) * random.standard_normal(n), rate, f, zeta
 
 
-@pytest.mark.long
-def test_errors_hold_where_there_is_much_noise():
-    off = []
-    for seed in range(700, 708):
-        x, rate, f, zeta = noisy(seed)
-        try:
-            found = fit_ringdown(x, sample_rate=rate, frequency=1.01 * f)
-        except AnalysisError:
-            continue
-        off.append([(found.f0 - f) / found.f0_error, (found.zeta - zeta) / found.zeta_error])
-    assert len(off) > 5
-    assert np.sqrt(np.mean(np.square(off), axis=0)) == pytest.approx(1.0, abs=0.4)
-    assert np.abs(off).max() < 3.5
+@pytest.mark.parametrize("seed", [701, pytest.param(704, marks=pytest.mark.long)])
+def test_noise_does_not_choose_what_is_fitted(seed):
+    """Fitted from the largest to the first small amplitude, both were off by five errors."""
+    x, rate, f, zeta = noisy(seed)
+    found = fit_ringdown(x, sample_rate=rate, frequency=1.01 * f)
+    assert abs(found.zeta - zeta) < 3.0 * found.zeta_error
+    assert abs(found.f0 - f) < 3.0 * found.f0_error
+    assert found.zeta_error < 0.06 * zeta
 
 
 def test_a_noisy_decay_is_fitted_as_far_as_its_law_explains_the_record():

@@ -450,12 +450,6 @@ def ring_down(
             phasors = kept(whole, resolution)
     decrement = log_decrement(phasors)
     best = _settled(x, step, phasors, envelope(phasors, decrement.decay), decrement, lost)
-    if (wider := widened(whole, phasors, best, resolution)) is not None:
-        with suppress(AnalysisError):
-            start = begun_at(best.decay, float(wider.t[0]))
-            longer = _settled(x, step, wider, envelope(wider, start), decrement, lost)
-            if _agree(longer, best):  # of what stands out of the noise that much is left
-                best = replace(longer, residual=best.residual)
     if best.fallen < _STEADY:
         raise AnalysisError(
             f"the amplitude {'falls' if best.fallen >= 0.0 else 'rises'} by "
@@ -467,6 +461,12 @@ def ring_down(
             f"the best decay leaves {100 * best.residual:.2g} % of the motion: something drives "
             "it, no free decay"
         )
+    if (wider := widened(whole, phasors, best, resolution)) is not None:
+        with suppress(AnalysisError):
+            start = begun_at(best.decay, float(wider.t[0]))
+            longer = _settled(x, step, wider, envelope(wider, start), decrement, lost)
+            if _agree(longer, best):  # of what stands out of the noise that much is left
+                best = replace(longer, residual=best.residual)
     if not _sure(best):
         raise AnalysisError(
             f"no free decay stands out: zeta = {best.zeta:.2g} +- "
