@@ -1,7 +1,6 @@
 """Snakemake's standard commands work on this workflow, whatever else goes on."""
 
 import csv
-import os
 import re
 import shutil
 import zipfile
@@ -123,23 +122,3 @@ def test_another_workflow_uses_this_one_as_a_module(finished, tmp_path):
     with (own / "further.csv").open(encoding="utf-8", newline="") as stream:
         assert "M" in {row["parameter"] for row in csv.DictReader(stream)}
     assert (finished.folder / "results/tiny/impacts/bare.csv").is_file()
-
-
-def test_names_that_snakemake_or_a_file_system_could_mistake(workflow):
-    """Braces in names and titles, a campaign called 2024, records called like a table."""
-    tiny = workflow.tiny_campaign()
-    folder = workflow.folder / "2024"
-    os.rename(tiny, folder)
-    os.rename(folder / "raw/bare.csv", folder / "raw/b{record}.csv")
-    text = (folder / "campaign.yaml").read_text(encoding="utf-8")
-    text = text.replace("title: Tiny", "title: '{Ti}ny: {x}'")
-    (folder / "campaign.yaml").write_text(text.replace("Laser", '"La*"'), encoding="utf-8")
-    rows = (folder / "records.csv").read_text(encoding="utf-8")
-    rows = rows.replace("bare,raw/bare.csv", "identify.csv,raw/b{record}.csv")
-    (folder / "records.csv").write_text(rows.replace("20,,\n", "20,,a {note}\n"), encoding="utf-8")
-    result = workflow.run("--config", "campaign=2024", "batches=1")
-    assert result.returncode == 0, result.stderr
-    page = (workflow.folder / "results/2024/report.html").read_text(encoding="utf-8")
-    assert "{Ti}ny: {x}" in page
-    again = workflow.run("--config", "campaign=2024")
-    assert "Nothing to be done" in again.stderr

@@ -66,41 +66,57 @@ def test_the_results_in_one_zip_on_request(finished):
 
 @pytest.mark.long
 def test_a_changed_table_runs_what_is_new_and_takes_away_what_left_and_nothing_of_a_user(finished):
-    """One record renamed, one new, one broken; files that a user put beside the results stay."""
-    workflow, campaign = finished, finished.folder / "data/tiny"
-    results = workflow.folder / "results/tiny"
+    """One record renamed, one new, one broken; files that a user put beside the results stay.
+
+    The campaign was moved meanwhile, and new names are ones that Snakemake or a file system could
+    mistake: braces in names and titles, a campaign called 2024, a record called like a table.
+    """
+    workflow, campaign = finished, finished.folder / "2024"
+    results = workflow.folder / "results/2024"
+    workflow.edit("campaign.yaml", "title: Tiny", "title: '{Ti}ny: {x}'")
+    (workflow.folder / "data/tiny").rename(campaign)
+    (workflow.folder / "results/tiny").rename(results)
+    (campaign / "raw/added.csv").rename(campaign / "raw/b{record}.csv")
     workflow.write_ringdown(campaign / "raw/more.csv", f0=7.862, seed=2)
     good = (campaign / "raw/more.csv").read_text(encoding="utf-8").splitlines()
     broken = [*good[:700], "1.396,oops", *good[701:]]
     (campaign / "raw/broken.csv").write_text("\n".join(broken), encoding="utf-8")
-    workflow.edit("records.csv", "added,raw", "renamed,raw")
-    with (campaign / "records.csv").open("a") as stream:
-        stream.write("more,raw/more.csv,ringdown\nbroken,raw/broken.csv,ringdown\n")
+    rows = (campaign / "records.csv").read_text(encoding="utf-8")
+    rows = rows.replace("added,raw/added.csv", "identify.csv,raw/b{record}.csv")
+    rows += "more,raw/more.csv,ringdown,,,,,,a {note}\nbroken,raw/broken.csv,ringdown\n"
+    (campaign / "records.csv").write_text(rows, encoding="utf-8")
     mine = {
         "pages/index.html", "pages/traces/mine.js", "records/mine.nc", "impacts/added.txt",
         "figures/mine.svg", ".notes.new", "steps/records/added/mine.txt",
     }  # fmt: skip
     for name in mine:
         (results / name).write_text("mine", encoding="utf-8")
-    done = workflow.run("--config", "campaign=data/tiny")
+    done = workflow.run("--config", "campaign=2024")
     assert done.returncode == 0, done.stderr
 
     touched = {what for _, what in steps(done)}
     assert not {"bare", "added"} & touched
-    assert {"more", "broken", "renamed"} <= touched
+    assert {"more", "broken", "identify.csv"} <= touched
     refused = [row for row in table(results / "checks.csv") if row["outcome"] == "refused"]
     assert [row["record"] for row in refused] == ["broken"]
     assert "line 701" in refused[0]["detail"]
     assert "oops" in refused[0]["detail"]
-    assert "oops" in (results / "report.html").read_text(encoding="utf-8")
+    page = (results / "report.html").read_text(encoding="utf-8")
+    assert "oops" in page
+    assert "{Ti}ny: {x}" in page
 
     for name in mine:
         assert (results / name).read_text(encoding="utf-8") == "mine", name
     left = {path.relative_to(results).as_posix() for path in results.rglob("added*")}
     aside = {name for name in left if name.startswith("logs/")}
     assert left - aside == {"impacts/added.txt", "steps/records/added"}
-    for name in ("records/renamed.nc", "pages/traces/renamed.js", "pages/facts/renamed.js"):
+    for name in (
+        "records/identify.csv.nc",
+        "pages/traces/identify.csv.js",
+        "pages/facts/identify.csv.js",
+    ):
         assert (results / name).is_file()
+    assert not workflow.planned(campaign="2024")
 
 
 def test_a_mistake_in_the_description_is_one_line_and_writes_nothing(workflow):

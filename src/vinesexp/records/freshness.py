@@ -74,7 +74,7 @@ class Notes:
         """Take what the file says; nothing where it is missing, damaged or of another version."""
         self.steps = {}
         with suppress(OSError, ValueError):
-            found = json.loads(self.path.read_text(encoding="utf-8"))
+            found = json.loads(self.path.read_bytes())
             if isinstance(found, dict) and found.pop("format", None) == _FORMAT:
                 self.steps = found
 
@@ -97,9 +97,11 @@ class Notes:
         try:
             if made["used"] is None:
                 return ["was not finished"]
-            names = dict.fromkeys([*used, *made["used"]])
-            now = {name: shortened(text) for name, text in used.items()}
-            reasons = [f"{n} changed" for n in names if now.get(n) != made["used"].get(n)]
+            reasons = []
+            if used != made["used"]:  # short texts, and most often the same
+                names = dict.fromkeys([*used, *made["used"]])
+                now = {name: shortened(text) for name, text in used.items()}
+                reasons = [f"{n} changed" for n in names if now.get(n) != made["used"].get(n)]
             for kind, change in (("reads", "changed"), ("writes", "is not as the step left it")):
                 for name, state in made[kind].items():
                     if reason := self._difference(made[kind], name, state, derivable):

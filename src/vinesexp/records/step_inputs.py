@@ -12,6 +12,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+from vinesexp.records.freshness import shortened
 from vinesexp.records.schema import Campaign, Known, Record
 
 _ROW = tuple(field.name for field in fields(Record) if field.name not in ("id", "row"))
@@ -93,14 +94,14 @@ def record_seen_by(step: str, record: Record) -> Record:
 def campaign_text(step: str, campaign: Campaign) -> dict[str, str]:
     """What `step` uses of campaign.yaml, field by field; nothing in it names a folder."""
     return {
-        f"{name} of campaign.yaml": repr(attrgetter(name)(campaign))
+        f"{name} of campaign.yaml": shortened(repr(attrgetter(name)(campaign)))
         for name in CAMPAIGN_FIELDS[step]
     }
 
 
 def row_text(campaign: Campaign, record: Record) -> dict[str, str]:
     """All that any step uses of a row, field by field; files as seen from the campaign folder."""
-    found = {name: repr(of(record)) for name, of in _FIELDS.items()}
+    found = {name: shortened(repr(of(record))) for name, of in _FIELDS.items()}
     found["file"] = _place(record.file, campaign)
     found["more_files"] = repr([_place(file, campaign) for file in record.more_files])
     return found
@@ -113,7 +114,8 @@ def rows_text(
     names = RECORD_FIELDS[step]
     if id is not None:
         return {name: rows[id][name] for name in names}
-    return {"records": repr([(i, {name: row[name] for name in names}) for i, row in rows.items()])}
+    seen = [(i, {name: row[name] for name in names}) for i, row in rows.items()]
+    return {"records": shortened(repr(seen))}
 
 
 _FIELDS = {name: attrgetter(name) for name in dict.fromkeys(sum(RECORD_FIELDS.values(), ()))}
