@@ -26,7 +26,7 @@ FLOORS = (
     {"clearance", "design", "proposal"},
     {"maps"},
     {"replay"},
-    {"pipeline", "analysis_results", "results"},
+    {"pipeline", "results"},
     {"single_record", "results_differences", "difference", "results_repeatability"},
     {"planning", "handover"},
     {"laboratory"},

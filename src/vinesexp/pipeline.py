@@ -2,8 +2,8 @@
 
 A step takes the campaign, the record it is about, and where results lie; it reads the results of
 earlier steps, writes its own, and returns what it found. The workflow runs each step as a job of
-its own; `analyse_record` and `analyse_campaign` run them one after the other in this process. Both
-give the same files.
+its own; `analyse_record` and `analyse_campaign` run them one after the other in this process, and
+return what they found. Both give the same files.
 
 What a step needs is imported inside it: a job starts in a fraction of the time, and the digest of
 a step's code (`vinesexp.codedigest`) covers what this step uses and nothing else.
@@ -12,12 +12,11 @@ a step's code (`vinesexp.codedigest`) covers what this step uses and nothing els
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vinesexp.analysis_results import CampaignResult, RecordResult
 from vinesexp.records.checks import Check
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.records.schema import Campaign, Record
@@ -32,6 +31,54 @@ if TYPE_CHECKING:
     from vinesexp.signals.impacts.impact_table import Impacts
 
 Row = dict[str, str | float | None]
+
+
+@dataclass(frozen=True)
+class RecordResult:
+    """What the steps found in one record.
+
+    Attributes
+    ----------
+    record : Record
+    checks : list of Check
+        Of the instrument file; the outcome ``refused`` says why the record cannot be used.
+    bands : Bands or None
+        What conditioning kept; None for a record that cannot be used.
+    impacts : Impacts
+    regime : dict
+        The record's row of regimes.csv.
+    estimates : list of Estimate
+        What the record alone says about M, c1, k1 and r.
+    """
+
+    record: Record
+    checks: list[Check]
+    bands: Bands | None
+    impacts: Impacts
+    regime: Row
+    estimates: list[Estimate]
+
+
+@dataclass(frozen=True)
+class CampaignResult:
+    """What the steps found in a campaign; the tables are in the results folder too.
+
+    Attributes
+    ----------
+    records : tuple of RecordResult
+        In the order of records.csv.
+    identified : list of Estimate
+        Rows of identified.csv.
+    clearances : list of Comparison
+        Rows of clearances.csv.
+    checks : list of Check
+        Rows of checks.csv.
+    """
+
+    records: tuple[RecordResult, ...]
+    identified: list[Estimate]
+    clearances: list[Comparison]
+    checks: list[Check]
 
 
 def analyse_record(
