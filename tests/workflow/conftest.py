@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -53,11 +54,19 @@ MAKERS = {
 }
 
 
+STEPS = re.compile(r"^  (\w+) +\d+/\d+ (\S+?),?( .*)?$", re.MULTILINE)
+
+
 class Workflow:
     """The workflow copied into a folder, so that runs, results and edits stay there."""
 
     repository = REPOSITORY
     write_ringdown = staticmethod(write_ringdown)
+
+    @staticmethod
+    def steps(result: subprocess.CompletedProcess[str]) -> list[tuple[str, str]]:
+        """The (step, record) pairs that a run reports at the console, a line each."""
+        return [found[:2] for found in STEPS.findall(result.stderr)]
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -192,6 +192,7 @@ def test_a_single_result_is_brought_by_its_name_with_what_it_needs_and_no_more(o
     shutil.rmtree(results)
     run = finished.run(*asked)
     assert run.returncode == 0, run.stderr
+    assert finished.steps(run) == [(step, "bare") for step in ("ingest", "condition", "impacts")]
     for name in ("records/bare.nc", "conditioned/bare.nc", "impacts/bare.csv"):
         same = (one_run.folder / "results/tiny" / name).read_bytes()
         assert (results / name).read_bytes() == same, name

@@ -14,17 +14,11 @@ import pytest
 from tests.faults.project import contents, differences
 
 from vinesexp.errors import RecordError
+from vinesexp.records.store import open_record
 from vinesexp.results import open_results
 from vinesexp.whole_files import partial_path
 
 pytestmark = pytest.mark.workflow
-
-STEPS = re.compile(r"^  (\w+) +\d+/\d+ (\S+?),?( .*)?$", re.MULTILINE)
-
-
-def steps(result):
-    """The (step, record) pairs that a run reports at the console, a line each."""
-    return [found[:2] for found in STEPS.findall(result.stderr)]
 
 
 def table(path: Path):
@@ -94,7 +88,7 @@ def test_a_changed_table_runs_what_is_new_and_takes_away_what_left_and_nothing_o
     done = workflow.run("--config", "campaign=2024")
     assert done.returncode == 0, done.stderr
 
-    touched = {what for _, what in steps(done)}
+    touched = {what for _, what in workflow.steps(done)}
     assert not {"bare", "added"} & touched
     assert {"more", "broken", "identify.csv"} <= touched
     refused = [row for row in table(results / "checks.csv") if row["outcome"] == "refused"]
@@ -217,15 +211,9 @@ def test_editing_code_runs_what_uses_it_and_no_more(finished):
     assert not {"ingest", "condition", "impacts"} & edited
 
 
-def test_a_result_asked_for_by_name_brings_what_it_needs_and_no_more(workflow):
-    workflow.tiny_campaign()
-    done = workflow.run("results/tiny/records/bare.nc", "--config", "campaign=data/tiny")
-    assert done.returncode == 0, done.stderr
-    assert steps(done) == [("ingest", "bare")]
-
-
 @pytest.mark.long
 def test_two_runs_at_once_simulate_once_and_come_to_the_same_results(workflow):
+    """Up to the step that reads what was simulated."""
     campaign = workflow.folder / "data/made"
     campaign.mkdir(parents=True)
     for name, text in SIMULATED.items():
@@ -233,7 +221,7 @@ def test_two_runs_at_once_simulate_once_and_come_to_the_same_results(workflow):
     made = ("--config", "campaign=data/made")
     runs = [
         subprocess.Popen(
-            workflow.command(*made, f"results={results}", "--", f"{results}/identified.csv"),
+            workflow.command(*made, f"results={results}", "--until", "ingest"),
             cwd=workflow.folder,
             stderr=subprocess.PIPE,
             text=True,
@@ -243,9 +231,11 @@ def test_two_runs_at_once_simulate_once_and_come_to_the_same_results(workflow):
     said = [run.communicate(timeout=1200)[1] for run in runs]
     assert [run.returncode for run in runs] == [0, 0], said
     one, other = (workflow.folder / name for name in ("one", "other"))
-    assert (one / "identified.csv").read_bytes() == (other / "identified.csv").read_bytes()
-    combined = [row for row in table(one / "identified.csv") if row["parameter"] == "f0"]
-    assert {id for row in combined for id in row["records"].split(";")} == {"bare", "light"}
+    for id in ("bare", "light"):
+        name = f"records/{id}.nc"
+        assert (one / name).read_bytes() == (other / name).read_bytes()
+        assert open_record(one / name).n == 8000
+    assert not (one / "conditioned").exists()
     assert {path.stem for path in (campaign / "raw").iterdir()} == {"bare", "light"}, "every group"
 
 
