@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
 from importlib import import_module
@@ -183,47 +184,39 @@ class Study:
 
     def run(self, step: str, id: str | None = None, *, outputs: Iterable[Path] = ()) -> Any:
         """Run a step and note what it was made from; what its function returns."""
-        record, paths = None if id is None else self.records[id], self.paths
-        return self._noted(step, record, paths, outputs)
+        done = STEPS[step]
+        record = [] if id is None else [self.records[id]]
+        module, _, function = done.call.partition(":")
+        with self._noted(step, id) as written:
+            result = getattr(import_module(module), function)(
+                self.campaign, *record, paths=self.paths
+            )
+            written += done.writes(self.paths, id) if done.writes and id else outputs
+            written += result if step in _MORE_FILES else []
+        return result
 
     def refuse(self, step: str, id: str, reason: str) -> None:
-        """Have a step pass on a record as one that cannot be used, for a reason seen from outside.
-
-        The step finds a placeholder where the result of an earlier step would be.
-        """
+        """Refuse a record for a reason seen from outside, as `ingest` does, and tell `step` so."""
         from vinesexp.records.checks import Check, write_checks
         from vinesexp.records.file_attributes import write_refused
 
-        if step == "ingest":
-            notes, used = self.notes(step, id), self.used(step, id)
-            notes.begin(step, reads=_instrument_files(self.campaign, self.records[id]))
+        with self._noted("ingest", id) as written:
             write_refused(self.paths.record(id), reason)
             write_checks(self.paths.ingest_checks(id), [Check(id, "ingest", "refused", reason)])
-            notes.finish(step, used, writes=[self.paths.record(id), self.paths.ingest_checks(id)])
-            return
-        placeholder = self.paths.batch("refused", id)
-        write_refused(placeholder, reason)
-        try:
-            self._noted(
-                step, self.records[id], _WithPlaceholder(self.paths.folder, placeholder, step), ()
-            )
-        finally:
-            placeholder.unlink()
+            written += [self.paths.record(id), self.paths.ingest_checks(id)]
+        for other in (*STEPS[step].follows, step):
+            if other != "ingest":
+                self.run(other, id)
 
-    def _noted(
-        self, step: str, record: Record | None, paths: ResultPaths, outputs: Iterable[Path]
-    ) -> Any:
-        self._outcomes.clear()
-        done, id = STEPS[step], record.id if record else None
+    @contextmanager
+    def _noted(self, step: str, id: str | None) -> Iterator[list[Path]]:
+        """Note what a step used, read and wrote, which is added to the list."""
+        written: list[Path] = []
         notes, used = self.notes(step, id), self.used(step, id)
-        notes.begin(step, reads=done.reads(self.campaign, record))
-        module, _, function = done.call.partition(":")
-        records = [record] if record else []
-        result = getattr(import_module(module), function)(self.campaign, *records, paths=paths)
-        files = done.writes(self.paths, id) if done.writes and id else list(outputs)
-        more = result if step in _MORE_FILES else []
-        notes.finish(step, used, writes=[*files, *more])
-        return result
+        notes.begin(step, reads=STEPS[step].reads(self.campaign, self.records.get(id or "")))
+        yield written
+        notes.finish(step, used, writes=written)
+        self._outcomes.clear()
 
     def used(self, step: str, id: str | None) -> dict[str, str]:
         """All that a step depends on besides files of the campaign, by name."""
@@ -251,20 +244,6 @@ _PARTS = ("vinesexp.record_pages.build", "vinesexp.laboratory.scene")
 
 #: Steps that return a list of files which they wrote besides the outputs of their rule.
 _MORE_FILES = ("figures_results", "figures_records", "pages")
-
-
-@dataclass(frozen=True)
-class _WithPlaceholder(ResultPaths):
-    """Results in which a record has a placeholder in the place of what a step reads."""
-
-    placeholder: Path
-    step: str
-
-    def record(self, id: str) -> Path:
-        return self.placeholder if self.step == "condition" else super().record(id)
-
-    def conditioned(self, id: str) -> Path:
-        return super().conditioned(id) if self.step == "condition" else self.placeholder
 
 
 def members(records: Sequence[str], batch: str) -> list[str]:

@@ -6,9 +6,11 @@ import shutil
 
 import pytest
 
-from vinesexp.pipeline import analyse_campaign
+from vinesexp.pipeline import analyse_campaign, collect_checks
 from vinesexp.records.campaign import load_campaign
 from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.store import open_record
+from vinesexp.steps import Study
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
@@ -206,6 +208,22 @@ def test_a_single_result_is_brought_by_its_name_with_what_it_needs_and_no_more(o
     assert (results / "conditioned/bare.nc").read_bytes() != before
     unknown = finished.run("results/tiny/impacts/bear.csv", "--config", "campaign=data/tiny")
     assert "no record 'bear'; did you mean 'bare'?" in unknown.stderr
+
+
+def test_a_record_that_kills_a_step_is_refused_from_then_on(finished):
+    """As one whose file cannot be read: the table of checks says it, and nothing is tried again."""
+    folder, results = finished.folder / "data/tiny", finished.folder / "results/tiny"
+    study = Study(load_campaign(folder), ResultPaths(results))
+    study.refuse("impacts", "bare", "impacts: its process was killed")
+    with open_record(study.paths.conditioned("bare")) as record:
+        assert record.refused is not None
+    study.run("estimate", "bare")
+    checks = collect_checks(study.campaign, paths=study.paths)
+    (refused,) = [check for check in checks if check.outcome == "refused"]
+    assert (refused.record, refused.detail) == ("bare", "impacts: its process was killed")
+    planned = finished.planned()
+    assert not after(planned)
+    assert {"identify", "report", "pages"} <= planned
 
 
 @pytest.mark.parametrize("batches", [1, 2])
