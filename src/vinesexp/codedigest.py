@@ -32,8 +32,8 @@ def code_digest(*names: str, files: Iterable[str | Path] = ()) -> str:
     ----------
     *names : str
         Full names of modules, such as ``"vinesexp.signals.impacts.find"``, or of one function in
-        a module, such as ``"vinesexp.pipeline:identify"``: then the rest of that module counts
-        only as far as the function uses it.
+        a module, such as ``"vinesexp.pipeline:identify"``: then other functions and classes of that
+        module count only as far as this one uses them.
     files : iterable of paths
         Further files; their names do not count.
 
@@ -212,38 +212,20 @@ def _statements(tree: ast.AST) -> Iterator[ast.AST]:
 
 @cache
 def _function(module: str, function: str) -> tuple[ast.stmt, ...]:
-    """A function of a module and everything at the top of the module that it uses, in order."""
+    """A function of a module, the functions and classes it uses there, and all that is neither."""
     source = next(iter(_files(module)), None)
     statements = _tree(source).body if source else []
-    homes: dict[str, list[ast.stmt]] = {}
-    for statement in statements:
-        for name in _defines(statement):
-            homes.setdefault(name, []).append(statement)
+    homes = {s.name: s for s in statements if isinstance(s, ast.FunctionDef | ast.ClassDef)}
     if function not in homes:
         raise ImportError(f"no function {function} in {module}")
-    chosen: set[int] = set()
-    pending = [function]
+    chosen = [s for s in statements if s not in homes.values() and not _for_annotations(s)]
+    pending = [homes.pop(function)]
     while pending:
-        for statement in homes.pop(pending.pop(), ()):
-            chosen.add(id(statement))
-            pending += [node.id for node in ast.walk(statement) if isinstance(node, ast.Name)]
-    return tuple(statement for statement in statements if id(statement) in chosen)
+        chosen.append(pending.pop())
+        names = [node.id for node in ast.walk(chosen[-1]) if isinstance(node, ast.Name)]
+        pending += [homes.pop(name) for name in names if name in homes]
+    return tuple(chosen)
 
 
-def _defines(statement: ast.stmt) -> set[str]:
-    """Names that a statement at the top of a module gives a value, or may change."""
-    if isinstance(statement, ast.If) and ast.unparse(statement.test).endswith("TYPE_CHECKING"):
-        return set()  # for annotations alone
-    if isinstance(statement, ast.FunctionDef | ast.ClassDef):
-        return {statement.name}
-    found: set[str] = set()
-    for node in ast.walk(statement):
-        if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            found.add(node.name)
-        elif isinstance(node, ast.alias):
-            found.add(node.asname or node.name)
-        elif isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
-            found.add(node.id)
-        elif isinstance(node, ast.Name) and isinstance(statement, ast.Expr):
-            found.add(node.id)  # TABLE.update(...)
-    return found
+def _for_annotations(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.If) and "TYPE_CHECKING" in ast.unparse(statement.test)
