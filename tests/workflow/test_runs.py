@@ -70,6 +70,7 @@ def test_a_changed_table_runs_what_is_new_and_takes_away_what_left_and_nothing_o
     workflow.edit("campaign.yaml", "title: Tiny", "title: '{Ti}ny: {x}'")
     (workflow.folder / "data/tiny").rename(campaign)
     (workflow.folder / "results/tiny").rename(results)
+    (results / ".campaign").write_text("")  # the project it was copied from is still there
     (campaign / "raw/added.csv").rename(campaign / "raw/b{record}.csv")
     workflow.write_ringdown(campaign / "raw/more.csv", f0=7.862, seed=2)
     good = (campaign / "raw/more.csv").read_text(encoding="utf-8").splitlines()
