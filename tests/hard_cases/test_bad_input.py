@@ -357,7 +357,7 @@ def _clipped(t, base, laser):
 
 
 def _gap(t, base, laser):
-    keep = np.arange(N) != 500
+    keep = np.abs(np.arange(N) - 0.5 * N) > 0.3 * N  # most of the record is missing
     return text(t[keep], base[keep], laser[keep])
 
 
@@ -431,7 +431,7 @@ RECORD_MISTAKES = {
     "empty cell": (_cell(501, 2, ""), ["line 502, column Laser (mm)", "empty or NaN"]),
     "NaN": (_cell(501, 2, "NaN"), ["line 502, column Laser (mm)", "empty or NaN"]),
     "infinite": (_cell(501, 2, "inf"), ["line 502, column Laser (mm)", "infinite"]),
-    "gap in time": (_spoiled(_gap), ["line 502", "0.499 to 0.501", "expected 0.001"]),
+    "gap in time": (_spoiled(_gap), ["line", "time steps by", "expected 0.001"]),
     "time goes backward": (_spoiled(_backward), ["line 502", "backward", "0.499 to 0.4"]),
     "time stands still": (
         text(np.round(signals()[0], 2), *signals()[1:]),
