@@ -77,7 +77,7 @@ def plain(seed: int, *, table_2: bool = False) -> Scene:
     levels = (1.0,) if rng.random() < 0.75 else (1.0, 0.7)
     for level in levels:
         nominal = float(f"{level * G:.4g}")
-        true_G = nominal * (1.0 + 0.5 * known["base"] * rng.standard_normal())
+        true_G = nominal * (1.0 + known["base_amplitude"] * rng.standard_normal())
         shares = _SHARES if len(levels) == 1 else _SHARES[::2]
         for share in shares:
             b = round(1e3 * share * guess * level, 1)

@@ -11,6 +11,7 @@ from benchmarks.robustness.rig import Body, Drive, Sensors
 DEFAULTS: Mapping[str, float] = {
     "displacement": 0.01,
     "base": 0.01,
+    "base_amplitude": 0.02,
     "acceleration": 0.02,
     "nes_mass": 0.3e-3,
     "added_mass": 0.3e-3,

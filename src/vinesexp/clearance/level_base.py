@@ -9,7 +9,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vinesexp.identification.joint.observations import SHEET_BASE
 from vinesexp.records.checks import Check
 from vinesexp.records.uncertainties import Uncertainties
 from vinesexp.units import Quantity
@@ -81,10 +80,9 @@ def base_of_level(
     (5e-06, 7.86, 0)
     """
     stated = frequencies.pop() if len(frequencies) == 1 else None
-    share = SHEET_BASE if inputs.base.of(1.0) else 0.0
     if not rows:
         at = None if stated is None else Quantity(stated, GENERATOR * inputs.clock.of(stated))
-        return LevelBase(found or Quantity(nominal, share * nominal), at)
+        return LevelBase(found or Quantity(nominal, inputs.base_amplitude.of(nominal)), at)
     gain, clock = inputs.base.of(1.0), inputs.clock.of(1.0)
     G, noise = _mean([(float(r["amplitude_m"]), float(r["amplitude_error_m"])) for r in rows])
     f, f_noise = _mean([(float(r["frequency_hz"]), float(r["frequency_error_hz"])) for r in rows])

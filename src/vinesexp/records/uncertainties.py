@@ -42,6 +42,8 @@ class Uncertainties:
     ----------
     base, displacement, acceleration : Tolerance
         Sensitivities: 1 % for a laser, 2 % for an accelerometer.
+    base_amplitude : Tolerance
+        What the display of a shaker says: 2 %.
     mass, nes_mass, added_mass : Tolerance
         Weighings: a kitchen scale of 1 g steps (0.3 g), 0.5 % for the oscillator.
     clearance : Tolerance
@@ -64,6 +66,7 @@ class Uncertainties:
     base: Tolerance = Tolerance(relative=0.01)
     displacement: Tolerance = Tolerance(relative=0.01)
     acceleration: Tolerance = Tolerance(relative=0.02)
+    base_amplitude: Tolerance = Tolerance(relative=0.02)
     mass: Tolerance = Tolerance(relative=0.005)
     nes_mass: Tolerance = Tolerance(absolute=3e-4)
     added_mass: Tolerance = Tolerance(absolute=3e-4)
@@ -81,6 +84,7 @@ EXACT = Uncertainties(*(Tolerance() for _ in fields(Uncertainties)))
 
 #: What each is measured in, beside %: those that are missing have no unit.
 _QUANTITIES: Mapping[str, str] = {
+    "base_amplitude": "displacement",
     "mass": "mass",
     "nes_mass": "mass",
     "added_mass": "mass",

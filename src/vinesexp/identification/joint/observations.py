@@ -28,8 +28,6 @@ from vinesexp.signals.impacts.impact_table import Impacts
 
 #: Methods of single records that count; the cheaper ones are shown beside them.
 COUNTED = ("likelihood", "envelope", "sweep")
-#: Relative standard uncertainty of a base amplitude that nobody measured: the display of a shaker.
-SHEET_BASE = 0.02
 #: Wide enough to say nothing, in logarithms, ratios and m.
 _WIDE, _WIDE_R = 10.0, 0.5
 #: ln of the mass of an oscillator in a lab, kg, and its spread: parts factors of 1000, no more.
@@ -490,7 +488,7 @@ def _base(
         record.base_amplitude,
     )
     inputs = b.campaign.known.uncertainties
-    stated = SHEET_BASE if inputs.base.of(1.0) else 0.0
+    stated = inputs.base_amplitude.of(level) / level
     b.levels[level] = b.add(f"base: {1e3 * level:g} mm", 0.0, stated)
     here = {b.levels[level]: 1.0}
     for e in found:
