@@ -1,4 +1,4 @@
-"""The base as the mass answers it: its amplitude from the motion of the mass, across impacts.
+"""What the motion of the mass across its impacts says of the oscillator and of its base.
 
 Between impacts the mass is a linear oscillator on a moving base,
 
@@ -8,8 +8,9 @@ and an impact changes its velocity, by an unknown jump, but not its place. Multi
 phi that vanishes at both ends of its support, with its derivative, and at every impact within, and
 integrated by parts flight by flight, no derivative of a measured signal is left and no jump. Such
 functions are polynomials of one flight, and one of two flights around each impact. Their equations
-are linear in the base and the constant for given w0 and zeta, which the decays know better; the
-result is kept as a function of these. No ball, no clearance and no M enters.
+are linear in w0^2, 2 zeta w0 and the base in phase and in quadrature; they are solved for all four
+at once. Where the motion repeats from cycle to cycle they fix two combinations of the four, and
+the decays the others; where it is modulated they fix all. No ball, no clearance and no M enters.
 
 The impacts' times may be late against the displacement, by one lag for a record, which is fitted,
 and by some scatter, which counts as noise beside that of the samples: generalised least squares.
@@ -36,6 +37,11 @@ DRIVEN = "driven"
 
 _POINTS = 1000  # block means a period at most
 _FEWEST = 20  # flights
+_SOUGHT = 5  # w0^2, 2 zeta w0, the base and its quadrature, friction
+_KNOWN, _BASE = [0, 1, 4], slice(2, 4)  # of these: those that decays know, the base
+_KNOWN_RATE = 0.3  # rad that the phase of a base that was not recorded may turn in a record
+_TURNS = 3  # of the fit: scatter of the times and, where it is not recorded, the base's frequency
+_TINY = 1e-12
 _SHORTEST, _LONGEST = 0.12, 1.2  # periods; in longer ones an impact was missed
 _OUTSIDE, _PASSES = 5.0, 4
 _CHUNK = 40  # flights whose equations are weighted together
@@ -64,58 +70,88 @@ _HILBERT = 1.0 / (np.arange(8)[:, None] + np.arange(8) + 1.0)  # integrals of po
 
 @dataclass(frozen=True)
 class DrivenMotion:
-    """What the motion of the mass says of the base, for any f0 and zeta of the oscillator.
-
-    With v = (1, w0^2, -2 zeta w0) the parts of the base, times w0^2, are ``parts @ v`` but for the
-    share that its velocity adds through the damper (`turned`).
+    """What the motion of the mass says of w0^2, 2 zeta w0 and the base, as a normal distribution.
 
     Attributes
     ----------
-    parts : array (n, 3)
-        One row where the base was recorded, cosine and sine where it was not; m/s^2, m, m/s.
-    scatter : array (n, 3, n, 3)
-        Their covariance, from what each flight leaves.
-    turned : array (n, n)
-        s; moments of the base's velocity as those of the base.
+    values : array (5,)
+        w0^2 (1/s^2), 2 zeta w0 (1/s), what drives the mass, w0^2 x_e + 2 zeta w0 x_e', in units
+        of `scale`, in phase with the base's channel and a quarter of a period ahead of it, and
+        the acceleration of the mass by the friction of the ball, m/s^2.
+    information : array (5, 5)
+        Inverse of their covariance, from what each flight leaves.
+    rate : float
+        Angular frequency of the base, rad/s.
     scale : float
-        m; amplitude of the recorded base that a part of 1 stands for.
+        m; amplitude of the base as its channel shows it; 1 where none was recorded, whose phase is
+        then not known.
+    recorded : bool
     flights : int
     """
 
-    parts: FloatArray
-    scatter: FloatArray
-    turned: FloatArray
+    values: FloatArray
+    information: FloatArray
+    rate: float
     scale: float
+    recorded: bool
     flights: int
 
-    def base(self, *, f0: float, zeta: float, late: float = 0.0) -> tuple[float, float]:
-        """Amplitude of the base's sine on the scale of the displacement, and its error, m.
+    def driven(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The five for ln f0, ln zeta, ln of the base's amplitude, its phase, the friction.
 
-        The channel of a recorded base may be `late` by some s: its velocity makes up for it.
+        And their derivatives, shape (5, 5).
         """
-        w = 2.0 * math.pi * f0
-        v = np.array([1.0, w * w, -2.0 * zeta * w])
-        ahead = 2.0 * zeta / w + (late if len(self.parts) == 1 else 0.0)
-        through = np.linalg.inv(np.eye(len(self.parts)) - ahead * self.turned)
-        q = through @ self.parts @ v
-        size = float(np.hypot.reduce(q))
-        covariance = np.einsum("iajb,a,b->ij", self.scatter, v, v)
-        covariance = through @ covariance @ through.T
-        error = math.sqrt(max(float(q @ covariance @ q), 0.0)) / max(size, 1e-300)
-        return size / (w * w) * self.scale, error / (w * w) * self.scale
+        f0, zeta, G, phase = math.exp(p[0]), math.exp(p[1]), math.exp(p[2]) / self.scale, p[3]
+        w0 = 2.0 * math.pi * f0
+        a, b = w0 * w0, 2.0 * zeta * w0
+        turn = G * complex(math.cos(phase), math.sin(phase))
+        c = turn * complex(a, b * self.rate)
+        by_f0 = turn * complex(2.0 * a, b * self.rate)
+        by_zeta = turn * complex(0.0, b * self.rate)
+        J = np.array(
+            [
+                [2.0 * a, 0.0, 0.0, 0.0, 0.0],
+                [b, b, 0.0, 0.0, 0.0],
+                [by_f0.real, by_zeta.real, c.real, -c.imag, 0.0],
+                [by_f0.imag, by_zeta.imag, c.imag, c.real, 0.0],
+                [0.0, 0.0, 0.0, 0.0, 1.0],
+            ]
+        )
+        return np.array([a, b, c.real, c.imag, p[4]]), J
+
+    def base(self, *, f0: float, zeta: float) -> tuple[float, float, float]:
+        """Amplitude of the base on the scale of the displacement, its error, m; its phase, rad.
+
+        For an oscillator of this `f0`, Hz, and `zeta`, and a ball without friction.
+        """
+        w0 = 2.0 * math.pi * f0
+        inner = self.information[_BASE, _BASE]
+        q = _base_of(self.values, self.information, np.array([w0 * w0, 2.0 * zeta * w0, 0.0]))
+        size = float(np.hypot(*q))
+        error = math.sqrt(max(float(q @ np.linalg.solve(inner, q)), 0.0)) / max(size, 1e-300)
+        per = complex(w0 * w0, 2.0 * zeta * w0 * self.rate)
+        phase = math.atan2(q[1], q[0]) - math.atan2(per.imag, per.real)
+        return size / abs(per) * self.scale, error / abs(per) * self.scale, phase
 
     def as_lists(self) -> dict[str, Any]:
         """For a file of JSON; `driven_from` reads it."""
         return {
-            "parts": self.parts.tolist(), "scatter": self.scatter.tolist(),
-            "turned": self.turned.tolist(), "scale": self.scale, "flights": self.flights,
+            "values": self.values.tolist(), "information": self.information.tolist(),
+            "rate": self.rate, "scale": self.scale, "recorded": self.recorded,
+            "flights": self.flights,
         }  # fmt: skip
+
+
+def _base_of(values: FloatArray, information: FloatArray, known: FloatArray) -> FloatArray:
+    """What drives the mass, in phase and ahead, where w0^2, 2 zeta w0 and friction are known."""
+    inner, across = information[_BASE, _BASE], information[_BASE][:, _KNOWN]
+    return values[_BASE] - np.linalg.solve(inner, across @ (known - values[_KNOWN]))
 
 
 def driven_from(lists: Mapping[str, Any]) -> DrivenMotion:
     """What `DrivenMotion.as_lists` made."""
-    parts, scatter, turned = (np.array(lists[name]) for name in ("parts", "scatter", "turned"))
-    return DrivenMotion(parts, scatter, turned, lists["scale"], lists["flights"])
+    arrays = {name: np.array(lists[name]) for name in ("values", "information")}
+    return DrivenMotion(**{**lists, **arrays})
 
 
 def driven_motion(
@@ -155,11 +191,11 @@ def driven_motion(
         moved = base_motion(e, step, frequency=near)
         if moved is None:
             return None
-        return _fitted(flights, x, [e - e.mean()], near, moved.amplitude)
+        return _fitted(flights, x, e - e.mean(), moved.frequency, moved.amplitude)
     swing = base_motion(x, step, frequency=near)
     about = {near} if swing is None else {near, swing.frequency}
     close = [f for f in sorted(about) if abs(f / near - 1.0) < _FAR]
-    return _fitted(flights, x, _unseen_base(flights, x, close), near, 1.0)
+    return _fitted(flights, x, None, _unseen_base(flights, x, close), 1.0)
 
 
 @dataclass(frozen=True)
@@ -173,7 +209,8 @@ class _Flights:
     weight : array (nodes,), s; of Gregory's rule.
     powers : array (8, nodes), of the part of the flight that has passed.
     length : array (flights,), s.
-    jump : array (flights,), of the velocity at the impact that ends a flight, m/s.
+    jump, push : arrays (flights,)
+        Of the velocity at the impact that ends a flight and at the one that begins it, m/s.
     joined : bool array (flights,), whether the next flight begins where this one ends.
     begin, step : s; of the first sample, between samples.
     """
@@ -185,6 +222,7 @@ class _Flights:
     powers: FloatArray
     length: FloatArray
     jump: FloatArray
+    push: FloatArray
     joined: BoolArray
     begin: float
     step: float
@@ -205,6 +243,13 @@ class _Flights:
         slow = np.arange(1 + min(len(self.length) // _DRIFTS, _MOST_DRIFTS))
         past = (np.cumsum(self.length) - 0.5 * self.length) / self.length.sum()
         return np.asarray(plain[..., None] * np.cos(np.pi * slow * past[:, None, None]))
+
+    def rubbing(self) -> FloatArray:
+        """Integrals of phi times the direction of a ball's flight; shape (flights, functions, 1).
+
+        It left the wall that it pushed: friction on its floor takes the mass along.
+        """
+        return np.asarray(-np.sign(self.push)[:, None, None] * self.drift()[..., :1])
 
     def noise(self, w: float) -> FloatArray:
         """Products of phi'' + w^2 phi, integrated: covariance of moments of white noise."""
@@ -252,7 +297,7 @@ def _flights(
     joined = np.append(np.diff(own) == 1, False)
     return _Flights(
         first, low.astype(np.int64), node - low, weight, powers, (end - start)[own],
-        jumps[1:][own], joined, begin, step,
+        jumps[1:][own], jumps[:-1][own], joined, begin, step,
     )  # fmt: skip
 
 
@@ -323,48 +368,103 @@ def _rows(flights: _Flights, kept: BoolArray, noise: FloatArray) -> _Rows:
 
 
 def _fitted(
-    flights: _Flights, x: FloatArray, drive: Sequence[FloatArray], near: float, scale: float
+    flights: _Flights, x: FloatArray, e: FloatArray | None, frequency: float, scale: float
 ) -> DrivenMotion | None:
-    """Regress both sides of the equation of motion on the base, a constant and a lag.
+    """Regress x'' on x, x', base and quadrature, friction, a constant that drifts and a lag.
 
-    What each flight leaves, with the weight that it has, is the scatter.
+    Where the base was not recorded its frequency is fitted too.
     """
-    moments = flights.moments(x)
-    driven = [flights.moments(e) for e in drive]
-    rows = _consistent(flights, moments, driven, near)
+    # from the middle of the record: its frequency turns the base's phase as little as can be
+    w, t = 2.0 * math.pi * frequency, flights.step * (np.arange(x.size) - 0.5 * (x.size - 1))
+    waves = [np.cos(w * t), -np.sin(w * t)] if e is None else [e]
+    moments, base = flights.moments(x), [flights.moments(wave) for wave in waves]
+    rows = _consistent(flights, moments, base, frequency)
     if rows is None:
         return None
     # x'' + w0^2 x + 2 zeta w0 x' = w0^2 x_e + 2 zeta w0 x_e', integrated by parts
-    sides = rows.of(moments)[:, [2, 0, 1]]
-    speeds = np.stack([rows.of(e)[:, 1] for e in driven], axis=1)
-    design = np.stack(
-        [*(rows.of(e)[:, 0] for e in driven), *rows.of(flights.drift()).T, rows.jump], axis=1
-    )
-    n, m, lag = len(drive), design.shape[1], _LAG
-    for _ in range(2):
-        white = rows.white(np.hstack([design, sides, speeds]), lag)
-        A, y = white[:, :m], white[:, m : m + 3]
-        size = np.sqrt((A**2).sum(axis=0))
-        if not np.all(size[:n] > 0.0):
+    along, rubbed = rows.of(moments), -rows.of(flights.rubbing())[:, 0]
+    others = [*rows.of(flights.drift()).T, rows.jump]
+    found: _Solved | None = None
+    turning: list[FloatArray] = []
+    for _ in range(_TURNS):
+        driven = [rows.of(one) for one in base]
+        ahead = -driven[0][:, 1] / w if e is not None else driven[1][:, 0]
+        design = [along[:, 0], -along[:, 1], -driven[0][:, 0], -ahead, rubbed, *turning, *others]
+        lag = _LAG if found is None else found.lag
+        found = _solved(rows, np.stack(design, axis=1), -along[:, 2], lag, held=len(turning))
+        if found is None:
             return None
-        size = np.where(size > 0.0, size, 1.0)
-        solver = np.linalg.pinv(A / size) / size[:, None]
-        p = solver @ y
-        lag = _scatter_of_times(rows, sides - design @ p, near)
-    scores = np.zeros((rows.flight.max() + 1, n, 3))
-    np.add.at(scores, rows.flight, np.einsum("kr,rs->rks", solver[:n], y - A @ p))
-    scatter = np.einsum("fia,fjb->iajb", scores, scores)
-    return DrivenMotion(
-        p[:n], scatter, (solver @ white[:, m + 3 :])[:n], scale, len(np.unique(rows.flight))
-    )
+        if e is None:
+            per = _KNOWN_RATE / float(np.ptp(t))
+            w += found.turned * per
+            waves = [np.cos(w * t), -np.sin(w * t)]
+            base = [flights.moments(wave) for wave in waves]
+            c, s = _ordinary(found, w)
+            later = (c * waves[1] - s * waves[0]) * t * per
+            turning = [-rows.of(flights.moments(later))[:, 0]]
+    assert found is not None
+    return DrivenMotion(found.values, found.information, w, scale, e is not None, found.flights)
 
 
-def _scatter_of_times(rows: _Rows, rest: FloatArray, near: float) -> float:
+def _ordinary(found: _Solved, w: float) -> FloatArray:
+    """The base and its quadrature by an oscillator as there are: near resonance, lightly damped."""
+    mean = np.array([w * w, 0.0, 0.0, 0.0, 0.0])
+    prior = np.diag([(0.05 * w * w) ** -2, (0.02 * w) ** -2, 0.0, 0.0, 0.0])
+    H = found.information + prior
+    return np.asarray(np.linalg.solve(H, found.information @ found.values + prior @ mean)[_BASE])
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """Values sought, the information about them, how far the base's phase turns, in units of
+    `_KNOWN_RATE`, scatter of the impacts' times.
+    """
+
+    values: FloatArray
+    information: FloatArray
+    turned: float
+    lag: float
+    flights: int
+
+
+def _solved(
+    rows: _Rows, design: FloatArray, y: FloatArray, lag: float, *, held: int
+) -> _Solved | None:
+    """Generalised least squares; what each flight leaves, with its weight, is the scatter.
+
+    Of the columns after those sought, `held` ones have coefficients of 0 +- 1.
+    """
+    white = rows.white(np.column_stack([design, y]), lag)
+    A, rest = white[:, :-1], white[:, -1]
+    count = len(A)
+    A = np.vstack([A, np.eye(held, A.shape[1], _SOUGHT)])
+    rest = np.append(rest, np.zeros(held))
+    size = np.sqrt((A**2).sum(axis=0))
+    if not np.all(size[:_SOUGHT] > 0.0):
+        return None
+    size = np.where(size > 0.0, size, 1.0)
+    p = np.linalg.lstsq(A / size, rest, rcond=1e-12)[0] / size
+    # what drift, lag and frequency can stand for says nothing of the five
+    others = A[:, _SOUGHT:] / size[_SOUGHT:]
+    own = A[:, :_SOUGHT] - others @ np.linalg.lstsq(others, A[:, :_SOUGHT], rcond=1e-12)[0]
+    unit = np.sqrt((own**2).sum(axis=0))
+    own = own / unit
+    scores = np.zeros((rows.flight.max() + 1, _SOUGHT))
+    np.add.at(scores, rows.flight, (own * (rest - A @ p)[:, np.newaxis])[:count])
+    H, S = own.T @ own, scores.T @ scores
+    information = H @ np.linalg.solve(S + _TINY * np.trace(S) * np.eye(_SOUGHT), H)
+    flights = len(np.unique(rows.flight))
+    information *= unit[:, np.newaxis] * unit * max(flights - _SOUGHT - 1, 1) / flights
+    times = _scatter_of_times(rows, y - design @ p)
+    return _Solved(p[:_SOUGHT], information, float(p[_SOUGHT]) * held, times, flights)
+
+
+def _scatter_of_times(rows: _Rows, rest: FloatArray) -> float:
     """Standard deviation of the times of impacts, s, by what is left across them."""
     across = np.abs(rows.jump) > 0.0
     if across.sum() < _FEWEST // 2:
         return _LAG
-    off = (rest @ np.array([1.0, (2.0 * math.pi * near) ** 2, 0.0]))[across]
+    off = rest[across]
     by_noise = np.concatenate([np.diag(N) for N in rows.noise])[across]
     for lag in _LAGS:
         if np.median(off**2 / (by_noise + (lag * rows.jump[across]) ** 2)) < _MEDIAN:
@@ -409,8 +509,8 @@ def _free_fit(
     return np.asarray(x[..., 2] - design @ p)
 
 
-def _unseen_base(flights: _Flights, x: FloatArray, about: Sequence[float]) -> list[FloatArray]:
-    """The sine and its quadrature that explain the flights best, their frequency near `about`."""
+def _unseen_base(flights: _Flights, x: FloatArray, about: Sequence[float]) -> float:
+    """Frequency of the sine that explains the flights best, near `about`, Hz."""
     t = flights.begin + flights.step * np.arange(x.size)
     moments = flights.moments(x)
     rows: dict[float, _Rows | None] = {}
@@ -440,4 +540,4 @@ def _unseen_base(flights: _Flights, x: FloatArray, about: Sequence[float]) -> li
         if min(values) < found:
             found = min(values)
             best = [float(tried[int(np.argmin(values))])]
-    return waves(best[0])
+    return best[0]

@@ -166,7 +166,7 @@ def identify_campaign(
     checks += [*impossible, *working.checks]
     driven = {e.records[0]: driven_from(e.data) for e in used if e.parameter == DRIVEN and e.data}
     own = {name: table for name, table in impacts.items() if name not in copies | excluded}
-    answer = answer_of(working.estimates, campaign, own, driven, working.spread)
+    answer = answer_of(working.estimates, campaign, own, driven, working)
     rows = _by_method(working.estimates)
     if answer is None:
         return Identified(rows, [*checks, *_absent(rows), *remarks(used)], [])

@@ -40,12 +40,16 @@ class Working:
         m; None where no ring-down depends on amplitude or no test says where to work.
     spread : dict
         `f0`, `zeta`: standard uncertainty from the range of amplitudes.
+    tests : dict
+        (record, `f0` or `zeta`) to what the amplitude of a test adds to the logarithm, and the
+        standard uncertainty of this.
     checks : list of Check
     """
 
     estimates: list[Estimate]
     amplitude: float | None
     spread: dict[str, float]
+    tests: dict[tuple[str, str], tuple[float, float]]
     checks: list[Check]
 
 
@@ -91,7 +95,7 @@ def at_working_amplitude(found: Sequence[Estimate], campaign: Campaign) -> Worki
     kept = [e for e in found if not e.parameter.endswith("_at")]
     curves = curves_of(found)
     if all(curve.flat for curve in curves.values()):
-        return Working(kept, None, {}, [])
+        return Working(kept, None, {}, {}, [])
     low, high = _range(found, campaign, curves)
     amplitude = math.sqrt(low * high)
     moved = [_moved(e, curves, amplitude) for e in kept]
@@ -100,7 +104,27 @@ def at_working_amplitude(found: Sequence[Estimate], campaign: Campaign) -> Worki
         own = [curve for (_, parameter), curve in curves.items() if parameter == name]
         if own:
             spread[name] = float(np.mean([spread_over(curve, low, high) for curve in own]))
-    return Working(moved, amplitude, spread, _said(found, curves, amplitude))
+    tests = {
+        (e.records[0], name): _of_test(own, e.value, amplitude)
+        for e in found if e.parameter == "working_amplitude"
+        for name in ("f0", "zeta")
+        if (own := [curve for (_, parameter), curve in curves.items() if parameter == name])
+    }  # fmt: skip
+    return Working(moved, amplitude, spread, tests, _said(found, curves, amplitude))
+
+
+def _of_test(curves: Sequence[Curve], swing: float, amplitude: float) -> tuple[float, float]:
+    """What a test that works at `swing` adds to ln f0 or ln zeta at `amplitude`, and its error.
+
+    A steady motion shows v(A), the modulation of one the increment v + A dv/dA: either is possible.
+    """
+    shifts, errors = [], []
+    for curve in curves:
+        low, here, high = (curve.at(share * swing)[0] for share in (AROUND[0], 1.0, AROUND[1]))
+        increment = (high - low) / math.log(AROUND[1] / AROUND[0])
+        shifts.append(math.log((here + 0.5 * increment) / curve.at(amplitude)[0]))
+        errors.append(math.hypot((high - low) / math.sqrt(12.0), 0.5 * increment) / here)
+    return float(np.mean(shifts)), float(np.mean(errors))
 
 
 def spread_over(curve: Curve, low: float, high: float) -> float:

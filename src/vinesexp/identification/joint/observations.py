@@ -22,6 +22,7 @@ from vinesexp.identification.joint.unknowns import (
     Tempered,
     fit,
 )
+from vinesexp.identification.working_amplitude import Working
 from vinesexp.records.campaign import Campaign, Record
 from vinesexp.signals.impacts.from_integral import ACROSS
 from vinesexp.signals.impacts.impact_table import Impacts
@@ -48,8 +49,11 @@ _BASE_LATE = 3e-4
 _RELEASED = 3.0
 #: The same where the displacement is the integral of the acceleration, whose phase is less sure.
 _INTEGRATED = 30.0
-#: The same of the base that the mass answers to, relative: harmonics, a channel that is late.
-_OWN_BASE = 2e-3
+#: The same of the base that the mass answers to and of its f0 and zeta, relative: harmonics of the
+#: base, contacts that last, a motion that is not quite that of one oscillator.
+_OWN_BASE, _OWN_F0, _OWN_ZETA = 2e-3, 3e-5, 5e-3
+#: What looks like friction in it, as a share of what drives the mass.
+_OWN_PUSH = 3e-3
 _FEWEST = 10  # collisions of a record
 _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
@@ -130,7 +134,7 @@ def observe(
     campaign: Campaign,
     impacts: Mapping[str, Impacts],
     driven: Mapping[str, DrivenMotion],
-    spread: Mapping[str, float],
+    working: Working,
 ) -> Observed:
     """Unknowns, priors and blocks of a campaign.
 
@@ -141,11 +145,11 @@ def observe(
     campaign : Campaign
     impacts, driven : mapping
         Record id to its impact table, and to its motion between impacts.
-    spread : mapping
-        `f0`, `zeta`: standard uncertainty from the range of amplitudes at which the tests work.
+    working : Working
+        What the amplitudes at which the tests work add to f0 and zeta.
     """
     b = _Builder(campaign)
-    _rig(b, found, spread)
+    _rig(b, found, working.spread)
     _decays(b, found)
     _start_mass(b, found)
     _sensors(b, found)
@@ -157,7 +161,7 @@ def observe(
         _flights(b, record, impacts[record.id], f0)
     for record in sorted(campaign.records, key=lambda one: one.id):
         if not record.exclude:
-            _base(b, record, found, driven.get(record.id))
+            _base(b, record, found, driven.get(record.id), working)
     _drops(b, found)
     _share_speed(b)
     names = tuple(b.priors)
@@ -478,8 +482,9 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
 
 
 def _base(
-    b: _Builder, record: Record, found: Sequence[Estimate], driven: DrivenMotion | None
-) -> None:
+    b: _Builder, record: Record, found: Sequence[Estimate], driven: DrivenMotion | None,
+    working: Working,
+) -> None:  # fmt: skip
     """Base amplitude of a periodic record: test log, base channel, what the mass answers to."""
     if record.test != "periodic" or not record.base_amplitude:
         return
@@ -501,54 +506,50 @@ def _base(
     if driven is None or "ln_f0" not in b.priors or "ln_zeta" not in b.priors:
         return
     f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
-    value, error = driven.base(f0=f0, zeta=zeta)
+    value, error, phase = driven.base(f0=f0, zeta=zeta)
     if not value > 4.0 * error:
         return
-    role = "displacement"
     # Setting a clearance takes the cavity apart: it is a mounting of its own.
     place = ", ".join(f"{1e3 * length:g}" for length in record.clearance) + " mm"
     at = {  # each test works at its own amplitude
-        name: b.add(f"amplitude {name}: {record.id}", 0.0, b.priors[f"amplitude {name}"].error)
+        name: b.add(f"amplitude {name}: {record.id}", *working.tests.get((record.id, name), (0, 0)))
         for name in ("f0", "zeta")
     }
-    answered = (
-        {"ln_f0": 1.0, "clock": -1.0, at["f0"]: 1.0,
-         b.add(f"mounting f0: b = {place}", 0.0, inputs.remounting.of(1.0)): 1.0},
-        {"ln_zeta": 1.0, at["zeta"]: 1.0,
-         b.add(f"mounting zeta: b = {place}", 0.0, inputs.damping.of(1.0)): 1.0},
-        {**here, b.gain(record, role): 1.0, b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0},
-        {b.add(":".join(filter(None, ("base late", record.setup))), 0.0, _BASE_LATE): 1.0},
+    if driven.recorded:
+        late = b.add(":".join(filter(None, ("base late", record.setup))), 0.0, _BASE_LATE)
+        turned = {late: driven.rate}
+    else:
+        turned = {b.add(f"base phase: {record.id}", phase, _WIDE): 1.0}
+    # a ball that rolls is inertia that the mass takes along; one that rubs pulls at it
+    eps = math.exp(b.start.get("ln_m", 0.0) - b.start["ln_M"]) * _ball(b, 1)[1]
+    drive = (2.0 * math.pi * f0) ** 2 * level
+    for name in ("friction", "rolling"):
+        b.add(name, 0.0, 0.0)
+    answered: tuple[Sum, ...] = (
+        ({"ln_f0": 1.0, "clock": -1.0, at["f0"]: 1.0,
+          b.add(f"mounting f0: b = {place}", 0.0, inputs.remounting.of(1.0)): 1.0,
+          b.add(f"own f0: {record.id}", 0.0, _OWN_F0): 1.0, "rolling": -0.5 * eps}, 0.0),
+        ({"ln_zeta": 1.0, at["zeta"]: 1.0,
+          b.add(f"mounting zeta: b = {place}", 0.0, inputs.damping.of(1.0)): 1.0,
+          b.add(f"own zeta: {record.id}", 0.0, _OWN_ZETA): 1.0, "rolling": -0.5 * eps}, 0.0),
+        ({**here, b.gain(record, "displacement"): 1.0,
+          b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0}, math.log(level)),
+        (turned, 0.0),
+        ({"friction": eps, b.add(f"own push: {record.id}", 0.0, _OWN_PUSH * drive): 1.0}, 0.0),
     )  # fmt: skip
-    b.blocks.append(
-        Block(
-            record.id, "base", tuple((s, 0.0) for s in answered), _Answer(driven, math.log(level))
-        )
-    )
+    b.blocks.append(Block(record.id, "base", answered, _Answer(driven)))
 
 
 @dataclass(frozen=True)
 class _Answer:
-    """The base as the mass answers it, for local (ln f0, ln zeta, ln base, s of its lateness)."""
+    """The mass answers the base, for local (ln f0, ln zeta, ln base, its phase, friction)."""
 
     driven: DrivenMotion
-    ln_level: float
 
     def __call__(self, p: FloatArray) -> Local:
-        value, error = self._base(*p)
-        moved = [
-            math.log(self._base(p[0] + f, p[1] + z, p[2], p[3] + late)[0] / value) / _STEP
-            for f, z, late in ((_STEP, 0.0, 0.0), (0.0, _STEP, 0.0), (0.0, 0.0, _STEP))
-        ]
-        J = np.array([-moved[0], -moved[1], 1.0, -moved[2]])
-        rest = math.log(value) - self.ln_level - p[2]
-        w = 1.0 / (error / value) ** 2
-        return w * np.outer(J, J), w * J * rest, -0.5 * w * rest * rest
-
-    def _base(self, ln_f0: float, ln_zeta: float, _: float, late: float) -> tuple[float, float]:
-        return self.driven.base(f0=math.exp(ln_f0), zeta=math.exp(ln_zeta), late=late)
-
-
-_STEP = 1e-6  # of ln f0, ln zeta and s
+        model, J = self.driven.driven(p)
+        rest, inverse = self.driven.values - model, self.driven.information
+        return J.T @ inverse @ J, J.T @ (inverse @ rest), -0.5 * float(rest @ inverse @ rest)
 
 
 def _drops(b: _Builder, found: Sequence[Estimate]) -> None:

@@ -36,6 +36,7 @@ from vinesexp.identification.joint.unknowns import (
     posterior_of,
     total,
 )
+from vinesexp.identification.working_amplitude import Working
 from vinesexp.records.campaign import Campaign
 from vinesexp.records.uncertainties import EXACT
 from vinesexp.signals.impacts.impact_table import Impacts
@@ -191,7 +192,7 @@ def answer_of(
     campaign: Campaign,
     impacts: Mapping[str, Impacts],
     driven: Mapping[str, DrivenMotion],
-    spread: Mapping[str, float],
+    working: Working,
 ) -> Answer | None:
     """Estimate all unknowns of a campaign, and weigh what may be otherwise than stated.
 
@@ -202,15 +203,15 @@ def answer_of(
     campaign : Campaign
     impacts, driven : mapping
         Record id to its impact table and its motion between impacts.
-    spread : mapping
-        `f0`, `zeta`: standard uncertainty from the range of amplitudes at which the tests work.
+    working : Working
+        What the amplitudes at which the tests work add to f0 and zeta.
 
     Returns
     -------
     Answer or None
         None where no record says anything of the rig.
     """
-    observed = observe(found, campaign, impacts, driven, spread)
+    observed = observe(found, campaign, impacts, driven, working)
     if not observed.blocks:
         return None
     wide = observed.beliefs.wider(
