@@ -1,4 +1,4 @@
-"""Oscillator and base by the motion across impacts, on motions solved exactly here, with jumps of any size."""
+"""Oscillator and base by the motion across impacts, on motions solved exactly, with any jumps."""
 
 from dataclasses import replace
 
@@ -86,7 +86,7 @@ def test_errors_are_those_of_noise(tmp_path, seen):
 
 
 def test_derivatives_are_those_of_the_values(tmp_path):
-    t, x, base, impacts = motion(np.random.default_rng(1), jump=0.02)
+    _, x, base, impacts = motion(np.random.default_rng(1), jump=0.02)
     with record(tmp_path / "a.nc", x, base) as view:
         found = driven_motion(view, impacts, frequency=F)
     p = np.array([np.log(F0), np.log(ZETA), np.log(G), 0.3, 2e-3])
