@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import ndtr, stdtrit
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
@@ -21,9 +22,6 @@ _SHORTEST = 0.02  # s, of the first flight: a bounce of half a millimetre; short
 _LONGEST = 5.0  # s, of any flight: a drop from 30 m; longer are times in ms that are read as s
 _SURE = 0.1  # standard error of r from which on the flights do not agree
 _AIR = 0.0115  # 1/m: rho C_d A / m of a steel ball of 10 mm
-#: Half-width of 68 % of Student's t over that of a normal variable, for 1, 2, 3 ... degrees of
-#: freedom: a scatter taken from few flights is uncertain itself.
-_STUDENT = (1.837, 1.321, 1.197, 1.142, 1.111, 1.091, 1.077, 1.067)
 
 
 # Series of bounces among the hits of a record: flights that shrink alike, by more than chance.
@@ -163,10 +161,10 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
     drops = drops_of(times, errors)
     if len(drops) == 1:
         return _in_air(drops[0])
-    mean = weighted_mean([one.r for one in drops], [one.error for one in drops])
+    r, error = weighted_mean([one.r for one in drops], [one.error for one in drops])
     for one in drops:
-        apart = abs(one.r - mean.value)
-        if apart > max(_APART * mean.value, DISAGREES * one.error):
+        apart = abs(one.r - r)
+        if apart > max(_APART * r, DISAGREES * one.error):
             shown = ", ".join(
                 f"{each.r:.3g} +- {COVERAGE_95 * each.error:.1g} from {each.start:.4g} s on"
                 for each in sorted(drops, key=lambda each: each.start)
@@ -176,7 +174,7 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
                 "several surfaces; make each a record of its own"
             )
     return _in_air(Bounces(
-        mean.value, mean.error, sum(one.count for one in drops),
+        r, error, sum(one.count for one in drops),
         max(one.first_flight for one in drops), min(one.start for one in drops),
     ))  # fmt: skip
 
@@ -229,7 +227,8 @@ def _bounces(t: FloatArray, error: FloatArray, *, others: int) -> Bounces:
     p, covariance, chi2 = _fitted(t, error)
     freedom = t.size - 3
     spread = chi2 / freedom
-    scale = 1.0 if spread <= 1.0 else math.sqrt(spread) * student(freedom)
+    # 68 % of Student's t: a scatter taken from few flights is uncertain itself
+    scale = 1.0 if spread <= 1.0 else math.sqrt(spread) * float(stdtrit(freedom, ndtr(1.0)))
     found = float(scale * np.sqrt(covariance[2, 2]))
     if not (0.0 < p[2] < 1.0 and found < _SURE * p[2]):
         raise AnalysisError(
@@ -263,17 +262,6 @@ def _require_flights(flights: FloatArray, others: int) -> None:
             f"{flights.size} flights shrink alike, but beside {others} other hits that may be "
             "chance; cut the record to the drop"
         )
-
-
-def student(freedom: int) -> float:
-    """By how much a standard error grows that is taken from a scatter of few degrees of freedom.
-
-    Examples
-    --------
-    >>> student(1), student(100)
-    (1.837, 1.0)
-    """
-    return _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else 1.0
 
 
 def _fitted(t: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArray, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vinesexp.identification.amplitude_law import LevelValues, law_rows, level_values
 from vinesexp.identification.average import mean_of
@@ -220,7 +220,7 @@ def _by_method(found: Sequence[Estimate]) -> list[Estimate]:
         for method in methods:
             own = [e for e in found if e.parameter == parameter and e.method == method]
             if own:
-                rows.append(mean_of(own, method=method)[0])
+                rows.append(mean_of(own, method=method))
     return rows
 
 
@@ -253,9 +253,8 @@ def _combined(answer: Answer) -> list[Source]:
     if not any(s.estimate.parameter == "r" for s in found):
         several = [s for s in found if s.estimate.parameter.startswith("r_")]
         if several:  # only tests with several balls: r is what they have in common
-            mean = mean_of([s.total for s in several], method=COMBINED)[0]
-            alike = Estimate("r", mean.value, mean.std_error, "1", COMBINED, mean.records)
-            found.append(Source(alike))
+            alike = mean_of([s.total for s in several], method=COMBINED)
+            found.append(Source(replace(alike, parameter="r")))
     return found
 
 

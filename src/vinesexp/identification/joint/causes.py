@@ -270,7 +270,7 @@ def _possible(cause: Cause, value: float) -> bool:
     return not (cause.about == "rolling" and not _LEAST_ROLLING < value < _MOST_ROLLING)
 
 
-_LEAST_ROLLING, _MOST_ROLLING = 0.15, 0.42
+_LEAST_ROLLING, _MOST_ROLLING = 0.05, 0.42
 
 
 def _same(a: Cause, b: Cause) -> bool:
