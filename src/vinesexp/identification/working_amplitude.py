@@ -41,15 +41,15 @@ class Working:
     spread : dict
         `f0`, `zeta`: standard uncertainty from the range of amplitudes.
     tests : dict
-        (record, `f0` or `zeta`) to what the amplitude of a test adds to the logarithm, and the
-        standard uncertainty of this.
+        (record, `f0` or `zeta`) to what the amplitude of a test adds to the logarithm
+        (`_of_test`).
     checks : list of Check
     """
 
     estimates: list[Estimate]
     amplitude: float | None
     spread: dict[str, float]
-    tests: dict[tuple[str, str], tuple[float, float]]
+    tests: dict[tuple[str, str], tuple[float, float, float]]
     checks: list[Check]
 
 
@@ -113,18 +113,20 @@ def at_working_amplitude(found: Sequence[Estimate], campaign: Campaign) -> Worki
     return Working(moved, amplitude, spread, tests, _said(found, curves, amplitude))
 
 
-def _of_test(curves: Sequence[Curve], swing: float, amplitude: float) -> tuple[float, float]:
-    """What a test that works at `swing` adds to ln f0 or ln zeta at `amplitude`, and its error.
+def _of_test(curves: Sequence[Curve], swing: float, amplitude: float) -> tuple[float, float, float]:
+    """What a test that works at `swing` adds to ln f0 or ln zeta at `amplitude`.
 
-    A steady motion shows v(A), the modulation of one the increment v + A dv/dA: either is possible.
+    A steady motion shows v(A), the modulation of one the increment v + A dv/dA: the mean of both,
+    half their difference, which is as unsure in all tests alike, and the error of one test's own.
     """
-    shifts, errors = [], []
+    shifts, halves, errors = [], [], []
     for curve in curves:
         low, here, high = (curve.at(share * swing)[0] for share in (AROUND[0], 1.0, AROUND[1]))
         increment = (high - low) / math.log(AROUND[1] / AROUND[0])
         shifts.append(math.log((here + 0.5 * increment) / curve.at(amplitude)[0]))
-        errors.append(math.hypot((high - low) / math.sqrt(12.0), 0.5 * increment) / here)
-    return float(np.mean(shifts)), float(np.mean(errors))
+        halves.append(0.5 * increment / here)
+        errors.append(abs(high - low) / math.sqrt(12.0) / here)
+    return float(np.mean(shifts)), float(np.mean(halves)), float(np.mean(errors))
 
 
 def spread_over(curve: Curve, low: float, high: float) -> float:

@@ -511,10 +511,11 @@ def _base(
         return
     # Setting a clearance takes the cavity apart: it is a mounting of its own.
     place = ", ".join(f"{1e3 * length:g}" for length in record.clearance) + " mm"
-    at = {  # each test works at its own amplitude
-        name: b.add(f"amplitude {name}: {record.id}", *working.tests.get((record.id, name), (0, 0)))
-        for name in ("f0", "zeta")
-    }
+    at: dict[str, dict[str, float]] = {}
+    for name in ("f0", "zeta"):  # each test works at its own amplitude
+        shift, half, error = working.tests.get((record.id, name), (0.0, 0.0, 0.0))
+        own = b.add(f"amplitude {name}: {record.id}", shift, error)
+        at[name] = {own: 1.0, b.add(f"increment {name}", 0.0, 1.0): half}
     if driven.recorded:
         late = b.add(":".join(filter(None, ("base late", record.setup))), 0.0, _BASE_LATE)
         turned = {late: driven.rate}
@@ -526,10 +527,10 @@ def _base(
     for name in ("friction", "rolling"):
         b.add(name, 0.0, 0.0)
     answered: tuple[Sum, ...] = (
-        ({"ln_f0": 1.0, "clock": -1.0, at["f0"]: 1.0,
+        ({"ln_f0": 1.0, "clock": -1.0, **at["f0"],
           b.add(f"mounting f0: b = {place}", 0.0, inputs.remounting.of(1.0)): 1.0,
           b.add(f"own f0: {record.id}", 0.0, _OWN_F0): 1.0, "rolling": -0.5 * eps}, 0.0),
-        ({"ln_zeta": 1.0, at["zeta"]: 1.0,
+        ({"ln_zeta": 1.0, **at["zeta"],
           b.add(f"mounting zeta: b = {place}", 0.0, inputs.damping.of(1.0)): 1.0,
           b.add(f"own zeta: {record.id}", 0.0, _OWN_ZETA): 1.0, "rolling": -0.5 * eps}, 0.0),
         ({**here, b.gain(record, "displacement"): 1.0,

@@ -67,6 +67,8 @@ INPUTS = {
     "drop": "model",
     "amplitude f0": "amplitude",
     "amplitude zeta": "amplitude",
+    "increment f0": "amplitude",
+    "increment zeta": "amplitude",
     "base": "base amplitude",
 }
 
