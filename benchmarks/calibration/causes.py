@@ -37,7 +37,8 @@ CAUSES: Mapping[str, str] = {
     ),
     "base amplitude": r"base_amplitude_mm|base amplitude",
     "displacement scale": r"displacement.{0,100}(factor|sensitivity|gain|times)|laser.{0,30}gain",
-    "acceleration scale": r"accelero?(meter|ation).{0,80}(factor|sensitivity|gain|unit)",
+    "acceleration scale": r"accelero?(meter|ation).{0,80}(factor|sensitivity|gain|unit)"
+    r"|sensitivity of the accelera",
     "base scale": r"base channel|base.{0,60}(sensitivity|gain|factor)",
     "added mass": r"added.mass|added_mass",
     "ball mass": r"nes_mass|ball.{0,30}(weigh|mass)",

@@ -174,9 +174,10 @@ def _drift(cause: Cause, value: float, error: float) -> str:
             f"{name} changes by {size} with record {cause.records[0]} and stays so, in the order "
             "of records.csv: something was changed, worked loose or warmed up; values hold both"
         )
+    why = "wear, or dirt" if name == "r" else "temperature, or something that works loose"
     return (
         f"{name} drifts by {size} from the first record to the last, in the order of records.csv "
-        "(wear, temperature, something that works loose); values are those of the middle"
+        f"({why}); values are those of the middle"
     )
 
 
