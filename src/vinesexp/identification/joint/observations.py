@@ -518,9 +518,9 @@ def _base(
         at[name] = {own: 1.0, b.add(f"increment {name}", 0.0, 1.0): half}
     if driven.recorded:
         late = b.add(":".join(filter(None, ("base late", record.setup))), 0.0, _BASE_LATE)
-        turned = {late: driven.rate}
+        turned, inverted = {late: driven.rate}, math.pi if math.cos(phase) < 0.0 else 0.0
     else:
-        turned = {b.add(f"base phase: {record.id}", phase, _WIDE): 1.0}
+        turned, inverted = {b.add(f"base phase: {record.id}", phase, _WIDE): 1.0}, 0.0
     # a ball that rolls is inertia that the mass takes along; one that rubs pulls at it
     eps = math.exp(b.start.get("ln_m", 0.0) - b.start["ln_M"]) * _ball(b, 1)[1]
     drive = (2.0 * math.pi * f0) ** 2 * level
@@ -535,7 +535,7 @@ def _base(
           b.add(f"own zeta: {record.id}", 0.0, _OWN_ZETA): 1.0, "rolling": -0.5 * eps}, 0.0),
         ({**here, b.gain(record, "displacement"): 1.0,
           b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0}, math.log(level)),
-        (turned, 0.0),
+        (turned, inverted),
         ({"friction": eps, b.add(f"own push: {record.id}", 0.0, _OWN_PUSH * drive): 1.0}, 0.0),
     )  # fmt: skip
     b.blocks.append(Block(record.id, "base", answered, _Answer(driven)))
