@@ -40,6 +40,7 @@ _FEWEST = 20  # flights
 _SOUGHT = 5  # w0^2, 2 zeta w0, the base and its quadrature, friction
 _KNOWN, _BASE = [0, 1, 4], slice(2, 4)  # of these: those that decays know, the base
 _KNOWN_RATE = 0.3  # rad that the phase of a base that was not recorded may turn in a record
+_MODULATED = 2e-4  # error of f0, relative, from which on it is that of a motion that repeats
 _TURNS = 3  # of the fit: scatter of the times and, where it is not recorded, the base's frequency
 _TINY = 1e-12
 _SHORTEST, _LONGEST = 0.12, 1.2  # periods; in longer ones an impact was missed
@@ -403,7 +404,26 @@ def _fitted(
             later = (c * waves[1] - s * waves[0]) * t * per
             turning = [-rows.of(flights.moments(later))[:, 0]]
     assert found is not None
-    return DrivenMotion(found.values, found.information, w, scale, e is not None, found.flights)
+    information = _of_modulation(found.values, found.information)
+    return DrivenMotion(found.values, information, w, scale, e is not None, found.flights)
+
+
+def _of_modulation(values: FloatArray, information: FloatArray) -> FloatArray:
+    """What is left where the motion repeats: the base for a given oscillator.
+
+    What a motion that repeats from cycle to cycle seems to say of f0 and zeta is what no oscillator
+    explains (contacts that last, harmonics, other modes), and no scatter shows it.
+    """
+    across = information[_BASE][:, _KNOWN]
+    by_base = across.T @ np.linalg.solve(information[_BASE, _BASE], across)
+    inner = information[np.ix_(_KNOWN, _KNOWN)] - by_base
+    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
+    covariance = np.linalg.pinv(inner / np.outer(scale, scale)) / np.outer(scale, scale)
+    if math.sqrt(max(float(covariance[0, 0]), 0.0)) < 2.0 * _MODULATED * abs(values[0]):
+        return information
+    found = information.copy()
+    found[np.ix_(_KNOWN, _KNOWN)] = by_base
+    return found
 
 
 def _ordinary(found: _Solved, w: float) -> FloatArray:
@@ -530,11 +550,15 @@ def _unseen_base(flights: _Flights, x: FloatArray, about: Sequence[float]) -> fl
         white = own.white(np.stack(every, axis=1), 10.0 * _LAG)
         y, A = white[:, 2], white[:, [0, 1, *range(3, white.shape[1])]]
         A = A / np.maximum(np.sqrt((A**2).sum(axis=0)), 1e-300)
-        return float((np.abs(y - A @ np.linalg.lstsq(A, y, rcond=1e-10)[0])).sum())
+        p = np.linalg.lstsq(A, y, rcond=1e-10)[0]
+        if p[1] < 0.0:  # no damper drives the mass: without one
+            A = np.delete(A, 1, axis=1)
+            p = np.linalg.lstsq(A, y, rcond=1e-10)[0]
+        return float(np.abs(y - A @ p).sum())
 
     reach = 1.0 / (x.size * flights.step)
     best, found = list(about), math.inf
-    for width, count in ((2.0, 9), (0.4, 5), (0.1, 5)):
+    for width, count in ((0.5, 5), (0.1, 5)):
         tried = np.unique(np.add.outer(best, reach * np.linspace(-width, width, count)).ravel())
         values = [misfit(float(f)) for f in tried]
         if min(values) < found:

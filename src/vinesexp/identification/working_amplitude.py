@@ -104,12 +104,13 @@ def at_working_amplitude(found: Sequence[Estimate], campaign: Campaign) -> Worki
         own = [curve for (_, parameter), curve in curves.items() if parameter == name]
         if own:
             spread[name] = float(np.mean([spread_over(curve, low, high) for curve in own]))
-    tests = {
-        (e.records[0], name): _of_test(own, e.value, amplitude)
-        for e in found if e.parameter == "working_amplitude"
-        for name in ("f0", "zeta")
-        if (own := [curve for (_, parameter), curve in curves.items() if parameter == name])
-    }  # fmt: skip
+    tests = {}
+    for e in found:
+        if e.parameter == "working_amplitude":
+            for name in ("f0", "zeta"):
+                own = [curve for (_, parameter), curve in curves.items() if parameter == name]
+                if own:
+                    tests[e.records[0], name] = _of_test(own, e.value, amplitude)
     return Working(moved, amplitude, spread, tests, _said(found, curves, amplitude))
 
 

@@ -54,6 +54,7 @@ _INTEGRATED = 30.0
 _OWN_BASE, _OWN_F0, _OWN_ZETA = 2e-3, 3e-5, 5e-3
 #: What looks like friction in it, as a share of what drives the mass.
 _OWN_PUSH = 3e-3
+_FLAT = (0.0, 0.0, 0.0)  # of a rig whose f0 and zeta do not depend on amplitude
 _FEWEST = 10  # collisions of a record
 _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
@@ -512,10 +513,22 @@ def _base(
     # Setting a clearance takes the cavity apart: it is a mounting of its own.
     place = ", ".join(f"{1e3 * length:g}" for length in record.clearance) + " mm"
     at: dict[str, dict[str, float]] = {}
+    halves: dict[str, float] = {}
     for name in ("f0", "zeta"):  # each test works at its own amplitude
-        shift, half, error = working.tests.get((record.id, name), (0.0, 0.0, 0.0))
+        shift, half, error = working.tests.get((record.id, name), _FLAT)
         own = b.add(f"amplitude {name}: {record.id}", shift, error)
         at[name] = {own: 1.0, b.add(f"increment {name}", 0.0, 1.0): half}
+        halves[name] = half
+    # what a straight spring and damper do not follow, as a share of the force of the spring
+    bent = 2.0 * math.hypot(halves["f0"], halves["zeta"] * zeta)
+    swing = next(
+        (
+            e.value
+            for e in found
+            if e.parameter == "working_amplitude" and e.records[0] == record.id
+        ),
+        level,
+    )
     if driven.recorded:
         late = b.add(":".join(filter(None, ("base late", record.setup))), 0.0, _BASE_LATE)
         turned, inverted = {late: driven.rate}, math.pi if math.cos(phase) < 0.0 else 0.0
@@ -529,12 +542,15 @@ def _base(
     answered: tuple[Sum, ...] = (
         ({"ln_f0": 1.0, "clock": -1.0, **at["f0"],
           b.add(f"mounting f0: b = {place}", 0.0, inputs.remounting.of(1.0)): 1.0,
-          b.add(f"own f0: {record.id}", 0.0, _OWN_F0): 1.0, "rolling": -0.5 * eps}, 0.0),
+          b.add(f"own f0: {record.id}", 0.0, math.hypot(_OWN_F0, bent)): 1.0,
+          "rolling": -0.5 * eps}, 0.0),
         ({"ln_zeta": 1.0, **at["zeta"],
           b.add(f"mounting zeta: b = {place}", 0.0, inputs.damping.of(1.0)): 1.0,
-          b.add(f"own zeta: {record.id}", 0.0, _OWN_ZETA): 1.0, "rolling": -0.5 * eps}, 0.0),
+          b.add(f"own zeta: {record.id}", 0.0, math.hypot(_OWN_ZETA, bent / zeta)): 1.0,
+          "rolling": -0.5 * eps}, 0.0),
         ({**here, b.gain(record, "displacement"): 1.0,
-          b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0}, math.log(level)),
+          b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0,
+          b.add(f"bent: {record.id}", 0.0, 2.0 * bent * swing / level): 1.0}, math.log(level)),
         (turned, inverted),
         ({"friction": eps, b.add(f"own push: {record.id}", 0.0, _OWN_PUSH * drive): 1.0}, 0.0),
     )  # fmt: skip
