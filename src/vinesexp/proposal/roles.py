@@ -171,6 +171,9 @@ def _stated(places: Places) -> Iterator[Evidence]:
         if all(c.rate for _, c in at) and not _may_move(at):
             words = "it is sampled too slowly for a vibration, and nothing oscillates in it"
             yield from (Evidence(label, one, _NEVER, words) for one in _MEASURED)
+        elif quantity in _RATES and unit is None and not any(c.rate for _, c in at):
+            words = f"it is called a {quantity}, without times"
+            yield Evidence(label, "displacement", _NEVER, words)
         elif quantity in _RATES and role != "base":
             yield _rate_of_motion(label, quantity, unit, measured)
         elif quantity == "acceleration":
