@@ -41,6 +41,16 @@ its own width. What is named is read from the texts of warnings
 Half of the mistakes are held back: the package was not tuned with them."""
 
 
+_SEEN = """\
+Those from number 48 on were looked at once while the motion across impacts was made part of the
+model, and led to three changes: the base's frequency where it was not recorded, what a motion that
+repeats says, and springs that are not straight. A magnet that pulls the ball, and a base with
+harmonics, still move r by 0.3 to 1 % without a word: the package has no model of them, and r is
+stated to 0.1 %. b_c of plain rigs is stated a third wider than it scatters: the area of a pulse is
+stated as uncertain and was not drawn. Warnings on plain campaigns say in 15 of 22 that a test had
+not settled, which is so."""
+
+
 _RULE = "|---|---|---|---|---|---|"
 
 
@@ -226,6 +236,7 @@ def page(found: Sequence[Outcome], before: Sequence[Outcome]) -> str:
     measured = f"{len(drawn)} campaigns by the joint model of the campaign"
     if len(drawn) < 300:
         measured += "; 300 are meant, and the same command goes on: shares of so few are rough"
+    measured += f". {_SEEN}"
     parts = [
         "# Calibration: intervals, causes, mistakes",
         "",
@@ -233,7 +244,7 @@ def page(found: Sequence[Outcome], before: Sequence[Outcome]) -> str:
         "",
         _READ,
         "",
-        f"{measured}.",
+        measured,
         "",
         summary(found),
         "",

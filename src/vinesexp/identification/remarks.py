@@ -13,6 +13,7 @@ from vinesexp.records.checks import Check
 _OTHER_CHANNEL = 0.5
 _HEIGHT_MATTERS = 0.1  # what a table that answers, or a spring that is not straight, may do
 _LAG_MATTERS = 2e-5  # s
+_FEWEST = 3  # records whose phase says something of the sensor that all of them share
 
 
 def remarks(found: Sequence[Estimate]) -> list[Check]:
@@ -88,7 +89,7 @@ def _of_most(corners: list[Estimate], found: Sequence[Estimate]) -> list[Estimat
 
 def _across(across: Sequence[Estimate]) -> list[Check]:
     """One line on an accelerometer whose phase is off at the oscillation alone."""
-    if not across:
+    if len(across) < _FEWEST:
         return []
     middle = sorted(e.value for e in across)[len(across) // 2]
     order = "behind" if middle > 0.0 else "ahead of"
