@@ -74,7 +74,7 @@ def test_the_sensitivity_of_the_accelerometer_is_found_by_clearance_and_ball(tmp
         ({"sensor": "range: 3 g"}, "beyond its range"),
         ({"sensor": "mode: {frequency: 110 Hz, share: 30 %}"}, "not known well enough"),
         ({"seconds": 5}, "periods are too few"),
-        ({"without_base": True}, "without a channel on the base"),
+        ({"without_base": True}, "without a channel of the base"),
     ],
 )
 def test_what_cannot_be_integrated_gives_no_r(tmp_path, keys, reason):
