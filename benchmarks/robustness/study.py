@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,13 +11,12 @@ from benchmarks.robustness.campaigns import Departure, write_campaign
 from benchmarks.robustness.end_of_orbit import stays, true_end
 
 from vinesexp.clearance.comparison import END, Comparison
-from vinesexp.clearance.levels import periodic_levels
-from vinesexp.clearance.predicted import identified_rig
 from vinesexp.identification.estimate import COMBINED, Estimate
 from vinesexp.pipeline import CampaignResult, analyse_campaign
 from vinesexp.records.campaign import Campaign, load_campaign
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
+from vinesexp.results import open_results
 
 PARAMETERS = ("M", "c1", "k1", "r")
 Z95 = 1.959964
@@ -205,20 +203,7 @@ def _measured(row: Comparison | None) -> tuple[float | None, float | None] | Non
 
 def _headline(campaign: Campaign, paths: ResultPaths, found: CampaignResult) -> str:
     """As the report's first sentences."""
-    identified, regimes, clearances, base, replay, checks, amplitudes = (
-        _rows(path)
-        for path in (
-            paths.identified, paths.regimes, paths.clearances, paths.base, paths.replay,
-            paths.checks, paths.level_values,
-        )
-    )  # fmt: skip
-    rig = identified_rig(identified, campaign.known)
-    levels = periodic_levels(campaign, regimes, base, identified)
-    periodic = periodic_verdicts(levels, clearances, rig, replay, amplitudes)
+    results = open_results(paths.folder, campaign)
     values = {e.parameter: f"{e.value:.5g}" for e in found.identified if e.method == COMBINED}
-    return headline(periodic, release_verdicts(clearances), values, checks)
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
+    releases = release_verdicts(results.rows("clearances"))
+    return headline(periodic_verdicts(results), releases, values, results.rows("checks"))
