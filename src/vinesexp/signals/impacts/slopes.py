@@ -495,7 +495,8 @@ def knocks_among(
         still = (shown / own) ** 2
         asked = ((shown - size) / np.hypot(np.hypot(own, error), _AREA * size)) ** 2
         # Nothing is seen where what most events show would be, and would be seen.
-        usual = float(np.nanmedian(shown[~knocked])) if (~knocked).any() else 0.0
+        others = shown[~knocked & np.isfinite(shown)]
+        usual = float(np.median(others)) if others.size else 0.0
         blind = ~np.isfinite(shown) | (own > _SEEN * usual) | (still > _STILL)
         new: BoolArray = ~blind & (asked - still > _SURE)
         if (new == knocked).all():
