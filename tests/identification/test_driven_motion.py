@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from vinesexp.errors import RecordError
 from vinesexp.identification.driven_motion import driven_from, driven_motion
 from vinesexp.records.store import create_record, open_record
 from vinesexp.signals.impacts.impact_table import no_impacts
@@ -132,3 +133,9 @@ def test_too_few_impacts_say_nothing(tmp_path):
     few = replace(impacts, **{name: value[:15] for name, value in vars(impacts).items()})
     with record(tmp_path / "a.nc", x, base) as view:
         assert driven_motion(view, few, frequency=F) is None
+
+
+@pytest.mark.parametrize("found", [{}, {"values": [1.0]}, {"parts": [[1.0]], "scale": 1.0}])
+def test_what_another_version_left_is_said_in_one_line(found):
+    with pytest.raises(RecordError, match="estimate step again"):
+        driven_from(found)

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
+from vinesexp.errors import RecordError
 from vinesexp.records.store import RecordView
 from vinesexp.signals.base_motion import base_motion
 from vinesexp.signals.impacts.impact_table import Impacts
@@ -37,6 +38,7 @@ DRIVEN = "driven"
 
 _POINTS = 1000  # block means a period at most
 _FEWEST = 20  # flights
+_ARRAYS = ("values", "information")
 _SOUGHT = 5  # w0^2, 2 zeta w0, the base and its quadrature, friction
 _KNOWN, _BASE = [0, 1, 4], slice(2, 4)  # of these: those that decays know, the base
 _KNOWN_RATE = 0.3  # rad that the phase of a base that was not recorded may turn in a record
@@ -150,9 +152,21 @@ def _base_of(values: FloatArray, information: FloatArray, known: FloatArray) -> 
 
 
 def driven_from(lists: Mapping[str, Any]) -> DrivenMotion:
-    """What `DrivenMotion.as_lists` made."""
-    arrays = {name: np.array(lists[name]) for name in ("values", "information")}
-    return DrivenMotion(**{**lists, **arrays})
+    """What `DrivenMotion.as_lists` made.
+
+    Raises
+    ------
+    RecordError
+        It is of another version, or damaged.
+    """
+    try:
+        arrays = {name: np.array(lists[name], dtype=np.float64) for name in _ARRAYS}
+        return DrivenMotion(**{**lists, **arrays})
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordError(
+            f"the motion of the mass in the estimates of a record cannot be read ({error}); run "
+            "the estimate step again"
+        ) from None
 
 
 def driven_motion(

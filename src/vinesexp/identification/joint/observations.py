@@ -510,6 +510,20 @@ def _base(
     value, error, phase = driven.base(f0=f0, zeta=zeta)
     if not value > 4.0 * error:
         return
+    local = _answered(b, record, found, driven, working, here, level=level, phase=phase)
+    b.blocks.append(Block(record.id, "base", local, _Answer(driven)))
+
+
+def _answered(
+    b: _Builder, record: Record, found: Sequence[Estimate], driven: DrivenMotion, working: Working,
+    base: Mapping[str, float], *, level: float, phase: float,
+) -> tuple[Sum, ...]:  # fmt: skip
+    """The local quantities of `_Answer` in one test.
+
+    `base` is the unknown of its level, m; `phase` that of the base, rad, with f0 and zeta as known.
+    """
+    inputs = b.campaign.known.uncertainties
+    f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
     # Setting a clearance takes the cavity apart: it is a mounting of its own.
     place = ", ".join(f"{1e3 * length:g}" for length in record.clearance) + " mm"
     at: dict[str, dict[str, float]] = {}
@@ -531,15 +545,17 @@ def _base(
     )
     if driven.recorded:
         late = b.add(":".join(filter(None, ("base late", record.setup))), 0.0, _BASE_LATE)
-        turned, inverted = {late: driven.rate}, math.pi if math.cos(phase) < 0.0 else 0.0
+        turned: dict[str, float] = {late: driven.rate}
+        inverted = math.pi if math.cos(phase) < 0.0 else 0.0
     else:
-        turned, inverted = {b.add(f"base phase: {record.id}", phase, _WIDE): 1.0}, 0.0
+        turned = {b.add(f"base phase: {record.id}", phase, _WIDE): 1.0}
+        inverted = 0.0
     # a ball that rolls is inertia that the mass takes along; one that rubs pulls at it
-    eps = math.exp(b.start.get("ln_m", 0.0) - b.start["ln_M"]) * _ball(b, 1)[1]
+    eps = _share_of_ball(b)
     drive = (2.0 * math.pi * f0) ** 2 * level
     for name in ("friction", "rolling"):
         b.add(name, 0.0, 0.0)
-    answered: tuple[Sum, ...] = (
+    return (
         ({"ln_f0": 1.0, "clock": -1.0, **at["f0"],
           b.add(f"mounting f0: b = {place}", 0.0, inputs.remounting.of(1.0)): 1.0,
           b.add(f"own f0: {record.id}", 0.0, math.hypot(_OWN_F0, bent)): 1.0,
@@ -548,13 +564,18 @@ def _base(
           b.add(f"mounting zeta: b = {place}", 0.0, inputs.damping.of(1.0)): 1.0,
           b.add(f"own zeta: {record.id}", 0.0, math.hypot(_OWN_ZETA, bent / zeta)): 1.0,
           "rolling": -0.5 * eps}, 0.0),
-        ({**here, b.gain(record, "displacement"): 1.0,
+        ({**base, b.gain(record, "displacement"): 1.0,
           b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0,
           b.add(f"bent: {record.id}", 0.0, 2.0 * bent * swing / level): 1.0}, math.log(level)),
         (turned, inverted),
         ({"friction": eps, b.add(f"own push: {record.id}", 0.0, _OWN_PUSH * drive): 1.0}, 0.0),
     )  # fmt: skip
-    b.blocks.append(Block(record.id, "base", answered, _Answer(driven)))
+
+
+def _share_of_ball(b: _Builder) -> float:
+    """m/M of the first ball, about; 0 where it was not weighed: nobody knows what it adds."""
+    masses = b.campaign.known.nes_mass
+    return masses[0].value / math.exp(b.start["ln_M"]) if masses else 0.0
 
 
 @dataclass(frozen=True)
