@@ -19,6 +19,7 @@ from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.damping_law import (
     FORMS,
+    NAMES,
     Decay,
     covariance_with,
     decay_of,
@@ -30,7 +31,7 @@ from vinesexp.identification.decrement import log_decrement, mean_amplitude, str
 from vinesexp.identification.estimate import is_known
 from vinesexp.identification.least_squares import Solution
 from vinesexp.identification.oscillation import POINTS
-from vinesexp.identification.persistence import counts, grown, lasting
+from vinesexp.identification.persistence import OF_PHASE, counts, grown, lasting
 from vinesexp.identification.phasors import (
     Phasors,
     decay_window,
@@ -102,6 +103,10 @@ def likelihood(
     t, y = np.asarray(step * np.arange(begin, end), dtype=np.float64), x[begin:end]
     start = replace(envelope.decay, start=float(t[0]))
     vector = start.vector()
+    # A damping that only widens the errors of the envelope is no part of its law: free, it may
+    # give energy. A spring has either sign.
+    law = {*OF_PHASE, "log_A", *(name for name in NAMES if getattr(start, name))}
+    terms = tuple(name for name in envelope.free if name in law)
     # The decay is started at the first sample instead of the first window's centre.
     back = float(t[0]) - envelope.decay.start
     A = math.exp(vector[0])
@@ -111,17 +116,17 @@ def likelihood(
     kept = _trusted(y, slow, decay_of(vector, start.form, start.start), t, noise, p.w * step)
     if lost is not None:
         kept &= ~lost[begin:end]
-    fit = _fitted(vector, envelope.free, t, y, slow, kept, noise)
+    fit = _fitted(vector, terms, t, y, slow, kept, noise)
     beat = _beat(fit.rest, y - fit.rest, step, envelope.f0, envelope.zeta)
     if beat is not None:
         rate = envelope.decay.rate(envelope.reference)
         both = np.concatenate([slow, _narrow(t, beat[0], rate)], axis=1)
-        fit = _fitted(fit.vector, envelope.free, t, y, both, kept, noise)
+        fit = _fitted(fit.vector, terms, t, y, both, kept, noise)
     sigma = _noise_at(fit.rest, step, envelope.f0) / math.sqrt(float(kept.mean()))
     decay = decay_of(fit.vector, start.form, start.start)
-    by = _lasting(fit.rest, t, decay, sigma, round(p.span / step), counts(envelope.free))
-    free = with_next_terms(envelope.free, by[0] > 1.0, by[1] > 1.0)
-    covariance = fit.covariance if free == envelope.free else fit.covariance_with(free)
+    by = _lasting(fit.rest, t, decay, sigma, round(p.span / step), counts(terms))
+    free = with_next_terms(terms, by[0] > 1.0, by[1] > 1.0)
+    covariance = fit.covariance if free == terms else fit.covariance_with(free)
     covariance = grown(covariance * (sigma / noise) ** 2, free, by)
     found = ring_down_by(
         "likelihood", decay, free, covariance, envelope.reference, fit.left, envelope.window
