@@ -43,6 +43,10 @@ FACTORS = {
     9.80665: "m/s^2 in place of g",
     1.0 / 9.80665: "g in place of m/s^2",
 }
+#: Those that a length, a mass and an acceleration can have.
+_LENGTH = tuple(FACTORS)[:10]
+_MASS = (2.0, 0.5, 10.0, 0.1, 1000.0, 1e-3)
+_ACCELERATION = tuple(FACTORS)
 #: Widths of causes, as a lab would meet them.
 _WIDTHS = {
     "wall": 0.05,
@@ -444,14 +448,14 @@ def _effects(o: Observed) -> list[Cause]:
 
 
 def _factors(
-    key: str, kind: str, about: str, terms: Mapping[str, float], *, log: bool
+    key: str, about: str, terms: Mapping[str, float], of: Sequence[float], *, log: bool = True
 ) -> list[Cause]:
     """A quantity stated as a multiple of the true one; `terms` is its logarithm or its scale."""
     causes = []
-    for factor in FACTORS:
+    for factor in of:
         off = -math.log(factor) if log else 1.0 / factor - 1.0
         causes.append(
-            Cause(f"{key} x {factor:.4g}", kind, about,
+            Cause(f"{key} x {factor:.4g}", "mistake", about,
                   Direction(terms, Prior(off, 0.003)), members=2 * len(FACTORS), factor=factor)
         )  # fmt: skip
     return causes
@@ -461,7 +465,7 @@ def _of_clearances(o: Observed) -> list[Cause]:
     if not o.clearances:
         return []
     every = {"clearance scale": 1.0}
-    found = _factors("clearance", "mistake", "clearance", every, log=False)
+    found = _factors("clearance", "clearance", every, _LENGTH, log=False)
     found.append(
         Cause("clearance scale +", "mistake", "clearance", Direction(every, Prior(0.0, 0.1)))
     )
@@ -493,7 +497,7 @@ def _of_levels(o: Observed) -> list[Cause]:
     if not names:
         return []
     every = dict.fromkeys(names, 1.0)
-    found = _factors("base", "mistake", "base amplitude", every, log=True)
+    found = _factors("base", "base amplitude", every, _LENGTH)
     found.append(Cause("base +", "mistake", "base amplitude", Direction(every, Prior(0.0, 0.3))))
     if len(names) > 1:
         found += [
@@ -507,15 +511,13 @@ def _of_levels(o: Observed) -> list[Cause]:
 def _of_masses(o: Observed) -> list[Cause]:
     found = []
     for name in [n for n in o.names if n.split(":")[0] == "ln_m"]:
-        # its unit is written beside it: no factor of 1000 goes unseen
-        every = _factors(name, "mistake", "ball mass", {name: 1.0}, log=True)
-        found += [c for c in every if c.factor is not None and 0.05 < c.factor < 20.0]
+        found += _factors(name, "ball mass", {name: 1.0}, _MASS)
         found.append(
             Cause(f"{name} +", "mistake", "ball mass", Direction({name: 1.0}, Prior(0.0, 0.3)))
         )
     if o.loads:
         scale = {"load scale": 1.0}
-        found += _factors("load", "mistake", "added mass", scale, log=True)
+        found += _factors("load", "added mass", scale, _MASS)
         found.append(
             Cause("load scale +", "mistake", "added mass", Direction(scale, Prior(0.0, 0.2)))
         )
@@ -536,12 +538,8 @@ def _of_gains(o: Observed) -> list[Cause]:
     found = []
     for (role, setup), name in o.gains.items():
         about = f"{role} gain" + (f" of setup {setup}" if setup else "")
-        found += [
-            Cause(c.key, c.kind, c.about, Direction({name: 1.0}, Prior(-c.direction.prior.value,
-                  0.003)), members=c.members, factor=c.factor)
-            for c in _factors(name, "mistake", about, {name: 1.0}, log=True)
-            if c.direction is not None
-        ]  # fmt: skip
+        of = _LENGTH if role == "displacement" else _ACCELERATION
+        found += _factors(name, about, {name: -1.0}, of)  # of the reading, not of the truth
         found.append(Cause(f"{name} +", "mistake", about, Direction({name: 1.0}, Prior(0.0, 0.2))))
     momenta = [name for name in o.names if name.startswith("own momentum: ")]
     if momenta:
