@@ -293,8 +293,9 @@ def _agreement(record: Record, agreement: Agreement) -> list[Estimate]:
     rows = [
         ("accelerometer_gain", agreement.gain, agreement.gain_error, "1"),
         ("channel_lag", agreement.lag, agreement.lag_error, "s"),
+        ("phase_lag", agreement.phase_lag, agreement.phase_lag_error, "s"),
     ]
-    if agreement.corner > 0.0:
+    if math.isfinite(agreement.corner):
         rows.append(("accelerometer_corner", agreement.corner, agreement.corner_error, "Hz"))
     if agreement.across:
         rows.append(("accelerometer_across", agreement.across, agreement.across_error, "1"))

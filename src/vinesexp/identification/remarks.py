@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from vinesexp.identification.average import DISAGREES
+from vinesexp.identification.average import DISAGREES, weighted_mean
 from vinesexp.identification.estimate import INTEGRATED, Estimate
 from vinesexp.records.checks import Check
 
@@ -13,6 +13,7 @@ from vinesexp.records.checks import Check
 _OTHER_CHANNEL = 0.5
 _HEIGHT_MATTERS = 0.1  # what a table that answers, or a spring that is not straight, may do
 _LAG_MATTERS = 2e-5  # s
+_SURE = 5.0  # standard errors from which on a corner is there
 _FEWEST = 3  # records whose phase says something of the sensor that all of them share
 
 
@@ -65,26 +66,26 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
                 "far off"
             )
             checks.append(Check(e.records[0], "gain", "warning", detail))
-    corners = _of_most([e for e in found if e.parameter == "accelerometer_corner"], found)
+    corners = [e for e in found if e.parameter == "accelerometer_corner"]
+    corner, error = _mean(corners)
     lags = [e for e in found if e.parameter == "channel_lag"]
-    if corners:  # elsewhere the phase at one frequency may be the corner's
-        shown = {e.records[0] for e in corners}
+    if coupled := corner > _SURE * error:  # elsewhere the phase at one frequency is the corner's
+        shown = {e.records[0] for e in corners if e.value > _SURE * e.std_error}
         lags = [e for e in lags if e.records[0] in shown]
     # A sensor is AC-coupled in all records or in none: where it is, its phase is no other motion.
-    across = [e for e in found if e.parameter == "accelerometer_across" and not corners]
+    across = [e for e in found if e.parameter == "accelerometer_across" and not coupled]
     if across:  # of a record without impacts nobody can tell
         shown = {e.records[0] for e in across}
         lags = [e for e in lags if e.records[0] in shown]
-    return [*checks, *_corner(corners), *_across(across), *_lags(lags)]
+    ac = [_corner(corner, len(corners))] if coupled else []
+    return [*checks, *ac, *_across(across), *_lags(lags)]
 
 
-def _of_most(corners: list[Estimate], found: Sequence[Estimate]) -> list[Estimate]:
-    """Corners, if most records with impacts show one: a sensor has the same in all of them."""
-    shown = {e.records[0] for e in corners}
-    judged = {
-        e.records[0] for e in found if e.method == "impacts" and e.parameter == "r" and e.records
-    }
-    return corners if 2 * len(shown) >= len(judged | shown) else []
+def _mean(found: Sequence[Estimate]) -> tuple[float, float]:
+    """What all records say of one thing; nothing where none does."""
+    if not found:
+        return 0.0, math.inf
+    return weighted_mean([e.value for e in found], [e.std_error for e in found])
 
 
 def _across(across: Sequence[Estimate]) -> list[Check]:
@@ -103,17 +104,14 @@ def _across(across: Sequence[Estimate]) -> list[Check]:
     return [Check("", "cross-axis", "warning", detail)]
 
 
-def _corner(corners: Sequence[Estimate]) -> list[Check]:
+def _corner(corner: float, count: int) -> Check:
     """One line on an AC-coupled accelerometer."""
-    if not corners:
-        return []
-    middle = sorted(e.value for e in corners)[len(corners) // 2]
     detail = (
-        f"the accelerometer is AC-coupled with a corner near {middle:.3g} Hz (median of "
-        f"{len(corners)} records): its phase at the oscillation is no lag, and was not taken for "
+        f"the accelerometer is AC-coupled with a corner near {corner:.3g} Hz (mean of "
+        f"{count} records): its phase at the oscillation is no lag, and was not taken for "
         "one; a DC-coupled sensor or a lower corner would leave less to correct"
     )
-    return [Check("", "corner", "ok", detail)]
+    return Check("", "corner", "ok", detail)
 
 
 def _lags(lags: Sequence[Estimate]) -> list[Check]:

@@ -51,6 +51,8 @@ _WORDS = {
     "working_amplitude": "amplitude of the mass",
     "accelerometer_gain": "accelerometer over displacement channel",
     "channel_lag": "lag of the acceleration behind the displacement",
+    "phase_lag": "that lag, by the phase at the oscillation alone",
+    "accelerometer_corner": "corner of an AC-coupled accelerometer",
     "base_gain": "base channel over what moves the mass",
     "base_lag": "lag of the base channel",
     "damping_quadratic": "damping in proportion to amplitude",

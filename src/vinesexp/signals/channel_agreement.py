@@ -58,6 +58,9 @@ _COHERENT = 0.5  # squared coherence that a line must have
 _SURE = 5.0  # standard errors from which on a corner is there
 
 
+_WIDEST = 0.1  # of the oscillation: an AC-coupled sensor's corner lies below
+
+
 _STEPS = 20
 
 
@@ -78,9 +81,11 @@ class Agreement:
         1 where both are calibrated; negative where one channel has the wrong sign.
     lag, lag_error : float
         By which the displacement comes late beside the acceleration, s.
+    phase_lag, phase_lag_error : float
+        The phase at the oscillation taken for a lag, as if there were no corner, s.
     corner, corner_error : float
-        Below which an AC-coupled accelerometer loses the motion, Hz; 0 where it shows none, NaN
-        where the record cannot part a corner from a lag.
+        Below which an AC-coupled accelerometer loses the motion, Hz; NaN where the record cannot
+        part a corner from a lag.
     across, across_error : float
         Phase by which the acceleration is behind at the oscillation and nowhere else, rad: of a
         sensor that shows motion across its axis. 0 where it shows none.
@@ -90,6 +95,8 @@ class Agreement:
     gain_error: float
     lag: float
     lag_error: float
+    phase_lag: float = math.nan
+    phase_lag_error: float = math.nan
     corner: float = math.nan
     corner_error: float = math.nan
     across: float = 0.0
@@ -151,7 +158,8 @@ def compare_channels(
     error = math.sqrt(1.5 * float((np.abs(rest) ** 2).mean()) * 0.5 / power)
     if gain == 0.0:  # a channel that is as good as dead agrees with nothing
         return None
-    return Agreement(gain, error, lag, error / (abs(gain) * middle))
+    lag_error = error / (abs(gain) * middle)
+    return Agreement(gain, error, lag, lag_error, lag, lag_error)
 
 
 def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
@@ -168,7 +176,8 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
         lag=found.lag, lag_error=found.lag_error,
     )  # fmt: skip
     if law is None:  # one frequency cannot part a lag from a corner
-        return replace(found, lag_error=math.hypot(found.lag_error, found.lag))
+        error = math.hypot(found.lag_error, found.lag)
+        return replace(found, lag_error=error, phase_lag_error=error)
     return _with_corner(found, law, frequency)
 
 
@@ -179,24 +188,44 @@ def _means(record: RecordView, k: int) -> tuple[FloatArray, FloatArray]:
 def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement:
     """What the phase over all frequencies says of the phase at one.
 
-    A corner that is there takes its part of the phase and of the gain; the lag is then that of all
-    frequencies. Without one the oscillation alone knows the lag better.
+    A corner takes its part of the phase and of the gain; the lag is then that of all frequencies.
+    Without one the oscillation alone knows the lag better. The lag is averaged over both by their
+    odds, and its error holds both.
     """
     if law.only_at_oscillation:
         w = 2.0 * math.pi * frequency
         error = math.hypot(found.lag_error, law.above_error)
         return replace(
             found, lag=law.above, lag_error=law.above_error,
-            corner=0.0, corner_error=law.corner_error,
+            phase_lag=law.above, phase_lag_error=law.above_error,
             across=w * (law.above - found.lag), across_error=w * error,
         )  # fmt: skip
-    if not law.has_corner:
-        return replace(found, corner=0.0, corner_error=law.corner_error)
-    held = 1.0 / math.hypot(1.0, law.corner / frequency)
-    return Agreement(
-        found.gain / held, found.gain_error / held, law.lag, law.lag_error,
-        law.corner, law.corner_error,
+    there = odds_of_corner(law.corner, law.corner_error, frequency=frequency)
+    lag = there * law.lag + (1.0 - there) * found.lag
+    spread = there * (1.0 - there) * (law.lag - found.lag) ** 2
+    error = there * law.lag_error**2 + (1.0 - there) * found.lag_error**2 + spread
+    held = 1.0 / math.hypot(1.0, law.corner / frequency) if law.has_corner else 1.0
+    return replace(
+        found, gain=found.gain / held, gain_error=found.gain_error / held,
+        lag=lag, lag_error=math.sqrt(error), corner=law.corner, corner_error=law.corner_error,
     )  # fmt: skip
+
+
+def odds_of_corner(corner: float, error: float, *, frequency: float) -> float:
+    """Probability of an AC-coupled sensor, of which half are, by the corner found, Hz.
+
+    It may lie anywhere below a tenth of the oscillation's `frequency`, Hz.
+
+    Examples
+    --------
+    >>> round(odds_of_corner(0.0, 0.01, frequency=8.0), 3)
+    0.03
+    >>> round(odds_of_corner(0.05, 0.01, frequency=8.0), 3)
+    1.0
+    """
+    z = max(corner / error, 0.0)
+    log_odds = 0.5 * z * z + math.log(error * math.sqrt(2.0 * math.pi) / (_WIDEST * frequency))
+    return 1.0 / (1.0 + math.exp(-min(log_odds, 50.0)))
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.identification.average import weighted_mean
 from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import INTEGRATED, Estimate
 from vinesexp.identification.flights import Flights, flights_of
@@ -24,6 +25,7 @@ from vinesexp.identification.joint.unknowns import (
 )
 from vinesexp.identification.working_amplitude import Working
 from vinesexp.records.campaign import Campaign, Record
+from vinesexp.signals.channel_agreement import odds_of_corner
 from vinesexp.signals.impacts.from_integral import ACROSS
 from vinesexp.signals.impacts.impact_table import Impacts
 
@@ -155,7 +157,7 @@ def observe(
     _start_mass(b, found)
     _sensors(b, found)
     f0 = math.exp(b.start["ln_f0"]) if "ln_f0" in b.start else None
-    b.late = _lateness(found, campaign, impacts) | _phases(found, campaign, f0)
+    b.late = _lateness(found, campaign, impacts, f0) | _phases(found, campaign, f0)
     for record in sorted(campaign.records, key=lambda one: one.id):
         if record.exclude or record.id not in impacts:
             continue
@@ -313,31 +315,35 @@ def _flights(b: _Builder, record: Record, impacts: Impacts, f0: float | None) ->
 
 
 def _lateness(
-    found: Sequence[Estimate], campaign: Campaign, impacts: Mapping[str, Impacts]
+    found: Sequence[Estimate], campaign: Campaign, impacts: Mapping[str, Impacts], f0: float | None
 ) -> dict[str, tuple[float, float]]:
     """Lateness that is left in the displacement of each record, s, and its standard error.
 
-    Each record was freed of the lag that it shows itself. Channels of one setup have one lag, which
-    all records together know better; of an AC-coupled accelerometer only those that show its corner
-    do, since without it the phase at the oscillation looks like a lag.
+    Each record was freed of the lag that it shows itself. Channels of one setup have one lag, and
+    their accelerometer one corner or none, which all records together know better.
     """
-    corners = {e.records[0] for e in found if e.parameter == "accelerometer_corner"}
-    lags = {
-        e.records[0]: (e.value, max(e.std_error, _LATE))
-        for e in found if e.parameter == "channel_lag" and e.records
-    }  # fmt: skip
+    rows = {(e.parameter, e.records[0]): e for e in found if e.method == "channels"}
     left: dict[str, tuple[float, float]] = {}
     for setup in {record.setup for record in campaign.records}:
-        own = [r.id for r in campaign.records if r.setup == setup and r.id in lags]
-        hit = [id for id in own if id in impacts]
-        shown = [id for id in hit if id in corners]
-        known = np.array([lags[id] for id in (shown if 2 * len(shown) >= len(hit) else hit)])
-        if len(known) < _FEWEST_LAGS:
+        hit = [
+            r.id for r in campaign.records
+            if r.setup == setup and r.id in impacts and ("phase_lag", r.id) in rows
+        ]  # fmt: skip
+        if len(hit) < _FEWEST_LAGS or not f0:
             continue
-        w = 1.0 / known[:, 1] ** 2
-        mean = float(w @ known[:, 0] / w.sum())
-        worse = max(1.0, float(w @ (known[:, 0] - mean) ** 2) / (len(known) - 1))
-        left |= {id: (mean - lags[id][0], math.sqrt(worse / float(w.sum()))) for id in hit}
+        lags = [rows["phase_lag", id] for id in hit]
+        lag, error = weighted_mean([e.value for e in lags], [max(e.std_error, _LATE) for e in lags])
+        corners = [e for id in hit if (e := rows.get(("accelerometer_corner", id)))]
+        if corners:
+            corner, corner_error = weighted_mean(
+                [e.value for e in corners], [e.std_error for e in corners]
+            )
+            there = odds_of_corner(corner, corner_error, frequency=f0)
+            a_hertz = 1.0 / (2.0 * math.pi * f0**2)  # lead of the sensor, as a lag of the other
+            lag -= there * a_hertz * corner
+            spread = there * (corner_error**2 + (1.0 - there) * corner**2)
+            error = math.hypot(error, a_hertz * math.sqrt(spread))
+        left |= {id: (lag - rows["channel_lag", id].value, error) for id in hit}
     return left
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.records.store import RecordView
 from vinesexp.settings.stages import SlopeSettings
+from vinesexp.signals.base_motion import ORDER, base_motion
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.means import block_means, channel_means, missing_means
 
@@ -121,12 +122,14 @@ class Coarse:
     """Displacement as block means: `step` s apart, the first centred on `start` s.
 
     `missing` says which of them the sensor did not show; the values there are no measurement.
+    `forced` is what the base beside its main sine forces the mass to, as the same means, m.
     """
 
     values: FloatArray
     step: float
     start: float
     missing: BoolArray | None = None
+    forced: FloatArray | None = None
 
 
 def group_size(sample_rate: float, frequency: float, *, points: int) -> int:
@@ -148,8 +151,63 @@ def coarse_displacement(record: RecordView, frequency: float, *, settings: Slope
     k = group_size(record.sample_rate, frequency, points=settings.points)
     means = channel_means(record, "displacement", k)
     missing = missing_means(record, "displacement", k)
-    start = 0.5 * (k - 1) / record.sample_rate
-    return Coarse(means, k / record.sample_rate, start, missing if missing.any() else None)
+    start, step = 0.5 * (k - 1) / record.sample_rate, k / record.sample_rate
+    forced = None
+    if "base" in record.roles:
+        base = channel_means(record, "base", k)
+        forced = forced_motion(base, step, frequency=frequency, quantity=record.quantity("base"))
+    return Coarse(means, step, start, missing if missing.any() else None, forced)
+
+
+def forced_motion(
+    base: FloatArray, step: float, *, frequency: float, quantity: str = "displacement"
+) -> FloatArray | None:
+    """What a base forces the mass to beside the sine that shakes it: harmonics, a second mode, m.
+
+    Above the oscillator's own frequency the mass answers a base of frequency f by 1/(1 - (f/f0)^2)
+    of it, whatever the ball does and nearly whatever the damping; slower motion is smooth beside
+    an impact.
+
+    Parameters
+    ----------
+    base : array (n,)
+        What its channel measured, SI.
+    step : float
+        s.
+    frequency : float
+        Of the oscillation, Hz.
+    quantity : str
+        ``displacement``, ``velocity`` or ``acceleration``.
+
+    Returns
+    -------
+    array (n,) or None
+        None where the base shows no main sine: it is at rest.
+
+    Examples
+    --------
+    >>> t = np.arange(20000) / 1000.0
+    >>> shaken = np.cos(2 * np.pi * 8.0 * t) + 0.05 * np.cos(2 * np.pi * 24.0 * t)
+    >>> forced = forced_motion(1e-3 * shaken, 1e-3, frequency=8.0)
+    >>> bool(np.abs(forced + 0.05e-3 / 8.0 * np.cos(2 * np.pi * 24.0 * t)).max() < 5e-9)
+    True
+    """
+    shaken = base_motion(base, step, frequency=frequency, quantity=quantity)
+    if shaken is None:
+        return None
+    t = step * np.arange(base.size)
+    phase = 2.0 * math.pi * shaken.frequency * t
+    sine = np.stack([np.ones_like(t), t, np.cos(phase), np.sin(phase)], axis=1)
+    rest = base - sine @ np.linalg.lstsq(sine, base, rcond=None)[0]
+    f = np.fft.rfftfreq(base.size, step) / frequency
+    above = np.clip((f - _SLOW[0]) / (_SLOW[1] - _SLOW[0]), 0.0, 1.0)
+    f = np.maximum(f, _SLOW[0])
+    answer = above / (1.0 - f**2) / (2j * math.pi * frequency * f) ** ORDER[quantity]
+    return np.fft.irfft(np.fft.rfft(rest) * answer, base.size)
+
+
+_SLOW = (1.2, 1.5)  # of the oscillation's frequency: below, a motion is smooth beside an impact
+_FORCED, _CALIBRATED = 5.0, 0.05  # standard errors that contradict; of a base beside a displacement
 
 
 def slope_changes(
@@ -188,6 +246,7 @@ def slope_changes(
     half = max(_LEAST, round(settings.window / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
     open_ = np.ones(k, dtype=bool)
+    forced = np.zeros((2, k))
     for share in _SHORTER:
         reach = round(half * share)
         if reach < _LEAST:
@@ -199,6 +258,11 @@ def slope_changes(
         for begin in range(0, chosen.size, 4096):
             group = chosen[begin : begin + 4096]
             windows = _windows(x, times, jumps, centre, group, reach, response, full=share > 0.3)
+            if x.forced is not None:
+                x, forced = _without_forced(x, times, windows, centre[group], reach)
+                windows = _windows(
+                    x, times, jumps, centre, group, reach, response, full=share > 0.3
+                )
             lost = np.zeros((group.size, grid.size), dtype=bool)
             if x.missing is not None:
                 lost = x.missing[centre[group, np.newaxis] + grid]
@@ -216,7 +280,38 @@ def slope_changes(
                 _solve_around_gap(windows, int(row), ~lost[row], jumps, jump_errors,
                                   int(group[row]), noise, x.step, out)  # fmt: skip
         open_ &= ~fits
-    return out
+    return replace(out, x=out.x + forced[0], v_before=out.v_before + forced[1])
+
+
+def _without_forced(
+    x: Coarse, times: FloatArray, windows: _Windows, centre: IntArray, reach: int
+) -> tuple[Coarse, FloatArray]:
+    """The displacement less what the base forces, and that at the impacts (m, m/s).
+
+    As much of it as its channel says, within a calibration and what the displacement shows; where
+    that contradicts it (another unit, turned round, no base at all), as the displacement shows.
+    """
+    if x.forced is None:
+        return x, np.zeros((2, times.size))
+    rest = _left(windows, windows.samples)
+    shape = _left(windows, x.forced[centre[:, np.newaxis] + np.arange(-reach, reach + 1)])
+    norm = float((shape * shape).sum()) or 1.0
+    gain = float((shape * rest).sum()) / norm
+    error = math.sqrt(float(((rest - gain * shape) ** 2).mean()) / norm)
+    if abs(gain - 1.0) < _FORCED * error:
+        gain = 1.0 + (gain - 1.0) / (1.0 + (error / _CALIBRATED) ** 2)
+    from scipy.interpolate import CubicSpline
+
+    motion = CubicSpline(x.start + x.step * np.arange(x.forced.size), gain * x.forced)
+    values = x.values - gain * x.forced
+    return replace(x, values=values, forced=None), np.stack([motion(times), motion(times, 1)])
+
+
+def _left(windows: _Windows, values: FloatArray) -> FloatArray:
+    """What smooth motion and a jump leave of some values in each window."""
+    bent, own = _out(windows.bend, windows.q), _out(values, windows.q)
+    norm = (bent * bent).sum(axis=1, keepdims=True)
+    return np.asarray(own - (bent * own).sum(axis=1, keepdims=True) / norm * bent)
 
 
 @dataclass(frozen=True)

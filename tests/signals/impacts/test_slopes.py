@@ -1,0 +1,46 @@
+"""Jumps of velocity from the displacement where the base moves by more than one sine."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vinesexp.signals.impacts.slopes import coarsen, forced_motion, slope_changes
+
+RATE, F, JUMP = 4000.0, 8.0, 0.01
+W = 2.0 * np.pi * F
+
+
+def displacement(share, *, multiple=3.0, seconds=6.0):
+    """Oscillation, what harmonics of the base of 0.25 mm force, and a jump twice a cycle."""
+    t = np.arange(round(seconds * RATE)) / RATE
+    times = np.arange(0.51, seconds - 0.5, 0.5 / F)
+    signs = np.where(np.arange(times.size) % 2, -1.0, 1.0)
+    base = 0.25e-3 * (np.cos(W * t) + share * np.cos(multiple * W * t + 0.4))
+    forced = 0.25e-3 * share / (1.0 - multiple**2) * np.cos(multiple * W * t + 0.4)
+    x = 5e-3 * np.cos(W * t) + forced
+    for at, sign in zip(times, signs, strict=True):
+        x += sign * JUMP * np.sin(W * np.maximum(t - at, 0.0)) / W
+    return x, base, times, signs * JUMP
+
+
+@pytest.mark.parametrize("multiple", [2.0, 3.0])
+@pytest.mark.parametrize("gain", [1.0, 25.4, -1.0])
+def test_harmonics_of_the_base_leave_the_jumps_alone(multiple, gain):
+    noise = 1e-7 * np.random.default_rng(3).standard_normal(24_000)
+
+    def off(share, *, told):
+        x, base, times, jumps = displacement(share, multiple=multiple)
+        coarse = coarsen(x + noise, RATE, F)
+        seen = coarsen(gain * base, RATE, F).values
+        forced = forced_motion(seen, coarse.step, frequency=F) if told else None
+        return slope_changes(replace(coarse, forced=forced), times, jumps, frequency=F).jump / jumps
+
+    pure = off(0.0, told=False)
+    assert np.nanmax(np.abs(off(0.05, told=False) - pure)) > 3e-3
+    assert np.nanmax(np.abs(off(0.05, told=True) - pure)) < 2e-4
+
+
+def test_a_base_at_rest_forces_nothing():
+    noise = 1e-7 * np.random.default_rng(4).standard_normal(20000)
+    assert forced_motion(noise, 1.0 / RATE, frequency=F) is None
