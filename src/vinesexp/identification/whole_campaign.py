@@ -322,6 +322,7 @@ def _restitutions(answer: Answer, found: Sequence[Estimate]) -> list[Estimate]:
 
 _ROWS = {"slope": ("r_speed_slope", "s/m"), "friction": ("friction", "m/s^2"),
          "tilt": ("tilt", "m/s^2"), "contact": ("contact_time", "s"), "rolling": ("rolling", "1"),
+         "hollow": ("hollow", "1/s^2"),
          }  # fmt: skip
 
 

@@ -43,7 +43,7 @@ _OFF = 2.0
 #: Rows of identified.csv on ball and contact, and on damping and spring.
 OF_BALL = (
     "r_wall_plus", "r_wall_minus", "r_speed_slope", "r_speed", "friction", "tilt",
-    "contact_time", "r_effective", "nes_mass_effective", "rolling",
+    "contact_time", "r_effective", "nes_mass_effective", "rolling", "hollow",
 )  # fmt: skip
 OF_OSCILLATOR = (
     "damping_linear", "damping_quadratic", "damping_coulomb", "stiffening", "f0_small",
@@ -142,8 +142,8 @@ def _oscillator(record: Record, model: Model) -> Oscillator:
 
 
 def _ball(m: float, b: float, r: float, of: Mapping[str, float]) -> NES:
-    """A ball with the effects that were chosen; a contact that lasts by its effective values."""
-    lasting = "contact_time" in of and "r_effective" in of
+    """A ball with the effects that were chosen; contact and hollow by its effective values."""
+    lasting = ("contact_time" in of or "hollow" in of) and "r_effective" in of
     if lasting:
         r, m = of["r_effective"], of.get("nes_mass_effective", m)
     # A ball that rolls moves as a lighter one that slides in a longer cavity.

@@ -10,6 +10,8 @@ of ball and contact moves them in its own way:
     contact of duration tau        the way took T - tau: tau/T of the relative speed more; and the
                                    spring moves the mass on by 0.6 (1 - r) tau x'' while they touch
     rolling, a share s             + s (v - mean v of the mass) at either end
+    hollow floor, kappa (y - x)    the ball arrives and had left slower by kappa b T/6, and by what
+                                   the mass moves in between
 
 A contact is a spring with a dashpot. Its impulse has its centroid r/(1 + r) of it after it begins:
 there the motions before and after meet if they are continued.
@@ -33,7 +35,7 @@ from vinesexp.identification.joint.unknowns import Local
 #: Local quantities of the collisions of a record, in order.
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
-    "wall", "slope", "friction", "tilt", "contact", "rolling",
+    "wall", "slope", "friction", "tilt", "contact", "rolling", "hollow",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -43,6 +45,7 @@ EFFECTS = {
     "tilt": "m/s^2",
     "contact": "s",
     "rolling": "1",
+    "hollow": "1/s^2",
 }
 _IMAGINARY = 1e-30  # step of a derivative without cancellation
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
@@ -91,9 +94,25 @@ class Collisions:
     sigma: FloatArray
 
     def rest(self, p: ComplexArray) -> ComplexArray:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (14, ..., 1)."""
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (15, ..., 1)."""
         f = self.flights
-        r, ln_eps, g_x, g_a, reading, share, late, b, wall, slope, rub, tilt, contact, roll = p
+        (
+            r,
+            ln_eps,
+            g_x,
+            g_a,
+            reading,
+            share,
+            late,
+            b,
+            wall,
+            slope,
+            rub,
+            tilt,
+            contact,
+            roll,
+            hollow,
+        ) = p
         scale = np.exp(-g_x)
         middle = f.v_before + 0.5 * f.jump
         way_before = self.x - self.x_before + late * (middle - f.v_previous)
@@ -114,13 +133,18 @@ class Collisions:
         carried_after = u_after - (1.0 - arrives) * v_after - arrives * f.v_next * scale
         rolled_before = v_before - u_before - 2.0 * s * b / T_before
         rolled_after = v_after - u_after + 2.0 * s * b / T_after
+        # first order in the pull: the ball goes straight, the mass by a cubic between its impacts
+        drawn_before = scale * ((self.x - self.x_before) / 60.0 + T_before * f.v_previous / 30.0)
+        drawn_before = drawn_before - T_before * v_before / 20.0
+        drawn_after = scale * ((self.x - self.x_after) / 60.0 - T_after * f.v_next / 30.0)
+        drawn_after = drawn_after + T_after * v_after / 20.0
         u_before = (
             u_before + 0.5 * (rub * s + tilt) * T_before + contact * carried_before / T_before
-            + roll * rolled_before
+            + roll * rolled_before + hollow * T_before * (s * b / 6.0 + drawn_before)
         )  # fmt: skip
         u_after = (
             u_after + 0.5 * (rub * s - tilt) * T_after + contact * carried_after / T_after
-            + roll * rolled_after
+            + roll * rolled_after - hollow * T_after * (s * b / 6.0 + drawn_after)
         )  # fmt: skip
         before, after = v_before - u_before, v_after - u_after
         speed = before * np.sign(before.real)

@@ -60,7 +60,7 @@ _FLAT = (0.0, 0.0, 0.0)  # of a rig whose f0 and zeta do not depend on amplitude
 _FEWEST = 10  # collisions of a record
 _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
-_FREE = (0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4)
+_FREE = (0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0)
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
 _TINY = 1e-9

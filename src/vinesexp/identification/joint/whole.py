@@ -48,7 +48,7 @@ _FAR_WORSE = 20.0  # mean square residual over the usual one from which a record
 _JUDGED = 4  # records with flights from which on one of them can be judged by the others
 #: Share of a law's correction that no law of friction or of a contact is truer than.
 _LAW = 0.1
-_HIDDEN = ("friction", "contact")  # effects that r and the ball's mass can stand for
+_HIDDEN = ("friction", "contact", "hollow")  # effects that r and the ball's mass can stand for
 
 #: Inputs by the unknowns that they are a prior of.
 INPUTS = {
@@ -326,7 +326,7 @@ def effective(answer: Answer, ball: str) -> tuple[dict[str, float], dict[str, fl
         if answer.effect(name) is not None:
             by_r, by_m = np.linalg.solve(inner, H[two, index[name]])
             r[name] = float(by_r)
-            if name == "contact":
+            if name != "friction":
                 m[name] = float(by_m)
     return r, m
 

@@ -24,6 +24,7 @@ _NAMES = {
     "tilt": "a cavity that slopes",
     "contact": "a contact that lasts",
     "rolling": "a ball that rolls",
+    "hollow": "a floor that is hollow, or a magnet",
     "drop": "drop tests on another surface than the walls",
     "pulse area": "a pulse of the accelerometer whose area is off (a contact that rings)",
     "jumps": "jumps of velocity that both sensors show wrong (a local mode)",
@@ -205,6 +206,12 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     "rolling": lambda v, e: (
         f"the ball rolls: its floor takes it along by {v:.3g} +- {e:.2g} of the floor's own motion "
         "(2/7 of a solid ball that never slips); b_c is predicted for a ball that does so"
+    ),
+    "hollow": lambda v, e: (
+        f"the ball is drawn to the middle of its cavity by {v:.3g} +- {e:.2g} m/s^2 for every m (a "
+        f"floor that is hollow with a radius of {9.80665 / abs(v):.2g} m, or a magnet; a floor "
+        "that bulges draws it to the walls, with a minus); r allows for it, and b_c is predicted "
+        "with r_effective and nes_mass_effective"
     ),
     "drop": lambda v, e: (
         f"r of the drop tests differs from that of the walls by {v:+.3g} +- {e:.2g}: they were "

@@ -1,0 +1,61 @@
+"""The two laws of a collision hold with the forces that act on the ball between the walls."""
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from vinesexp.identification.flights import Flights
+from vinesexp.identification.joint.collisions import LOCALS, Collisions
+
+W, A, B, R, STEP = 2.0 * np.pi * 8.0, 5e-3, 20e-3, 0.6, 1e-3
+
+
+def bounces(pull, *, count=120):
+    """Impacts of a ball that x = A cos(W t) shakes, drawn to the middle by `pull` (1/s^2)."""
+
+    def force(t, s):
+        return [s[1], -pull * (s[0] - A * np.cos(W * t))]
+
+    def wall(t, s):
+        return abs(s[0] - A * np.cos(W * t)) - B
+
+    wall.terminal, wall.direction = True, 1.0
+    t, s, rows = 0.0, [A, 0.8], []
+    while len(rows) < count:
+        found = solve_ivp(force, (t, t + 10.0), s, events=wall, rtol=1e-11, atol=1e-14)
+        t, (y, u) = found.t[-1], found.y[:, -1]
+        x, v = A * np.cos(W * t), -A * W * np.sin(W * t)
+        rows.append((t, x, v, np.sign(x - y)))
+        s = [x - rows[-1][3] * (B - 1e-12), v - R * (u - v)]
+    return np.array(rows[20:]).T
+
+
+def collisions(pull):
+    """They as observations, of impacts whose flights go from wall to wall."""
+    t, x, v, side = bounces(pull)
+    here = np.arange(1, t.size - 1)
+    here = here[(side[here] != side[here - 1]) & (side[here] != side[here + 1])]
+    y, zero = x - side * B, np.zeros(here.size)
+    T_before, T_after = t[here] - t[here - 1], t[here + 1] - t[here]
+    flights = Flights(
+        here, (y[here] - y[here - 1]) / T_before, (y[here + 1] - y[here]) / T_after,
+        v[here], v[here], zero, zero + 1e-3, side[here], T_before, T_after,
+        v[here - 1], v[here + 1], zero, zero, zero + B, zero,
+    )  # fmt: skip
+    known = np.ones((3, here.size), dtype=bool)
+    return Collisions(flights, x[here], x[here - 1], x[here + 1], W**2, 0.8, known, np.ones(3),
+                      (np.zeros((0, 1)),) * 3, np.zeros((3, 0)))  # fmt: skip
+
+
+def left(c, **effects):
+    """Relative speeds that the law of restitution leaves, m/s."""
+    p = np.zeros((len(LOCALS), 1), dtype=np.complex128)
+    for name, value in {"r": R, "b": B, "ln_eps": -30.0, **effects}.items():
+        p[LOCALS.index(name)] = value
+    return np.abs(c.rest(p)[0].real).max()
+
+
+def test_a_ball_in_a_hollow_arrives_and_leaves_slower_than_its_mean():
+    pulled = collisions(15.0)
+    assert left(collisions(0.0)) < 1e-8
+    assert left(pulled) > 2e-3
+    assert left(pulled, hollow=15.0) < 0.15 * left(pulled)
