@@ -17,7 +17,7 @@ from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles, label_of
 from vinesexp.proposal.survey import ColumnView, FileView, view_file
-from vinesexp.records.ingest import read_channels
+from vinesexp.records.ingest import read_as_measured
 from vinesexp.records.schema import Channel, TimeColumn
 from vinesexp.units import UNITS
 
@@ -94,15 +94,16 @@ def _compared(view: FileView, column: ColumnView, shown: str) -> Line:
     if view.time is not None:
         time = TimeColumn(view.time, view.time_unit, UNITS["time"].get(view.time_unit, 1.0))
     if column.unit in UNITS["voltage"]:  # of a sensor whose sensitivity nobody says
-        rate, x = float(column.rate or 1.0), column.finite
+        x = column.finite
+        t = np.arange(x.size) / float(column.rate or 1.0)
     else:
-        rate, _, values = read_channels(
+        t, values = read_as_measured(
             view.path, {role: channel}, time=time, sample_rate=None if time else view.rate
         )
         x = values[role]
-    peer = fit(np.arange(x.size) / rate, x)
+    peer = fit(t, x)
     try:
-        found = fit_ringdown(x, sample_rate=rate, frequency=column.peak()[0])
+        found = fit_ringdown(x, times=t, frequency=column.peak()[0])
     except VinesexpError as error:
         return Line("refused", f"{shown}; {error.problem}")
     value = (

@@ -159,7 +159,7 @@ def test_labview_variants(name, column, rate, values):
 def test_labview_with_comments_and_uneven_times_is_refused_for_the_times():
     source = open_source(REAL / "lvm/with_comments.lvm")
     assert [column.name for column in source.columns][2] == "Temperatura (°C)"
-    with pytest.raises(RecordError, match="line 25: time steps by"):
+    with pytest.raises(RecordError, match="line 31: time steps by"):
         read_channels(source.path, {"displacement": channel(2, file_size=1.0)})
 
 

@@ -12,7 +12,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.decrement import log_decrement
 from vinesexp.identification.estimate import Estimate, is_known
-from vinesexp.identification.oscillation import displacement_of, motion_role
+from vinesexp.identification.oscillation import motion_role, motion_samples
 from vinesexp.identification.phasors import Phasors, decay_window
 from vinesexp.identification.ringdown import ring_down
 from vinesexp.identification.ringdown_result import RingDown
@@ -161,13 +161,12 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     AnalysisError
         There is no free decay in the record.
     """
-    x, step = displacement_of(view, frequency)
+    x, t = motion_samples(view, frequency)
     role = motion_role(view)
-    x[missing_means(view, role, round(step * view.sample_rate))] = np.nan
     resolution = resolution_of(view.read(role, 0, 1 << 16))
     if view.quantity(role) == "acceleration":
         resolution /= (2.0 * math.pi * frequency) ** 2
-    methods = ring_down(x, step, frequency=frequency, resolution=resolution)
+    methods = ring_down(x, t, frequency=frequency, resolution=resolution)
     best = methods[-1]
     suffix = "_added" if record.added_mass else ""
     found = [

@@ -13,10 +13,11 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.records.store import RecordView
-from vinesexp.signals.means import channel_means
+from vinesexp.signals.means import block_means, channel_means, missing_means
 
 #: Block means a period: a sine loses 0.3 % of its information there.
 POINTS = 24
+_PAUSE = 0.6  # steps more than a group should last: a sample was lost in it
 _SPECTRUM = 1 << 19  # points that the frequency is looked for in
 _PERIODS = 3.0  # fewer in a record are drift
 
@@ -52,10 +53,53 @@ def displacement_of(view: RecordView, frequency: float) -> tuple[FloatArray, flo
     """
     role = motion_role(view)
     k = max(1, int(view.sample_rate / (POINTS * frequency)))
-    x = channel_means(view, role, k) / float(np.sinc(frequency * k / view.sample_rate))
+    one = frequency / view.sample_rate
+    x = channel_means(view, role, k) / float(np.sinc(one * k) / np.sinc(one))
     if view.quantity(role) == "acceleration":
         x = -x / (2.0 * math.pi * frequency) ** 2
     return x, k / view.sample_rate
+
+
+def fewer(x: FloatArray, t: FloatArray, frequency: float) -> tuple[FloatArray, FloatArray]:
+    """Means over groups of samples, some 24 a period, and their mean times.
+
+    What means take from a sine is given back. A group with a pause in it is left out.
+
+    Examples
+    --------
+    >>> t = np.arange(1000) / 1000.0
+    >>> x, at = fewer(np.cos(2 * np.pi * 4.0 * t), t, 4.0)
+    >>> x.size, bool(np.abs(x - np.cos(2 * np.pi * 4.0 * at)).max() < 1e-4)
+    (100, True)
+    """
+    step = float(np.median(np.diff(t))) if t.size > 1 else math.inf
+    k = max(1, int(1.0 / (POINTS * frequency * step)))
+    if k == 1:
+        return x, t
+    whole = t.size // k * k
+    groups = t[:whole].reshape(-1, k)
+    dense = groups[:, -1] - groups[:, 0] < (k - 1 + _PAUSE) * step
+    at = block_means(t, k)
+    left = np.cos(2.0 * math.pi * frequency * (groups - at[:, np.newaxis])).mean(axis=1)
+    means = x.mean() + block_means(x - x.mean(), k) / left
+    return np.asarray(means[dense], dtype=np.float64), at[dense]
+
+
+def motion_samples(view: RecordView, frequency: float) -> tuple[FloatArray, FloatArray]:
+    """Displacement, m, and its times from the record's start, s, without what was not measured.
+
+    On the true times where the clock is uneven; else in means some 24 a period.
+    """
+    role = motion_role(view)
+    if (measured := view.as_measured(role)) is not None:
+        t, x = measured
+        x, t = fewer(x, t - view.start, frequency)
+        if view.quantity(role) == "acceleration":
+            x = -x / (2.0 * math.pi * frequency) ** 2
+        return x, t
+    x, step = displacement_of(view, frequency)
+    known = ~missing_means(view, role, round(step * view.sample_rate))
+    return x[known], step * np.flatnonzero(known)
 
 
 def frequency_of_motion(view: RecordView) -> float:

@@ -18,6 +18,9 @@ from vinesexp.errors import AnalysisError
 
 _BREAKS = 10.0  # robust standard deviations
 _MOMENT = 0.2  # of a window: more than this standing out is not a moment, nothing is left out
+_UNSURE = 3.0  # times the usual error: a window that holds too few samples
+_SEEN = 5  # samples of a window at least
+_NEAR = 2.5  # rad between the neighbours of a sample: beyond, they do not tell where it should be
 _MOST_OUTLIERS = 6  # times that the recursion is fitted
 _FEWEST = 3  # periods that a decay has to show
 _MOVING = 8  # windows that show how a frequency moves
@@ -129,44 +132,22 @@ class Phasors:
     span: float
 
 
-def demodulate(
-    x: FloatArray, step: float, frequency: float, *, rate: float = 0.0,
-    local: FloatArray | None = None, lost: BoolArray | None = None,
-) -> Phasors:  # fmt: skip
-    """Fit constant, slope and a damped sine to consecutive windows of one period.
+def times_of(x: FloatArray, t: FloatArray | float) -> FloatArray:
+    """Times of samples (s) that are given as such, or by the step from one to the next."""
+    return np.asarray(t * np.arange(x.size) if np.ndim(t) == 0 else t, dtype=np.float64)
 
-    Samples that stand out of a window's fit (a sensor that lost its target for a moment) are left
-    out of it.
 
-    Parameters
-    ----------
-    x : array (n,)
-        Displacement, m, `step` s apart.
-    frequency : float
-        About that of the oscillation, Hz.
-    rate : float
-        Decay within a window, 1/s, as far as it is known.
-    local : array (windows,), optional
-        Angular frequency in every window, rad/s, where it moves; z still turns relative to
-        `frequency`.
-    lost : bool array (n,), optional
-        Samples that were not measured; windows that lost much of theirs are left out.
+def windows(t: FloatArray, frequency: float) -> tuple[int, float, int]:
+    """Samples in a period, its length in whole steps (s), and the periods in a record.
 
     Raises
     ------
     AnalysisError
-        Fewer than three windows.
-
-    Examples
-    --------
-    >>> t = np.arange(2400) / 240.0
-    >>> x = 2.0 * np.exp(-0.1 * t) * np.cos(2 * np.pi * 10 * t) + 5.0
-    >>> p = demodulate(x, 1 / 240.0, 10.0, rate=0.1)
-    >>> bool(abs(abs(p.z[0]) - 2.0 * np.exp(-0.1 * p.t[0])) < 1e-9)
-    True
+        Too few of either.
     """
+    step = float(np.median(np.diff(t))) if t.size > 1 else math.inf
     size = round(1.0 / (frequency * step))
-    count = x.size // size if size else 0
+    count = int((t[-1] - t[0] + step) / (size * step) + 1e-6) if size else 0
     if size < SAMPLES:
         raise AnalysisError(
             f"{1.0 / (frequency * step):.3g} samples in a period of {frequency:.6g} Hz, expected "
@@ -177,40 +158,105 @@ def demodulate(
         raise AnalysisError(
             f"{count} periods of {frequency:.6g} Hz in the record, expected {_FEWEST} or more"
         )
-    s = np.asarray((np.arange(size) - 0.5 * (size - 1)) * step, dtype=np.float64)
-    w = 2.0 * math.pi * frequency
-    fall: FloatArray = np.exp(-rate * s)
-    basis = _basis(s, fall, np.array(w))
-    windows = x[: count * size].reshape(count, size)
-    inverse = np.asarray(np.linalg.pinv(basis), dtype=np.float64)
-    gaps = np.zeros(windows.shape, dtype=bool)
-    if lost is not None:
-        gaps = lost[: count * size].reshape(count, size)
-    fitted, noise = _robust(windows, basis, inverse, w * step, gaps)
-    t = np.asarray(((np.arange(count) + 0.5) * size - 0.5) * step, dtype=np.float64)
-    if local is not None:
-        own = np.linalg.pinv(_basis(s, fall, local)) @ windows[:, :, np.newaxis]
-        fitted[:, 2:4] = own[:, 2:4, 0]
-    z = (fitted[:, 2] + 1j * fitted[:, 3]) * np.exp(-1j * w * t)
-    error = noise * math.sqrt(0.5 * float((inverse[2] ** 2).sum() + (inverse[3] ** 2).sum()))
-    seen = gaps.mean(axis=1) < _MOMENT
+    return size, size * step, count
+
+
+def demodulate(
+    x: FloatArray, t: FloatArray | float, frequency: float, *, rate: float = 0.0,
+    local: FloatArray | None = None,
+) -> Phasors:  # fmt: skip
+    """Fit constant, slope and a damped sine to consecutive windows of one period.
+
+    Samples that stand out (a sensor that lost its target for a moment) are left out, and windows
+    that hold too few samples to say much.
+
+    Parameters
+    ----------
+    x : array (n,)
+        Displacement, m.
+    t : array (n,) or float
+        Its times, s, rising, even or not; or the step between them.
+    frequency : float
+        About that of the oscillation, Hz.
+    rate : float
+        Decay within a window, 1/s, as far as it is known.
+    local : array (windows,), optional
+        Angular frequency in every window, rad/s, where it moves; z still turns relative to
+        `frequency`.
+
+    Raises
+    ------
+    AnalysisError
+        Fewer than three windows.
+
+    Examples
+    --------
+    >>> t = np.sort(np.random.default_rng(0).uniform(0.0, 10.0, 2400))
+    >>> x = 2.0 * np.exp(-0.1 * t) * np.cos(2 * np.pi * 10 * t) + 5.0
+    >>> p = demodulate(x, t, 10.0, rate=0.1)
+    >>> bool(abs(abs(p.z[0]) - 2.0 * np.exp(-0.1 * p.t[0])) < 1e-9)
+    True
+    """
+    times = times_of(x, t)
+    size, span, count = windows(times, frequency)
+    step, w = span / size, 2.0 * math.pi * frequency
+    window = np.floor((times - times[0]) / span + 1e-6).astype(np.int64)
+    x, times, window = (one[window < count] for one in (x, times, window))
+    centre = np.asarray(times[0] + (np.arange(count) + 0.5) * span - 0.5 * step, dtype=np.float64)
+    s = times - centre[window]
+    turn = (w if local is None else local[window]) * s
+    fall = np.exp(-rate * s)
+    basis = np.stack(
+        [np.ones_like(s), s / (0.5 * span), fall * np.cos(turn), -fall * np.sin(turn)], axis=1
+    )
+    out = standing_out(x, w * np.diff(times))
+    held = np.bincount(window, minlength=count)
+    share = np.bincount(window, out, minlength=count) / np.maximum(held, 1)
+    use = ~out | (share > _MOMENT)[window]  # else it is no moment
+    fitted, inverse, noise = _fitted(x, basis, window, use, size, count)
+    z = (fitted[:, 2] + 1j * fitted[:, 3]) * np.exp(-1j * w * centre)
+    unsure = np.sqrt(0.5 * (inverse[:, 2, 2] + inverse[:, 3, 3]))
+    seen = np.bincount(window[use], minlength=count) >= _SEEN
+    usual = float(np.median(unsure[seen])) if seen.any() else 0.0
+    seen &= unsure < _UNSURE * usual
     if seen.sum() < _FEWEST:
         raise AnalysisError(
             f"{seen.sum()} periods of {frequency:.6g} Hz without a gap in the record, expected "
             f"{_FEWEST} or more"
         )
-    return Phasors(t[seen], z[seen], error, noise, w, size * step)
+    return Phasors(centre[seen], z[seen], noise * usual, noise, w, span)
 
 
-def _basis(s: FloatArray, fall: FloatArray, w: FloatArray) -> FloatArray:
-    """Columns fitted to a window (..., n, columns): constant, slope, cosine and sine."""
-    turn = w[..., np.newaxis] * s
-    columns = [np.ones_like(turn), turn / turn.max(), fall * np.cos(turn), -fall * np.sin(turn)]
-    return np.asarray(np.stack(columns, axis=-1), dtype=np.float64)
+def _fitted(
+    x: FloatArray, basis: FloatArray, window: NDArray[np.int64], use: BoolArray, size: int,
+    count: int,
+) -> tuple[FloatArray, FloatArray, float]:  # fmt: skip
+    """Coefficients of every window and their covariances for a noise of 1; the noise of a sample.
+
+    The noise is that in the quieter half of the windows.
+    """
+    columns = basis.shape[1]
+    known, own = basis[use], window[use]
+    middle = float(x.mean())
+
+    def sums(values: FloatArray) -> FloatArray:
+        return np.asarray(np.bincount(own, values, minlength=count), dtype=np.float64)
+
+    normal = np.array([[sums(a * b) for b in known.T] for a in known.T]).transpose(2, 0, 1)
+    right = np.stack([sums(a * (x[use] - middle)) for a in known.T], axis=1)
+    # A window without samples has a covariance that says so.
+    inverse = np.asarray(np.linalg.inv(normal + 1e-13 * size * np.eye(columns)), dtype=np.float64)
+    fitted = np.einsum("nij,nj->ni", inverse, right)
+    fitted += np.einsum("nij,nj->ni", inverse, right - np.einsum("nij,nj->ni", normal, fitted))
+    rest = x[use] - middle - (known * fitted[own]).sum(axis=1)
+    n = sums(np.ones(own.size))
+    rms = np.sort(np.sqrt(sums(rest**2) / np.maximum(n - columns, 1))[n > columns])
+    fitted[:, 0] += middle
+    return fitted, inverse, float(rms[: max(1, rms.size // 2)].mean()) if rms.size else 0.0
 
 
-def local_frequencies(p: Phasors, count: int) -> FloatArray | None:
-    """Angular frequency in each of the `count` windows of a record whose frequency moves.
+def local_frequencies(p: Phasors, start: float, count: int) -> FloatArray | None:
+    """Angular frequency in each of the `count` windows from `start` on, where it moves.
 
     From the phase of the windows that hold the decay, over amplitude (a straight line and a
     square); None where it moves by less than a hundredth.
@@ -224,23 +270,24 @@ def local_frequencies(p: Phasors, count: int) -> FloatArray | None:
     found = np.polyval(law, size / size.max())
     if np.ptp(found) < _MOVES * p.w:
         return None
-    inside = np.clip(np.round(p.t / p.span - 0.5).astype(np.int64), 0, count - 1)
+    inside = np.clip(np.round((p.t - start) / p.span - 0.5).astype(np.int64), 0, count - 1)
     low, high = 0.5 * p.w, 2.0 * p.w
     return np.clip(np.interp(np.arange(count), inside, found), low, high)
 
 
-def standing_out(x: FloatArray, turn: float) -> BoolArray:
+def standing_out(x: FloatArray, turn: FloatArray | float) -> BoolArray:
     """Samples that no smooth decay passes through: a sensor that lost its target for a moment.
 
-    Any decaying sine with a constant obeys x[n+1] + x[n-1] = a x[n] + b x[n-1] + d. A spike breaks
-    this for itself and its neighbours, wherever it lies; the three numbers are fitted to the rest.
+    A sine about d obeys x[n-1] sin(q) + x[n+1] sin(p) = x[n] sin(p + q), all without d, where the
+    phase turns by p to sample n and by q from it. Damping adds a share of x[n-1]. A spike breaks
+    this for itself and its neighbours, wherever it lies; three numbers are fitted to the rest.
 
     Parameters
     ----------
     x : array (n,)
-        Evenly sampled, several samples a period.
-    turn : float
-        About the phase from one sample to the next, rad.
+        Several samples a period.
+    turn : array (n - 1,) or float
+        About the phase from each sample to the next, rad.
 
     Returns
     -------
@@ -253,43 +300,30 @@ def standing_out(x: FloatArray, turn: float) -> BoolArray:
     >>> np.flatnonzero(standing_out(x, 0.31))
     array([49, 50, 51])
     """
-    basis = np.stack([x[1:-1], x[:-2], np.ones(x.size - 2)], axis=1)
-    values = x[2:] + x[:-2]
+    turns = np.broadcast_to(turn, (x.size - 1,))
+    before, after = turns[:-1], turns[1:]
+    p, q, both = np.sin(before), np.sin(after), np.sin(before + after)
+    near = before + after < _NEAR
+    scale = np.where(near, 0.5 * (p + q), 1.0)
+    basis = np.stack([x[1:-1] * both, x[:-2] * scale, p + q - both], axis=1) / scale[:, np.newaxis]
+    values = (x[:-2] * q + x[2:] * p) / scale
     out = np.zeros(values.size, dtype=bool)
+    if not near.any():
+        return np.zeros(x.size, dtype=bool)
     floor = 1e-12 * float(np.abs(x).max())
-    c = np.array([2.0 * math.cos(turn), 0.0, 0.0])
-    c[2] = np.median(values - basis @ c)
+    c = np.array([1.0, 0.0, 0.0])
+    c[2] = np.median((values - basis[:, 0])[near]) / np.median(basis[near, 2])
     for _ in range(_MOST_OUTLIERS):
         rest = np.abs(values - basis @ c)
-        limit = max(_BREAKS * float(np.median(rest)) / 0.6745, floor)
-        new = rest > limit
+        limit = max(_BREAKS * float(np.median(rest[near])) / 0.6745, floor)
+        new = near & (rest > limit)
         if (new == out).all() or new.mean() > _MOMENT:
             break
         out = new
-        c = np.linalg.lstsq(basis[~out], values[~out], rcond=None)[0]
+        c = np.linalg.lstsq(basis[near & ~out], values[near & ~out], rcond=None)[0]
     # A step of the slope (the release) breaks it once; a spike at three samples in a row.
     middle = np.concatenate([[False], out, [False]])
     return np.asarray(middle & (np.convolve(middle, np.ones(3), mode="same") > 1.5))
-
-
-def _robust(
-    windows: FloatArray, basis: FloatArray, inverse: FloatArray, turn: float, gaps: BoolArray
-) -> tuple[FloatArray, float]:
-    """Coefficients of every window, and the noise of a sample in the quieter half of them."""
-    count, size = windows.shape
-    out = standing_out(windows.ravel(), turn).reshape(windows.shape)
-    out &= (out.mean(axis=1) < _MOMENT)[:, np.newaxis]  # else it is no moment
-    seen = gaps.mean(axis=1) < _MOMENT
-    out |= gaps & seen[:, np.newaxis]
-    fitted = windows @ inverse.T
-    for i in np.flatnonzero(out.any(axis=1)):
-        use = ~out[i]
-        fitted[i] = np.linalg.lstsq(basis[use], windows[i, use], rcond=None)[0]
-    rest = np.where(out, 0.0, windows - fitted @ basis.T)
-    freedom = np.maximum(size - basis.shape[1] - out.sum(axis=1), 1)
-    rms = np.sort(np.sqrt((rest**2).sum(axis=1) / freedom)[seen])
-    count = max(int(seen.sum()), 1)
-    return fitted, float(rms[: max(1, count // 2)].mean())
 
 
 def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:

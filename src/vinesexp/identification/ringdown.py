@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray
-from vinesexp.errors import AnalysisError
+from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.identification.damping_law import (
     FORMS,
     NAMES,
@@ -30,7 +30,7 @@ from vinesexp.identification.damping_law import (
 from vinesexp.identification.decrement import log_decrement, mean_amplitude, straight_line
 from vinesexp.identification.estimate import is_known
 from vinesexp.identification.least_squares import Solution
-from vinesexp.identification.oscillation import POINTS
+from vinesexp.identification.oscillation import POINTS, fewer
 from vinesexp.identification.persistence import OF_PHASE, counts, grown, lasting
 from vinesexp.identification.phasors import (
     Phasors,
@@ -39,11 +39,12 @@ from vinesexp.identification.phasors import (
     local_frequencies,
     one_decay,
     standing_out,
+    times_of,
+    windows,
 )
 from vinesexp.identification.ringdown_result import RingDown, ring_down_by
 from vinesexp.signals.clipping import resolution_of
 from vinesexp.signals.cycles import cycle_amplitudes
-from vinesexp.signals.means import block_means, fill_gaps
 from vinesexp.units import COVERAGE_95
 
 __all__ = ["POINTS", "RingDown", "cycle_amplitudes", "fit_ringdown", "ring_down"]
@@ -90,17 +91,14 @@ _SIDE_LINES = 4  # half Fourier lines on each side that a second oscillation may
 _STRONG = 8.0  # times the median of the lines around
 
 
-def likelihood(
-    x: FloatArray, step: float, p: Phasors, envelope: RingDown, lost: BoolArray | None = None
-) -> RingDown:
+def likelihood(x: FloatArray, t: FloatArray, p: Phasors, envelope: RingDown) -> RingDown:
     """The form that the envelope chose, fitted to the displacement; drift is linear unknowns.
 
     So is a second oscillation, where what is left shows one: then the fit is done once more.
-    Samples that are `lost` are not fitted.
     """
-    begin = max(0, math.ceil(envelope.window[0] / step))
-    end = min(x.size, math.floor(envelope.window[1] / step) + 1)
-    t, y = np.asarray(step * np.arange(begin, end), dtype=np.float64), x[begin:end]
+    step = float(np.median(np.diff(t)))
+    inside = (t >= envelope.window[0]) & (t <= envelope.window[1])
+    t, y = t[inside], x[inside]
     start = replace(envelope.decay, start=float(t[0]))
     vector = start.vector()
     # A damping that only widens the errors of the envelope is no part of its law: free, it may
@@ -113,18 +111,18 @@ def likelihood(
     vector[0] -= envelope.decay.rate(A) * back
     vector[1] += vector[2] * back
     noise, slow = max(p.noise, 1e-9 * A), _drift(t, envelope.f0)
-    kept = _trusted(y, slow, decay_of(vector, start.form, start.start), t, noise, p.w * step)
-    if lost is not None:
-        kept &= ~lost[begin:end]
+    kept = _trusted(y, slow, decay_of(vector, start.form, start.start), t, noise, p.w)
     fit = _fitted(vector, terms, t, y, slow, kept, noise)
-    beat = _beat(fit.rest, y - fit.rest, step, envelope.f0, envelope.zeta)
+    beat = _beat(_even(fit.rest, t, step), _even(y - fit.rest, t, step), step, envelope)
     if beat is not None:
         rate = envelope.decay.rate(envelope.reference)
         both = np.concatenate([slow, _narrow(t, beat[0], rate)], axis=1)
         fit = _fitted(fit.vector, terms, t, y, both, kept, noise)
-    sigma = _noise_at(fit.rest, step, envelope.f0) / math.sqrt(float(kept.mean()))
+    rest = _even(fit.rest, t, step)
+    sigma = _noise_at(rest, step, envelope.f0) / math.sqrt(float(kept.sum()) / rest.size)
     decay = decay_of(fit.vector, start.form, start.start)
-    by = _lasting(fit.rest, t, decay, sigma, round(p.span / step), counts(terms))
+    even = np.asarray(t[0] + step * np.arange(rest.size), dtype=np.float64)
+    by = _lasting(rest, even, decay, sigma, round(p.span / step), counts(terms))
     free = with_next_terms(terms, by[0] > 1.0, by[1] > 1.0)
     covariance = fit.covariance if free == terms else fit.covariance_with(free)
     covariance = grown(covariance * (sigma / noise) ** 2, free, by)
@@ -132,6 +130,15 @@ def likelihood(
         "likelihood", decay, free, covariance, envelope.reference, fit.left, envelope.window
     )
     return replace(found, beat=beat)
+
+
+def _even(values: FloatArray, t: FloatArray, step: float) -> FloatArray:
+    """Values at uneven times put where they are nearest on an even axis, 0 where there is none.
+
+    For what a fit leaves: of noise and slow motion half a step more or less says nothing.
+    """
+    place = np.rint((t - t[0]) / step).astype(np.int64)
+    return np.asarray(np.bincount(place, values))
 
 
 def _lasting(
@@ -193,14 +200,14 @@ def _narrow(t: FloatArray, frequency: float, rate: float) -> FloatArray:
 
 
 def _trusted(
-    y: FloatArray, slow: FloatArray, decay: Decay, t: FloatArray, noise: float, turn: float
+    y: FloatArray, slow: FloatArray, decay: Decay, t: FloatArray, noise: float, w: float
 ) -> BoolArray:
     """Samples that are not those of a sensor that lost its target for a moment.
 
     A spike stands out from its neighbours; a longer loss from the start's fit.
     """
     log_A, phase = logs_and_phases(decay.vector()[np.newaxis], t, start=decay.start)
-    out = standing_out(y, turn)
+    out = standing_out(y, w * np.diff(t))
     difference = np.where(out, 0.0, y - (np.exp(log_A) * np.cos(phase))[0])
     q = np.linalg.qr(slow)[0]
     rest = np.abs(difference - q @ (q.T @ difference))
@@ -218,12 +225,13 @@ def _drift(t: FloatArray, f0: float) -> FloatArray:
 
 
 def _beat(
-    rest: FloatArray, motion: FloatArray, step: float, f0: float, zeta: float
+    rest: FloatArray, motion: FloatArray, step: float, envelope: RingDown
 ) -> tuple[float, float] | None:
     """Frequency and relative amplitude of a line in the residual that is not the decay's own.
 
     What a law of damping leaves lies within a few line widths of f0 and is no second oscillation.
     """
+    f0, zeta = envelope.f0, envelope.zeta
     taper = np.hanning(2 * rest.size)[rest.size :]  # a decay is strong at its start
     power = np.abs(np.fft.rfft(rest * taper))
     frequency = np.fft.rfftfreq(rest.size, step)
@@ -380,8 +388,22 @@ def _started(start: Decay, terms: tuple[str, ...], p: Phasors) -> Decay:
     return replace(start, alpha=alpha, beta=beta, gamma=gamma)
 
 
-def fit_ringdown(x: FloatArray, *, sample_rate: float, frequency: float) -> RingDown:
-    """The best method on a record as it was sampled; arguments as of `ring_down`.
+def fit_ringdown(
+    x: FloatArray, *, frequency: float, sample_rate: float | None = None,
+    times: FloatArray | None = None,
+) -> RingDown:  # fmt: skip
+    """The best method on a record as it was sampled.
+
+    Parameters
+    ----------
+    x : array (n,)
+        Displacement, m; NaN where it was not measured.
+    frequency : float
+        About that of the oscillation, Hz.
+    sample_rate : float, optional
+        Hz.
+    times : array (n,), optional
+        In the place of a sample rate, s, rising, even or not.
 
     Raises
     ------
@@ -390,32 +412,34 @@ def fit_ringdown(x: FloatArray, *, sample_rate: float, frequency: float) -> Ring
 
     Examples
     --------
-    >>> t = np.arange(20000) / 1000.0
+    >>> t = (np.arange(20000) + np.random.default_rng(1).uniform(0.0, 1.0, 20000)) / 1000.0
     >>> w0, zeta = 2 * np.pi * 7.862, 0.0065
     >>> x = 0.02 * np.exp(-zeta * w0 * t) * np.cos(w0 * np.sqrt(1 - zeta**2) * t)
-    >>> found = fit_ringdown(x, sample_rate=1000.0, frequency=7.8)
-    >>> round(found.f0, 5), round(found.zeta, 7), round(found.amplitude, 4)
+    >>> found = fit_ringdown(x, times=t, frequency=7.8)
+    >>> round(found.f0, 3), round(found.zeta, 4), round(found.amplitude, 3)
     (7.862, 0.0065, 0.02)
     """
-    k = max(1, int(sample_rate / (POINTS * frequency)))
-    coarse = block_means(fill_gaps(x), k) / np.sinc(frequency * k / sample_rate)
-    coarse[block_means((~np.isfinite(x)).astype(np.float64), k) > 0.0] = np.nan
-    return ring_down(
-        coarse, k / sample_rate, frequency=frequency, resolution=resolution_of(x[:_LOOK])
-    )[-1]
+    if times is None:
+        if sample_rate is None:
+            raise ParameterError("neither sample_rate nor times; give one of them")
+        times = np.arange(x.size) / sample_rate
+    known = np.isfinite(x)
+    x, times = x[known], np.asarray(times, dtype=np.float64)[known]
+    coarse, t = fewer(x, times, frequency)
+    return ring_down(coarse, t, frequency=frequency, resolution=resolution_of(x[:_LOOK]))[-1]
 
 
 def ring_down(
-    x: FloatArray, step: float, *, frequency: float, resolution: float = 0.0
+    x: FloatArray, t: FloatArray | float, *, frequency: float, resolution: float = 0.0
 ) -> list[RingDown]:
     """All methods on one record.
 
     Parameters
     ----------
     x : array (n,)
-        Displacement, m, NaN where it was not measured; block means some 24 a period lose nothing.
-    step : float
-        s between them.
+        Displacement, m, NaN where it was not measured; means some 24 a period lose nothing.
+    t : array (n,) or float
+        Their times, s, rising, even or not; or the step between them.
     frequency : float
         About that of the oscillation, Hz.
     resolution : float
@@ -440,21 +464,21 @@ def ring_down(
     >>> best.decay.form, abs(best.f0 - 7.9009) < 1e-3
     ('viscous', True)
     """
-    lost = ~np.isfinite(x)
-    x = fill_gaps(x)
-    whole = demodulate(x, step, frequency, lost=lost)
+    known = np.isfinite(x)
+    t, x = times_of(x, t)[known], x[known]
+    whole = demodulate(x, t, frequency)
     phasors = kept(whole, resolution)
     w, rate = (float(v) for v in straight_line(phasors)[:2])
     better = w / (2.0 * math.pi)
     if abs(better / frequency - 1.0) < 0.2:  # once more with the frequency and decay found
-        whole = demodulate(x, step, better, rate=rate, lost=lost)
+        whole = demodulate(x, t, better, rate=rate)
         phasors = kept(whole, resolution)
-        local = local_frequencies(phasors, x.size // round(whole.span / step))
+        local = local_frequencies(phasors, float(t[0]), windows(t, better)[2])
         if local is not None:
-            whole = demodulate(x, step, better, rate=rate, local=local, lost=lost)
+            whole = demodulate(x, t, better, rate=rate, local=local)
             phasors = kept(whole, resolution)
     decrement = log_decrement(phasors)
-    best = _settled(x, step, phasors, envelope(phasors, decrement.decay), decrement, lost)
+    best = _settled(x, t, phasors, envelope(phasors, decrement.decay), decrement)
     if best.fallen < _STEADY:
         raise AnalysisError(
             f"the amplitude {'falls' if best.fallen >= 0.0 else 'rises'} by "
@@ -469,7 +493,7 @@ def ring_down(
     if (wider := widened(whole, phasors, best, resolution)) is not None:
         with suppress(AnalysisError):
             start = begun_at(best.decay, float(wider.t[0]))
-            longer = _settled(x, step, wider, envelope(wider, start), decrement, lost)
+            longer = _settled(x, t, wider, envelope(wider, start), decrement)
             if _agree(longer, best):  # of what stands out of the noise that much is left
                 best = replace(longer, residual=best.residual)
     if not _sure(best):
@@ -546,9 +570,8 @@ def _sure(found: RingDown) -> bool:
 
 
 def _settled(
-    x: FloatArray, step: float, phasors: Phasors, law: RingDown, decrement: RingDown,
-    lost: BoolArray,
-) -> RingDown:  # fmt: skip
+    x: FloatArray, t: FloatArray, phasors: Phasors, law: RingDown, decrement: RingDown
+) -> RingDown:
     """The likelihood, or what stands in for it where it fails.
 
     A likelihood that leaves much of the motion and contradicts what amplitude and phase of every
@@ -557,7 +580,7 @@ def _settled(
     """
     others, said = [decrement], "the likelihood does not settle on this record"
     try:
-        best = likelihood(x, step, phasors, law, lost)
+        best = likelihood(x, t, phasors, law)
         if _sure(best):
             if best.residual < _MISFIT or _agree(best, law):
                 return best

@@ -28,6 +28,7 @@ _MOVING = {
 #: Channels of sensors that look at a target.
 _TARGETS = ("displacement", "base")
 
+_BREAK = 0.125  # of a period: the motion is known across a shorter gap
 _LEAST_PERIODS = 2.0
 
 _DEFECTS = {
@@ -116,10 +117,13 @@ def _paused(
 def _refuse_pieces(
     view: RecordView, record: Record, gaps: Stretches, period: float | None, said: str
 ) -> None:
-    """Refuse a record whose gaps leave no two periods in a row."""
-    edges = np.array([0, *(edge for gap in gaps for edge in gap), view.n])
+    """Refuse a record whose gaps leave no two periods in a row; short ones break none."""
+    if period is None:
+        return
+    long = [gap for gap in gaps if gap[1] - gap[0] > _BREAK * period]
+    edges = np.array([0, *(edge for gap in long for edge in gap), view.n])
     longest = int(np.diff(edges)[::2].max())
-    if period is not None and longest < _LEAST_PERIODS * period:
+    if longest < _LEAST_PERIODS * period:
         raise RecordError(
             f"{said}; no two periods of the motion are whole, look at the sensor", file=record.file
         )

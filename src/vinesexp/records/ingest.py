@@ -28,7 +28,7 @@ from vinesexp.records.readers import open_source
 from vinesexp.records.refusal import is_of_the_machine, reason_of
 from vinesexp.records.samples import Samples
 from vinesexp.records.schema import Campaign, Channel, Record, TimeColumn
-from vinesexp.records.store import create_record, integrate, leave_out, open_record
+from vinesexp.records.store import create_record, integrate, leave_out, open_record, uniform_times
 from vinesexp.records.timebase import UnevenClockError
 from vinesexp.records.velocity import integrated
 from vinesexp.whole_files import partial_path
@@ -104,7 +104,7 @@ def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
         with open_record(unseen) as view:
             found, missing = look_over(view, record, setup.channels, samples)
         for role, stretches in missing.items():
-            leave_out(unseen, role, stretches)
+            leave_out(unseen, role, stretches, paused=samples.gaps)
         if samples.quantities.get("displacement") == "velocity":
             integrate(unseen, "displacement")
             found.append(Check(record.id, "velocity", "ok", _INTEGRATED))
@@ -132,6 +132,9 @@ def _write(path: Path, samples: AnySamples, attributes: Mapping[str, Any]) -> No
     ) as writer:
         for block in samples.blocks():
             writer.append(block)
+        if isinstance(samples, Samples) and samples.uneven:
+            for times, block in samples.as_measured():
+                writer.append_measured(times, block)
         writer.sample_rate, writer.start = samples.sample_rate, samples.start
 
 
@@ -157,6 +160,36 @@ def read_channels(
         As for `ingest`; also for samples out of the instrument's range (infinite, or its mark).
     """
     samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
+    values = _values(samples)
+    return samples.sample_rate, samples.start, values
+
+
+def read_as_measured(
+    path: Path, channels: Mapping[str, Channel], *, time: TimeColumn | None = None,
+    sample_rate: float | None = None,
+) -> tuple[FloatArray, dict[str, FloatArray]]:  # fmt: skip
+    """Channels of one file at their true times, even or not; otherwise as `read_channels`.
+
+    Returns
+    -------
+    times : array (n,)
+        s.
+    values : dict
+        Role to samples, SI. A displacement that is the integral of a velocity is on even times.
+    """
+    samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
+    values = _values(samples)
+    if samples.uneven and "velocity" not in samples.quantities.values():
+        blocks = list(samples.as_measured())
+        return np.concatenate([times for times, _ in blocks]), {
+            role: np.concatenate([block[role] for _, block in blocks]) for role in values
+        }
+    n = min(one.size for one in values.values())
+    return uniform_times(samples.sample_rate, samples.start, 0, n), values
+
+
+def _values(samples: Samples) -> dict[str, FloatArray]:
+    """All samples on an even clock; NaN over pauses."""
     blocks = samples.whole()
     values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
     if samples.quantities.get("displacement") == "velocity":
@@ -169,5 +202,5 @@ def read_channels(
             values[role][first:end] = np.nan
     for role in values:
         if out_of_range := samples.overload(role):
-            raise RecordError(out_of_range, file=path)
-    return samples.sample_rate, samples.start, values
+            raise RecordError(out_of_range, file=samples.source.path)
+    return values

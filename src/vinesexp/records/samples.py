@@ -77,6 +77,7 @@ class Samples:
         size = time.size if time is not None else self._own_size()
         self._resampler: Resampler | None = None
         self._uneven: UnevenClockError | None = None
+        self._twice = 0  # rows
         self._clock = Clock(source.path, source.locate, size) if self._time is not None else None
         indexes = [conversion.index for conversion in self._conversions]
         self._rows = Rows(
@@ -86,6 +87,11 @@ class Samples:
         )
         self.sample_rate = self._stated_rate(sample_rate)
         self.start = 0.0 if self._clock is not None else self._start
+
+    @property
+    def uneven(self) -> bool:
+        """Whether the samples of `blocks` are interpolated."""
+        return self._resampler is not None
 
     @property
     def gaps(self) -> tuple[tuple[int, int], ...]:
@@ -109,12 +115,18 @@ class Samples:
         if self._resampler is not None:
             yield from self._even_blocks(self._resampler)
             return
-        for row, block in self._rows.blocks():
+        for row, block in self._once(self._rows):
             if self._clock is not None:
                 self._clock.add(block[:, -1], row=row)
             self.rows += len(block)
             yield self._si(block, row)
         self._compare_rows()
+        if self._twice:
+            one = self._twice == 1
+            said = "stands" if one else "stand"
+            self.warnings.append(
+                ("time", f"{self._twice} row{'' if one else 's'} {said} twice, times and all")
+            )
         if self.rows < 2:
             raise RecordError(
                 f"holds {'no' if not self.rows else 'one'} complete row"
@@ -130,6 +142,23 @@ class Samples:
             self.warnings.append(("time", stray + "which is passed over"))
         self._compare_with_header()
 
+    def _once(self, rows: Rows) -> Iterator[tuple[int, FloatArray]]:
+        """Blocks without rows that repeat the one before them, its time and all."""
+        before: FloatArray | None = None
+        self._twice = 0
+        for row, block in rows.blocks():
+            if self._clock is None:
+                yield row, block
+                continue
+            again = np.diff(block[:, -1], prepend=np.nan if before is None else before[-1]) == 0.0
+            if again.any():
+                above = np.concatenate([block[:1] if before is None else before[None], block[:-1]])
+                again &= (block == above).all(axis=1)
+                self._twice += int(again.sum())
+            before = block[-1]
+            if not again.all():
+                yield row, block[~again] if again.any() else block
+
     def whole(self) -> list[dict[str, FloatArray]]:
         """All blocks at once, resampled where the clock is uneven."""
         try:
@@ -137,6 +166,13 @@ class Samples:
         except UnevenClockError as uneven:
             self.resample(uneven)
             return list(self.blocks())
+
+    def as_measured(self) -> Iterator[tuple[FloatArray, dict[str, FloatArray]]]:
+        """Times, s, and SI blocks at them where the clock is uneven: after `resample`."""
+        assert self._clock is not None  # nothing else finds a clock uneven
+        rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)
+        for row, block in self._once(rows):
+            yield block[:, -1] * self._clock.size, self._si(block[:, :-1], row)
 
     def resample(self, uneven: UnevenClockError) -> None:
         """Have `blocks`, from the beginning again, give samples on a uniform clock."""
@@ -150,7 +186,7 @@ class Samples:
         self._rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)
 
     def _even_blocks(self, resampler: Resampler) -> Iterator[dict[str, FloatArray]]:
-        pairs = ((block[:, -1], block[:, :-1]) for _, block in self._rows.blocks())
+        pairs = ((block[:, -1], block[:, :-1]) for _, block in self._once(self._rows))
         for block in resampler.blocks(pairs):
             yield self._si(block, 0)
         errors = ", ".join(

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     import xarray
 
 
+_MEASURED = "as_measured"  # group: samples at their true times, where these are uneven
 _CHUNK = 65536  # samples: 256 kB of one channel, small enough to read a few cycles cheaply
 _TIME_BLOCK = 1 << 20  # samples of the time axis made at once: 8 MB
 
@@ -83,6 +84,17 @@ class RecordWriter:
             self._data[role].resize((stop,))
             self._data[role][self.n : stop] = values
         self.n = stop
+
+    def append_measured(self, times: FloatArray, block: Mapping[str, FloatArray]) -> None:
+        """Add samples as they were measured, with their true times (s), where these are uneven."""
+        group = self._file.require_group(_MEASURED)
+        for name, values in {"time": times, **block}.items():
+            if name not in group:
+                kind = np.float64 if name == "time" else np.float32
+                group.create_dataset(name, (0,), kind, maxshape=(None,), chunks=(_CHUNK,))
+            data = group[name]
+            data.resize((len(data) + len(values),))
+            data[len(data) - len(values) :] = values
 
     def close(self) -> None:
         """Write the time axis and put the file in its place."""
@@ -185,7 +197,9 @@ class RecordView:
                 f"cannot be read as a record ({error}); remove it and run again", file=self.path
             ) from None
         self.refused: str | None = self.attributes.get("refused")
-        self.roles: tuple[str, ...] = tuple(name for name in self._file if name != "time")
+        self.roles: tuple[str, ...] = tuple(
+            name for name in self._file if name not in ("time", _MEASURED)
+        )
         self.sample_rate = float(self.attributes.get("sample_rate_hz", np.nan))
         self.start = float(self.attributes.get("start_s", 0.0))
         self.n = int(self._file["time"].shape[0]) if "time" in self._file else 0
@@ -215,6 +229,19 @@ class RecordView:
         """Times of samples [start, stop), s: computed, so no file is read."""
         begin, end, _ = slice(start, stop).indices(self.n)
         return uniform_times(self.sample_rate, self.start, begin, end)
+
+    def as_measured(self, role: str) -> tuple[FloatArray, FloatArray] | None:
+        """True times (s) of a channel and its samples at them; None where the clock is even.
+
+        `read` gives such a channel interpolated onto an even clock, for all that needs one.
+        """
+        if _MEASURED not in self._file or role not in self._file[_MEASURED]:
+            return None
+        t, x = (
+            np.asarray(self._file[_MEASURED][name][()], dtype=np.float64) for name in ("time", role)
+        )
+        known = np.isfinite(x)
+        return t[known], x[known]
 
     def quantity(self, role: str) -> str:
         """What the channel measures: ``displacement``, ``acceleration``."""
@@ -288,13 +315,25 @@ def create_record(
     )
 
 
-def leave_out(path: Path, role: str, stretches: Sequence[tuple[int, int]]) -> None:
-    """Make gaps of stretches of one channel of a record on disk: their samples become NaN."""
+def leave_out(
+    path: Path, role: str, stretches: Sequence[tuple[int, int]], *,
+    paused: Sequence[tuple[int, int]] = (),
+) -> None:  # fmt: skip
+    """Make gaps of stretches of one channel of a record on disk: their samples become NaN.
+
+    Those over which the logger `paused` hold none at true times.
+    """
     import h5py
 
     with h5py.File(path, "r+") as file:
         for first, end in stretches:
             file[role][first:end] = np.nan
+        if _MEASURED in file and role in file[_MEASURED]:
+            place = (file[_MEASURED]["time"][()] - file.attrs["start_s"]) * file.attrs[
+                "sample_rate_hz"
+            ]
+            for first, end in set(stretches) - set(paused):
+                file[_MEASURED][role][(place > first - 0.5) & (place < end - 0.5)] = np.nan
 
 
 def integrate(path: Path, role: str) -> None:
@@ -327,6 +366,8 @@ def integrate(path: Path, role: str) -> None:
             if known_at.size:  # a gap at the end is bridged with what follows
                 place = float(x[known_at[-1]])
                 before = both[max(int(known_at[-1]) - 2 * REACH, 0) : done]
+        if _MEASURED in file:
+            del file[_MEASURED][role]  # the integral needs an even clock
         data.attrs["units"], data.attrs["quantity"] = SI_UNITS["displacement"], "displacement"
         data.attrs["long_name"] = long_name(role, "displacement", "integrated")
 

@@ -37,6 +37,8 @@ _JITTER = 0.1  # of an interval: what impact timing needs
 _COARSE = 1e-3  # of an interval: printed times that are coarser round the interval, too
 
 
+_USUAL = 2.5  # times the median: steps among which an uneven clock goes
+
 _GAP = 1.6  # intervals: a lost sample makes two, jitter of a quarter of a sample 1.5
 
 
@@ -144,7 +146,9 @@ class Clock:
             # The mean step stands up to rounding (1.5 ms printed to 1 ms), the median to gaps.
             self._interval = float(steps.mean())
             if not self._are_even(steps):
-                self._interval = float(np.median(steps))
+                usual = float(np.median(steps))
+                most = steps[np.abs(steps) < _USUAL * abs(usual)]
+                self._interval = float(most.mean()) if most.size else usual
         if not self._are_even(steps):
             long = self._judge_steps(times, steps, row)
             self._uneven = True
@@ -232,9 +236,7 @@ class Clock:
                     file=self._file,
                     where=self._locate(pause.row),
                 )
-        # Printed times may come in pairs and leaps: only a step beyond their rounding counts.
-        short = (2.0 - _GAP) * interval - min(self._coarsest, 0.4 * abs(interval))
-        wrong = ((steps <= 0.0) | (steps < short)) & ~long
+        wrong = (steps <= 0.0) & ~long
         if not wrong.any():
             return long
         k = int(np.argmax(wrong))
@@ -247,13 +249,9 @@ class Clock:
             if at >= _RECORD and now <= self.first + abs(interval):
                 problem = f"times begin anew, from {now - step:.9g} to {now:.9g}: a second record, "
                 problem += "most likely; put each into a file of its own"
-        elif step == 0.0 or interval <= 0.0:
+        else:
             problem = f"time stands still at {now:.9g}; if it is only printed too coarsely, give "
             problem += "'sample_rate' instead of 'time'"
-        else:
-            problem = f"time steps by {step:.6g} from {now - step:.9g} to {now:.9g}, expected "
-            problem += f"{interval:.3g}; times are unevenly spaced, cut the record there, or give "
-            problem += "'sample_rate' instead of 'time' if only the times are wrong"
         raise RecordError(problem, file=self._file, where=self._locate(at))
 
     def _are_even(self, steps: FloatArray) -> bool:
@@ -330,6 +328,10 @@ class Resampler:
     errors: list[float] = field(default_factory=list)
     gaps: list[tuple[int, int]] = field(default_factory=list)
 
+    @property
+    def _near(self) -> float:
+        return (2.0 - _GAP) * self.interval
+
     def blocks(self, uneven: Iterable[tuple[FloatArray, FloatArray]]) -> Iterator[FloatArray]:
         """Blocks of samples (rows) on the uniform clock from blocks of times and samples."""
         times = np.empty(0)
@@ -337,6 +339,12 @@ class Resampler:
         done = 0
         sums: list[FloatArray] = []
         for more_times, more_values in uneven:
+            # Polynomials through samples that nearly coincide would be steep between the others.
+            apart = np.diff(more_times, prepend=times[-1:] if len(times) else -np.inf)
+            more_times, more_values = (
+                more_times[apart > self._near],
+                more_values[apart > self._near],
+            )
             times = np.concatenate((times, more_times))
             values = np.concatenate((values, more_values)) if len(values) else more_values
             if len(times) <= _POINTS:
@@ -390,14 +398,15 @@ class Resampler:
         near -= (near > 0) & (wanted - times[near - 1] < np.abs(times[near] - wanted))
         stretch = np.searchsorted(edges, near, side="right")
         first, end = firsts[stretch], ends[stretch]
-        known = (end - first >= _POINTS) & (
-            np.abs(times[near] - wanted) < 0.5 * _GAP * self.interval
-        )
+        size = end - first
+        known = (size > 1) & (np.abs(times[near] - wanted) < 0.5 * _GAP * self.interval)
         out = np.stack([np.interp(wanted, times, column) for column in values.T], axis=1)
         fewer = out.copy()
-        for found, points in ((out, _POINTS), (fewer, _POINTS - 2)):
-            left = np.clip(place - points // 2, first, end - points)[known]
-            found[known] = _through(times, values, left, points, wanted[known])
+        for found, most in ((out, _POINTS), (fewer, _POINTS - 2)):
+            for points in range(2, most + 1, 2):
+                own = known & (size >= points)
+                left = np.clip(place - points // 2, first, end - points)[own]
+                found[own] = _through(times, values, left, points, wanted[own])
         for one, after in _runs(~known):
             if self.gaps and self.gaps[-1][1] == begin + one:
                 self.gaps[-1] = (self.gaps[-1][0], begin + after)
