@@ -17,7 +17,7 @@ from vinesexp.signals.means import block_means, channel_means, missing_means
 
 #: Block means a period: a sine loses 0.3 % of its information there.
 POINTS = 24
-_PAUSE = 0.6  # steps more than a group should last: a sample was lost in it
+_PAUSE = 2.0  # times as long as a group lasts
 _SPECTRUM = 1 << 19  # points that the frequency is looked for in
 _PERIODS = 3.0  # fewer in a record are drift
 
@@ -78,11 +78,11 @@ def fewer(x: FloatArray, t: FloatArray, frequency: float) -> tuple[FloatArray, F
         return x, t
     whole = t.size // k * k
     groups = t[:whole].reshape(-1, k)
-    dense = groups[:, -1] - groups[:, 0] < (k - 1 + _PAUSE) * step
+    dense = groups[:, -1] - groups[:, 0] < _PAUSE * k * step
     at = block_means(t, k)
     left = np.cos(2.0 * math.pi * frequency * (groups - at[:, np.newaxis])).mean(axis=1)
     means = x.mean() + block_means(x - x.mean(), k) / left
-    return np.asarray(means[dense], dtype=np.float64), at[dense]
+    return np.asarray(means[dense]), np.asarray(at[dense])
 
 
 def motion_samples(view: RecordView, frequency: float) -> tuple[FloatArray, FloatArray]:
