@@ -81,8 +81,8 @@ def fewer(x: FloatArray, t: FloatArray, frequency: float) -> tuple[FloatArray, F
     dense = groups[:, -1] - groups[:, 0] < _PAUSE * k * step
     at = block_means(t, k)
     left = np.cos(2.0 * math.pi * frequency * (groups - at[:, np.newaxis])).mean(axis=1)
-    means = x.mean() + block_means(x - x.mean(), k) / left
-    return np.asarray(means[dense]), np.asarray(at[dense])
+    means: FloatArray = x.mean() + block_means(x - x.mean(), k) / left
+    return means[dense], at[dense]
 
 
 def motion_samples(view: RecordView, frequency: float) -> tuple[FloatArray, FloatArray]:
@@ -99,7 +99,7 @@ def motion_samples(view: RecordView, frequency: float) -> tuple[FloatArray, Floa
         return x, t
     x, step = displacement_of(view, frequency)
     known = ~missing_means(view, role, round(step * view.sample_rate))
-    return x[known], step * np.flatnonzero(known)
+    return x[known], np.asarray(step * np.flatnonzero(known), dtype=np.float64)
 
 
 def frequency_of_motion(view: RecordView) -> float:
