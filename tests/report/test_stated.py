@@ -40,7 +40,7 @@ def test_the_part_stands_behind_the_identified_values_and_names_what_is_off(resu
         "vinesexp.report", "report.html.j2", page_content(results.campaign, results.results)
     )
     assert page.index('id="identified"') < page.index('id="stated"') < page.index('id="problems"')
-    assert "the records contradict 1, agree with 1, and do not test 1" in page
+    assert "The records agree with 1, contradict 1, and do not test 1" in page
     part = page[page.index('id="stated"') :]
     part = part[: part.index("</section>")]
     assert part.index("clearance, p_34") < part.index("clearance, p_33")
@@ -72,4 +72,4 @@ def test_thousands_of_errors_off_still_show_the_others(results):
 
 def test_the_sentence_counts():
     told = [row("mass", "", 4.7, 4.7, verdict) for verdict in ("ok", "not tested", "ok", "ok")]
-    assert re.findall(r"\d+|none", stated_sentence(told)) == ["4", "none", "3", "1"]
+    assert re.findall(r"\d+|none", stated_sentence(told)) == ["4", "3", "none", "1"]

@@ -232,8 +232,8 @@ def stated_sentence(rows: Sequence[Row]) -> str:
     counts = [sum(row["verdict"] == verdict for row in rows) for verdict in ("off", "ok")]
     off, agree = counts
     return (
-        f"Of {len(rows)} values that campaign.yaml and records.csv state, the records contradict "
-        f"{off or 'none'}, agree with {agree}, and do not test {len(rows) - off - agree}."
+        f"campaign.yaml and records.csv state {len(rows)} values. The records agree with {agree}, "
+        f"contradict {off or 'none'}, and do not test {len(rows) - off - agree or 'none'}."
     )
 
 

@@ -115,19 +115,19 @@ def agreement(lowest: Row, end: Row) -> tuple[str, bool | None]:
 CAUSES = {
     "base amplitude": "the base amplitude differs from the test log",
     "base frequency": "the base frequency differs from the test log",
-    "base motion": "the base was no steady sine",
-    "mass": "ways to M disagree",
-    "agreement": "records disagree",
-    "jumps": "channels disagree on the impacts",
+    "base motion": "the base did not move as a steady sine",
+    "mass": "the methods for M disagree",
+    "agreement": "the records disagree",
+    "jumps": "the channels disagree on the impacts",
     "cross-axis": "the accelerometer shows motion across its axis",
-    "settling": "tests may not have settled",
-    "gain": "channels disagree on their gain",
+    "settling": "some tests may not have settled",
+    "gain": "the channels disagree on their gain",
     "sign": "a channel has the wrong sign",
     "collisions": "the collisions are not those of the model",
-    "added mass": "an added mass is off",
+    "added mass": "an added mass differs from what was stated",
     "damping": "damping depends on amplitude",
-    "spring": "the spring is not straight",
-    "replay": "the identified rig does not replay its records",
+    "spring": "the stiffness depends on amplitude",
+    "replay": "the identified rig does not reproduce its records",
 }
 
 
@@ -137,7 +137,7 @@ def likely_causes(checks: Sequence[Row]) -> str:
     Examples
     --------
     >>> likely_causes([{"record": "", "check": "mass", "outcome": "warning", "detail": "..."}])
-    'likely causes by the checks: ways to M disagree'
+    'likely causes by the checks: the methods for M disagree'
     """
     named = {row["check"] for row in checks if row["outcome"] == "warning"}
     words = [text for name, text in CAUSES.items() if name in named]
@@ -169,8 +169,8 @@ def left_early(level: PeriodicLevel, end: Row, replay: Sequence[Row]) -> str:
         shown = regimes_of(row)
         if 1e3 * test.clearance < exact and shown & set(PERMANENT):
             return (
-                f"at {1e3 * test.clearance:g} mm the identified rig keeps them from some starts "
-                "and not from others, so that these tests do not show where the orbit itself ends"
+                f"at {1e3 * test.clearance:g} mm the identified rig keeps two impacts per cycle "
+                "from some starts only, so these tests do not show where that orbit ends"
             )
     return ""
 
@@ -202,7 +202,7 @@ def branch_note(level: PeriodicLevel, replay: Sequence[Row]) -> str:
     reach = f"up to {1e3 * max(below):g} mm" if below else "at no clearance tried"
     return (
         f"replays from every start keep two impacts per cycle {reach}; at {1e3 * min(lost):g} mm "
-        "some starts lead elsewhere"
+        "some starts lead to another motion"
     )
 
 
@@ -334,7 +334,7 @@ def headline(
         last = (bracketed or measured)[-1]
         text = f"At {last.level} the mass moved least with {_least(last)}"
         if last.end_within:
-            text += f" In these tests permanent two impacts per cycle end {last.end_within}"
+            text += f" In these tests two impacts per cycle stop being permanent {last.end_within}"
             text += f"; b_c is predicted at {last.exact} mm." if last.exact else "."
         elif last.exact:
             text += f" b_c is predicted at {last.exact} mm."
@@ -346,8 +346,8 @@ def headline(
         edge = f", {_EDGE[first.bound]}" if first.bound else ""
         return (
             f"From {first.level} the amplitude fell fastest with a clearance of {first.best} mm"
-            f"{edge} (the best one: {first.within}); other amplitudes have other fastest "
-            "clearances."
+            f"{edge} (the best one lies {first.within}). To another amplitude another clearance is "
+            "fastest."
         )
     found = ", ".join(
         f"{name} = {parameters[key]}"

@@ -132,22 +132,29 @@ const COUNTS = ["none", "one", "two", "three or more"];
 // Impacts in each cycle: one row a ball, equal neighbours joined.
 function stripFigure(trace, x_range) {
   if (!trace.strips.length) return null;
-  const names = trace.strips.map((s, k) => s.name || "impacts");
-  const plot = figure("per cycle", 80 + 22 * names.length, x_range, { options: { y_range: new Bokeh.FactorRange({ factors: [...names].reverse() }) } });
+  const names = trace.strips.map(s => s.name || "ball");
+  const plot = figure("impacts\nper cycle", 104 + 22 * names.length, x_range, { options: { y_range: new Bokeh.FactorRange({ factors: [...names].reverse() }) } });
   const tints = [css("--paper"), "#e9a877", colour("two symmetric"), colour("three or more per cycle")];
-  const left = [], right = [], y = [], fill = [], what = [];
+  const columns = COUNTS.map(() => ({ left: [], right: [], y: [] }));
   trace.strips.forEach((strip, k) => {
     const period = 1 / trace.frequency, counts = strip.counts.map(c => Math.min(c, 3));
     for (let i = 0, begin = 0; i < counts.length; i++) {
       if (i + 1 < counts.length && counts[i + 1] === counts[i]) continue;
-      left.push(trace.start + begin * period); right.push(trace.start + (i + 1) * period);
-      y.push(names[k]); fill.push(tints[counts[i]]); what.push(COUNTS[counts[i]]);
+      const { left, right, y } = columns[counts[i]];
+      left.push(trace.start + begin * period); right.push(trace.start + (i + 1) * period); y.push(names[k]);
       begin = i + 1;
     }
   });
-  const data = source({ left, right, y, fill, what });
-  const bars = plot.hbar({ left: { field: "left" }, right: { field: "right" }, y: { field: "y" }, source: data, height: 0.8, fill_color: { field: "fill" }, line_color: null });
-  hover(plot, [bars], [["impacts per cycle", "@what"], ["from", "@left{0.00} s"], ["to", "@right{0.00} s"]]);
+  COUNTS.forEach((count, k) => {
+    if (!columns[k].left.length) return;
+    const bars = plot.hbar({ left: { field: "left" }, right: { field: "right" }, y: { field: "y" }, source: source(columns[k]), height: 0.8,
+      fill_color: tints[k], line_color: k ? null : css("--line"), legend_label: count });
+    hover(plot, [bars], [["impacts per cycle", count], ["from", "@left{0.00} s"], ["to", "@right{0.00} s"]]);
+  });
+  styleLegend(plot);
+  const legend = plot.legend;  // above the strips, which fill the whole frame
+  plot.center = plot.center.filter(one => one !== legend);
+  plot.add_layout(legend, "above");
   for (const grid of plot.ygrid) grid.grid_line_color = null;
   return plot;
 }
@@ -173,14 +180,14 @@ function amplitudeFigures(trace, facts, x_range) {
     const [median, low, high] = ["median", "low", "high"].map(key => Array.from(unpack(replayed[key])));
     plot.varea({ x: time, y1: low, y2: high, fill_color: colour("exact"), fill_alpha: 0.25 });
     plot.line({ x: time, y: median, line_color: colour("exact"), line_width: 1.6, legend_label: "replayed: median, range" });
-    fits.push(["minus replay (mm)", time, median]);
+    fits.push(["measured −\nreplayed (mm)", time, median]);
   }
   const decay = trace.decay;
   if (decay) {
     const time = Array.from(unpack(decay.time)), viscous = Array.from(unpack(decay.viscous)), law = Array.from(unpack(decay.law));
     plot.line({ x: time, y: viscous, line_color: colour("published"), line_dash: "dashed", legend_label: "viscous fit" });
     plot.line({ x: time, y: law, line_color: colour("impact"), legend_label: "fit" });
-    fits.push(["minus fit (mm)", time, law]);
+    fits.push(["measured −\nfit (mm)", time, law]);
   }
   const x = Array.from(cycles.time), y = Array.from(cycles.amplitude);
   const drawn = plot.scatter({ x, y, size: 3, fill_color: colour("measured"), line_color: null, legend_label: "measured" });
