@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 from vinesexp.codedigest import code_digest
-from vinesexp.workflow import accept_own_environment
 
 WANTED = {"out", "parts", "picture", "options"}
 if not {"out", "options"} <= set(config) <= WANTED:
@@ -18,7 +17,6 @@ if not {"out", "options"} <= set(config) <= WANTED:
         "out and options, and if wanted parts and picture: see config/map.yaml"
     )
 
-accept_own_environment(workflow)
 OUT, PARTS = Path(config["out"]), int(config.get("parts", 8))
 PICTURE = Path(config.get("picture", OUT.with_suffix(".svg")))
 OPTIONS = " ".join(

@@ -128,11 +128,15 @@ def imported_modules(*modules: str) -> list[str]:
     return sorted(path.relative_to(_ROOT).as_posix() for path in found)
 
 
+def named_modules(call: str) -> list[str]:
+    """Modules that a function, ``module:function``, and what it uses of its file import."""
+    return [module for node in _function(*call.split(":")) for module in _named(node)]
+
+
 @cache
 def _reached(name: str) -> frozenset[Path]:
     """Files of the package that a module, or one function of a module, reaches by imports."""
-    nodes = _function(*name.split(":")) if ":" in name else ()
-    modules = [module for node in nodes for module in _named(node)] if nodes else [name]
+    modules = named_modules(name) if ":" in name else [name]
     pending = [path for module in modules for path in _files(module)]
     if not pending:
         raise ImportError(f"no module of {_PACKAGE} among {modules}")

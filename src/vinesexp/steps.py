@@ -5,22 +5,30 @@
 
 A step runs where its results no longer hold, by content (`vinesexp.records.freshness`); a step on
 records goes through those of its batch and passes over the ones that hold. What a step needs is
-imported when it runs: who only plans needs none of it.
+imported when it runs: who only plans needs none of it. The workflow runs all its steps as forks of
+one process (`Forks`), which imports what a step needs before it forks: once a run.
 """
 
 from __future__ import annotations
 
 import argparse
+import atexit
+import json
+import os
+import signal
+import socket
+import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from vinesexp.codedigest import keep_code, kept_code
+from vinesexp.codedigest import keep_code, kept_code, named_modules
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign import load_campaign
 from vinesexp.records.freshness import Notes, shortened
@@ -239,6 +247,8 @@ class Study:
         return self._outcomes[step]
 
 
+_SIMULATE = "vinesexp.showing:simulate"
+
 #: Code that has files of its own besides those of a step.
 _PARTS = ("vinesexp.record_pages.build", "vinesexp.laboratory.scene")
 
@@ -322,5 +332,69 @@ def _on_records(study: Study, step: str, ids: Sequence[str], *, log: Path) -> bo
     )
 
 
+class Forks:
+    """A process that imports what a step needs, and forks: libraries are loaded once a run."""
+
+    def __init__(self) -> None:
+        self._asked: socket.socket | None = None
+        self._alone = threading.Lock()
+
+    def run(self, words: Sequence[str]) -> int:
+        """Exit code of `main` with these words, in a fork; 1 where the fork ends without a word."""
+        answer, tell = socket.socketpair()
+        with answer:
+            with self._alone, tell:
+                socket.send_fds(self._asks(), [json.dumps(words).encode()], [tell.fileno()])
+                answer.recv(1)  # that it has begun: requests come one by one
+            return int(answer.recv(4) or 1)
+
+    def _asks(self) -> socket.socket:
+        """Where to ask; the process starts with the first step, and ends when this one does."""
+        if self._asked is None:
+            self._asked, theirs = socket.socketpair()
+            with theirs:
+                fd = theirs.fileno()
+                command = [sys.executable, "-m", "vinesexp.steps", "--forks", str(fd)]
+                self._process = subprocess.Popen(command, pass_fds=[fd])
+            atexit.register(self.end)
+        return self._asked
+
+    def end(self) -> None:
+        """Wait for the process, which ends when nobody can ask any more."""
+        if self._asked is not None:
+            self._asked.close()
+            self._process.wait()
+            self._asked = None
+
+
+def _fork(asked: socket.socket) -> None:
+    """Answer `Forks.run` until nobody can ask any more."""
+    one_thread_each()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    forks: set[int] = set()
+    while True:
+        text, fds, *_ = socket.recv_fds(asked, 1 << 16, 1)
+        forks -= {pid for pid in forks if os.waitpid(pid, 0 if not text else os.WNOHANG)[0]}
+        if not text:
+            return
+        words = json.loads(text)
+        for name in named_modules(STEPS[words[0]].call if words[0] in STEPS else _SIMULATE):
+            with suppress(ModuleNotFoundError):  # some are names in a module
+                import_module(name)
+        with socket.socket(fileno=fds[0]) as answer:
+            answer.send(b"-")
+            if not (pid := os.fork()):
+                asked.close()
+                signal.signal(signal.SIGINT, signal.default_int_handler)
+                code = main(words)
+                with suppress(OSError):  # the run was killed
+                    answer.send(b"%d" % code)
+                os._exit(code)  # what is loaded need not be cleared away
+            forks.add(pid)
+
+
 if __name__ == "__main__":
-    raise SystemExit(main())
+    if sys.argv[1] == "--forks":
+        _fork(socket.socket(fileno=int(sys.argv[2])))
+    else:
+        raise SystemExit(main())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import subprocess
 from collections.abc import Callable, Collection, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +12,7 @@ from vinesexp.errors import VinesexpError, nearest
 from vinesexp.records.freshness import Notes
 from vinesexp.records.result_paths import ResultPaths
 from vinesexp.resultslock import hold_results, remove_leftovers, require_own_folder
-from vinesexp.steps import STEPS, Study, members
+from vinesexp.steps import STEPS, Forks, Study, members
 
 if TYPE_CHECKING:
     from vinesexp.laboratory.simulated_files import SceneOfCampaign
@@ -155,6 +155,7 @@ class Planner:
         n = max(1, min(batches, len(study.records)))
         self.batches = [f"{k + 1}of{n}" for k in range(n)]
         self.lock: IO[str] | None = None
+        self.forks = Forks()
         CURRENT = self
 
     def before(self, step: str, output: Path | None = None) -> Callable[[Any], list[str]]:
@@ -194,6 +195,28 @@ class Planner:
             return [str(file)] if self.workflow.is_main_process and self.outdated[step] else []
 
         return needed
+
+    def run(self, step: str, log: Collection[str], output: Collection[str], **of: str) -> None:
+        """Run a step: ``python -m vinesexp.steps STEP CAMPAIGN RESULTS``, without the start.
+
+        Parameters
+        ----------
+        step : str
+        log, output : collection of str
+            Of the rule.
+        **of : str
+            ``batch`` of a step on records, ``group`` of a simulation.
+
+        Raises
+        ------
+        subprocess.CalledProcessError
+            The step has failed; it has said why itself.
+        """
+        words = [step, str(self.study.campaign.folder), str(self.paths.folder)]
+        words += [word for key, value in of.items() for word in (f"--{key}", value)]
+        words += ["--log", *log, "--output", *output]
+        if code := self.forks.run(words):
+            raise subprocess.CalledProcessError(code, words)
 
     def _before_batch(self, step: str, batch: str) -> list[str]:
         self._force(self.paths.batch(step, batch))
@@ -309,21 +332,3 @@ class Planner:
 
 #: The planner of this run, for whoever shows the plan.
 CURRENT: Planner | None = None
-
-
-def accept_own_environment(workflow: Any) -> None:
-    """Have `snakemake --lint` accept that the steps name no conda environment and no container.
-
-    The software of every step is this package, in whose environment Snakemake itself runs and
-    whose versions requirements.lock holds; a second description of it could only disagree. Rules
-    of other Snakefiles, which may use this one as a module, are looked at as ever.
-    """
-    if "--lint" not in sys.argv:
-        return
-    from snakemake.linting.rules import RuleLinter
-
-    own = str(workflow.current_basedir.get_path_or_uri(secret_free=True))
-    ask = RuleLinter.lint_missing_software_definition
-    RuleLinter.lint_missing_software_definition = lambda linter, rule: (
-        () if str(rule.snakefile).startswith(own) else ask(linter, rule)
-    )

@@ -18,7 +18,7 @@ def served(bench, tmp_path):
     session = Session(bench, tmp_path / "results")
     session.begin()
     found = serve(session, token="secret")
-    threading.Thread(target=found.server.serve_forever, daemon=True).start()
+    threading.Thread(target=found.server.serve_forever, args=[0.01], daemon=True).start()
     yield found
     found.server.shutdown()
     session.stop()

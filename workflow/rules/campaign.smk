@@ -1,10 +1,10 @@
-# The campaign that this run is about, and how its steps are called.
+# The campaign that this run is about. PLAN.run does a step: what `python -m vinesexp.steps` does by
+# hand, as a fork of one process that has loaded the libraries (force-use-threads in the profiles).
 #
 # A step on records goes through a batch of them: its output is one file that says so and is there
 # only while the run needs it; the results of the records lie beside it, under their own names. What
 # a step has to make again is decided by content: by PLAN for the jobs, by the step for each record.
 import os
-import shlex
 import sys
 
 from snakemake.exceptions import WorkflowError
@@ -14,7 +14,6 @@ from vinesexp.records.campaign import load_campaign
 from vinesexp.steps import Study
 from vinesexp.workflow import (
     Planner,
-    accept_own_environment,
     batches_of,
     keeps_channels,
     read_config,
@@ -44,7 +43,6 @@ try:
 except VinesexpError as error:
     sys.exit(f"vinesexp: {error}")
 
-accept_own_environment(workflow)
 PLAN = Planner(workflow, STUDY, batches=BATCHES, scene=SCENE)
 
 
@@ -57,16 +55,6 @@ wildcard_constraints:
 def table(path):
     """A table of all records, as the output of a step; Snakemake's own report lists it."""
     return report(path, category="Tables")
-
-
-def calls(step, *words):
-    """The command of a step, as anybody can type it: python -m vinesexp.steps STEP CAMPAIGN RESULTS."""
-    python, places = [sys.executable, "-m", "vinesexp.steps"], [CAMPAIGN_FOLDER, PATHS.folder]
-    start, folders = (shown(shlex.join(map(str, part))) for part in (python, places))
-    return " ".join(["exec", start, step, folders, *words, "--log {log:q} --output {output:q}"])
-
-
-ON_BATCH = "--batch {wildcards.batch:q}"
 
 
 onsuccess:
@@ -93,5 +81,5 @@ for KIND, STEP, FILE in (
             step=STEP,  # a command is put together when the job runs, after the loop has ended
         message:
             f"{STEP:10} {{wildcards.record}}"
-        shell:
-            calls("{params.step}", "--batch only.{wildcards.record:q}")
+        run:
+            PLAN.run(params.step, log, output, batch=f"only.{wildcards.record}")

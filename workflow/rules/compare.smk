@@ -15,8 +15,8 @@ rule compare:
         PATHS.log("compare"),
     message:
         "compare    measured and predicted clearances"
-    shell:
-        calls("compare")
+    run:
+        PLAN.run("compare", log, output)
 
 
 rule checks:
@@ -31,8 +31,8 @@ rule checks:
         PATHS.log("checks"),
     message:
         "checks     of all steps"
-    shell:
-        calls("checks")
+    run:
+        PLAN.run("checks", log, output)
 
 
 if SCENE:
@@ -47,5 +47,5 @@ if SCENE:
             PATHS.log("score"),
         message:
             "score      against the truth of the scene"
-        shell:
-            calls("score")
+        run:
+            PLAN.run("score", log, output)

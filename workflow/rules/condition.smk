@@ -10,5 +10,5 @@ rule condition:
         PATHS.log("condition.{batch}"),
     message:
         "condition  {wildcards.batch}"
-    shell:
-        calls("condition", ON_BATCH)
+    run:
+        PLAN.run("condition", log, output, batch=wildcards.batch)

@@ -10,8 +10,8 @@ rule estimate:
         PATHS.log("estimate.{batch}"),
     message:
         "estimate   {wildcards.batch}"
-    shell:
-        calls("estimate", ON_BATCH)
+    run:
+        PLAN.run("estimate", log, output, batch=wildcards.batch)
 
 
 rule identify:
@@ -28,5 +28,5 @@ rule identify:
         PATHS.log("identify"),
     message:
         "identify   M, c1, k1, r from all records"
-    shell:
-        calls("identify")
+    run:
+        PLAN.run("identify", log, output)

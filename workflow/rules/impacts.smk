@@ -10,8 +10,8 @@ rule impacts:
         PATHS.log("impacts.{batch}"),
     message:
         "impacts    {wildcards.batch}"
-    shell:
-        calls("impacts", ON_BATCH)
+    run:
+        PLAN.run("impacts", log, output, batch=wildcards.batch)
 
 
 rule regimes:
@@ -27,5 +27,5 @@ rule regimes:
         PATHS.log("regimes"),
     message:
         "regimes    of all records"
-    shell:
-        calls("regimes")
+    run:
+        PLAN.run("regimes", log, output)

@@ -11,5 +11,5 @@ rule ingest:
         PATHS.log("ingest.{batch}"),
     message:
         "ingest     {wildcards.batch}"
-    shell:
-        calls("ingest", ON_BATCH)
+    run:
+        PLAN.run("ingest", log, output, batch=wildcards.batch)

@@ -14,5 +14,5 @@ rule pages:
         PATHS.log("pages"),
     message:
         "pages      of all records"
-    shell:
-        calls("pages")
+    run:
+        PLAN.run("pages", log, output)

@@ -14,5 +14,5 @@ rule replay:
         PATHS.log("replay"),
     message:
         "replay     every record beside the identified rig"
-    shell:
-        calls("replay")
+    run:
+        PLAN.run("replay", log, output)

@@ -10,8 +10,8 @@ rule figures_records:
         PATHS.log("figures_records"),
     message:
         "figures    of the records"
-    shell:
-        calls("figures_records")
+    run:
+        PLAN.run("figures_records", log, output)
 
 
 rule figures_results:
@@ -27,8 +27,8 @@ rule figures_results:
         PATHS.log("figures_results"),
     message:
         "figures    of the results"
-    shell:
-        calls("figures_results")
+    run:
+        PLAN.run("figures_results", log, output)
 
 
 rule report:
@@ -48,8 +48,8 @@ rule report:
         PATHS.log("report"),
     message:
         "report     of all results"
-    shell:
-        calls("report")
+    run:
+        PLAN.run("report", log, output)
 
 
 # On request, `snakemake bundle`: all that others may want, in one file.
@@ -65,5 +65,5 @@ rule bundle:
         PATHS.log("bundle"),
     message:
         "bundle     of all results"
-    shell:
-        calls("bundle")
+    run:
+        PLAN.run("bundle", log, output)

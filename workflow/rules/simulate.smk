@@ -18,5 +18,5 @@ for GROUP in SCENE.groups if SCENE else ():
             group=GROUP,  # a command is put together when the job runs, after the loop has ended
         message:
             f"simulate   {GROUP}"
-        shell:
-            calls("simulate", "--group {params.group:q}")
+        run:
+            PLAN.run("simulate", log, output, group=params.group)
