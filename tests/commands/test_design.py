@@ -129,6 +129,7 @@ def test_an_option_given_twice_is_an_error(capsys: pytest.CaptureFixture[str]) -
     assert "'.pdf' is no page" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_simulated_answer_has_every_key_and_warns(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

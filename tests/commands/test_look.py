@@ -52,6 +52,7 @@ def test_physics_tells_the_channels_apart(file, capsys):
     assert roles == {"P": "acceleration", "Q": "base", "R": "displacement"}
 
 
+@pytest.mark.long
 def test_a_picture_is_drawn_and_none_overwritten(file, tmp_path, capsys):
     picture = tmp_path / "a.png"
     assert main(["look", str(file), "--plot", str(picture)]) == 0

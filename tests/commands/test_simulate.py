@@ -106,6 +106,7 @@ def test_files_that_hold_are_left_alone_and_damaged_ones_made_again(tmp_path, ca
     assert [path.read_bytes() for path in raw] == whole
 
 
+@pytest.mark.long
 def test_two_processes_that_simulate_one_campaign_do_it_once(tmp_path):
     """The second waits for the first and finds its files."""
     command = [sys.executable, "-m", "vinesexp.cli", "simulate", TWIN / "scene.yaml",

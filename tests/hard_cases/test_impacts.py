@@ -133,6 +133,7 @@ def test_chatter_is_resolved_or_flagged(tmp_path: Path) -> None:
     assert np.abs(found.time_s[:, np.newaxis] - wanted).min(axis=0).max() < SAMPLE
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("alternate", [True, False])
 def test_impacts_every_twenty_samples(alternate: bool, tmp_path: Path) -> None:
     from vinesexp.laboratory.sensors import contact_acceleration

@@ -134,6 +134,7 @@ def test_a_file_renamed_after_it_was_taken_keeps_its_row(bench, session, texts):
     assert session.seen["ring_1"].view.verdict in ("good", "look")
 
 
+@pytest.mark.long
 def test_a_file_taken_away_is_said_at_once(bench, session, texts):
     raw = bench / "raw"
     (raw / "ring_1.csv").write_text(texts["ring_1.csv"])

@@ -1,14 +1,14 @@
 """Steps as forks of one process: each ends alone, and the process when nobody can ask any more."""
 
 import os
-import time
+import shutil
 
 import psutil
 import pytest
 
 from vinesexp.steps import Forks
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 
 @pytest.fixture
@@ -18,34 +18,31 @@ def forks():
     found.end()
 
 
-def words(workflow, step, *more):
-    workflow.tiny_campaign()
-    here = workflow.folder
+def words(project, step):
+    here = project.folder
     out = ["--log", str(here / "log"), "--output", str(here / "done")]
-    return [step, str(here / "data/tiny"), str(here / "results"), *more, *out]
+    return [step, str(here / "data/tiny"), str(here / "results/tiny"), "--batch", "1of1", *out]
 
 
-def test_a_step_is_done_and_a_mistake_is_none_of_the_next_ones(forks, workflow, capfd):
-    assert forks.run(words(workflow, "ingest", "--batch", "1of1")) == 0
-    assert sorted(path.name for path in (workflow.folder / "results/records").iterdir()) == [
-        "added.nc", "bare.nc",
-    ]  # fmt: skip
-    assert (workflow.folder / "done").is_file()
-    missing = ["condition", "nowhere", *words(workflow, "condition", "--batch", "1of1")[2:]]
-    assert forks.run(missing) == 1
+def test_a_step_is_done_and_a_mistake_is_none_of_the_next_ones(forks, finished, capfd):
+    records = finished.folder / "results/tiny/records"
+    shutil.rmtree(records)
+    assert forks.run(words(finished, "ingest")) == 0
+    assert {path.name for path in records.iterdir()} == {"added.nc", "bare.nc"}
+    assert (finished.folder / "done").is_file()
+    nowhere = words(finished, "condition")
+    nowhere[1] = "nowhere"
+    assert forks.run(nowhere) == 1
     assert "vinesexp: nowhere: no such folder" in capfd.readouterr().err
     assert forks.run(["condition", "--nonsense"]) != 0
-    assert forks.run(words(workflow, "condition", "--batch", "1of1")) == 0
+    assert forks.run(words(finished, "condition")) == 0
 
 
-def test_libraries_are_loaded_once_and_the_process_ends_with_who_asks(workflow):
+def test_libraries_are_loaded_once_and_the_process_ends_with_who_asks(finished):
     forks = Forks()
-    assert forks.run(words(workflow, "ingest", "--batch", "1of1")) == 0
+    assert forks.run(words(finished, "ingest")) == 0
     (child,) = psutil.Process(os.getpid()).children()
     loaded = {os.path.basename(one.path).partition(".")[0] for one in child.memory_maps()}
     assert "_multiarray_umath" in loaded, "numpy"
     forks.end()
-    until = time.monotonic() + 20.0
-    while child.is_running() and time.monotonic() < until:
-        time.sleep(0.02)
     assert not child.is_running()

@@ -53,6 +53,7 @@ def test_parts_make_the_map_of_one_piece(tmp_path: Path) -> None:
     assert out.with_suffix(".svg").is_file()
 
 
+@pytest.mark.long
 def test_a_setting_that_is_none_is_one_line(tmp_path: Path) -> None:
     wrong = run(tmp_path, "-n", "--config", "outs=x")
     assert wrong.returncode != 0

@@ -114,6 +114,7 @@ def test_a_changed_table_runs_what_is_new_and_takes_away_what_left_and_nothing_o
     assert not workflow.planned(campaign="2024")
 
 
+@pytest.mark.long
 def test_a_mistake_in_the_description_is_one_line_and_writes_nothing(workflow):
     campaign = workflow.tiny_campaign()
     text = (campaign / "campaign.yaml").read_text(encoding="utf-8")

@@ -78,7 +78,7 @@ for KIND, STEP, FILE in (
         log:
             PATHS.log(f"{STEP}.only.{{record}}"),
         params:
-            step=STEP,  # a command is put together when the job runs, after the loop has ended
+            step=STEP,  # the call is made when the job runs, after the loop has ended
         message:
             f"{STEP:10} {{wildcards.record}}"
         run:

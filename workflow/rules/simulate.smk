@@ -15,7 +15,7 @@ for GROUP in SCENE.groups if SCENE else ():
         log:
             PATHS.log("simulate", GROUP),
         params:
-            group=GROUP,  # a command is put together when the job runs, after the loop has ended
+            group=GROUP,  # the call is made when the job runs, after the loop has ended
         message:
             f"simulate   {GROUP}"
         run:
