@@ -46,7 +46,7 @@ _MODULATED = 2e-4  # error of f0, relative, from which on it is that of a motion
 _TURNS = 3  # of the fit: scatter of the times and, where it is not recorded, the base's frequency
 _TINY = 1e-12
 _SHORTEST, _LONGEST = 0.12, 1.2  # periods; in longer ones an impact was missed
-_OUTSIDE, _PASSES = 5.0, 4
+_OUTSIDE, _PASSES = 3.0, 8
 _CHUNK = 40  # flights whose equations are weighted together
 _LAG = 1e-5  # s: scatter of the times of impacts to begin with
 _LAGS = tuple((1e-7 * 1.5 ** np.arange(22)).tolist())
@@ -406,7 +406,7 @@ def _fitted(
         ahead = -driven[0][:, 1] / w if e is not None else driven[1][:, 0]
         design = [along[:, 0], -along[:, 1], -driven[0][:, 0], -ahead, rubbed, *turning, *others]
         lag = _LAG if found is None else found.lag
-        found = _solved(rows, np.stack(design, axis=1), -along[:, 2], lag, held=len(turning))
+        found = _solved(rows, np.stack(design, axis=1), -along[:, 2], lag, w, held=len(turning))
         if found is None:
             return None
         if e is None:
@@ -418,32 +418,13 @@ def _fitted(
             later = (c * waves[1] - s * waves[0]) * t * per
             turning = [-rows.of(flights.moments(later))[:, 0]]
     assert found is not None
-    information = _of_modulation(found.values, found.information)
-    return DrivenMotion(found.values, information, w, scale, e is not None, found.flights)
-
-
-def _of_modulation(values: FloatArray, information: FloatArray) -> FloatArray:
-    """What is left where the motion repeats: the base for a given oscillator.
-
-    What a motion that repeats from cycle to cycle seems to say of f0 and zeta is what no oscillator
-    explains (contacts that last, harmonics, other modes), and no scatter shows it.
-    """
-    across = information[_BASE][:, _KNOWN]
-    by_base = across.T @ np.linalg.solve(information[_BASE, _BASE], across)
-    inner = information[np.ix_(_KNOWN, _KNOWN)] - by_base
-    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
-    covariance = np.linalg.pinv(inner / np.outer(scale, scale)) / np.outer(scale, scale)
-    if math.sqrt(max(float(covariance[0, 0]), 0.0)) < 2.0 * _MODULATED * abs(values[0]):
-        return information
-    found = information.copy()
-    found[np.ix_(_KNOWN, _KNOWN)] = by_base
-    return found
+    return DrivenMotion(found.values, found.information, w, scale, e is not None, found.flights)
 
 
 def _ordinary(found: _Solved, w: float) -> FloatArray:
     """The base and its quadrature by an oscillator as there are: near resonance, lightly damped."""
     mean = np.array([w * w, 0.0, 0.0, 0.0, 0.0])
-    prior = np.diag([(0.05 * w * w) ** -2, (0.02 * w) ** -2, 0.0, 0.0, 0.0])
+    prior = np.diag([(0.05 * w * w) ** -2, (0.02 * w) ** -2, 0.0, 0.0, 1.0])  # friction: 1 m/s^2
     H = found.information + prior
     return np.asarray(np.linalg.solve(H, found.information @ found.values + prior @ mean)[_BASE])
 
@@ -462,7 +443,7 @@ class _Solved:
 
 
 def _solved(
-    rows: _Rows, design: FloatArray, y: FloatArray, lag: float, *, held: int
+    rows: _Rows, design: FloatArray, y: FloatArray, lag: float, w: float, *, held: int
 ) -> _Solved | None:
     """Generalised least squares; what each flight leaves, with its weight, is the scatter.
 
@@ -477,20 +458,89 @@ def _solved(
     if not np.all(size[:_SOUGHT] > 0.0):
         return None
     size = np.where(size > 0.0, size, 1.0)
-    p = np.linalg.lstsq(A / size, rest, rcond=1e-12)[0] / size
+    p, left = _without_outliers(A, rest, size, rows.flight)
     # what drift, lag and frequency can stand for says nothing of the five
     others = A[:, _SOUGHT:] / size[_SOUGHT:]
     own = A[:, :_SOUGHT] - others @ np.linalg.lstsq(others, A[:, :_SOUGHT], rcond=1e-12)[0]
-    unit = np.sqrt((own**2).sum(axis=0))
-    own = own / unit
-    scores = np.zeros((rows.flight.max() + 1, _SOUGHT))
-    np.add.at(scores, rows.flight, (own * (rest - A @ p)[:, np.newaxis])[:count])
-    H, S = own.T @ own, scores.T @ scores
-    information = H @ np.linalg.solve(S + _TINY * np.trace(S) * np.eye(_SOUGHT), H)
-    flights = len(np.unique(rows.flight))
-    information *= unit[:, np.newaxis] * unit * max(flights - _SOUGHT - 1, 1) / flights
+    information = _of_scatter(own[:count], left[:count], rows.flight)
+    values = p[:_SOUGHT]
+    if _repeats(values, information):
+        values, information = _of_base(own, left, values, rows.flight, w)
     times = _scatter_of_times(rows, y - design @ p)
-    return _Solved(p[:_SOUGHT], information, float(p[_SOUGHT]) * held, times, flights)
+    turned = float(p[_SOUGHT]) * held
+    return _Solved(values, information, turned, times, len(np.unique(rows.flight)))
+
+
+def _without_outliers(
+    A: FloatArray, y: FloatArray, size: FloatArray, flight: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Least squares, and what it leaves, without flights that stand out: they lose their rows.
+
+    An impact whose time is that of a knock stands out across it, and nowhere else.
+    """
+    rows_of = np.maximum(np.bincount(flight), 1)
+    there = np.bincount(flight) > 0
+    kept = np.ones(len(y), dtype=bool)
+    for _ in range(_PASSES):
+        p = np.linalg.lstsq(A / size, y, rcond=1e-12)[0] / size
+        left = y - A @ p
+        norm = np.sqrt(np.bincount(flight, left[: flight.size] ** 2) / rows_of)
+        new = kept.copy()
+        usual = float(np.median(norm[there & (norm > 0.0)])) if norm.any() else 0.0
+        new[: flight.size] &= (norm < _OUTSIDE * usual + 1e-30)[flight]
+        if (new == kept).all():
+            break
+        kept = new
+        A[~kept], y[~kept] = 0.0, 0.0
+    return p, left
+
+
+def _of_scatter(columns: FloatArray, left: FloatArray, flight: IntArray) -> FloatArray:
+    """Information about coefficients, by what each flight leaves, with its weight."""
+    unit = np.sqrt((columns**2).sum(axis=0))
+    columns = columns / unit
+    scores = np.zeros((int(flight.max()) + 1, unit.size))
+    np.add.at(scores, flight, columns * left[:, np.newaxis])
+    H, S = columns.T @ columns, scores.T @ scores
+    flights = len(np.unique(flight))
+    information = H @ np.linalg.solve(S + _TINY * np.trace(S) * np.eye(unit.size), H)
+    share = max(flights - unit.size - 1, 1) / flights
+    return np.asarray(information * unit[:, np.newaxis] * unit * share)
+
+
+def _repeats(values: FloatArray, information: FloatArray) -> bool:
+    """Whether the motion is too much the same from cycle to cycle to say f0 by itself."""
+    across = information[_BASE][:, _KNOWN]
+    inner = information[np.ix_(_KNOWN, _KNOWN)]
+    inner = inner - across.T @ np.linalg.solve(information[_BASE, _BASE], across)
+    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
+    covariance = np.linalg.pinv(inner / np.outer(scale, scale)) / np.outer(scale, scale)
+    error = math.sqrt(max(float(covariance[0, 0]), 0.0))
+    return not error < 2.0 * _MODULATED * abs(float(values[0]))
+
+
+def _of_base(
+    own: FloatArray, left: FloatArray, values: FloatArray, flight: IntArray, w: float
+) -> tuple[FloatArray, FloatArray]:
+    """The base for a given oscillator, and no more: what a motion that repeats can say.
+
+    What it seems to say of f0 and zeta is what no oscillator explains (contacts that last,
+    harmonics, other modes), and no scatter shows it. Taken at an oscillator as there are: near
+    resonance, lightly damped.
+    """
+    known = np.array([w * w, 0.02 * w, 0.0])
+    count, base, others = flight.size, own[:, _BASE], own[:, _KNOWN]
+    asked = left + base @ values[_BASE] + others @ (values[_KNOWN] - known)
+    by_known = np.linalg.lstsq(base, others, rcond=1e-12)[0]  # what one more takes from the base
+    found = np.linalg.lstsq(base, asked, rcond=1e-12)[0]
+    inner = _of_scatter(base[:count], (asked - base @ found)[:count], flight)
+    values, information = np.zeros(_SOUGHT), np.zeros((_SOUGHT, _SOUGHT))
+    values[_BASE], values[_KNOWN] = found, known
+    information[_BASE, _BASE] = inner
+    information[_BASE, _KNOWN] = inner @ by_known
+    information[_KNOWN, _BASE] = information[_BASE, _KNOWN].T
+    information[np.ix_(_KNOWN, _KNOWN)] = by_known.T @ inner @ by_known
+    return values, information
 
 
 def _scatter_of_times(rows: _Rows, rest: FloatArray) -> float:
