@@ -1,5 +1,6 @@
 """Settings: every one is documented, and a person who changes one is understood or corrected."""
 
+import runpy
 from dataclasses import fields
 from pathlib import Path
 
@@ -7,7 +8,6 @@ import pytest
 
 from vinesexp.errors import CampaignError, ParameterError
 from vinesexp.records.campaign import campaign_problems, load_campaign
-from vinesexp.settings.number import parsed, written
 from vinesexp.settings.overrides import (
     STAGES,
     changed,
@@ -15,8 +15,7 @@ from vinesexp.settings.overrides import (
     differences,
     every_setting,
 )
-from vinesexp.settings.settings_page import settings_page
-from vinesexp.settings.stages import DETECTORS, Settings
+from vinesexp.settings.stages import DETECTORS, Settings, parsed, written
 from vinesexp.signals.impacts.detectors import BY_NAME
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -45,7 +44,8 @@ def test_a_default_that_is_written_out_changes_nothing(stage, setting) -> None:
 
 
 def test_the_page_of_settings_is_the_present_one() -> None:
-    assert (ROOT / "docs/settings.md").read_text(encoding="utf-8") == settings_page()
+    page = runpy.run_path(str(ROOT / "docs/hooks/settings_page.py"))["settings_page"]()
+    assert (ROOT / "docs/settings.md").read_text(encoding="utf-8") == page
 
 
 def test_every_stage_and_detector_has_its_code() -> None:

@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 
 from vinesexp.commands.options import add_force, refuse_existing, writing
-from vinesexp.difference import DIFFERENCES, Difference, Differences
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.records.tables import write_rows
 from vinesexp.report.comparison_pages import (
@@ -19,7 +18,7 @@ from vinesexp.report.comparison_pages import (
     spread_in_words,
 )
 from vinesexp.results import open_results
-from vinesexp.results_differences import compare_results
+from vinesexp.results_differences import DIFFERENCES, Difference, Differences, compare_results
 from vinesexp.results_repeatability import REPEATABILITY, Repeatability, repeatability_of
 
 

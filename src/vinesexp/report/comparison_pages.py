@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from vinesexp.difference import Difference, Differences
 from vinesexp.figures.methods import SYMBOLS, value_over_folders
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.report.rendering import figure_markup, rendered
+from vinesexp.results_differences import Difference, Differences
 from vinesexp.results_repeatability import Repeatability, Series
 
 _KINDS = {

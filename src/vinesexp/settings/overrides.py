@@ -7,8 +7,7 @@ from dataclasses import Field, fields, replace
 from typing import Any
 
 from vinesexp.errors import ParameterError, nearest
-from vinesexp.settings.number import parsed, written
-from vinesexp.settings.stages import Settings
+from vinesexp.settings.stages import Settings, parsed, written
 
 STAGES = tuple(stage.name for stage in fields(Settings))
 

@@ -1,6 +1,6 @@
 """docs/settings.md: every setting with unit, default, limits, reason and where it is measured.
 
-python -m vinesexp.settings.settings_page > docs/settings.md
+python docs/hooks/settings_page.py > docs/settings.md
 """
 
 from __future__ import annotations
@@ -8,9 +8,8 @@ from __future__ import annotations
 from dataclasses import Field
 from typing import Any
 
-from vinesexp.settings.number import written
 from vinesexp.settings.overrides import STAGES, numbers_of
-from vinesexp.settings.stages import Settings
+from vinesexp.settings.stages import Settings, written
 from vinesexp.units import UNITS
 
 _HEAD = """# Settings
@@ -28,7 +27,7 @@ settings:
 and for one record in the column `settings` of records.csv, several parted by `|`:
 `impacts.threshold = 7 | regimes.settling = 0.1`. A record changes what the campaign says. Numbers
 with a dimension have a unit. What was changed stands in the report. This page is made by
-`python -m vinesexp.settings.settings_page`.
+`python docs/hooks/settings_page.py`.
 """
 
 
