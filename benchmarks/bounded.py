@@ -21,10 +21,10 @@ import numpy as np
 from benchmarks.memory import peak_memory
 
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
-from vinesexp.records.campaign import load_campaign
+from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.readers import hdf5
 from vinesexp.records.readers.guard import GuardedSource
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.stored.result_paths import ResultPaths
 
 RATE = 1e4
 DESCRIPTION = """\

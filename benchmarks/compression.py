@@ -3,9 +3,10 @@
     python -m benchmarks.compression results/twin
 
 Every channel of every file in `records/` and `conditioned/` is written anew by h5py, in the
-chunks of `vinesexp.records.store`, with each filter, and read again in full. Processor seconds,
-not wall time; the filters take turns on each file, so that a busy machine treats them alike. blosc2
-is measured where hdf5plugin is installed, which every reader of such files would need too.
+chunks of `vinesexp.records.stored.store`, with each filter, and read again in full. Processor
+seconds, not wall time; the filters take turns on each file, so that a busy machine treats them
+alike. blosc2 is measured where hdf5plugin is installed, which every reader of such files would
+need too.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from benchmarks.detectors_on_records import found_by
 from vinesexp import NES, Release, Rig, simulate
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
-from vinesexp.records.store import create_record
+from vinesexp.records.stored.store import create_record
 from vinesexp.settings.overrides import numbers_of
 from vinesexp.settings.stages import ImpactSettings, Settings, SlopeSettings
 from vinesexp.signals.condition import condition

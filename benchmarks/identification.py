@@ -33,7 +33,7 @@ from vinesexp.identification.ringdown import envelope, kept, likelihood, ring_do
 from vinesexp.identification.sweep_record import half_power, transmissibility
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
-from vinesexp.records.store import create_record
+from vinesexp.records.stored.store import create_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.means import block_means

@@ -23,8 +23,8 @@ from tests.report import synthetic
 
 from vinesexp.figures.gallery import draw_all
 from vinesexp.record_pages.build import build_pages
-from vinesexp.records.checks import Check, read_checks, write_checks
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.stored.checks import Check, read_checks, write_checks
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.report.page import build_report
 
 _LOADED = """<script>addEventListener("load", () => {

@@ -20,8 +20,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.resultslock import hold_results
 from vinesexp.steps import STEPS, Study
 

@@ -13,7 +13,7 @@ import json
 from pathlib import Path
 
 from vinesexp.figures.over_clearance import draw_clearances
-from vinesexp.records.campaign import load_campaign
+from vinesexp.records.campaign.load import load_campaign
 from vinesexp.results import CampaignResults
 
 ROOT = Path(__file__).parents[1]

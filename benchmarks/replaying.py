@@ -20,8 +20,8 @@ from benchmarks.robustness.campaigns import Departure, write_campaign
 from benchmarks.robustness.departures import all_departures
 
 from vinesexp.pipeline import analyse_campaign, compare_clearances, identify, replay_records
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.replay import campaign_replay
 from vinesexp.replay.campaign_replay import identified_model
 from vinesexp.replay.replay_table import Compared

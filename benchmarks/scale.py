@@ -18,9 +18,9 @@ import numpy as np
 from benchmarks.memory import peak_memory
 
 from vinesexp.pipeline import condition_record, estimate_from_record, find_impacts, ingest_record
-from vinesexp.records.campaign import Campaign, load_campaign
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import open_record
+from vinesexp.records.campaign.load import Campaign, load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
 
 STEPS = {
     "ingest": ingest_record,

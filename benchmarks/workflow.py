@@ -36,8 +36,8 @@ import sys
 from pathlib import Path
 from vinesexp import showing
 from vinesexp.pipeline import analyse_campaign
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 
 folder, paths = Path(sys.argv[1]), ResultPaths(Path(sys.argv[2]))
 scene = (folder / "scene.yaml").is_file()

@@ -16,7 +16,7 @@ import pytest
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
-from vinesexp.records.store import create_record
+from vinesexp.records.stored.store import create_record
 
 T = TypeVar("T")
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)

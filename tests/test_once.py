@@ -11,8 +11,8 @@ import pytest
 
 import vinesexp
 from vinesexp.pipeline import analyse_record
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.signals.channel_agreement import agreement_of
 from vinesexp.signals.clipping import converter_range
 

@@ -8,8 +8,8 @@ import pytest
 
 from vinesexp.errors import RecordError
 from vinesexp.pipeline import analyse_campaign, analyse_record
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 
 DESCRIPTION = """\
 channels:

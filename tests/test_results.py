@@ -8,9 +8,9 @@ import pytest
 import vinesexp
 from vinesexp.errors import RecordError, VinesexpError
 from vinesexp.identification.estimate import Estimate, nothing, write_estimates
-from vinesexp.records.checks import Check, write_checks
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import create_record
+from vinesexp.records.stored.checks import Check, write_checks
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import create_record
 
 IDENTIFIED = """parameter,value,std_error,ci95_low,ci95_high,unit,method,records
 M,4.71,0.02,4.67,4.75,kg,added mass,decay

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from vinesexp.cli import main
-from vinesexp.records.checks import Check, write_checks
-from vinesexp.records.result_columns import CLEARANCES, IDENTIFIED, RECORD_REGIMES
-from vinesexp.records.store import create_record
-from vinesexp.records.tables import write_rows
+from vinesexp.records.stored.checks import Check, write_checks
+from vinesexp.records.stored.result_columns import CLEARANCES, IDENTIFIED, RECORD_REGIMES
+from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.tables import write_rows
 from vinesexp.results_differences import compare_results
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from vinesexp.cli import main
-from vinesexp.records.result_columns import CLEARANCES, IDENTIFIED, RECORD_REGIMES
-from vinesexp.records.store import create_record
-from vinesexp.records.tables import write_rows
+from vinesexp.records.stored.result_columns import CLEARANCES, IDENTIFIED, RECORD_REGIMES
+from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.tables import write_rows
 from vinesexp.results_repeatability import Series, repeatability_of
 
 

@@ -10,8 +10,8 @@ import vinesexp
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.pipeline import analyse_campaign
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 
 RATE = 10_000.0
 

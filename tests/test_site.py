@@ -154,8 +154,8 @@ def test_the_picture_of_the_readme_shows_what_is_found_today(tmp_path):
     from vinesexp.laboratory.experiment import perform
     from vinesexp.laboratory.scene import load_scene, raw_file, truth_file
     from vinesexp.pipeline import analyse_record
-    from vinesexp.records.campaign import load_campaign
-    from vinesexp.records.result_paths import ResultPaths
+    from vinesexp.records.campaign.load import load_campaign
+    from vinesexp.records.stored.result_paths import ResultPaths
 
     campaign, record = tmp_path / "twin", "periodic_025_b45"
     shutil.copytree(REPOSITORY / "data/twin", campaign, ignore=lambda *_: ["raw", "truth"])

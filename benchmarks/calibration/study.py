@@ -18,9 +18,9 @@ from benchmarks.calibration.truth import Range, levels, truth
 
 from vinesexp import pipeline
 from vinesexp.codedigest import code_digest
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import Campaign
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 
 Z95 = 1.959964
 _HERE = Path(__file__).resolve().parent

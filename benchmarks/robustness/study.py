@@ -13,8 +13,8 @@ from benchmarks.robustness.end_of_orbit import stays, true_end
 from vinesexp.clearance.comparison import END, Comparison
 from vinesexp.identification.estimate import COMBINED, Estimate
 from vinesexp.pipeline import CampaignResult, analyse_campaign
-from vinesexp.records.campaign import Campaign, load_campaign
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import Campaign, load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
 from vinesexp.results import open_results
 

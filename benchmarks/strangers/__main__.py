@@ -17,8 +17,8 @@ from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles, label_of
 from vinesexp.proposal.survey import ColumnView, FileView, view_file
-from vinesexp.records.ingest import read_as_measured
-from vinesexp.records.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.instrument.ingest import read_as_measured
 from vinesexp.units import UNITS
 
 from .independent import fit

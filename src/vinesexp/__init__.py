@@ -21,10 +21,10 @@ _HOME = {
     "simulate": "vinesexp.solver.simulation",
     "Motion": "vinesexp.solver.motion",
     # One record: an instrument file to arrays, arrays to impacts and identified values.
-    "read_file": "vinesexp.records.single_file",
+    "read_file": "vinesexp.records.instrument.single_file",
     "analyse": "vinesexp.single_record",
     # A campaign: its description, and the results that `snakemake` or `vinesexp run` left.
-    "load_campaign": "vinesexp.records.campaign",
+    "load_campaign": "vinesexp.records.campaign.load",
     "open_results": "vinesexp.results",
     # Many rigs: amplitude over any two values, motions that coexist.
     "response_map": "vinesexp.maps.response_map",

@@ -17,10 +17,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vinesexp.records.checks import Check
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import Campaign, Record
-from vinesexp.records.step_inputs import campaign_seen_by, record_seen_by
+from vinesexp.records.campaign.schema import Campaign, Record
+from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.step_inputs import campaign_seen_by, record_seen_by
 
 if TYPE_CHECKING:
     from vinesexp.clearance.comparison import Comparison
@@ -138,8 +138,8 @@ def ingest_record(
     campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
 ) -> list[Check]:
     """Instrument file to calibrated channels, SI, on a uniform time axis; nothing is filtered."""
-    from vinesexp.records.checks import write_checks
-    from vinesexp.records.ingest import ingest, ingest_or_refuse
+    from vinesexp.records.instrument.ingest import ingest, ingest_or_refuse
+    from vinesexp.records.stored.checks import write_checks
     from vinesexp.signals.clocks import MENDED, mend_clocks
 
     campaign, record = _seen(campaign, record, step="ingest")
@@ -211,8 +211,8 @@ def estimate_from_record(
     from vinesexp.identification.decay_table import decay_table
     from vinesexp.identification.estimate import write_estimates
     from vinesexp.identification.one_record import estimate_record
-    from vinesexp.records.result_columns import DECAY
-    from vinesexp.records.tables import write_rows
+    from vinesexp.records.stored.result_columns import DECAY
+    from vinesexp.records.stored.tables import write_rows
 
     campaign, record = _seen(campaign, record, step="estimate")
     found = estimate_record(
@@ -232,8 +232,8 @@ def collect_regimes(campaign: Campaign, *, paths: ResultPaths) -> list[Row]:
     """One table of all records each: regimes, base, bands, transitions, decay times."""
     import json
 
-    from vinesexp.records.result_columns import COLLECTED
-    from vinesexp.records.tables import write_rows
+    from vinesexp.records.stored.result_columns import COLLECTED
+    from vinesexp.records.stored.tables import write_rows
 
     campaign = campaign_seen_by("regimes", campaign)
     steps = [
@@ -297,9 +297,9 @@ def write_identification(whole: Identified, *, paths: ResultPaths) -> None:
     from vinesexp.identification.budget import budget_rows, write_budget
     from vinesexp.identification.estimate import write_identified
     from vinesexp.identification.joint.whole import write_rig
-    from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import INPUTS
-    from vinesexp.records.tables import write_rows
+    from vinesexp.records.stored.checks import write_checks
+    from vinesexp.records.stored.result_columns import INPUTS
+    from vinesexp.records.stored.tables import write_rows
 
     write_identified(paths.identified, whole.rows)
     write_rows(paths.inputs, INPUTS, whole.inputs)
@@ -316,8 +316,8 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
     from vinesexp.clearance.comparison import compare, write_clearances
     from vinesexp.identification.budget import write_budget
     from vinesexp.identification.joint.whole import read_rig
-    from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import (
+    from vinesexp.records.stored.checks import write_checks
+    from vinesexp.records.stored.result_columns import (
         BASE,
         BUDGET,
         DECAY_TIMES,
@@ -325,8 +325,8 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
         INPUTS,
         LEVEL_VALUES,
     )
-    from vinesexp.records.result_columns import RECORD_REGIMES as REGIMES
-    from vinesexp.records.tables import read_rows
+    from vinesexp.records.stored.result_columns import RECORD_REGIMES as REGIMES
+    from vinesexp.records.stored.tables import read_rows
 
     campaign = campaign_seen_by("compare", campaign)
     campaign = as_found(campaign, read_rows(paths.inputs, INPUTS))
@@ -346,9 +346,9 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
 def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
     """Every record simulated again with the identified rig and its measured base, replay.csv."""
     from vinesexp.clearance.as_found import as_found
-    from vinesexp.records.checks import write_checks
-    from vinesexp.records.result_columns import BASE, IDENTIFIED, INPUTS, RECORD_REGIMES
-    from vinesexp.records.tables import read_rows
+    from vinesexp.records.stored.checks import write_checks
+    from vinesexp.records.stored.result_columns import BASE, IDENTIFIED, INPUTS, RECORD_REGIMES
+    from vinesexp.records.stored.tables import read_rows
     from vinesexp.replay.campaign_replay import replay_campaign
     from vinesexp.replay.replay_table import replay_checks, write_replay
 
@@ -368,8 +368,8 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
 
 def collect_checks(campaign: Campaign, *, paths: ResultPaths) -> list[Check]:
     """The checks of every step in one table, checks.csv, in the order of the records."""
-    from vinesexp.records.checks import checks_of_regime, read_checks, write_checks
-    from vinesexp.records.missing_cells import missing_cells, read_evidence
+    from vinesexp.records.campaign.missing_cells import missing_cells, read_evidence
+    from vinesexp.records.stored.checks import checks_of_regime, read_checks, write_checks
 
     campaign = campaign_seen_by("checks", campaign)
     tables: Sequence[Path] = [

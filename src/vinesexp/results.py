@@ -21,11 +21,11 @@ from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel, periodic_leve
 from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
 from vinesexp.errors import RecordError, nearest
 from vinesexp.identification.estimate import COMBINED, NOTHING, read_estimates
-from vinesexp.records.campaign import Campaign
-from vinesexp.records.result_columns import IMPACTS, TABLES, WHERE
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import open_dataset
-from vinesexp.records.tables import Row, read_frame, read_rows
+from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.stored.result_columns import IMPACTS, TABLES, WHERE
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_dataset
+from vinesexp.records.stored.tables import Row, read_frame, read_rows
 
 if TYPE_CHECKING:
     import pandas

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from vinesexp.records.checks import read_checks
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import open_record
-from vinesexp.records.tables import Column, Row, Table
+from vinesexp.records.stored.checks import read_checks
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
+from vinesexp.records.stored.tables import Column, Row, Table
 from vinesexp.results import Results
 from vinesexp.units import COVERAGE_95
 

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.records.tables import Column, Table
+from vinesexp.records.stored.tables import Column, Table
 from vinesexp.results import Results
 from vinesexp.results_differences import sources_of
 from vinesexp.units import COVERAGE_95

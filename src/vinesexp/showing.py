@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import Campaign
+from vinesexp.records.campaign.schema import Campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 
 
 def figures_of_results(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
@@ -49,7 +49,7 @@ def report(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
 def bundle(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
     """Put the results into one zip."""
-    from vinesexp.records.freshness import Notes
+    from vinesexp.records.stored.freshness import Notes
     from vinesexp.report.bundle import write_bundle
 
     roots = {"results": paths.folder, "campaign": campaign.folder}

@@ -21,10 +21,7 @@ from numpy.typing import ArrayLike
 
 from vinesexp.errors import ParameterError, RecordError, nearest
 from vinesexp.pipeline import analyse_record, identify
-from vinesexp.records.checks import checks_of_regime, read_checks
-from vinesexp.records.result_columns import IDENTIFIED, RECORD_REGIMES
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import (
+from vinesexp.records.campaign.schema import (
     MOST_BALLS,
     ROLES,
     SI_UNITS,
@@ -34,8 +31,11 @@ from vinesexp.records.schema import (
     Known,
     Record,
 )
-from vinesexp.records.tables import read_frame
-from vinesexp.records.uncertainties import EXACT, Uncertainties
+from vinesexp.records.campaign.uncertainties import EXACT, Uncertainties
+from vinesexp.records.stored.checks import checks_of_regime, read_checks
+from vinesexp.records.stored.result_columns import IDENTIFIED, RECORD_REGIMES
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.tables import read_frame
 from vinesexp.results import RecordResults, record_results
 from vinesexp.settings.overrides import changed_by_text
 from vinesexp.settings.stages import Settings

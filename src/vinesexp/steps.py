@@ -3,7 +3,7 @@
     python -m vinesexp.steps ingest data/twin results/twin --batch 1of2
     python -m vinesexp.steps identify data/twin results/twin
 
-A step runs where its results no longer hold, by content (`vinesexp.records.freshness`); a step on
+A step runs where its results no longer hold, by content (`records/stored/freshness.py`); a step on
 records goes through those of its batch and passes over the ones that hold. What a step needs is
 imported when it runs: who only plans needs none of it. The workflow runs all its steps as forks of
 one process (`Forks`), which imports what a step needs before it forks: once a run.
@@ -30,11 +30,11 @@ from typing import Any
 
 from vinesexp.codedigest import keep_code, kept_code, named_modules
 from vinesexp.errors import VinesexpError
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.freshness import Notes, shortened
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import Campaign, Record
-from vinesexp.records.step_inputs import campaign_text, row_text, rows_text
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Campaign, Record
+from vinesexp.records.stored.freshness import Notes, shortened
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.step_inputs import campaign_text, row_text, rows_text
 from vinesexp.supervised import on_all, on_each
 from vinesexp.threads import one_thread_each
 
@@ -205,8 +205,8 @@ class Study:
 
     def refuse(self, step: str, id: str, reason: str) -> None:
         """Refuse a record for a reason seen from outside, as `ingest` does, and tell `step` so."""
-        from vinesexp.records.checks import Check, write_checks
-        from vinesexp.records.file_attributes import write_refused
+        from vinesexp.records.stored.checks import Check, write_checks
+        from vinesexp.records.stored.file_attributes import write_refused
 
         with self._noted("ingest", id) as written:
             write_refused(self.paths.record(id), reason)

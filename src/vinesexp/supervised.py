@@ -205,7 +205,7 @@ def _logged(work: Callable[[], Any], path: Path) -> str | None:
 
 
 def _one_line(error: Exception) -> str:
-    from vinesexp.records.refusal import is_of_the_machine, reason_of_machine
+    from vinesexp.records.stored.refusal import is_of_the_machine, reason_of_machine
 
     if not is_of_the_machine(error):
         return f"unexpected {type(error).__name__}: {error}"

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from vinesexp.errors import VinesexpError, nearest
-from vinesexp.records.freshness import Notes
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.stored.freshness import Notes
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.resultslock import hold_results, remove_leftovers, require_own_folder
 from vinesexp.steps import STEPS, Forks, Study, members
 

@@ -16,7 +16,7 @@ from tests.report.synthetic import FULL
 from vinesexp.design.shown import Table
 from vinesexp.figures.design_curve import DesignCurve
 from vinesexp.record_pages.build import build_pages
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.report.comparison_pages import differences_page
 from vinesexp.report.design_sheet import curve_markup
 from vinesexp.report.rendering import rendered

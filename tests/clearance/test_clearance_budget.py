@@ -11,8 +11,8 @@ import pytest
 from vinesexp.clearance.clearance_budget import clearance_budget
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig, predicted_b_c
-from vinesexp.records.campaign import Campaign, Known, Record
-from vinesexp.records.uncertainties import Uncertainties
+from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.units import COVERAGE_95, Quantity
 
 VALUES = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "r": 0.6, "f0": 7.8623, "zeta": 0.0065035}

@@ -20,10 +20,10 @@ from vinesexp.clearance.predicted import (
     predicted_b_c,
 )
 from vinesexp.errors import AnalysisError
-from vinesexp.records.campaign import Campaign, Known, Record
-from vinesexp.records.result_columns import CLEARANCES
-from vinesexp.records.tables import read_rows
-from vinesexp.records.uncertainties import EXACT, Tolerance
+from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.uncertainties import EXACT, Tolerance
+from vinesexp.records.stored.result_columns import CLEARANCES
+from vinesexp.records.stored.tables import read_rows
 from vinesexp.units import Quantity
 
 HEADER = (

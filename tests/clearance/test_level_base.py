@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vinesexp.clearance.level_base import LevelBase, base_checks, base_of_level
-from vinesexp.records.uncertainties import EXACT, Tolerance, Uncertainties
+from vinesexp.records.campaign.uncertainties import EXACT, Tolerance, Uncertainties
 from vinesexp.units import Quantity
 
 

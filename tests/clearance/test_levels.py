@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from vinesexp.clearance.levels import periodic_levels
-from vinesexp.records.campaign import Campaign, Known, Record
+from vinesexp.records.campaign.load import Campaign, Known, Record
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ import pytest
 
 from vinesexp.cli import main
 from vinesexp.proposal.kind_of_test import has_shocks
-from vinesexp.records.campaign import campaign_problems, load_campaign
-from vinesexp.records.ingest import ingest_or_refuse
+from vinesexp.records.campaign.load import campaign_problems, load_campaign
+from vinesexp.records.instrument.ingest import ingest_or_refuse
 
 SCENE = """\
 title: Small twin

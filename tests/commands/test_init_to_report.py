@@ -9,8 +9,8 @@ import pytest
 
 from vinesexp.cli import main
 from vinesexp.pipeline import analyse_campaign
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 
 TWIN = Path(__file__).resolve().parents[2] / "data/twin"
 SMALL = """\

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from vinesexp.cli import main
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.ingest import ingest
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.instrument.ingest import ingest
 
 TWIN = Path(__file__).parents[2] / "data" / "twin"
 

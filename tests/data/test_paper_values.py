@@ -143,7 +143,7 @@ def test_a_straight_part_of_a_decay_is_told_from_an_exponential():
 
 
 def test_the_twin_is_compared_with_values_that_its_records_can_judge():
-    from vinesexp.records.campaign import load_campaign
+    from vinesexp.records.campaign.load import load_campaign
 
     twin = load_campaign(PAPER.parent / "twin")
     assert len(twin.published) > 15

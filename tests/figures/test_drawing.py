@@ -15,7 +15,7 @@ from vinesexp.figures.numbers import plus_minus
 from vinesexp.figures.regime_strips import Strip, cycle_edges, regime_strips
 from vinesexp.figures.single_records import Marks, amplitude, extremes, impacts_on_acceleration
 from vinesexp.figures.traces import Trace, band, columns_of, sequence
-from vinesexp.records.store import create_record, open_record
+from vinesexp.records.stored.store import create_record, open_record
 from vinesexp.theory.regime_definitions import REGIMES
 from vinesexp.units import COVERAGE_95
 
@@ -173,7 +173,7 @@ def test_a_figure_of_very_many_records_shows_even_choices():
     from pathlib import Path
 
     from vinesexp.figures.single_records import spread
-    from vinesexp.records.schema import Record
+    from vinesexp.records.campaign.schema import Record
 
     many = [Record(f"t_{i}", Path("a.csv"), "transient", (0.01 + i,)) for i in range(150)]
     shown = spread(many)
@@ -186,7 +186,7 @@ def test_every_channel_has_a_name_and_a_colour():
     from vinesexp.figures.single_records import _SHOWN
     from vinesexp.figures.style import COLOURS
     from vinesexp.record_pages.drawn_content import SHOWN
-    from vinesexp.records.schema import ROLES, SI_UNITS
+    from vinesexp.records.campaign.schema import ROLES, SI_UNITS
 
     assert set(_SHOWN) == set(ROLES)
     assert {name.split()[0] for name, _ in _SHOWN.values()} <= set(COLOURS)

@@ -7,7 +7,7 @@ import numpy as np
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.figures.invariant_manifold import manifold_figure, projected
-from vinesexp.records.schema import Record
+from vinesexp.records.campaign.schema import Record
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.theory.manifold import A_1, amplitude
 from vinesexp.units import Quantity

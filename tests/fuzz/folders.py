@@ -13,13 +13,13 @@ import numpy as np
 from vinesexp import showing
 from vinesexp.cli import main
 from vinesexp.errors import VinesexpError
-from vinesexp.records.checks import Check, write_checks
-from vinesexp.records.freshness import Notes
-from vinesexp.records.result_columns import CLEARANCES, IDENTIFIED, IMPACTS, RECORD_REGIMES
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import Campaign, Known, Record
-from vinesexp.records.store import create_record
-from vinesexp.records.tables import write_rows
+from vinesexp.records.campaign.schema import Campaign, Known, Record
+from vinesexp.records.stored.checks import Check, write_checks
+from vinesexp.records.stored.freshness import Notes
+from vinesexp.records.stored.result_columns import CLEARANCES, IDENTIFIED, IMPACTS, RECORD_REGIMES
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.tables import write_rows
 from vinesexp.results_differences import compare_results
 from vinesexp.resultslock import hold_results, remove_leftovers
 from vinesexp.workflow import read_config

@@ -16,7 +16,7 @@ import numpy as np
 from vinesexp.errors import RecordError, VinesexpError
 from vinesexp.pipeline import analyse_campaign, analyse_record
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.campaign import (
+from vinesexp.records.campaign.load import (
     Campaign,
     Channel,
     Known,
@@ -24,11 +24,11 @@ from vinesexp.records.campaign import (
     TimeColumn,
     campaign_problems,
 )
-from vinesexp.records.checks import Check, read_checks
-from vinesexp.records.ingest import ingest
+from vinesexp.records.instrument.ingest import ingest
 from vinesexp.records.readers import open_source
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import create_record, open_record
+from vinesexp.records.stored.checks import Check, read_checks
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import create_record, open_record
 
 from . import commands, folders, scenes, seeds, signals
 from .mutations import damaged, reworded

@@ -7,9 +7,9 @@ import pytest
 
 from vinesexp.errors import RecordError, VinesexpError, shown
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.campaign import campaign_problems
-from vinesexp.records.ingest import read_channels
-from vinesexp.records.schema import Channel, TimeColumn
+from vinesexp.records.campaign.load import campaign_problems
+from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.signals.channel_agreement import compare_channels
 
 LASER = Channel("displacement", 1, "displacement", 1e-3, unit="mm")

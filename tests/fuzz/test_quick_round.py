@@ -11,7 +11,7 @@ from tests.fuzz.targets import TARGETS, _described, _one_line
 
 from vinesexp.errors import VinesexpError
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.campaign import campaign_problems
+from vinesexp.records.campaign.load import campaign_problems
 
 CASES = {
     "text": 60, "binary": 30, "campaign": 100, "records": 100, "scene": 20, "signal": 12,

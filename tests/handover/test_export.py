@@ -11,12 +11,12 @@ import pytest
 import scipy.io
 
 from vinesexp.cli import main
-from vinesexp.records.file_attributes import write_refused
-from vinesexp.records.ingest import read_channels
-from vinesexp.records.result_columns import IDENTIFIED, IMPACTS, RECORD_REGIMES
-from vinesexp.records.schema import Channel
-from vinesexp.records.store import create_record
-from vinesexp.records.tables import write_rows
+from vinesexp.records.campaign.schema import Channel
+from vinesexp.records.instrument.ingest import read_channels
+from vinesexp.records.stored.file_attributes import write_refused
+from vinesexp.records.stored.result_columns import IDENTIFIED, IMPACTS, RECORD_REGIMES
+from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.tables import write_rows
 
 RATE, N = 1000.0, 70_000
 X = 1e-3 * np.sin(np.arange(N) / 7.0)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from vinesexp.cli import main
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.ingest import ingest_or_refuse
-from vinesexp.records.store import open_record
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.instrument.ingest import ingest_or_refuse
+from vinesexp.records.stored.store import open_record
 
 YAML = """\
 title: Bench

@@ -91,7 +91,7 @@ def test_the_page_does_not_blame_ball_starts_for_table_1() -> None:
 
 def test_what_the_twin_contradicts_is_said_beside_the_published_number() -> None:
     """23 + 34 mm: 4.9 mm is printed, no sweep of the twin shows it: each such row has a note."""
-    from vinesexp.records.campaign import load_campaign
+    from vinesexp.records.campaign.load import load_campaign
 
     values = load_campaign(ROOT / "data" / "twin").published
     (pair,) = [v for v in values if v.clearance_mm == "23;34"]

@@ -9,9 +9,9 @@ import pytest
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
-from vinesexp.records.campaign import Channel, TimeColumn
-from vinesexp.records.ingest import read_channels
-from vinesexp.records.store import create_record
+from vinesexp.records.campaign.load import Channel, TimeColumn
+from vinesexp.records.instrument.ingest import read_channels
+from vinesexp.records.stored.store import create_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts

@@ -11,7 +11,7 @@ import pytest
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
-from vinesexp.records.store import create_record
+from vinesexp.records.stored.store import create_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts

@@ -10,8 +10,8 @@ import pytest
 from scipy.ndimage import map_coordinates
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, analyse, simulate
-from vinesexp.records.schema import Record
-from vinesexp.records.store import create_record, open_record
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.store import create_record, open_record
 from vinesexp.signals.channel_agreement import compare_channels
 from vinesexp.signals.clocks import mend_clocks
 

@@ -129,7 +129,7 @@ def test_b_c_of_a_ball_that_rolls():
     """A lighter ball that slides in a longer cavity, and its simulated end."""
     from vinesexp.clearance.level_base import LevelBase
     from vinesexp.clearance.predicted import identified_rig, predicted_b_c
-    from vinesexp.records.campaign import Known
+    from vinesexp.records.campaign.load import Known
     from vinesexp.units import Quantity
 
     rows = [
@@ -206,7 +206,7 @@ def test_a_wrong_accelerometer_gain_is_found_by_the_added_masses():
 def test_b_c_of_a_ball_that_rubs_takes_the_effective_r():
     """The simulated end of two impacts per cycle moves by as much as b_c with r_effective."""
     from vinesexp.clearance.predicted import identified_rig
-    from vinesexp.records.campaign import Known
+    from vinesexp.records.campaign.load import Known
     from vinesexp.theory.optimal_clearance import b_c_exact
     from vinesexp.units import Quantity
 

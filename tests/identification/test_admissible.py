@@ -8,7 +8,7 @@ import pytest
 
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.whole_campaign import identify_campaign
-from vinesexp.records.schema import Campaign, Known, Record
+from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.units import Quantity
 
 F0, ZETA = 7.862, 6.5e-3

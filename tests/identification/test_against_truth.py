@@ -8,8 +8,8 @@ import pytest
 
 from vinesexp.laboratory.rehearsal import rehearse
 from vinesexp.laboratory.score import score_impacts
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import open_record
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.signals.regimes import decay_times
 

@@ -12,8 +12,8 @@ from vinesexp.clearance.predicted import IdentifiedRig, at_level
 from vinesexp.identification.amplitude_law import law_rows, level_rows, level_values
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.whole_campaign import identify_campaign
-from vinesexp.records.campaign import Campaign, Known, Record
-from vinesexp.records.uncertainties import EXACT
+from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.units import Quantity
 
 W, LINEAR, QUADRATIC, COULOMB, KAPPA, SMALL = 49.4, 0.32, 10.0, 3e-4, 25.0, 7.862

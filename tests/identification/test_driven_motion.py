@@ -7,7 +7,7 @@ import pytest
 
 from vinesexp.errors import RecordError
 from vinesexp.identification.driven_motion import driven_from, driven_motion
-from vinesexp.records.store import create_record, open_record
+from vinesexp.records.stored.store import create_record, open_record
 from vinesexp.signals.impacts.impact_table import no_impacts
 
 F0, ZETA, G, F = 8.0, 4e-3, 0.3e-3, 7.95

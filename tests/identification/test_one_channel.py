@@ -7,8 +7,8 @@ import pytest
 
 from vinesexp import Harmonic
 from vinesexp.identification.one_record import estimate_record
-from vinesexp.records.schema import Known, Record
-from vinesexp.records.store import create_record
+from vinesexp.records.campaign.schema import Known, Record
+from vinesexp.records.stored.store import create_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.units import Quantity

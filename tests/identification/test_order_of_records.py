@@ -7,7 +7,7 @@ import pytest
 
 from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.laboratory.rehearsal import rehearse
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.signals.impacts.impact_table import read_impacts
 
 pytestmark = pytest.mark.long

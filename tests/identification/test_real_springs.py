@@ -7,9 +7,9 @@ import pytest
 from scipy.optimize import least_squares
 
 from vinesexp.identification.ringdown import fit_ringdown
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.ingest import ingest_or_refuse
-from vinesexp.records.store import open_record
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.instrument.ingest import ingest_or_refuse
+from vinesexp.records.stored.store import open_record
 
 REAL = Path(__file__).resolve().parents[2].parent / "shared/real"
 pytestmark = [

@@ -6,10 +6,10 @@ from scipy.optimize import least_squares
 
 from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.ringdown import fit_ringdown
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.ingest import ingest, read_as_measured
-from vinesexp.records.schema import Channel, TimeColumn
-from vinesexp.records.store import open_record
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.instrument.ingest import ingest, read_as_measured
+from vinesexp.records.stored.store import open_record
 
 F, ZETA = 1.37, 0.0042
 W0 = 2 * np.pi * F

@@ -17,8 +17,8 @@ from vinesexp.identification.least_squares import covariance_of, least_squares
 from vinesexp.identification.ringdown import ring_down
 from vinesexp.identification.ringdown_result import oscillation_at
 from vinesexp.identification.whole_campaign import identify_campaign
-from vinesexp.records.campaign import Campaign, Known, Record
-from vinesexp.records.uncertainties import EXACT
+from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.uncertainties import EXACT
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 

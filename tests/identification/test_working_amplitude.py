@@ -10,8 +10,8 @@ from vinesexp.identification.damping_law import Decay, logs_and_phases
 from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.whole_campaign import identify_campaign
-from vinesexp.records.schema import Campaign, Known, Record
-from vinesexp.records.store import create_record, open_record
+from vinesexp.records.campaign.schema import Campaign, Known, Record
+from vinesexp.records.stored.store import create_record, open_record
 
 RATE, SECONDS = 400.0, 16.0
 W = 2 * math.pi * 7.862

@@ -12,8 +12,8 @@ from vinesexp.errors import CampaignError
 from vinesexp.live.live_page import parts_of
 from vinesexp.live.session import ChangedMeanwhileError, Session
 from vinesexp.pipeline import analyse_campaign
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 
 
 def rows(folder: Path) -> dict[str, dict[str, str]]:
@@ -157,7 +157,7 @@ def test_a_row_more_is_read_and_looked_at_alone(bench, session, monkeypatch):
     sheet.write_text("\n".join(["record,file,test,clearance_mm,note", *rows]) + "\n")
     read = []
     monkeypatch.setattr(
-        "vinesexp.records.records_csv.read_id", lambda text: (read.append(text), text)[1]
+        "vinesexp.records.campaign.records_csv.read_id", lambda text: (read.append(text), text)[1]
     )
     monkeypatch.setattr(session, "_due", lambda record: looked_at.append(record.id))
     session.begin()

@@ -11,17 +11,17 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.cli import main
 from vinesexp.planning.campaign_plan import plan_levels, scatter_of
 from vinesexp.planning.expected_valley import expected_valley
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.checks import write_checks
-from vinesexp.records.result_columns import (
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.checks import write_checks
+from vinesexp.records.stored.result_columns import (
     BASE,
     DECAY_TIMES,
     IDENTIFIED,
     RECORD_REGIMES,
     REPLAY,
 )
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.tables import write_rows
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.tables import write_rows
 from vinesexp.results import CampaignResults
 from vinesexp.units import Quantity
 

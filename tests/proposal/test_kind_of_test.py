@@ -9,10 +9,10 @@ import scipy.io.wavfile
 
 from vinesexp.cli import main
 from vinesexp.pipeline import analyse_campaign
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.ingest import ingest
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import open_record
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.instrument.ingest import ingest
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
 
 RNG = np.random.default_rng(5)
 

@@ -4,7 +4,7 @@ import pytest
 from tests.report.made_up import Made, with_results
 
 from vinesexp.record_pages.build import build_pages
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.stored.result_paths import ResultPaths
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ from dataclasses import replace
 import pytest
 
 from vinesexp.record_pages.build import LIBRARY, build_pages
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.stored.result_paths import ResultPaths
 
 pytestmark = pytest.mark.long
 

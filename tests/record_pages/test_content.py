@@ -14,8 +14,8 @@ from vinesexp.record_pages.drawn_content import (
     unsqueezed,
 )
 from vinesexp.record_pages.packing import exact, packed, unpacked
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import create_record, open_record
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import create_record, open_record
 
 RATE, F = 1000.0, 8.0
 

@@ -8,15 +8,15 @@ import yaml
 
 from vinesexp.errors import RecordError
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.campaign import TESTS, load_campaign
-from vinesexp.records.campaign_schema import campaign_schema, schema_text
-from vinesexp.records.channel_section import CHANNEL_KEYS
-from vinesexp.records.checks import OUTCOMES
-from vinesexp.records.description import KEYS, PEOPLE_KEYS
-from vinesexp.records.ingest import read_channels
+from vinesexp.records.campaign.campaign_schema import campaign_schema, schema_text
+from vinesexp.records.campaign.channel_section import CHANNEL_KEYS
+from vinesexp.records.campaign.description import KEYS, PEOPLE_KEYS
+from vinesexp.records.campaign.load import TESTS, load_campaign
+from vinesexp.records.campaign.records_csv import COLUMNS, PEOPLE
+from vinesexp.records.campaign.schema import ACCEPTABLE, ROLES, Channel, TimeColumn
+from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers import READERS, open_source
-from vinesexp.records.records_csv import COLUMNS, PEOPLE
-from vinesexp.records.schema import ACCEPTABLE, ROLES, Channel, TimeColumn
+from vinesexp.records.stored.checks import OUTCOMES
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

@@ -12,7 +12,7 @@ from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.excitation import Measured, WeakDamping
 from vinesexp.identification.decay_table import decay_by
-from vinesexp.records.campaign import Record
+from vinesexp.records.campaign.load import Record
 from vinesexp.replay.campaign_replay import Model, identified_model, rig_of
 from vinesexp.replay.drives import BaseSamples, drive_of
 from vinesexp.replay.measures import measures_of

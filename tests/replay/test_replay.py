@@ -12,9 +12,9 @@ import pytest
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
-from vinesexp.records.campaign import Campaign, Known, Record
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import create_record
+from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import create_record
 from vinesexp.replay.campaign_replay import Model, replay_campaign, rig_of
 from vinesexp.replay.drives import drive_of
 from vinesexp.replay.measures import Measures, decay_time, measures_of

@@ -10,10 +10,10 @@ import numpy as np
 from vinesexp.clearance.comparison import compare, write_clearances
 from vinesexp.identification.decay_table import decay_table
 from vinesexp.identification.estimate import read_estimates
-from vinesexp.records.campaign import Campaign, Record, load_campaign
-from vinesexp.records.checks import Check, write_checks
-from vinesexp.records.file_attributes import write_refused
-from vinesexp.records.result_columns import (
+from vinesexp.records.campaign.load import Campaign, Record, load_campaign
+from vinesexp.records.stored.checks import Check, write_checks
+from vinesexp.records.stored.file_attributes import write_refused
+from vinesexp.records.stored.result_columns import (
     BASE,
     DECAY,
     DECAY_TIMES,
@@ -24,9 +24,9 @@ from vinesexp.records.result_columns import (
     REPLAY,
     REPLAY_CYCLES,
 )
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import create_record
-from vinesexp.records.tables import read_rows, write_rows
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.tables import read_rows, write_rows
 
 RATE, F0, ZETA = 1000.0, 8.0, 0.0065
 QUANTITIES = {

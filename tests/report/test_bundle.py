@@ -4,9 +4,9 @@ import zipfile
 from pathlib import Path
 
 from vinesexp import showing
-from vinesexp.records.freshness import Notes
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import Campaign, Known, Record
+from vinesexp.records.campaign.schema import Campaign, Known, Record
+from vinesexp.records.stored.freshness import Notes
+from vinesexp.records.stored.result_paths import ResultPaths
 
 
 def write(file: Path, text: str = "x") -> Path:

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from vinesexp.figures.stated_inputs import draw_inputs, input_rows
-from vinesexp.records.result_columns import INPUTS
-from vinesexp.records.tables import write_rows
+from vinesexp.records.stored.result_columns import INPUTS
+from vinesexp.records.stored.tables import write_rows
 from vinesexp.report.page import page_content
 from vinesexp.report.rendering import rendered
 from vinesexp.report.tables_shown import stated_sentence

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from vinesexp.errors import CampaignError, ParameterError
-from vinesexp.records.campaign import campaign_problems, load_campaign
+from vinesexp.records.campaign.load import campaign_problems, load_campaign
 from vinesexp.settings.overrides import (
     STAGES,
     changed,

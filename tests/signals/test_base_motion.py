@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vinesexp.records.schema import Record
-from vinesexp.records.store import create_record
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.store import create_record
 from vinesexp.signals.base_motion import base_motion, base_rows
 
 RATE, F, G = 1000.0, 7.862, 0.25e-3

@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 from vinesexp import Harmonic, Release
-from vinesexp.records.store import create_record, open_record
+from vinesexp.records.stored.store import create_record, open_record
 from vinesexp.signals.channel_agreement import agreement_in, odds_of_corner
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record

@@ -7,8 +7,8 @@ import pytest
 
 from vinesexp import Harmonic, Release
 from vinesexp.errors import ParameterError
-from vinesexp.records.file_attributes import write_refused
-from vinesexp.records.store import open_record
+from vinesexp.records.stored.file_attributes import write_refused
+from vinesexp.records.stored.store import open_record
 from vinesexp.signals.bands import default_bands
 from vinesexp.signals.condition import condition
 from vinesexp.signals.cycles import cycle_amplitudes
@@ -34,7 +34,7 @@ def test_last_impact_survives(measure, tmp_path: Path) -> None:
     last = record.time[-1]
     cut = round(last * 1e4) + 4  # the record ends within the contact
     channels = {role: values[:cut] for role, values in record.channels.items()}
-    from vinesexp.records.store import create_record
+    from vinesexp.records.stored.store import create_record
 
     path = tmp_path / "cut.nc"
     kinds = {"base": "displacement", "displacement": "displacement", "acceleration": "acceleration"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vinesexp.records.store import create_record, open_record
+from vinesexp.records.stored.store import create_record, open_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.free_from import FREE_FROM, free_from

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import AnalysisError
-from vinesexp.records.store import create_record, open_record
+from vinesexp.records.stored.store import create_record, open_record
 from vinesexp.signals.bands import default_bands, dominant_frequency, oscillation_of
 from vinesexp.signals.condition import condition
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vinesexp.records.campaign import Channel, TimeColumn
-from vinesexp.records.ingest import read_channels
-from vinesexp.records.store import create_record, open_record
+from vinesexp.records.campaign.load import Channel, TimeColumn
+from vinesexp.records.instrument.ingest import read_channels
+from vinesexp.records.stored.store import create_record, open_record
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.detection import detect_contacts

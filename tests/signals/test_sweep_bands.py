@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vinesexp import NES, Oscillator, Release, Rig, Sweep, simulate
-from vinesexp.records.result_columns import BANDS
-from vinesexp.records.tables import read_rows, write_rows
+from vinesexp.records.stored.result_columns import BANDS
+from vinesexp.records.stored.tables import read_rows, write_rows
 from vinesexp.settings.stages import RegimeSettings
 from vinesexp.signals.balls import Series
 from vinesexp.signals.cycles import cycle_amplitudes

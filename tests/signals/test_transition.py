@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vinesexp import NES, Oscillator, Release, Rig, simulate
-from vinesexp.records.result_columns import TRANSITIONS
-from vinesexp.records.tables import read_rows, write_rows
+from vinesexp.records.stored.result_columns import TRANSITIONS
+from vinesexp.records.stored.tables import read_rows, write_rows
 from vinesexp.signals.balls import Series, transition_of, transition_row
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.theory.regime_definitions import activation_spells

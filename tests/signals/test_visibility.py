@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vinesexp import Harmonic
-from vinesexp.records.schema import Record
-from vinesexp.records.store import create_record
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.store import create_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.regimes import shown_by_record

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from vinesexp.cli import main
-from vinesexp.records.campaign import load_campaign
+from vinesexp.records.campaign.load import load_campaign
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PAGE = REPOSITORY / "docs/tutorials/own-records.md"

@@ -7,9 +7,9 @@ import shutil
 import pytest
 
 from vinesexp.pipeline import analyse_campaign, collect_checks
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import open_record
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
 from vinesexp.steps import Study
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]

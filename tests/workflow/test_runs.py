@@ -14,7 +14,7 @@ import pytest
 from tests.faults.project import contents, differences
 
 from vinesexp.errors import RecordError
-from vinesexp.records.store import open_record
+from vinesexp.records.stored.store import open_record
 from vinesexp.results import open_results
 from vinesexp.whole_files import partial_path
 

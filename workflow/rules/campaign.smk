@@ -10,7 +10,7 @@ import sys
 from snakemake.exceptions import WorkflowError
 
 from vinesexp.errors import VinesexpError
-from vinesexp.records.campaign import load_campaign
+from vinesexp.records.campaign.load import load_campaign
 from vinesexp.steps import Study
 from vinesexp.workflow import (
     Planner,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from vinesexp.records.campaign import Campaign, Record
-from vinesexp.records.result_columns import Verdict
+from vinesexp.records.campaign.load import Campaign, Record
+from vinesexp.records.stored.result_columns import Verdict
 
 
 def as_found(campaign: Campaign, inputs: Sequence[Mapping[str, str]]) -> Campaign:
@@ -24,7 +24,7 @@ def as_found(campaign: Campaign, inputs: Sequence[Mapping[str, str]]) -> Campaig
     Examples
     --------
     >>> from pathlib import Path
-    >>> from vinesexp.records.schema import Known
+    >>> from vinesexp.records.campaign.schema import Known
     >>> b34 = Record("b34", Path("a.csv"), "periodic", (0.068,))
     >>> whole = Campaign(Path(), "", "", Known(), {}, None, None, None, (b34,))
     >>> row = {"item": "clearance", "record": "b34", "found": "34", "verdict": "off"}

@@ -18,8 +18,8 @@ from vinesexp.clearance.predicted import (
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import COLLISIONS, rows_of
 from vinesexp.identification.joint.whole import RigPosterior
-from vinesexp.records.campaign import Campaign
-from vinesexp.records.tables import Value
+from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.stored.tables import Value
 
 _BALL = "ball mass"
 

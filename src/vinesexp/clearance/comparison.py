@@ -34,10 +34,10 @@ from vinesexp.clearance.predicted import (
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.joint.whole import RigPosterior
-from vinesexp.records.campaign import Campaign
-from vinesexp.records.checks import Check
-from vinesexp.records.result_columns import CLEARANCES
-from vinesexp.records.tables import Value, write_rows
+from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.result_columns import CLEARANCES
+from vinesexp.records.stored.tables import Value, write_rows
 from vinesexp.theory.regime_definitions import PERMANENT
 from vinesexp.units import COVERAGE_95
 

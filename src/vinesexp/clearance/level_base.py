@@ -9,8 +9,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vinesexp.records.checks import Check
-from vinesexp.records.uncertainties import Uncertainties
+from vinesexp.records.campaign.uncertainties import Uncertainties
+from vinesexp.records.stored.checks import Check
 from vinesexp.units import Quantity
 
 Rows = Sequence[Mapping[str, str]]

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from vinesexp.clearance.level_base import LevelBase, base_of_level, found_base
-from vinesexp.records.campaign import Campaign, Record
-from vinesexp.records.tables import number
+from vinesexp.records.campaign.load import Campaign, Record
+from vinesexp.records.stored.tables import number
 from vinesexp.theory.regime_definitions import PERMANENT, TELLING, Regime
 from vinesexp.theory.steadiness import UNKNOWN, Swing
 

@@ -19,8 +19,8 @@ from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
 from vinesexp.identification.joint.whole import RigPosterior
-from vinesexp.records.campaign import Known
-from vinesexp.records.uncertainties import EXACT, Uncertainties
+from vinesexp.records.campaign.load import Known
+from vinesexp.records.campaign.uncertainties import EXACT, Uncertainties
 from vinesexp.rig import RIG_VALUES
 from vinesexp.units import COVERAGE_95, Quantity
 

@@ -22,11 +22,11 @@ from io import StringIO
 from pathlib import Path
 
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
-from vinesexp.records.campaign import Campaign, Record, campaign_problems, load_campaign
-from vinesexp.records.checks import Check, checks_of_regime
-from vinesexp.records.missing_cells import Evidence, missing_cells, read_evidence
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import open_record
+from vinesexp.records.campaign.load import Campaign, Record, campaign_problems, load_campaign
+from vinesexp.records.campaign.missing_cells import Evidence, missing_cells, read_evidence
+from vinesexp.records.stored.checks import Check, checks_of_regime
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
 
 #: Size and name of the unit that a bench speaks in.
 _BENCH = {

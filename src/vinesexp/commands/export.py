@@ -15,11 +15,11 @@ from vinesexp.commands.options import writing
 from vinesexp.errors import RecordError, VinesexpError, nearest
 from vinesexp.handover.crate import NAME, Described, write_crate
 from vinesexp.handover.formats import WRITERS
-from vinesexp.records.campaign import Campaign, load_campaign
-from vinesexp.records.refusal import is_of_the_machine
-from vinesexp.records.result_columns import WHERE
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import open_record
+from vinesexp.records.campaign.load import Campaign, load_campaign
+from vinesexp.records.stored.refusal import is_of_the_machine
+from vinesexp.records.stored.result_columns import WHERE
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
 from vinesexp.results import open_results
 from vinesexp.resultslock import campaign_of
 

@@ -16,8 +16,8 @@ from vinesexp.planning.campaign_plan import LevelPlan, Needs, needs_of, plan_lev
 from vinesexp.planning.expected_valley import Valley
 from vinesexp.planning.first_tests import PlannedTest, first_tests, mm, next_tests, records_sheet
 from vinesexp.planning.other_tests import OtherPlan, plan_others
-from vinesexp.records.campaign import load_campaign
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.results import CampaignResults
 from vinesexp.rig import Oscillator
 from vinesexp.units import Quantity, parse_quantity

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from vinesexp.caches import is_writable, own_folder
 from vinesexp.errors import ParameterError, VinesexpError
-from vinesexp.records.campaign import load_campaign
+from vinesexp.records.campaign.load import load_campaign
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError
-from vinesexp.records.result_columns import IDENTIFIED
-from vinesexp.records.tables import Table, read_rows
+from vinesexp.records.stored.result_columns import IDENTIFIED
+from vinesexp.records.stored.tables import Table, read_rows
 from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 
 

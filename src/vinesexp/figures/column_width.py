@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vinesexp.figures.gallery import FAMILIES
 from vinesexp.figures.style import Drawn, save
-from vinesexp.records.campaign import Campaign
+from vinesexp.records.campaign.load import Campaign
 from vinesexp.results import CampaignResults
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.figures import style
 from vinesexp.figures.style import FAINT, Drawn, label, link
 from vinesexp.identification.flights import flights_of
-from vinesexp.records.campaign import Campaign, Record
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import Campaign, Record
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.theory import manifold

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from vinesexp.arrays import FloatArray
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, label, new_figure
-from vinesexp.records.tables import Row
+from vinesexp.records.stored.tables import Row
 from vinesexp.results import CampaignResults
 from vinesexp.units import COVERAGE_95
 

@@ -14,7 +14,7 @@ from vinesexp.clearance.comparison import END
 from vinesexp.clearance.curves import amplitude_curve, decay_curves
 from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel
 from vinesexp.figures.style import COLOURS, FAINT, Drawn, label, link, new_figure, regime_colour
-from vinesexp.records.tables import Row
+from vinesexp.records.stored.tables import Row
 from vinesexp.results import CampaignResults
 from vinesexp.units import COVERAGE_95
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.figures.style import COLOURS, Drawn, link, new_figure
-from vinesexp.records.campaign import Record
-from vinesexp.records.result_columns import REPLAY_CYCLES
-from vinesexp.records.tables import Row
+from vinesexp.records.campaign.load import Record
+from vinesexp.records.stored.result_columns import REPLAY_CYCLES
+from vinesexp.records.stored.tables import Row
 from vinesexp.results import CampaignResults
 from vinesexp.theory.regime_definitions import PERMANENT
 

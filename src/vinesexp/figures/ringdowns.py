@@ -14,11 +14,11 @@ from vinesexp.figures.style import COLOURS, Drawn, label, link, new_figure
 from vinesexp.figures.traces import Trace, columns_of, draw_trace, sequence
 from vinesexp.identification.decay_table import of_ringdown
 from vinesexp.identification.estimate import Estimate, read_estimates
-from vinesexp.records.campaign import Campaign, Record
-from vinesexp.records.result_columns import DECAY
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import open_record
-from vinesexp.records.tables import read_rows
+from vinesexp.records.campaign.load import Campaign, Record
+from vinesexp.records.stored.result_columns import DECAY
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
+from vinesexp.records.stored.tables import read_rows
 from vinesexp.results import CampaignResults
 from vinesexp.units import COVERAGE_95
 

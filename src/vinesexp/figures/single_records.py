@@ -13,9 +13,9 @@ from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.figures.numbers import clearances
 from vinesexp.figures.style import COLOURS, Drawn, label, new_figure
 from vinesexp.figures.traces import Trace, amplitudes, columns_of, draw_trace, overview
-from vinesexp.records.campaign import Record
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import RecordView, open_record
+from vinesexp.records.campaign.load import Record
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import read_impacts
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vinesexp.figures.numbers import difference
 from vinesexp.figures.style import COLOURS, FAINT, Drawn, label, link, new_figure
-from vinesexp.records.tables import Row, ids_of
+from vinesexp.records.stored.tables import Row, ids_of
 from vinesexp.results import Results
 from vinesexp.units import COVERAGE_95
 

@@ -15,10 +15,10 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import VinesexpError
-from vinesexp.records.result_columns import IMPACTS
-from vinesexp.records.schema import SI_UNITS
-from vinesexp.records.store import RecordView
-from vinesexp.records.tables import read_rows
+from vinesexp.records.campaign.schema import SI_UNITS
+from vinesexp.records.stored.result_columns import IMPACTS
+from vinesexp.records.stored.store import RecordView
+from vinesexp.records.stored.tables import read_rows
 
 _BLOCK = 1 << 16  # samples written at once
 

@@ -27,9 +27,9 @@ from vinesexp.identification.working_amplitude import (
     spread_over,
     swing_of_levels,
 )
-from vinesexp.records.campaign import Campaign
-from vinesexp.records.result_columns import LEVEL_VALUES
-from vinesexp.records.tables import Value, write_rows
+from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.stored.result_columns import LEVEL_VALUES
+from vinesexp.records.stored.tables import Value, write_rows
 
 #: Method of the rows of identified.csv that hold the law.
 METHOD = "ring-downs"

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from vinesexp.identification.estimate import Estimate
-from vinesexp.records.result_columns import BUDGET
-from vinesexp.records.tables import Value, write_rows
+from vinesexp.records.stored.result_columns import BUDGET
+from vinesexp.records.stored.tables import Value, write_rows
 from vinesexp.units import COVERAGE_95
 
 #: Parts of an error that are no input: noise and scatter of the records; sources that disagree.

@@ -16,8 +16,8 @@ from vinesexp.identification.oscillation import motion_role, motion_samples
 from vinesexp.identification.phasors import Phasors, decay_window
 from vinesexp.identification.ringdown import ring_down
 from vinesexp.identification.ringdown_result import RingDown
-from vinesexp.records.schema import Record
-from vinesexp.records.store import RecordView
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.clipping import resolution_of
 from vinesexp.signals.means import channel_means, longest_run, missing_means
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.identification.estimate import Estimate, counted
-from vinesexp.records.store import open_record
-from vinesexp.records.tables import Value
+from vinesexp.records.stored.store import open_record
+from vinesexp.records.stored.tables import Value
 from vinesexp.signals.cycles import cycle_amplitudes
 
 #: Terms of dA/dt = -(gamma + alpha A + beta A^2), by their names among the estimates.

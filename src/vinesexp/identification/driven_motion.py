@@ -28,7 +28,7 @@ from numpy.polynomial import Polynomial
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import RecordError
-from vinesexp.records.store import RecordView
+from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import base_motion
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.means import channel_means, missing_means

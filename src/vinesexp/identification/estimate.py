@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.errors import RecordError
-from vinesexp.records.campaign import Record
-from vinesexp.records.result_columns import IDENTIFIED
-from vinesexp.records.tables import Value, write_rows
+from vinesexp.records.campaign.load import Record
+from vinesexp.records.stored.result_columns import IDENTIFIED
+from vinesexp.records.stored.tables import Value, write_rows
 from vinesexp.units import COVERAGE_95
 
 #: Method of the values that predictions use.

@@ -25,9 +25,9 @@ from vinesexp.identification.flights import Flights, flights_of, mass_ratio, res
 from vinesexp.identification.oscillation import POINTS, displacement_of, frequency_of_motion
 from vinesexp.identification.phasors import SAMPLES
 from vinesexp.identification.sweep_record import estimates_of_sweep
-from vinesexp.records.campaign import Known, Record
-from vinesexp.records.refusal import is_of_the_machine, reason_of
-from vinesexp.records.store import RecordView, open_record
+from vinesexp.records.campaign.load import Known, Record
+from vinesexp.records.stored.refusal import is_of_the_machine, reason_of
+from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.signals.base_motion import base_of
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.impacts.from_integral import Integrated, integrated_impacts, may_be_integrated

@@ -12,7 +12,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.records.store import RecordView
+from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.means import block_means, channel_means, missing_means
 
 #: Block means a period: a sine loses 0.3 % of its information there.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from vinesexp.identification.average import DISAGREES, weighted_mean
 from vinesexp.identification.estimate import INTEGRATED, Estimate
-from vinesexp.records.checks import Check
+from vinesexp.records.stored.checks import Check
 
 #: Gain of one channel beside the other from which on it is none; smaller ones are in inputs.csv.
 _OTHER_CHANNEL = 0.5

@@ -13,8 +13,8 @@ from vinesexp.errors import AnalysisError
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.least_squares import least_squares
 from vinesexp.identification.oscillation import POINTS, motion_role
-from vinesexp.records.schema import Record
-from vinesexp.records.store import RecordView
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.means import channel_means
 
 _NEIGHBOURS = 4  # Fourier lines on each side that a ratio of spectra is smoothed over

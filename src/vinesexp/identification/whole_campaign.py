@@ -22,10 +22,10 @@ from vinesexp.identification.joint.whole import (
 from vinesexp.identification.joint.words import cause_checks, odd_checks
 from vinesexp.identification.remarks import remarks
 from vinesexp.identification.working_amplitude import at_working_amplitude
-from vinesexp.records.campaign import Campaign
-from vinesexp.records.checks import Check
-from vinesexp.records.result_columns import Verdict
-from vinesexp.records.tables import Value
+from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.result_columns import Verdict
+from vinesexp.records.stored.tables import Value
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.units import COVERAGE_95
 

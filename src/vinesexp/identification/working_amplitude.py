@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vinesexp.identification.estimate import Estimate
-from vinesexp.records.campaign import Campaign
-from vinesexp.records.checks import Check, Outcome
+from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.stored.checks import Check, Outcome
 
 #: Amplitudes around the smallest one tested at which the optimum may work.
 AROUND = (0.8, 1.25)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from vinesexp.errors import ParameterError, RecordError
 from vinesexp.laboratory.scene_layers import Layers
-from vinesexp.records.schema import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, unit_size
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class BaseRecord:
             A file that cannot be read as the scene says, or one that is too short.
         """
         from vinesexp.excitation import Measured
-        from vinesexp.records.ingest import read_channels
+        from vinesexp.records.instrument.ingest import read_channels
 
         path = self.folder / self.file
         try:

@@ -9,7 +9,7 @@ from vinesexp.laboratory.bench import Scene, Test
 from vinesexp.laboratory.scene import raw_file
 from vinesexp.laboratory.sensors import Accelerometer
 from vinesexp.laboratory.sheet import stated
-from vinesexp.records.schema import SHEET_COLUMNS
+from vinesexp.records.campaign.schema import SHEET_COLUMNS
 from vinesexp.units import STANDARD_GRAVITY
 
 

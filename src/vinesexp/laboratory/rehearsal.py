@@ -17,9 +17,9 @@ from vinesexp.laboratory.bench import Scene
 from vinesexp.laboratory.campaign_files import campaign_text, records_text
 from vinesexp.laboratory.scene import load_scene, simulate_group
 from vinesexp.pipeline import analyse_record
-from vinesexp.records.campaign import Campaign, load_campaign
-from vinesexp.records.checks import Check
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.campaign.load import Campaign, load_campaign
+from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.result_paths import ResultPaths
 
 
 @dataclass(frozen=True)

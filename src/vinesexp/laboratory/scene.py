@@ -22,9 +22,9 @@ from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
 from vinesexp.laboratory.scene_layers import Layers, refuse_unknown
 from vinesexp.laboratory.sensors import Accelerometer, Laser, Sensor
 from vinesexp.laboratory.sheet import read_sheet
-from vinesexp.records.problems import Problems
-from vinesexp.records.schema import MOTIONS
-from vinesexp.records.yamltree import Section, read_yaml
+from vinesexp.records.campaign.problems import Problems
+from vinesexp.records.campaign.schema import MOTIONS
+from vinesexp.records.campaign.yamltree import Section, read_yaml
 from vinesexp.rig import NES, Oscillator
 from vinesexp.units import parse_quantity, parse_sensitivity
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 from vinesexp.errors import ParameterError, nearest
-from vinesexp.records.problems import Problems
-from vinesexp.records.yamltree import Section
+from vinesexp.records.campaign.problems import Problems
+from vinesexp.records.campaign.yamltree import Section
 from vinesexp.units import parse_quantity
 
 

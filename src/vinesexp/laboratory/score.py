@@ -15,8 +15,8 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.laboratory.bench import Scene
-from vinesexp.records.result_columns import IDENTIFIED, IMPACTS, TRUE_IMPACTS, TRUTH
-from vinesexp.records.tables import Row, read_rows, write_rows
+from vinesexp.records.stored.result_columns import IDENTIFIED, IMPACTS, TRUE_IMPACTS, TRUTH
+from vinesexp.records.stored.tables import Row, read_rows, write_rows
 
 #: A found impact belongs to a true one if it is no farther than this: twice a usual contact, s.
 MATCH_WITHIN = 1e-3

@@ -20,12 +20,12 @@ from vinesexp.laboratory.scene import (
     simulate_group,
     truth_file,
 )
-from vinesexp.records.freshness import Notes
-from vinesexp.records.schema import Campaign
+from vinesexp.records.campaign.schema import Campaign
+from vinesexp.records.stored.freshness import Notes
 
 
 def made_by_simulation(folder: Path, group: str) -> Path:
-    """Note of what the files of a group were made from (`vinesexp.records.freshness`)."""
+    """Note of what the files of a group were made from (`vinesexp.records.stored.freshness`)."""
     return folder / "truth" / ".made" / f"{group}.json"
 
 

@@ -14,13 +14,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vinesexp.records.result_paths import ResultPaths
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.whole_files import write_whole
 
 if TYPE_CHECKING:
     from vinesexp.identification.whole_campaign import Identified
-    from vinesexp.records.schema import Campaign
-    from vinesexp.records.tables import Row
+    from vinesexp.records.campaign.schema import Campaign
+    from vinesexp.records.stored.tables import Row
 from vinesexp.results import CampaignResults
 
 
@@ -112,8 +112,8 @@ def look_at_campaign(
     from vinesexp.pipeline import collect_regimes, compare_clearances, write_identification
     from vinesexp.planning.campaign_plan import needs_of, plan_levels
     from vinesexp.planning.other_tests import plan_others
-    from vinesexp.records.checks import read_checks
-    from vinesexp.records.missing_cells import missing_cells, read_evidence
+    from vinesexp.records.campaign.missing_cells import missing_cells, read_evidence
+    from vinesexp.records.stored.checks import read_checks
     from vinesexp.report.tables_shown import (
         PARAMETERS,
         identified_table,
@@ -209,7 +209,7 @@ def _figures(results: CampaignResults, history: Sequence[Row]) -> tuple[tuple[st
 
 def _only(folder: Path, ids: Collection[str]) -> Campaign:
     """The campaign with these of its records."""
-    from vinesexp.records.campaign import load_campaign
+    from vinesexp.records.campaign.load import load_campaign
 
     campaign, wanted = load_campaign(folder), set(ids)
     own = tuple(record for record in campaign.records if record.id in wanted)

@@ -6,9 +6,9 @@ import threading
 from typing import Any
 
 from vinesexp.live.session import EDITABLE, Seen, Session
-from vinesexp.records.missing_cells import asked_in
-from vinesexp.records.records_xlsx import head_of
-from vinesexp.records.schema import TESTS, Record
+from vinesexp.records.campaign.missing_cells import asked_in
+from vinesexp.records.campaign.records_xlsx import head_of
+from vinesexp.records.campaign.schema import TESTS, Record
 from vinesexp.report.rendering import environment, rendered
 
 #: Parts that are written anew, each from its own template.

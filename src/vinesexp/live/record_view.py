@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vinesexp.records.checks import checks_of_regime, read_checks
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import Record
-from vinesexp.records.store import open_record
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.checks import checks_of_regime, read_checks
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.units import COVERAGE_95
 

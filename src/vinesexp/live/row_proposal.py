@@ -20,10 +20,10 @@ from vinesexp.proposal.campaign_proposal import ProposedRecord, propose_record
 from vinesexp.proposal.kind_of_test import OPEN
 from vinesexp.proposal.roles import Guess, label_of
 from vinesexp.proposal.survey import ColumnView, FileView
-from vinesexp.records.missing_cells import FILL_IN
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import SI_UNITS, Campaign, Channel, Record
-from vinesexp.records.store import open_record
+from vinesexp.records.campaign.missing_cells import FILL_IN
+from vinesexp.records.campaign.schema import SI_UNITS, Campaign, Channel, Record
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.units import Quantity
 

@@ -35,14 +35,14 @@ from vinesexp.live.row_proposal import Row, clearance_cell, clearance_shown, row
 from vinesexp.pipeline import condition_record, ingest_record
 from vinesexp.proposal.campaign_proposal import SKIPPED
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.campaign import campaign_problems, read_campaign
-from vinesexp.records.records_csv import RowText
-from vinesexp.records.result_columns import IDENTIFIED
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, sheet_of
-from vinesexp.records.sheet_edit import add_row, change_row, row_of
-from vinesexp.records.step_inputs import campaign_text, row_text, rows_text
-from vinesexp.records.tables import read_rows
+from vinesexp.records.campaign.load import campaign_problems, read_campaign
+from vinesexp.records.campaign.records_csv import RowText
+from vinesexp.records.campaign.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, sheet_of
+from vinesexp.records.campaign.sheet_edit import add_row, change_row, row_of
+from vinesexp.records.stored.result_columns import IDENTIFIED
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.step_inputs import campaign_text, row_text, rows_text
+from vinesexp.records.stored.tables import read_rows
 from vinesexp.units import COVERAGE_95, Quantity
 from vinesexp.whole_files import write_whole
 

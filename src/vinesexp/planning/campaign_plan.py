@@ -13,9 +13,9 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.design.ensemble import duration_of
 from vinesexp.planning.expected_valley import Valley, expected_valley
 from vinesexp.planning.next_clearance import TARGET, bracket_of, next_clearance
-from vinesexp.records.result_columns import IMPACTS
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.tables import read_rows
+from vinesexp.records.stored.result_columns import IMPACTS
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.tables import read_rows
 from vinesexp.results import CampaignResults, Results
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.theory.regime_definitions import PERMANENT

@@ -12,8 +12,8 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.planning.campaign_plan import LevelPlan, ring_downs_for
 from vinesexp.planning.expected_valley import Valley, expected_valley
 from vinesexp.planning.next_clearance import TARGET
-from vinesexp.records.schema import SHEET_COLUMNS
-from vinesexp.records.uncertainties import Uncertainties
+from vinesexp.records.campaign.schema import SHEET_COLUMNS
+from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.theory.optimal_clearance import b_t_exact
 from vinesexp.units import Quantity
 

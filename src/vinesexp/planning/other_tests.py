@@ -13,7 +13,7 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.planning.campaign_plan import Needs
 from vinesexp.planning.first_tests import PlannedTest, mm, planned
 from vinesexp.planning.next_clearance import bracket_of
-from vinesexp.records.campaign import Campaign, Record
+from vinesexp.records.campaign.load import Campaign, Record
 from vinesexp.results import CampaignResults
 from vinesexp.theory.optimal_clearance import b_t_exact
 

@@ -22,12 +22,12 @@ from vinesexp.figures.style import COLOURS
 from vinesexp.identification.estimate import Estimate, read_estimates
 from vinesexp.record_pages.drawn_content import samples_of, traces_of
 from vinesexp.record_pages.packing import exact, packed, script
-from vinesexp.records.campaign import Campaign, Record
-from vinesexp.records.freshness import Notes
-from vinesexp.records.result_columns import REPLAY_CYCLES
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import open_record
-from vinesexp.records.tables import Row
+from vinesexp.records.campaign.load import Campaign, Record
+from vinesexp.records.stored.freshness import Notes
+from vinesexp.records.stored.result_columns import REPLAY_CYCLES
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
+from vinesexp.records.stored.tables import Row
 from vinesexp.report.rendering import rendered
 from vinesexp.results import CampaignResults
 from vinesexp.theory.manifold import C_1, C_2, amplitude, upper_branch

@@ -20,10 +20,10 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.figures.regime_strips import impacts_per_cycle
 from vinesexp.record_pages.packing import exact, packed
-from vinesexp.records.result_columns import DECAY
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import RecordView, open_record
-from vinesexp.records.tables import read_rows
+from vinesexp.records.stored.result_columns import DECAY
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import RecordView, open_record
+from vinesexp.records.stored.tables import read_rows
 from vinesexp.signals.cycles import cycles_from
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import fill_gaps

@@ -5,12 +5,12 @@ from vinesexp.public_names import lazy
 __all__, __getattr__, __dir__ = lazy(
     __name__,
     {
-        "load_campaign": "vinesexp.records.campaign",
-        "campaign_problems": "vinesexp.records.campaign",
-        "Campaign": "vinesexp.records.schema",
-        "Record": "vinesexp.records.schema",
-        "read_file": "vinesexp.records.single_file",
-        "open_record": "vinesexp.records.store",
-        "open_dataset": "vinesexp.records.store",
+        "load_campaign": "vinesexp.records.campaign.load",
+        "campaign_problems": "vinesexp.records.campaign.load",
+        "Campaign": "vinesexp.records.campaign.schema",
+        "Record": "vinesexp.records.campaign.schema",
+        "read_file": "vinesexp.records.instrument.single_file",
+        "open_record": "vinesexp.records.stored.store",
+        "open_dataset": "vinesexp.records.stored.store",
     },
 )

@@ -12,11 +12,11 @@ from vinesexp.arrays import FloatArray
 from vinesexp.clearance.level_base import LevelBase, base_of_level, found_base
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
-from vinesexp.records.campaign import Campaign, Record
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.store import open_record
-from vinesexp.records.tables import Value
-from vinesexp.records.uncertainties import EXACT
+from vinesexp.records.campaign.load import Campaign, Record
+from vinesexp.records.campaign.uncertainties import EXACT
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
+from vinesexp.records.stored.tables import Value
 from vinesexp.replay.drives import BaseSamples, base_samples, drive_of
 from vinesexp.replay.measures import Measures, decay_time, is_steady, measures_of
 from vinesexp.replay.motions import TESTS, replays, with_other_clearance

@@ -16,8 +16,8 @@ from vinesexp.arrays import FloatArray
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Base, Harmonic, Measured, Sweep
-from vinesexp.records.schema import Record
-from vinesexp.records.store import RecordView
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.store import RecordView
 from vinesexp.rig import Rig
 from vinesexp.signals.means import channel_means
 

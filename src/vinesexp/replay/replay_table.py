@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vinesexp.records.checks import Check
-from vinesexp.records.result_columns import REPLAY, REPLAY_CYCLES
-from vinesexp.records.schema import Record
-from vinesexp.records.tables import Row, Value, number, write_rows
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.result_columns import REPLAY, REPLAY_CYCLES
+from vinesexp.records.stored.tables import Row, Value, number, write_rows
 from vinesexp.replay.measures import Measures
 from vinesexp.theory.regime_definitions import Regime
 

@@ -14,11 +14,11 @@ from typing import Any
 
 from vinesexp.figures.gallery import listed
 from vinesexp.figures.stated_inputs import input_rows
-from vinesexp.records.campaign import Campaign
+from vinesexp.records.campaign.load import Campaign
 from vinesexp.records.readers.parts import file_of
-from vinesexp.records.result_columns import TABLES
-from vinesexp.records.store import RecordView, open_record
-from vinesexp.records.tables import Row
+from vinesexp.records.stored.result_columns import TABLES
+from vinesexp.records.stored.store import RecordView, open_record
+from vinesexp.records.stored.tables import Row
 from vinesexp.report.published import published_rows
 from vinesexp.report.rendering import inline_svg, rendered
 from vinesexp.report.replay_verdict import other_branches, replay_verdict

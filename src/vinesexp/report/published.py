@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vinesexp.records.campaign import Record
-from vinesexp.records.published_table import RIG, PublishedValue
-from vinesexp.records.tables import Row
+from vinesexp.records.campaign.load import Record
+from vinesexp.records.campaign.published_table import RIG, PublishedValue
+from vinesexp.records.stored.tables import Row
 from vinesexp.results import CampaignResults
 
 AGREES, DIFFERS, NOT_MEASURED = "agrees", "differs", "not measured"

@@ -12,7 +12,7 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.errors import VinesexpError
 from vinesexp.figures.numbers import significant
 from vinesexp.maps.basins import STARTS, Attractor, coexisting
-from vinesexp.records.tables import Row
+from vinesexp.records.stored.tables import Row
 from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
 from vinesexp.theory.regime_definitions import PERMANENT
 

@@ -17,8 +17,8 @@ from vinesexp.figures.numbers import (
     significant,
 )
 from vinesexp.figures.stated_inputs import named
-from vinesexp.records.campaign import Campaign
-from vinesexp.records.tables import Column, Row, Table, ids_of, read_rows
+from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.stored.tables import Column, Row, Table, ids_of, read_rows
 from vinesexp.theory.regime_definitions import BY_FREQUENCY
 from vinesexp.units import COVERAGE_95
 

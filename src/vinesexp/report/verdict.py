@@ -15,8 +15,8 @@ from vinesexp.clearance.curves import predicted_lowest
 from vinesexp.clearance.levels import PeriodicLevel
 from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.figures.numbers import millimetres, outwards, with_interval
-from vinesexp.records.missing_cells import MISSING
-from vinesexp.records.tables import Row
+from vinesexp.records.campaign.missing_cells import MISSING
+from vinesexp.records.stored.tables import Row
 from vinesexp.replay.replay_table import regimes_of
 from vinesexp.results import CampaignResults
 from vinesexp.theory.regime_definitions import PERMANENT

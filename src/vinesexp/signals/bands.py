@@ -12,7 +12,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
-from vinesexp.records.store import RecordView
+from vinesexp.records.stored.store import RecordView
 from vinesexp.settings.stages import FilterSettings
 from vinesexp.signals.means import channel_means
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
-from vinesexp.records.schema import Record
-from vinesexp.records.store import RecordView, open_record
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.signals.means import block_means, fill_gaps
 
 #: Derivatives of displacement that each quantity is: x, iw x, -w^2 x.

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
-from vinesexp.records.store import RecordView
+from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.means import channel_means
 
 _POINTS = 40  # a period

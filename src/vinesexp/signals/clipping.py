@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray
-from vinesexp.records.store import RecordView
+from vinesexp.records.stored.store import RecordView
 
 _BLOCK = 1 << 20
 _LOOK = 1 << 16  # samples whose differences show the resolution

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.records.store import RecordView
+from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.means import channel_means
 
 #: Attribute of a conditioned record: s from its first sample until the mass is free.

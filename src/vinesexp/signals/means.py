@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray
-from vinesexp.records.store import RecordView
+from vinesexp.records.stored.store import RecordView
 
 _BLOCK = 1 << 20  # samples read at once
 _FEWEST, _SIDE = 4, 8  # samples that have a slope, and that are fitted to at least

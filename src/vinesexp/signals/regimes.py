@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.records.campaign import Record
-from vinesexp.records.store import RecordView, open_record
+from vinesexp.records.campaign.load import Record
+from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.settings.stages import Settings, SlopeSettings
 from vinesexp.signals.balls import Series, by_ball, transition_of, transition_row
 from vinesexp.signals.cycles import cycles_from, time_to_level

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.records.store import RecordView
+from vinesexp.records.stored.store import RecordView
 from vinesexp.settings.stages import RegimeSettings
 from vinesexp.signals.balls import Series
 from vinesexp.theory.regime_definitions import activation_spells

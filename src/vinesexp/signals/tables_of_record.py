@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from vinesexp.records.missing_cells import WITH_BALL
-from vinesexp.records.refusal import refused_where_it_fails, require_conditioned
-from vinesexp.records.result_paths import ResultPaths
-from vinesexp.records.schema import Record
-from vinesexp.records.store import open_record
+from vinesexp.records.campaign.missing_cells import WITH_BALL
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.refusal import refused_where_it_fails, require_conditioned
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.records.stored.store import open_record
 from vinesexp.signals.base_motion import base_rows
 from vinesexp.signals.impacts.find import count_impacts
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
@@ -74,7 +74,7 @@ def rows_of_record(
 
 
 def _evidence(record: Record, *, measured: Path, conditioned: Path) -> dict[str, Any]:
-    """What the record shows of cells that its row leaves empty (`records.missing_cells`)."""
+    """What the record shows of cells that its row leaves empty (`missing_cells.py`)."""
     with open_record(measured) as raw, open_record(conditioned) as view:
         frequency = view.attributes.get("oscillation_hz")
         shown: dict[str, Any] = {"frequency": float(frequency) if frequency else None}

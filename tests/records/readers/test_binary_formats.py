@@ -11,12 +11,12 @@ import pytest
 import scipy.io
 
 from vinesexp.errors import RecordError
+from vinesexp.records.campaign.schema import Channel
+from vinesexp.records.instrument.samples import Samples
 from vinesexp.records.readers import open_source
 from vinesexp.records.readers import parquet as parquet_reader
 from vinesexp.records.readers.guard import GuardedSource, Limits
 from vinesexp.records.readers.parts import require_one
-from vinesexp.records.samples import Samples
-from vinesexp.records.schema import Channel
 
 N, RATE = 400, 1000.0
 T = np.arange(N) / RATE

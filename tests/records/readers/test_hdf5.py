@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import RecordError
+from vinesexp.records.campaign.schema import Channel
+from vinesexp.records.instrument.samples import Samples
 from vinesexp.records.readers import open_source
-from vinesexp.records.samples import Samples
-from vinesexp.records.schema import Channel
 
 RNG = np.random.default_rng(3)
 A, B = RNG.standard_normal(100), RNG.standard_normal(100)

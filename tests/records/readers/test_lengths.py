@@ -10,9 +10,9 @@ from tests.fuzz import seeds
 
 from vinesexp.errors import RecordError
 from vinesexp.proposal.survey import view_file
+from vinesexp.records.campaign.schema import Channel
+from vinesexp.records.instrument.samples import Samples
 from vinesexp.records.readers import open_source
-from vinesexp.records.samples import Samples
-from vinesexp.records.schema import Channel
 
 SHAPE = np.sin(np.arange(16000) / 20.0)
 

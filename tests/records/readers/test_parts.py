@@ -8,10 +8,10 @@ import pytest
 
 from vinesexp.cli import main
 from vinesexp.errors import RecordError
-from vinesexp.records.ingest import read_channels
+from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers import open_source
 from vinesexp.records.readers.parts import file_of, part_of
-from vinesexp.records.schema import Channel, TimeColumn
 
 N = 40
 NAMES = "Time (s),CH1 (V)\n"

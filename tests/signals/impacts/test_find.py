@@ -7,9 +7,9 @@ import pytest
 
 from vinesexp import Harmonic, Release
 from vinesexp.errors import TableError
-from vinesexp.records.file_attributes import write_refused
-from vinesexp.records.result_columns import IMPACTS
-from vinesexp.records.store import open_record
+from vinesexp.records.stored.file_attributes import write_refused
+from vinesexp.records.stored.result_columns import IMPACTS
+from vinesexp.records.stored.store import open_record
 from vinesexp.signals.channel_agreement import agreement_of
 from vinesexp.signals.clipping import converter_range
 from vinesexp.signals.condition import condition

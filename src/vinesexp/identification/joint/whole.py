@@ -37,8 +37,8 @@ from vinesexp.identification.joint.unknowns import (
     total,
 )
 from vinesexp.identification.working_amplitude import Working
-from vinesexp.records.campaign import Campaign
-from vinesexp.records.uncertainties import EXACT
+from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.signals.impacts.impact_table import Impacts
 
 _FITS = 10  # of causes proposed, at most

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 
 from vinesexp.identification.joint.causes import FACTORS, Cause, Judged, Weighed
-from vinesexp.records.checks import Check
+from vinesexp.records.stored.checks import Check
 from vinesexp.units import COVERAGE_95
 
 #: Where each thing that is stated stands.

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray
-from vinesexp.records.store import RecordView, open_record
+from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.settings.stages import ChannelSettings, Settings
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.clipping import range_in, read_unstuck

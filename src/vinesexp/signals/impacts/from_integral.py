@@ -22,7 +22,7 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
-from vinesexp.records.store import RecordView
+from vinesexp.records.stored.store import RecordView
 from vinesexp.settings.stages import SlopeSettings
 from vinesexp.signals.base_motion import ORDER
 from vinesexp.signals.channel_agreement import PhaseLaw, law_of_lines

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from vinesexp.arrays import FloatArray, IntArray
-from vinesexp.records.result_columns import IMPACTS
-from vinesexp.records.tables import read_rows, write_columns
+from vinesexp.records.stored.result_columns import IMPACTS
+from vinesexp.records.stored.tables import read_rows, write_columns
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
-from vinesexp.records.store import RecordView
+from vinesexp.records.stored.store import RecordView
 from vinesexp.settings.stages import SlopeSettings
 from vinesexp.signals.base_motion import ORDER, base_motion
 from vinesexp.signals.impacts.detection import Detection

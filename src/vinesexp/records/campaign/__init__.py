@@ -1,0 +1,1 @@
+"""What a person states of a campaign: campaign.yaml, the test log, published values."""

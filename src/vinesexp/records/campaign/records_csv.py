@@ -1,0 +1,402 @@
+"""records.csv or records.xlsx: a row a record, read strictly; all mistakes with their place.
+
+The table may have come out of a spreadsheet anywhere in the world: comma, semicolon or tab
+between the cells, and decimal commas where the comma does not part the cells.
+
+The cells of records.csv, each read strictly; ParameterError says what was expected.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Callable, MutableMapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TypeVar
+
+from vinesexp.errors import ParameterError, nearest
+from vinesexp.records.campaign.problems import Problems, read_file
+from vinesexp.records.campaign.records_xlsx import cell_name, rows_of_workbook
+from vinesexp.records.campaign.schema import MOST_BALLS, SHEET_COLUMNS, TESTS, Record
+from vinesexp.settings.overrides import changed_by_text
+from vinesexp.settings.stages import Settings
+from vinesexp.units import refuse_impossible
+
+COLUMNS = (*SHEET_COLUMNS[:-1], "settings", "setup", SHEET_COLUMNS[-1])
+
+
+#: Columns for people: text, carried into the records and never used in them.
+PEOPLE = (
+    "operator",
+    "date",
+    "time",
+    "instrument",
+    "place",
+    "temperature",
+    "temperature_c",
+    "humidity",
+    "comment",
+    "notes",
+)
+
+
+REQUIRED = COLUMNS[:3]
+
+
+_MM = "displacement"  # what the columns in mm measure
+
+
+T = TypeVar("T")
+
+#: A row as it stands in the table: its line, and its columns with their cells.
+RowText = tuple[int, tuple[tuple[str, str], ...]]
+
+
+_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
+
+
+_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)  # Windows devices
+
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+
+
+_YES = {"": False, "no": False, "n": False, "false": False, "0": False}
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The table as text.
+
+    Attributes
+    ----------
+    heads : as written; `header` has the columns that they mean.
+    body : number of each line that is not empty, with its cells.
+    comma : whether numbers may have decimal commas.
+    workbook : whether it is a spreadsheet's.
+    """
+
+    heads: Sequence[str]
+    body: Sequence[tuple[int, list[str]]]
+    comma: bool
+    workbook: bool = False
+
+    @cached_property
+    def header(self) -> list[str]:
+        """The columns."""
+        return [column_of(head) for head in self.heads]
+
+    def place(self, line: int, column: str = "") -> str:
+        """Where a cell stands, as a person finds it."""
+        if not self.workbook:
+            return f"line {line}, column {column}" if column else f"line {line}"
+        if column not in self.header:
+            return f"sheet 1, row {line}" + (f", column {column}" if column else "")
+        return f"sheet 1, cell {cell_name(line, self.header.index(column))} ({column})"
+
+    def row(self, cells: Sequence[str]) -> dict[str, str]:
+        """Column to cell of one line."""
+        return {name: cell.strip() for name, cell in zip(self.header, cells, strict=False)}
+
+
+def read_table(
+    file: Path, folder: Path, *, allow_outside: bool, n_masses: int, problems: Problems,
+    settings: Settings | None = None, setups: tuple[str, ...] = (),
+    known: MutableMapping[RowText, Record] | None = None,
+) -> tuple[Record, ...]:  # fmt: skip
+    """Read records.csv; what is wrong goes to `problems`, the rows that are right come back.
+
+    Parameters
+    ----------
+    file, folder : Path
+        records.csv and the campaign folder that its paths start from.
+    allow_outside : bool
+        Whether instrument files may lie outside the folder.
+    n_masses : int
+        How many NES masses campaign.yaml gives; more than one must suffice for every record.
+    settings : Settings, optional
+        Of the campaign; a row may change them.
+    setups : tuple of str
+        Names under `setups` in campaign.yaml.
+    known : mapping, optional
+        Rows that were right when they were read before, with the same of all else; those of now
+        are added. A table that grows by a row is then read at the cost of that row.
+    """
+    settings = Settings() if settings is None else settings
+    known = {} if known is None else known
+    sheet = sheet_rows(file, problems)
+    if sheet is None or not _header_is_right(sheet, problems):
+        return ()
+    records: list[Record] = []
+    lines: dict[str, int] = {}
+    for line, cells in sheet.body:
+        columns = len(sheet.heads)
+        if any(cell.strip() for cell in cells[columns:]):
+            problems.add(
+                f"{len(cells)} cells under {columns} columns; put a cell that contains the "
+                "separator in quotes",
+                where=sheet.place(line),
+            )
+            continue
+        row = sheet.row(cells)
+        text = (line, tuple(row.items()))
+        record = known.get(text) or _record(
+            row, line, folder, sheet, allow_outside, n_masses, settings, setups, problems
+        )
+        # Names that differ only in case would share a file on many disks.
+        key = row.get("record", "").lower()
+        if key and key in lines:
+            before = sheet.place(lines[key])
+            problems.add(
+                f"record '{row['record']}' is already in {before}; every record needs "
+                "its own name (upper and lower case count as the same)",
+                where=sheet.place(line, "record"),
+            )
+        lines.setdefault(key, line)
+        if record is not None:
+            known[text] = record
+            records.append(record)
+    if not records and not problems.found:
+        problems.add("holds no records; add one row for each instrument file")
+    return tuple(records)
+
+
+def sheet_rows(file: Path, problems: Problems) -> Sheet | None:
+    """The table as text, from either file; None where there is none, and why in `problems`."""
+    if file.exists() and not file.is_file():
+        problems.add("is no plain file")
+        return None
+    if file.suffix == ".xlsx":
+        found = rows_of_workbook(file, problems)
+        return None if found is None else Sheet(*found, comma=True, workbook=True)
+    try:
+        raw = file.read_bytes()
+    except FileNotFoundError:
+        problems.add("is missing; docs/campaign.md says what it holds")
+        return None
+    except OSError as error:
+        problems.add(f"cannot be read ({error.strerror})")
+        return None
+    text, _ = decoded(raw)
+    if not text.strip():
+        problems.add(f"is empty; its first line names the columns: {','.join(COLUMNS)}")
+        return None
+    delimiter = separator_of(text)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=False)
+    body: list[tuple[int, list[str]]] = []
+    line = 1
+    try:
+        for cells in reader:
+            if any(cell.strip() for cell in cells):
+                body.append((line, cells))
+            line = reader.line_num + 1
+    except csv.Error as error:
+        problems.add(
+            f"cannot be read as a table ({error}); look for a quote that is not closed",
+            where=f"line {line}",
+        )
+        return None
+    if not body:
+        problems.add(f"holds no words; its first line names the columns: {','.join(COLUMNS)}")
+        return None
+    heads = [cell.strip() for cell in body[0][1]]
+    while heads and not heads[-1]:
+        heads.pop()
+    return Sheet(heads, body[1:], comma=delimiter != ",")
+
+
+def decoded(raw: bytes) -> tuple[str, str]:
+    """Text of a table, and its encoding: UTF-8, or else that of Western Windows."""
+    try:
+        return raw.decode("utf-8-sig"), "utf-8"
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", errors="replace"), "cp1252"
+
+
+def separator_of(text: str) -> str:
+    """Comma, semicolon or tab, whichever the first line has most of."""
+    first = next((line for line in text.splitlines() if line.strip()), "")
+    return max(",;\t", key=first.count)
+
+
+def column_of(head: str) -> str:
+    """The column that a head means, unit in brackets or not.
+
+    Examples
+    --------
+    >>> column_of("base amplitude (mm)"), column_of("frequency [Hz]"), column_of("My notes")
+    ('base_amplitude_mm', 'frequency_hz', 'My notes')
+    """
+    plain = re.sub(r"[\s()\[\]_]+", "_", head.strip()).strip("_").lower()
+    return plain if plain in COLUMNS or plain in PEOPLE else head.strip()
+
+
+def _header_is_right(sheet: Sheet, problems: Problems) -> bool:
+    before, header, place = len(problems.found), sheet.header, sheet.place(1)
+    for name in header:
+        if name not in COLUMNS and name not in PEOPLE and not name.startswith("x_"):
+            problems.add(f"unknown column '{name}'; {nearest(name, COLUMNS)}", where=place)
+    for name in sorted({name for name in header if header.count(name) > 1}):
+        problems.add(f"column '{name}' is there twice; remove one", where=place)
+    missing = [name for name in REQUIRED if name not in header]
+    if missing:
+        problems.add(f"no column '{missing[0]}'; needed are {', '.join(REQUIRED)}", where=place)
+    return len(problems.found) == before
+
+
+def _record(
+    row: dict[str, str],
+    line: int,
+    folder: Path,
+    sheet: Sheet,
+    allow_outside: bool,
+    n_masses: int,
+    settings: Settings,
+    setups: tuple[str, ...],
+    problems: Problems,
+) -> Record | None:
+    before = len(problems.found)
+
+    def cell(column: str, read: Callable[[str], T], empty: T) -> T:
+        text = row.get(column, "")
+        if not text:
+            return empty
+        with problems.at(sheet.place(line, column)):
+            return read(text)
+        return empty
+
+    def required(column: str, read: Callable[[str], T]) -> T | None:
+        if not row.get(column):
+            problems.add("is empty; every record needs it", where=sheet.place(line, column))
+        return cell(column, read, None)
+
+    def number(text: str) -> float:
+        return read_number(text, sheet.comma)
+
+    def path(text: str) -> tuple[Path, ...]:
+        return tuple(read_file(one.strip(), folder, allow_outside) for one in text.split(";"))
+
+    files = required("file", path)
+    record = Record(
+        id=required("record", read_id) or "",
+        file=files[0] if files else folder,
+        test=required("test", read_test) or "",
+        clearance=cell("clearance_mm", lambda text: read_clearance(text, number, n_masses), ()),
+        base_amplitude=cell("base_amplitude_mm", lambda text: read_least(text, number, _MM), None),
+        frequency=cell("frequency_hz", lambda text: read_frequency(text, number), None),
+        added_mass=cell("added_mass_g", lambda text: read_least(text, number, "mass"), None),
+        release=cell("release_mm", lambda text: read_size(text, number, _MM), None),
+        exclude=cell("exclude", read_exclude, False),
+        settings=cell("settings", lambda text: changed_by_text(settings, text), settings),
+        note=row.get("note", ""),
+        row=line,
+        more_files=files[1:] if files else (),
+        setup=cell("setup", lambda text: read_setup(text, setups), ""),
+        people={name: text for name, text in row.items() if name not in COLUMNS and text},
+    )
+    return record if len(problems.found) == before else None
+
+
+_YES |= {"yes": True, "y": True, "true": True, "1": True}
+
+
+def read_number(text: str, comma: bool) -> float:
+    """A number without a unit; decimal commas where `comma` allows them."""
+    plain = text.strip()
+    if "," in plain:
+        if not comma:
+            raise ParameterError(
+                f"found '{text}', expected a number with a decimal point (a comma parts the "
+                "columns of this table)"
+            )
+        plain = plain.replace(",", ".")
+    if not _NUMBER.fullmatch(plain) or not math.isfinite(float(plain)):
+        raise ParameterError(f"found '{text}', expected a number without a unit")
+    return float(plain)
+
+
+def read_size(text: str, number: Callable[[str], float], quantity: str) -> float:
+    """A length in mm or a mass in g as SI, refused where no rig has that size."""
+    value = number(text) / 1e3
+    refuse_impossible(text, value, quantity)
+    return value
+
+
+def read_least(text: str, number: Callable[[str], float], quantity: str) -> float:
+    """As `read_size`, of zero or above."""
+    value = read_size(text, number, quantity)
+    if value < 0.0:
+        raise ParameterError(f"found '{text}', expected zero or above")
+    return value
+
+
+def read_clearance(text: str, number: Callable[[str], float], n_masses: int) -> tuple[float, ...]:
+    """Clearances in m, one for each NES."""
+    values = tuple(read_size(part, number, "displacement") for part in text.split(";"))
+    if any(value <= 0.0 for value in values):
+        raise ParameterError(
+            f"found '{text}', expected clearances above zero (empty: NES removed or blocked)"
+        )
+    if len(values) > MOST_BALLS:
+        raise ParameterError(
+            f"{len(values)} clearances; the impacts of more than {MOST_BALLS} balls cannot be told "
+            "apart: write exclude: yes, or the clearances of the balls that matter"
+        )
+    if 1 < n_masses < len(values):
+        raise ParameterError(
+            f"{len(values)} clearances, but campaign.yaml gives {n_masses} masses under "
+            "known.nes_mass; give one mass for all or one for each"
+        )
+    return values
+
+
+def read_frequency(text: str, number: Callable[[str], float]) -> tuple[float, float]:
+    """A frequency or a range, Hz."""
+    parts = [number(part) for part in text.split(":")]
+    if len(parts) > 2 or any(part <= 0.0 for part in parts):
+        raise ParameterError(
+            f"found '{text}', expected a frequency above zero or a range such as 7.2:8.4"
+        )
+    for part in parts:
+        refuse_impossible(text, part, "frequency")
+    return parts[0], parts[-1]
+
+
+def read_id(text: str) -> str:
+    """A name that can be a file's."""
+    if not _ID.fullmatch(text) or text.endswith(".") or _RESERVED.fullmatch(text):
+        raise ParameterError(
+            f"found '{text}', expected a name of letters, digits and _ . + - that can be a "
+            "file's name"
+        )
+    if len(text) > 100:
+        raise ParameterError(f"the name has {len(text)} characters, expected at most 100")
+    return text
+
+
+def read_test(text: str) -> str:
+    """One of the tests there are."""
+    if text not in TESTS:
+        close = nearest(text, TESTS)
+        raise ParameterError(f"unknown test '{text}'; {close}")
+    return text
+
+
+def read_exclude(text: str) -> bool:
+    """Yes or no."""
+    answer = _YES.get(text.lower())
+    if answer is None:
+        raise ParameterError(f"found '{text}', expected yes or no (the reason goes to note)")
+    return answer
+
+
+def read_setup(text: str, setups: tuple[str, ...]) -> str:
+    """The name of one of the setups."""
+    if text not in setups:
+        hint = nearest(text, setups) if setups else "campaign.yaml has no 'setups'"
+        raise ParameterError(f"unknown setup '{text}'; {hint}")
+    return text

@@ -1,0 +1,606 @@
+"""From the defects of a stored record to what is reported: a refusal, or rows of checks."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vinesexp.arrays import FloatArray, IntArray
+from vinesexp.errors import RecordError
+from vinesexp.records.campaign.schema import Channel, Record
+from vinesexp.records.instrument.joined import AnySamples
+from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.store import RecordView
+
+#: Which channel shows the oscillator's motion best.
+_MOTION = ("displacement", "base", "acceleration")
+
+#: Channels that have to move in each test; others may rest below the instrument's resolution.
+_MOVING = {
+    "ringdown": ("displacement", "acceleration"),
+    "sweep": _MOTION,
+    "periodic": _MOTION,
+    "transient": ("displacement", "acceleration"),
+    "drop": ("acceleration", "sound"),
+}
+
+#: Channels of sensors that look at a target.
+_TARGETS = ("displacement", "base")
+
+_BREAK = 0.125  # of a period: the motion is known across a shorter gap
+_LEAST_PERIODS = 2.0
+
+_DEFECTS = {
+    "saturated": ("stands clipped at the end of its range", "measure with a wider range"),
+    "frozen": ("is frozen", "look at the sensor and cut the record"),
+}
+
+
+# Defects of a stored record that no single sample shows: clipped, frozen, too short.
+#
+# All of them are stretches of equal samples, or too few of the others. What separates a defect
+# from an honest plateau is the approach. A smooth maximum seen through a quantum d stays n samples
+# in its top level and, being a parabola, has fallen by at most 4 d at n/2 samples outside of it; a
+# clipped one arrives there at speed.
+#
+# Stretches in which a sensor shows nothing: a laser that loses its target.
+#
+# It then gives the end of its range, or its last value, and comes back at once. Nothing that moves
+# gets there or back so fast. Such a stretch is a gap; a crest cut off by a range too small is not.
+_BLOCK = 1 << 18
+
+
+_FALL = 8.0  # quanta: twice what a parabola falls by
+
+
+_LONG = 16  # samples: a clipped parabola falls by 0.75 n quanta or more, 12 here
+
+
+_REST = 0.03  # of the range: what is left of a motion that comes to rest
+
+
+_SHRINKS = 0.85  # of the quarter before: a motion that dies out
+
+
+_MIDST = 0.2  # of its range that a motion's place of rest is away from its ends
+
+
+_ALIVE = 64  # samples: 2^-64 a sample to stand still by chance where every second one moves
+
+
+_EQUAL = 4  # samples: a gap is as long
+
+
+_QUANTA = 8.0  # usual steps
+
+
+_BESIDE = 4  # samples beside a stretch that the sensor may need to leave and to find its target
+
+
+#: First sample of each and the one after its last.
+Stretches = tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A stretch of equal samples: first sample, length, value (SI)."""
+
+    start: int
+    length: int
+    value: float
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Stretches of equal samples as arrays: first sample, length, value (SI).
+
+    They end in the stretch of samples `block`, which begins at sample `begin`.
+    """
+
+    starts: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+    values: FloatArray
+    block: FloatArray
+    begin: int
+
+    def stretches(self, chosen: NDArray[np.bool_]) -> Iterator[Stretch]:
+        """The chosen ones, one by one."""
+        for k in np.flatnonzero(chosen):
+            yield Stretch(int(self.starts[k]), int(self.lengths[k]), float(self.values[k]))
+
+
+@dataclass(frozen=True)
+class _Levels:
+    """Range of a channel and how finely it moves.
+
+    `least` is its smallest change, 5 % of the changes are below `fine`, half of them below `usual`.
+    """
+
+    low: float
+    high: float
+    least: float
+    fine: float
+    usual: float
+
+
+def saturated(view: RecordView, role: str) -> list[Stretch]:
+    """Stretches in which a channel stands at the end of its range, clipped."""
+    levels = _levels(view, role)
+    long: list[Stretch] = []
+    short: list[Stretch] = []
+    gentle: list[Stretch] = []
+    elsewhere = 0
+    for runs in equal_runs(view, role, least=2):
+        at_end = (runs.values == levels.low) | (runs.values == levels.high)
+        elsewhere += int(np.count_nonzero(runs.lengths[~at_end] > 2))
+        near = _fall(view, role, runs, np.ones_like(runs.lengths))
+        far = _fall(view, role, runs, np.maximum(runs.lengths // 2, 1))
+        is_long = runs.lengths >= _LONG
+        # A record that begins so was held before its release, most likely.
+        candidate = at_end & (runs.starts > 0)
+        long.extend(runs.stretches(candidate & is_long & (far >= _FALL * near)))
+        candidate &= ~is_long & (far > _FALL * levels.least)
+        steep = far > _FALL * levels.fine
+        short.extend(runs.stretches(candidate & steep))
+        gentle.extend(runs.stretches(candidate & ~steep))
+    for value in (levels.low, levels.high):
+        ends = ([run for run in runs if run.value == value] for runs in (short, gentle))
+        long.extend(_clipped(next(ends), next(ends), levels, elsewhere))
+    return sorted(long, key=lambda run: run.start)
+
+
+def _clipped(
+    steep: list[Stretch], gentle: list[Stretch], levels: _Levels, elsewhere: int
+) -> list[Stretch]:
+    """Which stretches too short to show their shape are clipped, by their number.
+
+    Three equal samples are three in a row by chance as often anywhere else. And at a thousand
+    levels or more, even two of them far above their neighbours happen once, not twice.
+    """
+    if levels.high - levels.low > 1000.0 * levels.fine and (
+        len(steep) > 1 or any(run.length > 2 for run in steep)
+    ):
+        return steep
+    flat = [run for run in (*steep, *gentle) if run.length > 2]
+    return flat if len(flat) > 2 and len(flat) > 10 * elsewhere else []
+
+
+def frozen(view: RecordView, role: str, *, period: float | None) -> list[Stretch]:
+    """Stretches in which a channel stands still although it cannot.
+
+    Either every second sample changed just before (noise does not stop), or, given the `period`
+    of the oscillator in samples, its motion stops dead: half a period or more without change,
+    after a period in which it travelled eight times its usual step. A motion that shrinks towards
+    the value it then keeps has come to rest, and is no defect.
+    """
+    levels = _levels(view, role)
+    if levels.low == levels.high:
+        return [Stretch(0, view.n, levels.low)]
+    found = []
+    least = _ALIVE if period is None else int(min(_ALIVE, max(0.5 * period, 8.0)))
+    for runs in equal_runs(view, role, least=least):
+        # Before the first of them there is nothing to judge by.
+        for run in runs.stretches(runs.starts >= _ALIVE):
+            before = view.read(role, run.start - _ALIVE, run.start)
+            changes = np.mean(np.diff(before) != 0.0)
+            # A slow decay without noise comes to rest from one or two quanta, noise from several.
+            alive = run.length >= _ALIVE and changes > 0.5 and np.ptp(before) > 5.0 * levels.least
+            dies = _dies_out(view, role, run, period, levels)
+            alive = alive and not (dies or _came_to_rest(before, run.value, levels))
+            stopped = False
+            if period is not None and run.length >= 0.5 * period:
+                last = view.read(role, max(run.start - round(period), 0), run.start)
+                stopped = bool(np.ptp(last) > _FALL * levels.usual)
+                stopped = stopped and not (dies or _came_to_rest(last, run.value, levels))
+            if alive or stopped:
+                found.append(run)
+    return found
+
+
+def _came_to_rest(before: FloatArray, value: float, levels: _Levels) -> bool:
+    """Whether the samples before a stretch shrink towards its value, as a decay does at its end."""
+    distance = np.abs(before - value)
+    half = len(distance) // 2
+    early, late = float(distance[:half].max()), float(distance[half:].max())
+    return late <= 0.7 * early and late <= _REST * (levels.high - levels.low)
+
+
+def _dies_out(
+    view: RecordView, role: str, run: Stretch, period: float | None, levels: _Levels
+) -> bool:
+    """Whether a motion of few quanta dies out into a stretch: strong damping, a coarse converter.
+
+    It shrinks from quarter to quarter (over a period and a half, of which a part may approach any
+    value), its last eighth is within two quanta, and the value that it then keeps is no turning
+    point but lies in the midst of the motion.
+    """
+    length = max(_ALIVE, round(1.5 * (period or 0.0)))
+    before = view.read(role, max(run.start - length, 0), run.start)
+    distance = np.abs(before - run.value)
+    tops = [float(part.max()) for part in np.array_split(distance, 4)]
+    shrinks = all(b <= _SHRINKS * a for a, b in itertools.pairwise(tops))
+    if not shrinks or distance[-len(distance) // 8 :].max() > 2.0 * levels.least:
+        return False
+    motion = view.read(role, max(run.start - 4 * length, 0), run.start)
+    low, high = float(motion.min()), float(motion.max())
+    return low + _MIDST * (high - low) < run.value < high - _MIDST * (high - low)
+
+
+def periods(view: RecordView, role: str) -> float:
+    """How many periods of its dominant motion a channel holds.
+
+    The peak of the amplitude spectrum of the steps between block means; taking steps keeps a
+    slow drift of the sensor from passing for motion.
+    """
+    values = _thinned(view, role, 8192)
+    steps = np.diff(values)
+    steps -= steps.mean()
+    if not np.any(steps):
+        return 0.0
+    padding = 8
+    spectrum = np.abs(np.fft.rfft(steps, padding * len(steps)))
+    return float(np.argmax(spectrum)) / padding
+
+
+def equal_runs(view: RecordView, role: str, *, least: int) -> Iterator[Runs]:
+    """Every stretch of at least `least` equal samples, in order, a block of them at a time."""
+    begun, previous = 0, np.nan
+    for begin in range(0, view.n, _BLOCK):
+        block = view.read(role, begin, begin + _BLOCK)
+        edges = np.flatnonzero(np.diff(block, prepend=previous)) + begin
+        edges = np.concatenate(([begun], edges[edges > begun]))
+        lengths = np.diff(edges)
+        chosen = np.flatnonzero(lengths >= least)
+        starts = edges[chosen]
+        values = block[np.maximum(starts - begin, 0)]
+        values[starts < begin] = previous
+        yield Runs(starts, lengths[chosen], values, block, begin)
+        begun, previous = int(edges[-1]), float(block[-1])
+    if view.n - begun >= least:
+        last = (np.array([begun]), np.array([view.n - begun]), np.array([previous]))
+        yield Runs(*last, block=np.empty(0), begin=view.n)
+
+
+def _levels(view: RecordView, role: str) -> _Levels:
+    low, high, least = np.inf, -np.inf, np.inf
+    fine, usual = [], []
+    for begin in range(0, view.n, _BLOCK):
+        block = view.read(role, begin, begin + _BLOCK)
+        low, high = min(low, block.min()), max(high, block.max())
+        steps = np.abs(np.diff(block[: _BLOCK // 4]))
+        steps = steps[steps > 0.0]
+        if len(steps):
+            least = min(least, steps.min())
+            quantiles = np.quantile(steps, [0.05, 0.5])
+            fine.append(quantiles[0])
+            usual.append(quantiles[1])
+    middle = [float(np.median(values)) if values else 0.0 for values in (fine, usual)]
+    return _Levels(float(low), float(high), float(least), *middle)
+
+
+def _fall(view: RecordView, role: str, runs: Runs, distance: NDArray[np.int64]) -> FloatArray:
+    """How far the channel is from a run's value at these distances outside; the nearer side."""
+    sides = (runs.starts - distance, runs.starts + runs.lengths - 1 + distance)
+    return np.fmin(*(np.abs(_at(view, role, runs, side) - runs.values) for side in sides))
+
+
+def _at(view: RecordView, role: str, runs: Runs, index: NDArray[np.int64]) -> FloatArray:
+    """Samples at `index`, mostly out of the block at hand; NaN outside of the record."""
+    values = np.full(len(index), np.nan)
+    inside = (index >= runs.begin) & (index < runs.begin + len(runs.block))
+    values[inside] = runs.block[index[inside] - runs.begin]
+    for k in np.flatnonzero(~inside & (index >= 0) & (index < view.n)):
+        values[k] = view.read(role, int(index[k]), int(index[k]) + 1)[0]
+    return values
+
+
+def _thinned(view: RecordView, role: str, most: int) -> FloatArray:
+    """The channel as at most `most` means of consecutive samples."""
+    group = -(-view.n // most)
+    rows = max(_BLOCK // group, 1) * group
+    parts = []
+    for begin in range(0, view.n - group + 1, rows):
+        block = view.read(role, begin, min(begin + rows, view.n))
+        parts.append(block[: len(block) // group * group].reshape(-1, group).mean(axis=1))
+    return np.concatenate(parts)
+
+
+@dataclass(frozen=True)
+class Gaps:
+    """Where a channel shows nothing, and the stretches that are something else.
+
+    Attributes
+    ----------
+    missing : Stretches
+        Samples to be left out, without overlaps, in order.
+    others : list of Stretch
+    """
+
+    missing: Stretches
+    others: list[Stretch]
+
+    @property
+    def samples(self) -> int:
+        """How many samples are missing."""
+        return sum(end - first for first, end in self.missing)
+
+    def hold(self, run: Stretch) -> bool:
+        """Whether a stretch lies within a gap."""
+        end = run.start + run.length
+        return any(first <= run.start and end <= last for first, last in self.missing)
+
+
+def gaps_of(view: RecordView, role: str, *, frozen: Sequence[Stretch] = ()) -> Gaps:
+    """The gaps of a channel.
+
+    A gap is a stretch of equal samples that the channel enters and leaves by a step larger
+    than any that its motion takes elsewhere; of a stretch that is known to be frozen, where it
+    enters or leaves so. A record may begin or end within a gap.
+
+    Parameters
+    ----------
+    view, role
+        The channel.
+    frozen : sequence of Stretch
+        Where it stands still although it cannot (`frozen`).
+
+    Examples
+    --------
+    A sine, in which the sensor shows the end of its range for 60 samples.
+
+    >>> import tempfile; from pathlib import Path
+    >>> from vinesexp.records.stored.store import create_record, open_record
+    >>> x = 0.005 * np.sin(np.arange(8000) / 100.0); x[3000:3060] = 0.03
+    >>> path = Path(tempfile.mkdtemp()) / "a.nc"
+    >>> quantities = {"displacement": "displacement"}
+    >>> with create_record(path, sample_rate=1e3, quantities=quantities) as writer:
+    ...     writer.append({"displacement": x})
+    >>> with open_record(path) as view:
+    ...     gaps_of(view, "displacement").missing
+    ((3000, 3060),)
+    """
+    starts, ends = _still(view, role)
+    far = _far_steps(view, role, starts, ends)
+    # The first far step at or before its beginning, the last one at or after its end.
+    first = np.searchsorted(far, starts - 1 - _BESIDE)
+    last = np.searchsorted(far, ends - 1 + _BESIDE, side="right") - 1
+    enters = (first < far.size) & (_gaps_at(far, first, -1) < starts)
+    leaves = (last >= 0) & (_gaps_at(far, last, -1) >= ends - 1)
+    whole = (enters | (starts == 0)) & (leaves | (ends == view.n))
+    for run in frozen:
+        whole |= (starts >= run.start) & (ends <= run.start + run.length)
+    missing = _joined([
+        (int(_gaps_at(far, first, 0)[i]) + 1 if enters[i] else int(starts[i]),
+         int(_gaps_at(far, last, 0)[i]) + 1 if leaves[i] else int(ends[i]))
+        for i in np.flatnonzero(whole & (enters | leaves))
+    ])  # fmt: skip
+    found = Gaps(missing, [])
+    return Gaps(missing, [run for run in frozen if not found.hold(run)])
+
+
+def _gaps_at(values: IntArray, index: IntArray, otherwise: int) -> IntArray:
+    """Values at indexes, of which some may lie beyond."""
+    if not values.size:
+        return np.full(index.shape, otherwise, dtype=np.int64)
+    return np.asarray(values[np.clip(index, 0, values.size - 1)])
+
+
+def _still(view: RecordView, role: str) -> tuple[IntArray, IntArray]:
+    """First sample, and the one after the last, of each stretch of equal samples."""
+    found = list(equal_runs(view, role, least=_EQUAL))
+    none = np.empty(0, dtype=np.int64)
+    starts = np.concatenate([none, *(runs.starts for runs in found)])
+    return starts, starts + np.concatenate([none, *(runs.lengths for runs in found)])
+
+
+def _far_steps(view: RecordView, role: str, starts: IntArray, ends: IntArray) -> IntArray:
+    """Samples after which the channel steps further than its motion does away from `starts`."""
+    usual, sizes = 0.0, []
+    for begin in range(0, view.n, _BLOCK):
+        steps = np.abs(np.diff(view.read(role, begin, begin + _BLOCK + 1)))
+        near = np.zeros(steps.size + 1, dtype=np.int64)
+        own = (ends + _BESIDE > begin) & (starts - _BESIDE - 1 < begin + steps.size)
+        np.add.at(near, np.clip(starts[own] - _BESIDE - 1 - begin, 0, steps.size), 1)
+        np.add.at(near, np.clip(ends[own] + _BESIDE - begin, 0, steps.size), -1)
+        away = steps[np.cumsum(near)[:-1] == 0]
+        usual = max(usual, float(away.max()) if away.size else 0.0)
+        sizes.append(float(np.median(steps[steps > 0.0])) if steps.any() else 0.0)
+    # A coarse converter stands still almost everywhere: its steps are one quantum.
+    usual = max(usual, _QUANTA * float(np.median(sizes)) if sizes else 0.0)
+    far = [
+        begin + np.flatnonzero(np.abs(np.diff(view.read(role, begin, begin + _BLOCK + 1))) > usual)
+        for begin in range(0, view.n, _BLOCK)
+    ]
+    return np.concatenate([np.empty(0, np.int64), *far]).astype(np.int64)
+
+
+def _joined(stretches: list[tuple[int, int]]) -> Stretches:
+    found: list[tuple[int, int]] = []
+    for first, end in sorted(stretches):
+        if found and first <= found[-1][1]:
+            found[-1] = (found[-1][0], max(end, found[-1][1]))
+        else:
+            found.append((first, end))
+    return tuple(found)
+
+
+def look_over(
+    view: RecordView,
+    record: Record,
+    channels: Mapping[str, Channel],
+    samples: AnySamples,
+) -> tuple[list[Check], dict[str, Stretches]]:
+    """Refuse a stored record for its defects, or report its size, what is odd, and its gaps.
+
+    Parameters
+    ----------
+    view : RecordView
+        The record as stored.
+    record, channels
+        What the campaign says of it, and what defects its channels accept.
+    samples : Samples
+        What it was made from, read to its end.
+
+    Returns
+    -------
+    checks : list of Check
+    missing : dict
+        Of each channel with gaps, the stretches to leave out.
+
+    Raises
+    ------
+    RecordError
+        Too short, saturated or frozen, or hardly a stretch without gaps.
+    """
+    size = f"{view.n} samples at {view.sample_rate:.9g} Hz: {', '.join(view.roles)}"
+    found = [Check(record.id, "ingest", "ok", size)]
+    found += [Check(record.id, check, "warning", reported) for check, reported in samples.warnings]
+    found += _trimmed(record, samples)
+    period = _period(view, record)
+    missing: dict[str, Stretches] = _paused(view, record, samples, period)
+    for role in view.roles:
+        if reported := samples.overload(role):
+            found.append(_judge(record, channels[role], "saturated", f"{role} {reported}"))
+        # Only the oscillator's own inertia forbids it to stop dead; a shaker can.
+        stuck = frozen(view, role, period=period if role == "displacement" else None)
+        if role in _TARGETS and (len(stuck) != 1 or stuck[0].length < view.n):
+            # A target is lost for a moment: what stands still for longer is a fault.
+            moment = [run for run in stuck if period is not None and run.length < period]
+            gaps = gaps_of(view, role, frozen=moment)
+            stuck = [run for run in stuck if not gaps.hold(run)]
+        else:
+            gaps = Gaps((), [])
+        clipped = [run for run in saturated(view, role) if not gaps.hold(run)]
+        stuck = [run for run in stuck if run not in clipped]
+        if gaps.missing:
+            found.append(_left_out(view, record, samples, role, gaps, period))
+            missing[role] = tuple(sorted({*missing.get(role, ()), *gaps.missing}))
+        if stuck and stuck[0].length == view.n and role not in _MOVING[record.test]:
+            reported = f"{role} does not change at all; noise below one step of the instrument?"
+            found.append(Check(record.id, "frozen", "warning", reported))
+            continue
+        for defect, runs in (("saturated", clipped), ("frozen", stuck)):
+            if runs:
+                reported = f"{role} {_described(view, samples, runs, defect)}"
+                found.append(_judge(record, channels[role], defect, reported))
+    return found, missing
+
+
+def _paused(
+    view: RecordView, record: Record, samples: AnySamples, period: float | None
+) -> dict[str, Stretches]:
+    """The stretches of all channels over which the times pause; no ball may hit in them."""
+    if not samples.gaps:
+        return {}
+    said = next(said for check, said in samples.warnings if check == "time")
+    if record.test == "drop":
+        raise RecordError(
+            f"{said}: a drop test needs every hit; cut the record there", file=record.file
+        )
+    _refuse_pieces(view, record, samples.gaps, period, said)
+    return dict.fromkeys(view.roles, samples.gaps)
+
+
+def _refuse_pieces(
+    view: RecordView, record: Record, gaps: Stretches, period: float | None, said: str
+) -> None:
+    """Refuse a record whose gaps leave no two periods in a row; short ones break none."""
+    if period is None:
+        return
+    long = [gap for gap in gaps if gap[1] - gap[0] > _BREAK * period]
+    edges = np.array([0, *(edge for gap in long for edge in gap), view.n])
+    longest = int(np.diff(edges)[::2].max())
+    if longest < _LEAST_PERIODS * period:
+        raise RecordError(
+            f"{said}; no two periods of the motion are whole, look at the sensor", file=record.file
+        )
+
+
+def _left_out(
+    view: RecordView, record: Record, samples: AnySamples, role: str, gaps: Gaps,
+    period: float | None,
+) -> Check:  # fmt: skip
+    """What is said of gaps; the record is refused where they leave no two periods in a row."""
+    number, seconds = len(gaps.missing), gaps.samples / view.sample_rate
+    first, end = max(gaps.missing, key=lambda gap: gap[1] - gap[0])
+    at = float(view.time(first, first + 1)[0])
+    reported = (
+        f"{role} shows nothing for {seconds:.3g} s of {view.n / view.sample_rate:.4g} s, "
+        f"{number} time{'' if number == 1 else 's'}, the longest for "
+        f"{1e3 * (end - first) / view.sample_rate:.3g} ms from {at:.6g} s "
+        f"({samples.source.locate(samples.trimmed[0] + first)}): it leaves its motion and comes "
+        "back at once, as a laser that loses its target"
+    )
+    _refuse_pieces(view, record, gaps.missing, period, reported)
+    return Check(record.id, "gaps", "warning", f"{reported}; these stretches are left out")
+
+
+def _period(view: RecordView, record: Record) -> float | None:
+    """Period of the motion in samples, refusing a record of fewer than two; None for a drop."""
+    if record.frequency and max(record.frequency) >= 0.5 * view.sample_rate:
+        raise RecordError(
+            f"frequency_hz is {max(record.frequency):g} Hz, the record is sampled at "
+            f"{view.sample_rate:g} Hz: expected less than half of that; correct records.csv, or "
+            "the times or the sample rate",
+            file=record.file,
+        )
+    if record.test == "drop":  # a bouncing ball has no period
+        return None
+    motion = next((role for role in _MOTION if role in view.roles), None)
+    if motion is None:
+        raise RecordError(
+            f"{', '.join(view.roles)} alone serves drop tests only, expected a channel of the "
+            f"motion in a {record.test} test; correct 'test' in records.csv, or the channels",
+            file=record.file,
+        )
+    seconds = view.n / view.sample_rate
+    held = seconds * min(record.frequency) if record.frequency else periods(view, motion)
+    if held == 0.0:
+        raise RecordError(
+            f"{motion} shows no motion at all; is it the right column, and was the sensor on?",
+            file=record.file,
+        )
+    if held < _LEAST_PERIODS:
+        raise RecordError(
+            f"{seconds:.3g} s hold {held:.2g} periods of the motion, expected at least two; record "
+            "longer",
+            file=record.file,
+        )
+    return view.n / held
+
+
+def _described(view: RecordView, samples: AnySamples, runs: list[Stretch], defect: str) -> str:
+    worst = max(runs, key=lambda run: run.length)
+    at = view.time(worst.start, worst.start + 1)[0]
+    place = samples.source.locate(samples.trimmed[0] + worst.start)
+    more = f", and {len(runs) - 1} times more" if len(runs) > 1 else ""
+    what, remedy = _DEFECTS[defect]
+    return f"{what} for {worst.length} samples from {at:.6g} s ({place}){more}; {remedy}"
+
+
+def _judge(record: Record, channel: Channel, defect: str, reported: str) -> Check:
+    # Where an accelerometer is clipped the impact is still there, and is marked as clipped later;
+    # a clipped displacement would quietly change every amplitude.
+    loud = defect == "saturated" and channel.role in ("acceleration", "sound")
+    if defect in channel.accept or loud:
+        return Check(record.id, defect, "warning", reported)
+    raise RecordError(
+        f"{reported}, or add accept: {defect} to channels.{channel.role}", file=record.file
+    )
+
+
+def _trimmed(record: Record, samples: AnySamples) -> list[Check]:
+    before, after = samples.trimmed
+    reported = [
+        f"{count} row{'' if count == 1 else 's'} at the {end}"
+        for count, end in ((before, "start"), (after, "end"))
+        if count
+    ]
+    if not reported:
+        return []
+    detail = f"{' and '.join(reported)} left out, where cells are empty"
+    return [Check(record.id, "missing cells", "warning", detail)]

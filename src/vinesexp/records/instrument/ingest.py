@@ -1,0 +1,212 @@
+"""One instrument file to `records/<id>.nc`: calibrated channels, SI, on a uniform time axis.
+
+Nothing is filtered here. What cannot be used is refused with the reason, and a placeholder takes
+its place, so that the other records go on.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.errors import RecordError
+from vinesexp.records.campaign.schema import Campaign, Channel, Record, TimeColumn
+from vinesexp.records.instrument.findings import look_over
+from vinesexp.records.instrument.joined import AnySamples, JoinedSamples
+from vinesexp.records.instrument.samples import Samples
+from vinesexp.records.instrument.timebase import UnevenClockError
+from vinesexp.records.readers import open_source
+from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.file_attributes import (
+    RECORDERS,
+    record_attributes,
+    source_digest,
+    write_refused,
+)
+from vinesexp.records.stored.refusal import is_of_the_machine, reason_of
+from vinesexp.records.stored.store import (
+    create_record,
+    integrate,
+    integrated,
+    leave_out,
+    open_record,
+    uniform_times,
+)
+from vinesexp.whole_files import partial_path
+
+_INTEGRATED = (
+    "displacement is the integral of the measured velocity, whose mean is left out: slow drift "
+    "and the place about which it moves are not known"
+)
+
+
+def ingest_or_refuse(campaign: Campaign, record: Record, out: Path) -> list[Check]:
+    """`ingest`, with a record that cannot be used turned into a placeholder and a check row."""
+    try:
+        return ingest(campaign, record, out)
+    except RecordError as error:
+        reported = str(error)
+    except Exception as error:  # one file that nobody foresaw must not stop the others
+        if is_of_the_machine(error):
+            raise
+        reported = f"{record.file}: cannot be read ({reason_of(error)})"
+    write_refused(out, reported, record_attributes(campaign, record))
+    return [Check(record.id, "ingest", "refused", reported)]
+
+
+def ingest(campaign: Campaign, record: Record, out: Path) -> list[Check]:
+    """Convert one record of a campaign.
+
+    Parameters
+    ----------
+    campaign, record : Campaign, Record
+        Says where the channels are and what they mean.
+    out : Path
+        The netCDF file to write; it appears only when it is complete and was found good.
+
+    Returns
+    -------
+    list of Check
+        ``ok`` with the size of the record, and a ``warning`` for everything odd. For a record
+        that the user excluded: one row ``excluded``, and a placeholder at `out`.
+
+    Raises
+    ------
+    RecordError
+        The record cannot be used; nothing is left at `out`.
+    """
+    if record.exclude:
+        reason = record.note or "no reason given"
+        write_refused(out, f"excluded: {reason}", record_attributes(campaign, record))
+        return [Check(record.id, "exclude", "excluded", reason)]
+    setup = campaign.setup_of(record)
+    samples: AnySamples
+    if record.more_files:
+        samples = JoinedSamples(record.files, setup)
+    else:
+        samples = Samples(
+            open_source(record.file),
+            setup.channels,
+            time=setup.time,
+            sample_rate=setup.sample_rate,
+        )
+    if not samples.quantities:
+        raise RecordError("none of the campaign's channels is in it", file=record.file)
+    out = Path(out)
+    unseen = partial_path(out)
+    attributes = {**record_attributes(campaign, record), **_file_attributes(record, samples)}
+    try:
+        try:
+            _write(unseen, samples, attributes)
+        except UnevenClockError as uneven:
+            assert isinstance(samples, Samples)  # joined ones are even
+            samples.resample(uneven)
+            _write(unseen, samples, attributes)
+        with open_record(unseen) as view:
+            found, missing = look_over(view, record, setup.channels, samples)
+        for role, stretches in missing.items():
+            leave_out(unseen, role, stretches, paused=samples.gaps)
+        if samples.quantities.get("displacement") == "velocity":
+            integrate(unseen, "displacement")
+            found.append(Check(record.id, "velocity", "ok", _INTEGRATED))
+        os.replace(unseen, out)
+    finally:
+        unseen.unlink(missing_ok=True)
+    return found
+
+
+def _file_attributes(record: Record, samples: AnySamples) -> dict[str, str]:
+    """What the instrument file itself says, and which file it was."""
+    found = {"source_sha256": source_digest(record), "source_format": samples.source.format}
+    if isinstance(samples, JoinedSamples):
+        found[RECORDERS] = ";".join(",".join(roles) for roles in samples.roles_by_file)
+    return found
+
+
+def _write(path: Path, samples: AnySamples, attributes: Mapping[str, Any]) -> None:
+    with create_record(
+        path,
+        sample_rate=samples.sample_rate,
+        start=samples.start,
+        quantities=samples.quantities,
+        attributes=attributes,
+    ) as writer:
+        for block in samples.blocks():
+            writer.append(block)
+        if isinstance(samples, Samples) and samples.uneven:
+            for times, block in samples.as_measured():
+                writer.append_measured(times, block)
+        writer.sample_rate, writer.start = samples.sample_rate, samples.start
+
+
+def read_channels(
+    path: Path,
+    channels: Mapping[str, Channel],
+    *,
+    time: TimeColumn | None = None,
+    sample_rate: float | None = None,
+) -> tuple[float, float, dict[str, FloatArray]]:
+    """Channels of one file in memory, without a campaign.
+
+    Returns
+    -------
+    sample_rate, start : float
+        Hz; time of the first sample, s.
+    values : dict
+        Role to samples, SI.
+
+    Raises
+    ------
+    RecordError
+        As for `ingest`; also for samples out of the instrument's range (infinite, or its mark).
+    """
+    samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
+    values = _values(samples)
+    return samples.sample_rate, samples.start, values
+
+
+def read_as_measured(
+    path: Path, channels: Mapping[str, Channel], *, time: TimeColumn | None = None,
+    sample_rate: float | None = None,
+) -> tuple[FloatArray, dict[str, FloatArray]]:  # fmt: skip
+    """Channels of one file at their true times, even or not; otherwise as `read_channels`.
+
+    Returns
+    -------
+    times : array (n,)
+        s.
+    values : dict
+        Role to samples, SI. A displacement that is the integral of a velocity is on even times.
+    """
+    samples = Samples(open_source(path), channels, time=time, sample_rate=sample_rate)
+    values = _values(samples)
+    if samples.uneven and "velocity" not in samples.quantities.values():
+        blocks = list(samples.as_measured())
+        return np.concatenate([times for times, _ in blocks]), {
+            role: np.concatenate([block[role] for _, block in blocks]) for role in values
+        }
+    n = min(one.size for one in values.values())
+    return uniform_times(samples.sample_rate, samples.start, 0, n), values
+
+
+def _values(samples: Samples) -> dict[str, FloatArray]:
+    """All samples on an even clock; NaN over pauses."""
+    blocks = samples.whole()
+    values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
+    if samples.quantities.get("displacement") == "velocity":
+        velocity = values["displacement"]
+        values["displacement"] = integrated(
+            velocity - np.nanmean(velocity), 1.0 / samples.sample_rate
+        )
+    for first, end in samples.gaps:
+        for role in values:
+            values[role][first:end] = np.nan
+    for role in values:
+        if out_of_range := samples.overload(role):
+            raise RecordError(out_of_range, file=samples.source.path)
+    return values

@@ -1,0 +1,178 @@
+"""A record whose channels stand in several files: CH1 and CH2 each in its own.
+
+The files are laid over one another by their own times, or by their first samples where they have
+none; what does not overlap is left out, and reported. Held in memory: oscilloscopes that write a
+file a channel write short ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.errors import RecordError
+from vinesexp.records.campaign.schema import Channel, Setup
+from vinesexp.records.instrument.columns import has_column
+from vinesexp.records.instrument.samples import Samples
+from vinesexp.records.readers import BLOCK_ROWS, Source, open_source
+
+_OFF = 0.1  # of a sample: how far apart two clocks may stand
+
+
+@dataclass(frozen=True)
+class _Part:
+    """What one file contributes: samples by role, and when its first was taken (s)."""
+
+    samples: Samples
+    start: float
+    values: dict[str, FloatArray]
+
+    @property
+    def length(self) -> int:
+        return len(next(iter(self.values.values())))
+
+
+class JoinedSamples:
+    """The channels of a record in several files. The interface is that of `Samples`.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        The instrument files.
+    setup : Setup
+        Channels and times. A column ``b*:CH1`` means CH1 in the file whose name fits ``b*``.
+
+    Raises
+    ------
+    RecordError
+        A channel in none or several of the files, rates that differ, files that do not overlap.
+    """
+
+    def __init__(self, files: Sequence[Path], setup: Setup) -> None:
+        sources = [open_source(file) for file in files]
+        wanted: list[dict[str, Channel]] = [{} for _ in sources]
+        self.warnings: list[tuple[str, str]] = []
+        for role, channel in setup.channels.items():
+            places = [k for k, source in enumerate(sources) if _named(source, channel) is not None]
+            if len(places) > 1:
+                reported = ", ".join(files[k].name for k in places)
+                raise RecordError(
+                    f"column '{channel.column}' is in several files ({reported}); write it as "
+                    f"'{files[places[0]].stem}*:{channel.column}'",
+                    file=files[0],
+                    where=f"channels.{role}",
+                )
+            if places:
+                column = _named(sources[places[0]], channel)
+                assert column is not None
+                wanted[places[0]][role] = replace(channel, column=column)
+            elif channel.optional:
+                self.warnings.append(("channels", f"no column '{channel.column}' for {role}"))
+            else:
+                raise RecordError(
+                    f"no column '{channel.column}' in any of its {len(files)} files",
+                    file=files[0],
+                    where=f"channels.{role}",
+                )
+        parts = [
+            _read(source, channels, setup)
+            for source, channels in zip(sources, wanted, strict=True)
+            if channels
+        ]
+        self.quantities = {r: q for part in parts for r, q in part.samples.quantities.items()}
+        self._parts = parts
+        self.source = sources[0]
+        self.trimmed = parts[0].samples.trimmed if parts else (0, 0)
+        self.sample_rate, self.start, self._values = (
+            self._joined(files) if parts else (1.0, 0.0, {})
+        )
+
+    @property
+    def roles_by_file(self) -> list[list[str]]:
+        """Roles of the channels of each file."""
+        return [list(part.values) for part in self._parts]
+
+    def blocks(self) -> Iterator[dict[str, FloatArray]]:
+        """Blocks of every channel, SI, float64."""
+        length = len(next(iter(self._values.values())))
+        for begin in range(0, length, BLOCK_ROWS):
+            yield {role: x[begin : begin + BLOCK_ROWS] for role, x in self._values.items()}
+
+    @property
+    def gaps(self) -> tuple[tuple[int, int], ...]:
+        """None: files whose times pause are not laid over one another."""
+        return ()
+
+    def overload(self, role: str) -> str | None:
+        """What is reported about samples out of the instrument's range; see `Samples.overload`."""
+        return next(p.samples.overload(role) for p in self._parts if role in p.values)
+
+    def _joined(self, files: Sequence[Path]) -> tuple[float, float, dict[str, FloatArray]]:
+        rates = [part.samples.sample_rate for part in self._parts]
+        if max(rates) > min(rates) * (1.0 + 1e-6):
+            reported = ", ".join(
+                f"{f.name} {rate:.9g} Hz" for f, rate in zip(files, rates, strict=False)
+            )
+            raise RecordError(
+                f"files of different sample rates ({reported}); resample them to one", file=files[0]
+            )
+        rate = rates[0]
+        begin = max(part.start for part in self._parts)
+        shifts = [(begin - part.start) * rate for part in self._parts]
+        whole = [round(shift) for shift in shifts]
+        off = max(abs(shift - k) for shift, k in zip(shifts, whole, strict=True))
+        if off > _OFF:
+            self.warnings.append(("files", f"clocks of the files stand {off:.2g} samples apart"))
+        length = min(part.length - k for part, k in zip(self._parts, whole, strict=True))
+        if length < 2:
+            raise RecordError("its files do not overlap in time", file=files[0])
+        for part in self._parts:
+            self.warnings += part.samples.warnings
+        lost = [part.length - length for part in self._parts]
+        if max(lost):
+            reported = ", ".join(
+                f"{part.samples.source.path.name} {n}"
+                for part, n in zip(self._parts, lost, strict=True)
+                if n
+            )
+            self.warnings.append(("files", f"samples left out where the files differ: {reported}"))
+        values = {
+            role: x[k : k + length]
+            for part, k in zip(self._parts, whole, strict=True)
+            for role, x in part.values.items()
+        }
+        return rate, begin, values
+
+
+def _named(source: Source, channel: Channel) -> str | int | None:
+    """The column of a channel in this file, or None where it is not in it."""
+    column = channel.column
+    if isinstance(column, str) and ":" in column and not has_column(source, column):
+        pattern, _, name = column.partition(":")
+        if not fnmatchcase(source.path.name, pattern) and not fnmatchcase(
+            source.path.stem, pattern
+        ):
+            return None
+        column = int(name) if name.isdigit() else name
+    return column if has_column(source, column) else None
+
+
+def _read(source: Source, channels: dict[str, Channel], setup: Setup) -> _Part:
+    samples = Samples(source, channels, time=setup.time, sample_rate=setup.sample_rate)
+    blocks = samples.whole()
+    if samples.gaps:
+        raise RecordError(
+            f"{samples.warnings[-1][1]}; such a file cannot be joined with others, cut it there",
+            file=source.path,
+        )
+    values = {role: np.concatenate([block[role] for block in blocks]) for role in blocks[0]}
+    return _Part(samples, samples.start, values)
+
+
+#: Samples of a record, in one file or in several.
+AnySamples = Samples | JoinedSamples

@@ -1,0 +1,503 @@
+"""Rows of a source on their way to SI: calibrated, on a uniform time axis, a block at a time.
+
+The sampling that a file states for the columns that a campaign uses of it.
+
+Rows of a source as blocks of complete ones: trimmed at the ends, whole in between, in range.
+
+Missing cells before the first or after the last complete row are trimmed, which is what loggers
+write when channels start or stop apart; a hole in the middle would shift everything behind it, so
+the record is refused. Samples marked as out of the instrument's range stand at its end instead.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.errors import RecordError
+from vinesexp.records.campaign.schema import SI_UNITS, Channel, TimeColumn
+from vinesexp.records.instrument.columns import file_size, find_column, has_column
+from vinesexp.records.instrument.timebase import Clock, Resampler, UnevenClockError
+from vinesexp.records.readers import Column, Source
+from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
+from vinesexp.records.readers.parts import require_one
+from vinesexp.units import UNITS
+
+_LARGEST = 1e9  # m, m/s or m/s^2: more is no measurement
+
+
+@dataclass(frozen=True)
+class _Conversion:
+    channel: Channel
+    index: int
+    size: float
+
+
+class Samples:
+    """The channels of one opened file, as SI blocks on a uniform time axis.
+
+    Iterate over `blocks` once; `sample_rate`, `start`, `trimmed` and `warnings` are complete then.
+
+    Parameters
+    ----------
+    source : Source
+        The opened file.
+    channels : mapping
+        Role to channel. Channels that are optional and absent are left out.
+    time, sample_rate : optional
+        As the campaign says; with neither, what the file itself states is used.
+
+    Raises
+    ------
+    RecordError
+        A column that is not there, a unit that contradicts, nothing that gives the time.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        channels: Mapping[str, Channel],
+        *,
+        time: TimeColumn | None,
+        sample_rate: float | None,
+    ) -> None:
+        require_one(source)
+        self.source = source
+        self.warnings = [("length", loss) for loss in source.losses]
+        self.rows = 0
+        self._conversions = list(self._found(channels))
+        columns = [source.columns[c.index] for c in self._conversions]
+        self._interval, self._start = stated_sampling(source, columns, given=sample_rate)
+        self.quantities = {c.channel.role: c.channel.quantity for c in self._conversions}
+        self._time = None if sample_rate is not None else self._time_index(time)
+        size = time.size if time is not None else self._own_size()
+        self._resampler: Resampler | None = None
+        self._uneven: UnevenClockError | None = None
+        self._twice = 0  # rows
+        self._clock = Clock(source.path, source.locate, size) if self._time is not None else None
+        indexes = [conversion.index for conversion in self._conversions]
+        self._rows = Rows(
+            source,
+            indexes if self._time is None else [*indexes, self._time],
+            measured=len(indexes),
+        )
+        self.sample_rate = self._stated_rate(sample_rate)
+        self.start = 0.0 if self._clock is not None else self._start
+
+    @property
+    def uneven(self) -> bool:
+        """Whether the samples of `blocks` are interpolated."""
+        return self._resampler is not None
+
+    @property
+    def gaps(self) -> tuple[tuple[int, int], ...]:
+        """Samples on the uniform clock that the logger paused over: first, and one after last."""
+        return tuple(self._resampler.gaps) if self._resampler is not None else ()
+
+    @property
+    def trimmed(self) -> tuple[int, int]:
+        """Rows left out before the first and after the last complete one."""
+        return self._rows.trimmed
+
+    def blocks(self) -> Iterator[dict[str, FloatArray]]:
+        """Blocks of every channel, SI, float64.
+
+        Raises
+        ------
+        UnevenClockError
+            After the last block: the times have no gap but are not uniform. `resample` and begin
+            again.
+        """
+        if self._resampler is not None:
+            yield from self._even_blocks(self._resampler)
+            return
+        for row, block in self._once(self._rows):
+            if self._clock is not None:
+                self._clock.add(block[:, -1], row=row)
+            self.rows += len(block)
+            yield self._si(block, row)
+        self._compare_rows()
+        if self._twice:
+            one = self._twice == 1
+            said = "stands" if one else "stand"
+            self.warnings.append(
+                ("time", f"{self._twice} row{'' if one else 's'} {said} twice, times and all")
+            )
+        if self.rows < 2:
+            raise RecordError(
+                f"holds {'no' if not self.rows else 'one'} complete row"
+                f"{self._rows.emptiest()}; export the record again",
+                file=self.source.path,
+            )
+        if self._clock is None:
+            self.start += self.trimmed[0] / self.sample_rate
+            return
+        self.sample_rate, self.start = self._clock.finish()
+        if self._clock.stray > 0.01:
+            stray = f"times stray by up to {self._clock.stray:.2g} samples from a uniform clock, "
+            self.warnings.append(("time", stray + "which is passed over"))
+        self._compare_with_header()
+
+    def _once(self, rows: Rows) -> Iterator[tuple[int, FloatArray]]:
+        """Blocks without rows that repeat the one before them, its time and all."""
+        before: FloatArray | None = None
+        self._twice = 0
+        for row, block in rows.blocks():
+            if self._clock is None:
+                yield row, block
+                continue
+            again = np.diff(block[:, -1], prepend=np.nan if before is None else before[-1]) == 0.0
+            if again.any():
+                above = np.concatenate([block[:1] if before is None else before[None], block[:-1]])
+                again &= (block == above).all(axis=1)
+                self._twice += int(again.sum())
+            before = block[-1]
+            if not again.all():
+                yield row, block[~again] if again.any() else block
+
+    def whole(self) -> list[dict[str, FloatArray]]:
+        """All blocks at once, resampled where the clock is uneven."""
+        try:
+            return list(self.blocks())
+        except UnevenClockError as uneven:
+            self.resample(uneven)
+            return list(self.blocks())
+
+    def as_measured(self) -> Iterator[tuple[FloatArray, dict[str, FloatArray]]]:
+        """Times, s, and SI blocks at them where the clock is uneven: after `resample`."""
+        assert self._clock is not None  # nothing else finds a clock uneven
+        rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)
+        for row, block in self._once(rows):
+            yield block[:, -1] * self._clock.size, self._si(block[:, :-1], row)
+
+    def resample(self, uneven: UnevenClockError) -> None:
+        """Have `blocks`, from the beginning again, give samples on a uniform clock."""
+        clock = self._clock
+        assert clock is not None  # nothing else finds a clock uneven
+        interval = uneven.interval
+        n = round((clock.last - clock.first) / interval) + 1
+        self._resampler = Resampler(clock.first, interval, n, pauses=bool(uneven.pauses))
+        self._uneven = uneven
+        self.sample_rate, self.start = 1.0 / (interval * clock.size), clock.first * clock.size
+        self._rows = Rows(self.source, self._rows.indexes, measured=self._rows.measured)
+
+    def _even_blocks(self, resampler: Resampler) -> Iterator[dict[str, FloatArray]]:
+        pairs = ((block[:, -1], block[:, :-1]) for _, block in self._once(self._rows))
+        for block in resampler.blocks(pairs):
+            yield self._si(block, 0)
+        errors = ", ".join(
+            f"{100 * error:.1g} % of {c.channel.role}"
+            for c, error in zip(self._conversions, resampler.errors, strict=True)
+        )
+        uneven = self._uneven
+        assert uneven is not None  # nothing else resamples
+        said = f"times stray by up to {uneven.stray:.2g} samples from a uniform clock"
+        if uneven.pauses:
+            longest = max(uneven.pauses, key=lambda pause: pause.after - pause.before)
+            said = (
+                f"the times pause {len(uneven.pauses)} time{'s' * (len(uneven.pauses) > 1)}, the "
+                f"longest from {longest.before:.9g} to {longest.after:.9g} "
+                f"({self.source.locate(longest.row)}); nothing is known there"
+            )
+        said += f"; resampled to {self.sample_rate:.9g} Hz, error of the interpolation {errors}"
+        self.warnings.append(("time", said))
+        self._compare_with_header()
+
+    def _si(self, block: FloatArray, row: int) -> dict[str, FloatArray]:
+        values = {c.channel.role: _to_si(block[:, k], c) for k, c in enumerate(self._conversions)}
+        self._refuse_impossible(values, row)
+        return values
+
+    def _found(self, channels: Mapping[str, Channel]) -> Iterator[_Conversion]:
+        for role, channel in channels.items():
+            if channel.optional and not has_column(self.source, channel.column):
+                self.warnings.append(("channels", f"no column '{channel.column}' for {role}"))
+                continue
+            index = find_column(self.source, channel.column, where=f"channels.{role}")
+            size, warning = file_size(self.source, index, channel)
+            if warning:
+                self.warnings.append(("units", warning))
+            yield _Conversion(channel, index, size)
+
+    def _time_index(self, time: TimeColumn | None) -> int | None:
+        """Column of times, or None where the file states its interval instead."""
+        source = self.source
+        if time is None:
+            return source.time_column
+        if self._interval is not None and not has_column(source, time.column):
+            return None
+        index = find_column(source, time.column, where="time")
+        label = source.columns[index].unit
+        if label == SEQUENCE and self._interval is not None:
+            return None  # counts rows; the header has the interval
+        if self._interval is not None and self._is_empty(index):
+            return None
+        sizes = UNITS["time"]
+        if label is not None and sizes.get(label) != time.size:
+            raise RecordError(
+                f"the header says '{label}', campaign.yaml says time in '{time.unit}'; correct "
+                "the column or the unit of time",
+                file=source.path,
+                where=f"column '{source.columns[index].name}'",
+            )
+        return index
+
+    def _is_empty(self, index: int) -> bool:
+        return bool(np.isnan(next(self.source.blocks([index], rows=1000), np.empty(0))).all())
+
+    def _stated_rate(self, sample_rate: float | None) -> float:
+        interval = self._interval
+        if self._clock is not None:
+            return float("nan")  # known when the last row has been read
+        if sample_rate is not None:
+            if interval is not None and abs(interval * sample_rate - 1.0) > 1e-3:
+                self.warnings.append(
+                    (
+                        "time",
+                        f"the file states {1 / interval:g} Hz, campaign.yaml's "
+                        f"{sample_rate:g} Hz is used",
+                    )
+                )
+            return sample_rate
+        if interval is None:
+            raise RecordError(
+                "no times: the file states no sample interval; give 'time' (a column) or "
+                "'sample_rate' in campaign.yaml",
+                file=self.source.path,
+            )
+        rate = 1.0 / interval
+        # 1/0.0001 is 10000.000000000002 or so; the header meant the whole number.
+        return float(round(rate)) if abs(rate - round(rate)) < 1e-12 * rate else rate
+
+    def _compare_with_header(self) -> None:
+        interval = self._interval
+        if interval is not None and abs(interval * self.sample_rate - 1.0) > 1e-3:
+            self.warnings.append(
+                (
+                    "time",
+                    f"the header states an interval of {interval:g} s, the times one of "
+                    f"{1 / self.sample_rate:g} s; the times are used",
+                )
+            )
+
+    def _own_size(self) -> float:
+        """Size of the unit of the column that the format itself defines as times, s."""
+        column = self.source.time_column
+        unit = None if column is None else self.source.columns[column].unit
+        return UNITS["time"].get(unit or "s", 1.0)
+
+    def _refuse_impossible(self, values: dict[str, FloatArray], row: int) -> None:
+        for conversion in self._conversions:
+            size = np.abs(values[conversion.channel.role])
+            if size.size and size.max() > _LARGEST:
+                at = int(np.argmax(size))
+                raise RecordError(
+                    f"{size[at]:.3g} {SI_UNITS[conversion.channel.quantity]}, which no instrument "
+                    "measures; correct the cell, or the sensitivity or unit of the channel",
+                    file=self.source.path,
+                    where=f"{self.source.locate(row + at)}, {self._rows.name(conversion.index)}",
+                )
+
+    def overload(self, role: str) -> str | None:
+        """What is reported about a channel's samples that are out of the instrument's range."""
+        index = next(c.index for c in self._conversions if c.channel.role == role)
+        if index not in self._rows.overloads:
+            return None
+        count, row = self._rows.overloads[index]
+        more = f", and {count - 1} times more" if count > 1 else ""
+        return (
+            "is out of the instrument's range (an infinite sample or the instrument's mark of "
+            f"overload) at {self.source.locate(row)}, {self._rows.name(index)}{more}; measure "
+            "with a wider range"
+        )
+
+    def _compare_rows(self) -> None:
+        stated, found = self.source.stated_rows, self._rows.found
+        if stated is not None and stated > 1 and stated != found:
+            self.warnings.append(
+                ("rows", f"the header states {stated} rows, {found} are there and were read")
+            )
+
+
+def _to_si(raw: FloatArray, conversion: _Conversion) -> FloatArray:
+    channel = conversion.channel
+    values = raw * conversion.size if conversion.size != 1.0 else raw.copy()
+    if channel.offset != 0.0:
+        values -= channel.offset
+    if channel.scale != 1.0:
+        values *= channel.scale
+    return values
+
+
+def stated_sampling(
+    source: Source, columns: Sequence[Column], *, given: float | None
+) -> tuple[float | None, float]:
+    """Interval and start (s) that a file states for the columns asked for; None where it does not.
+
+    Parameters
+    ----------
+    source : Source
+        The opened file.
+    columns : sequence of Column
+        Those of the channels.
+    given : float or None
+        Sample rate that the campaign gives, Hz: it settles every contradiction.
+
+    Raises
+    ------
+    RecordError
+        Columns of different rates, or that begin at different times.
+    """
+    intervals = {c.name: c.interval for c in columns if c.interval is not None}
+    if not intervals:
+        return source.sample_interval, source.start
+    if given is not None:
+        return next(iter(intervals.values())), 0.0
+    unclear = next((name for name, dt in intervals.items() if math.isnan(dt)), None)
+    if unclear is not None:
+        raise RecordError(
+            f"'{unclear}' states two different samplings; correct the file, or give "
+            "'sample_rate' in campaign.yaml",
+            file=source.path,
+        )
+    least, most = min(intervals.values()), max(intervals.values())
+    if most > least * (1.0 + 1e-6):
+        rates = ", ".join(f"'{name}' {1 / dt:g} Hz" for name, dt in intervals.items())
+        raise RecordError(
+            f"channels of different sample rates ({rates}); resample them to one, or leave one out",
+            file=source.path,
+        )
+    starts = [source.start if c.start is None else c.start for c in columns]
+    if max(starts) - min(starts) > 0.01 * least:
+        begins = ", ".join(f"'{c.name}' {s:.9g} s" for c, s in zip(columns, starts, strict=True))
+        raise RecordError(
+            f"channels that begin at different times ({begins}); export them together",
+            file=source.path,
+        )
+    return least, starts[0]
+
+
+@dataclass
+class Rows:
+    """The complete rows of some columns of a source.
+
+    Parameters
+    ----------
+    source : Source
+        The opened file.
+    indexes : sequence of int
+        Columns, of which the first `measured` are channels; a column of times may follow.
+
+    Attributes
+    ----------
+    trimmed : tuple of int
+        Rows before the first and after the last complete one; known after the last block.
+    found : int
+        Rows of the file, likewise.
+    overloads : dict
+        Number of a column to how many of its samples are out of range, and the row of the first.
+    """
+
+    source: Source
+    indexes: Sequence[int]
+    measured: int
+    trimmed: tuple[int, int] = (0, 0)
+    found: int = 0
+    overloads: dict[int, tuple[int, int]] = field(default_factory=dict)
+    _limits: dict[int, tuple[float, float]] = field(default_factory=dict)
+
+    def blocks(self) -> Iterator[tuple[int, FloatArray]]:
+        """Complete rows with the number of their first; what is missing at the ends is trimmed."""
+        begun, before, hole, done = False, 0, None, 0
+        for raw in self.source.blocks(self.indexes):
+            if not len(raw):
+                continue
+            row, done = done, done + len(raw)
+            block = self._within_range(raw, row)
+            missing = np.asarray(np.isnan(block).any(axis=1))
+            if missing.any():
+                whole = np.flatnonzero(~missing)
+                if not len(whole):
+                    before, hole = (
+                        (before, hole if hole is not None else row) if begun else (done, None)
+                    )
+                    continue
+                if begun and (hole is not None or whole[0] > 0):
+                    self._refuse_hole(row if hole is None else hole)
+                first, last = int(whole[0]), int(whole[-1]) + 1
+                if missing[first:last].any():
+                    self._refuse_hole(row + first + int(np.argmax(missing[first:last])))
+                before = before if begun else row + first
+                hole = row + last if last < len(block) else None
+                begun, row, block = True, row + first, block[first:last]
+            elif hole is not None:
+                self._refuse_hole(hole)
+            begun = True
+            yield row, block
+        self.trimmed = (before, done - hole if hole is not None else 0)
+        self.found = done
+
+    def _within_range(self, raw: FloatArray, row: int) -> FloatArray:
+        """Samples marked as out of the instrument's range, at the end of the range instead."""
+        block = marks_to_infinity(raw)
+        for k, index in enumerate(self.indexes):
+            beyond = np.isinf(block[:, k])
+            if not beyond.any():
+                continue
+            first = row + int(np.argmax(beyond))
+            if k >= self.measured:
+                raise RecordError(
+                    "infinite time", file=self.source.path, where=self.source.locate(first)
+                )
+            low, high = self._range_of(index, first)
+            block = block.copy() if block is raw else block
+            block[beyond, k] = np.where(block[beyond, k] > 0.0, high, low)
+            count, at = self.overloads.get(index, (0, first))
+            self.overloads[index] = (count + int(np.count_nonzero(beyond)), at)
+        return block
+
+    def _range_of(self, index: int, row: int) -> tuple[float, float]:
+        """Least and largest finite sample of a column, from one pass over the file."""
+        if index not in self._limits:
+            low, high = np.inf, -np.inf
+            for raw in self.source.blocks([index]):
+                finite = raw[np.abs(raw) < 9e37]
+                if len(finite):
+                    low, high = min(low, float(finite.min())), max(high, float(finite.max()))
+            if low > high:
+                raise RecordError(
+                    "no sample within the instrument's range; measure with a wider range",
+                    file=self.source.path,
+                    where=self.name(index),
+                )
+            self._limits[index] = (low, high)
+        return self._limits[index]
+
+    def _refuse_hole(self, row: int) -> None:
+        """Name the first missing cell of row `row`."""
+        seen = 0
+        for raw in self.source.blocks(self.indexes):
+            block = marks_to_infinity(raw)
+            if seen + len(block) > row:
+                column = self.indexes[int(np.argmax(np.isnan(block[row - seen])))]
+                raise RecordError(
+                    "empty or NaN among the samples; fill the gap, or cut the record before it",
+                    file=self.source.path,
+                    where=f"{self.source.locate(row)}, {self.name(column)}",
+                )
+            seen += len(block)
+
+    def emptiest(self) -> str:
+        """Which column has no values, as a clause; empty where each has some."""
+        for index in self.indexes:
+            if not any(np.isfinite(block).any() for block in self.source.blocks([index])):
+                return f": {self.name(index)} is empty"
+        return ""
+
+    def name(self, index: int) -> str:
+        """``"column CH1"``, or its number where it has no name."""
+        return f"column {self.source.columns[index].name or index}"

@@ -1,0 +1,1 @@
+"""Records and tables of a results folder, and whether they are up to date."""

@@ -1,0 +1,313 @@
+"""The columns of every table of a results folder: name, meaning, unit, type.
+
+Names are a contract with users: they are added to, never changed.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from vinesexp.records.stored.tables import Column, Table
+
+
+class Verdict(Enum):
+    """What the records say of something that was stated."""
+
+    OK = "ok"
+    NOT_TESTED = "not tested"
+    OFF = "off"
+
+
+def _number(name: str, unit: str, meaning: str, form: str = "", *, needed: bool = True) -> Column:
+    return Column(name, meaning, unit, "number", form, needed)
+
+
+def _whole(name: str, meaning: str) -> Column:
+    return Column(name, meaning, "", "whole")
+
+
+_RECORD = Column("record", "id of the record")
+
+#: impacts/<record>.csv.
+IMPACTS = Table("impacts", "impacts", (
+    _number("time_s", "s", "time of the impact on the record's axis", ".9g"),
+    _whole("nes", "ball, from 1, in the order of clearance_mm; 0 where it is not known"),
+    _whole("side", "+1 where x - y = +b, -1 at the other wall"),
+    _number("velocity_jump_m_s", "m/s", "of the oscillator, from both channels", ".9g"),
+    _number("peak_acceleration_m_s2", "m/s^2", "largest bandpassed sample", ".9g"),
+    _number("confidence", "1", "probability that it is found again with fresh noise", ".9g"),
+    _number("time_error_s", "s", "standard error", ".9g"),
+    _number("velocity_jump_error_m_s", "m/s", "standard error", ".9g"),
+    _number("jump_acceleration_m_s", "m/s", "jump by the area of the acceleration pulse", ".9g"),
+    _number("jump_acceleration_error_m_s", "m/s", "standard error", ".9g"),
+    _number("jump_displacement_m_s", "m/s", "jump by the slope change of displacement", ".9g"),
+    _number("jump_displacement_error_m_s", "m/s", "standard error", ".9g"),
+    _number("x_m", "m", "displacement at the impact", ".9g"),
+    _number("v_before_m_s", "m/s", "velocity of the oscillator just before", ".9g"),
+    _number("v_error_m_s", "m/s", "standard error", ".9g"),
+    _number("nes_confidence", "1", "probability of nes", ".9g"),
+    _whole("crowded", "1 where it overlaps another or is badly explained"),
+    _whole("clipped", "1 where the acceleration saturated"),
+))  # fmt: skip
+
+IDENTIFIED = Table("identified", "identify", (
+    Column("parameter", "f0, zeta, M, c1, k1, r; r_1, r_2 for several balls"),
+    _number("value", "", "in the unit of the column unit"),
+    _number("std_error", "", "standard error, in the same unit"),
+    _number("ci95_low", "", "lower end of the 95 % interval"),
+    _number("ci95_high", "", "upper end of the 95 % interval"),
+    Column("unit", "SI; 1 for a ratio"),
+    Column("method", "how it was found; combined: what predictions use"),
+    Column("records", "ids of the records it came from, separated by semicolons"),
+))  # fmt: skip
+
+#: What the records say of what was stated: one row an input.
+INPUTS = Table("inputs", "identify", (
+    Column("item", "clearance, base_amplitude, added_mass, nes_mass, mass, gain of a channel"),
+    Column("record", "ids of the records that it was stated for; empty: the whole campaign"),
+    Column("unit", "of the four numbers; 1 for a gain, shown over true"),
+    _number("stated", "", "in campaign.yaml or records.csv", ".7g"),
+    _number("stated_error", "", "standard uncertainty, stated or the default", ".3g"),
+    _number("found", "", "by all records together, what was stated included", ".7g"),
+    _number("found_error", "", "standard error", ".3g"),
+    Column("verdict", "ok; not tested: the records add nothing to what was stated; off: they "
+           "contradict it, and the analysis takes what was found"),
+))  # fmt: skip
+
+BUDGET = Table("budget", "compare", (
+    Column("parameter", "the value whose error is divided up"),
+    Column("source", "what contributes"),
+    _number("contribution", "", "standard error from this source alone, SI"),
+    _number("share", "1", "share of the variance"),
+    Column("note", "what was assumed, and what would shrink it"),
+))  # fmt: skip
+
+#: f0 and zeta where the mass swings at each base amplitude; no row where they are the same at all.
+LEVEL_VALUES = Table("level_values", "identify", (
+    _number("base_amplitude_mm", "mm", "of records.csv", ".7g"),
+    _number("amplitude_m", "m", "of the mass: least mean amplitude of its tests", ".6g"),
+    _number("f0_hz", "Hz", "natural frequency at that amplitude", ".10g"),
+    _number("f0_error_hz", "Hz", "standard error, with the range around the amplitude", ".3g"),
+    _number("zeta", "1", "damping ratio at that amplitude", ".7g"),
+    _number("zeta_error", "1", "standard error, with the range around the amplitude", ".3g"),
+    _number("c1_n_s_m", "N s/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("c1_error_n_s_m", "N s/m", "standard error", ".3g"),
+    _number("k1_n_m", "N/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("k1_error_n_m", "N/m", "standard error", ".3g"),
+))  # fmt: skip
+
+RECORD_REGIMES = Table("regimes", "regimes", (
+    _RECORD,
+    Column("regime", "by docs/theory.md; one a ball, separated by ' | '; a sweep: by frequency"),
+    _number("impacts_per_cycle", "1", "of all balls"),
+    _number("amplitude_mean_m", "m", "mean over cycles of half the peak-to-peak displacement; of a "
+            "periodic test without its start"),
+    _number("amplitude_max_m", "m", "largest of a cycle"),
+    _number("captured", "1", "share of cycles with one impact on either side", needed=False),
+    _number("swing_first", "1", "half the range of the impacts' phase in the first half, in "
+            "periods", needed=False),
+    _number("swing", "1", "the same in the second half", needed=False),
+    _number("spells", "", "number of spells of such cycles", needed=False),
+    _number("spell_mean_s", "s", "mean length of a spell", needed=False),
+    _number("captured_until_s", "s", "of a release: end of the first spell", needed=False),
+    _number("decay_rate_captured_1_s", "1/s", "of a release, before it", needed=False),
+    _number("decay_rate_after_1_s", "1/s", "of a release, after it", needed=False),
+    _number("transition_m", "m", "amplitude at which the ball is lost", needed=False),
+    Column("impacts_per_cycle_each", "of each ball, separated by ' | '", needed=False),
+    _number("amplitude_running_max_m", "m", "of a sweep: largest mean over 0.1 Hz", needed=False),
+    _number("length_s", "s", "of the record, its gaps and edges left out", ".4g", needed=False),
+    _number("amplitude_error_m", "m", "of a periodic test: standard error of amplitude_mean_m from "
+            "cycle to cycle, without that of the sensitivity", ".4g", needed=False),
+    _number("cycles", "", "over which amplitude_mean_m is taken", ".0f", needed=False),
+    _number("steady_from_s", "s", "of a periodic test: where these cycles begin, from the first "
+            "sample; the start of the test comes before", ".4g", needed=False),
+    _number("amplitude_start_m", "m", "of a periodic test: mean over its first three cycles; far "
+            "below amplitude_mean_m where the record begins from rest", ".4g", needed=False),
+    Column("test", "as in records.csv", needed=False),
+    Column("clearance_mm", "as in records.csv; of several balls, separated by semicolons",
+           "mm", needed=False),
+    _number("base_amplitude_mm", "mm", "as in records.csv", ".7g", needed=False),
+))  # fmt: skip
+
+#: What each ball does over the frequency of a sweep: one row a band.
+BANDS = Table("bands", "regimes", (
+    _RECORD,
+    _whole("nes", "ball, from 1; 0: all balls, where they are not told apart"),
+    Column("response", "permanent, modulated or inactive (docs/signals.md)"),
+    _number("from_hz", "Hz", "frequency at which it begins, in the order of time", ".5g"),
+    _number("to_hz", "Hz", "frequency at which it ends", ".5g"),
+    _number("from_s", "s", "time on the record's axis at which it begins", ".6g"),
+    _number("to_s", "s", "time at which it ends", ".6g"),
+    _whole("spells", "spells of two impacts per cycle in it"),
+    _number("impacts_per_cycle", "1", "of the ball", ".4g"),
+    _number("amplitude_mean_m", "m", "mean over its cycles of half the swing", ".6g"),
+    _number("amplitude_max_m", "m", "largest of a cycle", ".6g"),
+))  # fmt: skip
+
+#: When each ball of each release is captured and lost: one row a ball that is captured at all.
+TRANSITIONS = Table("transitions", "regimes", (
+    _RECORD,
+    _whole("nes", "ball, from 1; 0: all balls, where they are not told apart"),
+    _number("clearance_mm", "mm", "of the ball", ".6g"),
+    _number("captured_from_s", "s", "start of its longest spell of two impacts per cycle", ".6g"),
+    _number("captured_until_s", "s", "end of that spell", ".6g"),
+    _number("from_m", "m", "amplitude at its start", ".6g"),
+    _number("transition_m", "m", "amplitude at its end, where the ball is lost (T1)", ".6g"),
+    _number("decay_rate_1_s", "1/s", "of the amplitude in between", ".6g"),
+))  # fmt: skip
+
+#: How the base moved in each periodic test, from its own channel.
+BASE = Table("base", "regimes", (
+    _RECORD,
+    _number("frequency_hz", "Hz", "measured", ".10g"),
+    _number("frequency_error_hz", "Hz", "standard error", ".3g"),
+    _number("amplitude_m", "m", "of the displacement at that frequency", ".7g"),
+    _number("amplitude_error_m", "m", "standard error, without that of the sensitivity", ".3g"),
+    _number("harmonic_2", "1", "displacement at twice the frequency over amplitude_m", ".3g"),
+    _number("harmonic_3", "1", "at three times the frequency", ".3g"),
+    _number("wander", "1", "standard deviation of the amplitude over its mean", ".3g"),
+    _number("dip", "1", "largest drop of the amplitude over its median", ".3g"),
+))  # fmt: skip
+
+#: How fast each release fell to each amplitude: one row a record and amplitude.
+DECAY_TIMES = Table("decay_times", "regimes", (
+    _RECORD,
+    _number("target_m", "m", "amplitude to be reached"),
+    _number("time_s", "s", "from the start until the amplitude stays below; empty: not reached"),
+))  # fmt: skip
+
+CLEARANCES = Table("clearances", "compare", (
+    Column("test", "periodic or transient"),
+    Column("level", "name of the row"),
+    _number("measured_mm", "mm", "measured clearance", ".6g"),
+    _number("measured_low_mm", "mm", "tried clearance below it, less its uncertainty", ".6g"),
+    _number("measured_high_mm", "mm", "tried clearance above it, with its uncertainty", ".6g"),
+    _number("published_mm", "mm", "b_c or b_t by the published formula", ".6g"),
+    _number("exact_mm", "mm", "b_c or b_t without its approximations", ".6g"),
+    _number("predicted_low_mm", "mm", "lower end of the 95 % interval of exact_mm", ".6g"),
+    _number("predicted_high_mm", "mm", "upper end", ".6g"),
+    _number("error_percent", "%", "exact_mm over measured_mm; empty for bounds, releases", ".6g"),
+    _number("base_amplitude_mm", "mm", "of a periodic row", ".6g", needed=False),
+    Column("kind", "lowest amplitude, end of two impacts per cycle, fastest decay", needed=False),
+    Column("records", "ids of the records it came from, separated by semicolons", needed=False),
+    Column("bound", "empty; 'at most', 'at least' or 'open' where the best clearance is at the "
+           "edge of what was tried", needed=False),
+    _number("stated_base_mm", "mm", "of a periodic row: base amplitude of records.csv", ".6g",
+            needed=False),
+    _number("release_mm", "mm", "of a transient row: where the mass is let go", ".6g",
+            needed=False),
+    _number("target_mm", "mm", "of a transient row: amplitude to be reached", ".6g", needed=False),
+))  # fmt: skip
+
+#: Every record beside what the identified rig does from several starts: one row a number.
+REPLAY = Table("replay", "replay", (
+    _RECORD,
+    Column("quantity", "amplitude, impacts per cycle, regime, spells or decay time"),
+    Column("unit", "SI; 1 for a count"),
+    Column("measured", "of the record; empty where it shows none", kind="any", form=".6g"),
+    # Digits beyond these depend on the order in which the simulation was compiled.
+    Column("replayed", "mean over the replays of its regime; the regimes of all starts",
+           kind="any", form=".6g"),
+    _number("low", "", "smallest of these replays", ".6g"),
+    _number("high", "", "largest", ".6g"),
+    _number("deviation", "1", "measured over replayed, minus one", ".3g"),
+    Column("outcome", "ok, differs, not measured or not replayed"),
+    Column("starts", "where starts differ: which gives which regime, how many move so"),
+))  # fmt: skip
+
+#: Amplitude of each cycle of each record, measured and replayed.
+REPLAY_CYCLES = Table("replay_cycles", "replay", (
+    _RECORD,
+    _number("time_s", "s", "middle of the cycle from the beginning of the record", ".6g"),
+    _number("measured_m", "m", "half swing", ".5g"),
+    _number("replayed_m", "m", "median over the starts", ".5g"),
+    _number("replayed_low_m", "m", "smallest", ".5g"),
+    _number("replayed_high_m", "m", "largest", ".5g"),
+))  # fmt: skip
+
+CHECKS = Table("checks", "checks", (
+    Column("record", "id of the record; empty: the whole campaign"),
+    Column("check", "what was looked at"),
+    Column("outcome", "ok, warning, refused or excluded"),
+    Column("detail", "what was found, where, and what to do"),
+))  # fmt: skip
+
+TRUTH = Table("truth", "score", (
+    Column("what", "parameter or quantity of the impacts"),
+    Column("record", "id of the record; empty: the whole campaign"),
+    _number("truth", "", "from the scene"),
+    _number("found", "", "by the analysis"),
+    _number("error", "", "in unit"),
+    Column("unit", "of error"),
+))  # fmt: skip
+
+#: truth/<record>.csv in a simulated campaign's folder.
+TRUE_IMPACTS = Table("true impacts", "simulate", (
+    _number("time_s", "s", "true time on the record's axis"),
+    _number("velocity_jump_m_s", "m/s", "of the oscillator"),
+))  # fmt: skip
+
+#: steps/<record>/decay.csv: amplitude of a ring-down beside what was identified from it.
+DECAY = Table("decay", "estimate", (
+    _number("time_s", "s", "middle of a cycle, on the record's axis", ".9g"),
+    _number("amplitude_m", "m", "half the swing of the cycle", ".9g"),
+    _number("law_m", "m", "amplitude by the identified law of damping", ".9g"),
+    _number("viscous_m", "m", "amplitude by the identified viscous damping alone", ".9g"),
+))  # fmt: skip
+
+#: What a step on one record leaves for tables of all records, by the name it goes under there.
+COLLECTED = {
+    "regime": RECORD_REGIMES,
+    "base": BASE,
+    "bands": BANDS,
+    "transitions": TRANSITIONS,
+    "times": DECAY_TIMES,
+}
+
+#: The tables of one results folder, in the order in which they are made.
+TABLES = (
+    IMPACTS,
+    IDENTIFIED,
+    INPUTS,
+    BUDGET,
+    LEVEL_VALUES,
+    RECORD_REGIMES,
+    BASE,
+    BANDS,
+    TRANSITIONS,
+    DECAY_TIMES,
+    CLEARANCES,
+    REPLAY,
+    CHECKS,
+    TRUTH,
+    DECAY,
+    REPLAY_CYCLES,
+    TRUE_IMPACTS,
+)
+
+#: Where each table lies, from the results folder, and what it answers.
+WHERE = {
+    "impacts": ("impacts/RECORD.csv", "When and how hard the ball hit: one row an impact."),
+    "identified": ("identified.csv", "What the rig is: one row a parameter and method."),
+    "inputs": ("inputs.csv", "What the records say of what was stated: one row an input."),
+    "budget": ("budget.csv", "What the errors of identified.csv are made of."),
+    "level_values": ("level_values.csv", "f0, zeta, c1 and k1 at the amplitude of each level."),
+    "regimes": ("regimes.csv", "How each record moves: one row a record."),
+    "base": ("base.csv", "How the base moved in each periodic test, from its own channel."),
+    "bands": ("bands.csv", "A sweep over its frequency: one row a ball and band of response."),
+    "transitions": ("transitions.csv", "Where each ball of a release is captured and lost."),
+    "decay_times": ("decay_times.csv", "How fast each release fell to each amplitude."),
+    "clearances": ("clearances.csv", "Best clearances, measured beside predicted."),
+    "replay": ("replay.csv", "Each record beside a simulation of the identified rig."),
+    "checks": ("checks.csv", "Every problem found in the data: one row each."),
+    "truth": ("truth.csv", "Simulated campaigns: what was found against the truth."),
+    "decay": (
+        "steps/records/RECORD/decay.csv",
+        "The amplitude of a ring-down beside the identified law.",
+    ),
+    "replay_cycles": ("steps/replay_cycles.csv", "Amplitudes by cycle, measured and replayed."),
+    "true impacts": (
+        "truth/RECORD.csv in the campaign's folder",
+        "Simulated campaigns: the true impacts of a record.",
+    ),
+}

@@ -1,0 +1,441 @@
+"""Records on disk: channels on a uniform time axis, as netCDF. The only place that knows netCDF.
+
+A netCDF-4 file is an HDF5 file with dimension scales, and h5py writes those directly: importing
+it takes 0.03 s where xarray takes 0.3 s, which counts in a step that runs once a record.
+`open_dataset` gives the same file to xarray for whoever wants labels.
+
+Samples are stored as float32. Instruments convert with 8 to 16 bits (24 at best, of which the
+last four are noise), and float32 keeps 24: its rounding, 6e-8 of the value, is below every
+sensor here. They come back as float64, in which everything is computed. Times are float64.
+
+Samples are not compressed: a third off the disk would cost twice the ingest (docs/decisions.md).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.errors import RecordError
+from vinesexp.records.campaign.schema import SI_UNITS
+from vinesexp.records.stored.file_attributes import CONVENTIONS, long_name, write_attributes
+from vinesexp.whole_files import partial_path
+
+if TYPE_CHECKING:
+    import xarray
+
+
+_MEASURED = "as_measured"  # group: samples at their true times, where these are uneven
+_CHUNK = 65536  # samples: 256 kB of one channel, small enough to read a few cycles cheaply
+_TIME_BLOCK = 1 << 20  # samples of the time axis made at once: 8 MB
+
+
+# Displacement from a sensor of velocity, such as a laser Doppler vibrometer: its integral.
+#
+# The zero of such a sensor is not known to the precision that an integral asks for, so the mean
+# velocity is left out: motion in the band of the oscillator is right, slow drift and the place
+# about which it moves are not measured.
+_POINTS = 6
+_POWERS = np.arange(_POINTS)[:, np.newaxis]
+#: Integrals between neighbours of six samples as sums of them: exact for fifth-order polynomials.
+_WEIGHTS = np.array([
+    np.linalg.solve(
+        np.arange(float(_POINTS)) ** _POWERS,
+        ((j + 1.0) ** (_POWERS[:, 0] + 1) - float(j) ** (_POWERS[:, 0] + 1)) / (_POWERS[:, 0] + 1),
+    )
+    for j in range(_POINTS - 1)
+])  # fmt: skip
+#: Samples that an interval needs before and behind its own two.
+REACH = 2
+
+
+def integrated(velocity: FloatArray, step: float) -> FloatArray:
+    """Displacement, 0 at the first sample; NaN where the velocity is, bridged by a straight line.
+
+    Parameters
+    ----------
+    velocity : array (n,)
+        m/s, `step` s apart. Of a motion of ten samples a period the integral is right to 2e-4.
+
+    Examples
+    --------
+    >>> t = np.arange(200) / 100.0
+    >>> x = integrated(np.cos(20.0 * t), 0.01)
+    >>> bool(np.abs(x - np.sin(20.0 * t) / 20.0).max() < 2e-8)
+    True
+    """
+    known = np.isfinite(velocity)
+    index = np.arange(velocity.size)
+    bridged = velocity if known.all() else np.interp(index, index[known], velocity[known])
+    out = np.concatenate([[0.0], np.cumsum(increments(bridged))])[: velocity.size] * step
+    out[~known] = np.nan
+    return np.asarray(out, dtype=np.float64)
+
+
+def increments(velocity: FloatArray) -> FloatArray:
+    """Integrals from each sample to the next, in steps; array (n - 1,)."""
+    n = velocity.size
+    if n < _POINTS:
+        return np.asarray(0.5 * (velocity[1:] + velocity[:-1]))
+    middle = np.convolve(velocity, _WEIGHTS[REACH][::-1], mode="valid")
+    first, last = _WEIGHTS[:REACH] @ velocity[:_POINTS], _WEIGHTS[REACH + 1 :] @ velocity[-_POINTS:]
+    return np.concatenate([first, middle, last])
+
+
+class RecordWriter:
+    """Writes one record by blocks; the file appears under its name only when complete.
+
+    Made by `create_record`. `sample_rate` and `start` may be set until the writer closes, for a
+    source whose true sampling is known only after its last row.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        sample_rate: float,
+        start: float,
+        quantities: Mapping[str, str],
+        attributes: Mapping[str, Any],
+        state: str,
+    ) -> None:
+        import h5py
+
+        self.path = Path(path)
+        self.sample_rate = sample_rate
+        self.start = start
+        self.n = 0
+        self._quantities = dict(quantities)
+        self._state = state
+        self._data: dict[str, Any] = {}
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._partial = partial_path(self.path)
+        # netCDF readers want the order in which things were made.
+        self._file: Any = h5py.File(self._partial, "w", track_order=True)
+        write_attributes(self._file, {"Conventions": CONVENTIONS, **attributes})
+
+    def append(self, block: Mapping[str, FloatArray]) -> None:
+        """Add one block: for every role, the same number of further samples (SI)."""
+        lengths = {np.shape(values) for values in block.values()}
+        if set(block) != set(self._quantities) or len(lengths) != 1 or len(min(lengths)) != 1:
+            raise ValueError(
+                f"expected 1-D blocks of equal length for {sorted(self._quantities)}, "
+                f"found { {role: np.shape(values) for role, values in block.items()} }"
+            )
+        stop = self.n + min(lengths)[0]
+        for role, values in block.items():
+            if role not in self._data:
+                self._data[role] = self._signal(role, first=len(values))
+            self._data[role].resize((stop,))
+            self._data[role][self.n : stop] = values
+        self.n = stop
+
+    def append_measured(self, times: FloatArray, block: Mapping[str, FloatArray]) -> None:
+        """Add samples as they were measured, with their true times (s), where these are uneven."""
+        group = self._file.require_group(_MEASURED)
+        for name, values in {"time": times, **block}.items():
+            if name not in group:
+                kind = np.float64 if name == "time" else np.float32
+                group.create_dataset(name, (0,), kind, maxshape=(None,), chunks=(_CHUNK,))
+            data = group[name]
+            data.resize((len(data) + len(values),))
+            data[len(data) - len(values) :] = values
+
+    def close(self) -> None:
+        """Write the time axis and put the file in its place."""
+        self._write_time()
+        self._file.attrs["sample_rate_hz"] = float(self.sample_rate)
+        self._file.attrs["start_s"] = float(self.start)
+        self._file.close()
+        os.replace(self._partial, self.path)
+
+    def discard(self) -> None:
+        """Leave nothing behind."""
+        self._file.close()
+        self._partial.unlink(missing_ok=True)
+
+    def __enter__(self) -> RecordWriter:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if error is None:
+            self.close()
+        else:
+            self.discard()
+
+    def _signal(self, role: str, *, first: int) -> Any:
+        data = self._file.create_dataset(
+            role,
+            shape=(0,),
+            maxshape=(None,),
+            chunks=(min(_CHUNK, max(first, 1)),),
+            dtype=np.float32,
+        )
+        quantity = self._quantities[role]
+        data.attrs["units"] = SI_UNITS[quantity]
+        data.attrs["quantity"] = quantity
+        data.attrs["long_name"] = long_name(role, quantity, self._state)
+        return data
+
+    def _write_time(self) -> None:
+        time = self._file.create_dataset(
+            "time",
+            shape=(self.n,),
+            maxshape=(None,),
+            chunks=(min(_CHUNK, max(self.n, 1)),),
+            dtype=np.float64,
+            compression="gzip",  # a ramp shrinks to a sixth
+            compression_opts=1,
+            shuffle=True,
+        )
+        for begin in range(0, self.n, _TIME_BLOCK):
+            end = min(begin + _TIME_BLOCK, self.n)
+            time[begin:end] = uniform_times(self.sample_rate, self.start, begin, end)
+        time.attrs["units"] = "s"
+        time.attrs["long_name"] = "time from the instrument's zero"
+        time.attrs["axis"] = "T"
+        time.make_scale("time")
+        for data in self._data.values():
+            data.dims[0].attach_scale(time)
+
+
+class RecordView:
+    """A record on disk, read by slices. Made by `open_record`; close it or use `with`.
+
+    Attributes
+    ----------
+    roles : tuple of str
+        Channels it has.
+    sample_rate, start : float
+        Hz; time of the first sample, s.
+    n : int
+        Samples.
+    attributes : dict
+        What was stored about the record.
+    refused : str or None
+        Why the record cannot be used; such a record has no channels.
+    """
+
+    def __init__(self, path: Path) -> None:
+        import h5py
+
+        self.path = Path(path)
+        try:
+            self._file: Any = h5py.File(self.path, "r")
+        except OSError as error:
+            raise RecordError(
+                f"cannot be read as a record ({error}); remove it and run again", file=self.path
+            ) from None
+        try:
+            self.attributes: dict[str, Any] = {
+                name: value.item() if isinstance(value, np.generic) else value
+                for name, value in self._file.attrs.items()
+            }
+        except (OSError, KeyError, RuntimeError) as error:
+            self._file.close()
+            raise RecordError(
+                f"cannot be read as a record ({error}); remove it and run again", file=self.path
+            ) from None
+        self.refused: str | None = self.attributes.get("refused")
+        self.roles: tuple[str, ...] = tuple(
+            name for name in self._file if name not in ("time", _MEASURED)
+        )
+        self.sample_rate = float(self.attributes.get("sample_rate_hz", np.nan))
+        self.start = float(self.attributes.get("start_s", 0.0))
+        self.n = int(self._file["time"].shape[0]) if "time" in self._file else 0
+
+    def read(self, role: str, start: int = 0, stop: int | None = None) -> FloatArray:
+        """Samples [start, stop) of one channel, SI, float64.
+
+        Raises
+        ------
+        RecordError
+            The record was refused, or has no such channel.
+        """
+        if self.refused is not None:
+            raise RecordError(f"cannot be used: {self.refused}", file=self.path)
+        if role not in self.roles:
+            raise RecordError(
+                f"has no channel '{role}', only {', '.join(self.roles)}", file=self.path
+            )
+        data = self._file[role]
+        begin, end, _ = slice(start, stop).indices(self.n)
+        out = np.empty(max(end - begin, 0))
+        if out.size:
+            data.read_direct(out, np.s_[begin:end])  # converted while read, no float32 copy
+        return out
+
+    def time(self, start: int = 0, stop: int | None = None) -> FloatArray:
+        """Times of samples [start, stop), s: computed, so no file is read."""
+        begin, end, _ = slice(start, stop).indices(self.n)
+        return uniform_times(self.sample_rate, self.start, begin, end)
+
+    def as_measured(self, role: str) -> tuple[FloatArray, FloatArray] | None:
+        """True times (s) of a channel and its samples at them; None where the clock is even.
+
+        `read` gives such a channel interpolated onto an even clock, for all that needs one.
+        """
+        if _MEASURED not in self._file or role not in self._file[_MEASURED]:
+            return None
+        t, x = (
+            np.asarray(self._file[_MEASURED][name][()], dtype=np.float64) for name in ("time", role)
+        )
+        known = np.isfinite(x)
+        return t[known], x[known]
+
+    def quantity(self, role: str) -> str:
+        """What the channel measures: ``displacement``, ``acceleration``."""
+        return str(self._file[role].attrs["quantity"])
+
+    def close(self) -> None:
+        self._file.close()
+
+    def __enter__(self) -> RecordView:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def uniform_times(sample_rate: float, start: float, begin: int, end: int) -> FloatArray:
+    """Times of samples [begin, end), s: start + i/sample_rate, each rounded once.
+
+    Examples
+    --------
+    >>> uniform_times(10.0, 5.0, 0, 3)
+    array([5. , 5.1, 5.2])
+    """
+    times = np.arange(begin, end, dtype=np.float64)
+    times /= sample_rate
+    times += start
+    return times
+
+
+def create_record(
+    path: Path,
+    *,
+    sample_rate: float,
+    start: float = 0.0,
+    quantities: Mapping[str, str],
+    attributes: Mapping[str, Any] | None = None,
+    state: str = "",
+) -> RecordWriter:
+    """Begin a record file; nothing is seen under `path` before it is complete.
+
+    Parameters
+    ----------
+    path : Path
+        Where it goes; folders are made.
+    sample_rate, start : float
+        Hz; time of the first sample, s.
+    quantities : mapping
+        Role of each channel to what it measures (``displacement``, ``acceleration``).
+    attributes : mapping, optional
+        About the record: text, numbers, or sequences of numbers; None values are left out.
+    state : str
+        What was done to the samples, in a word, such as ``bandpassed``.
+
+    Examples
+    --------
+    >>> import tempfile; folder = Path(tempfile.mkdtemp())
+    >>> with create_record(folder / "a.nc", sample_rate=10.0, quantities={"base": "displacement"},
+    ...                    attributes={"test": "ringdown"}) as writer:
+    ...     writer.append({"base": np.array([0.0, 0.5, 1.0])})
+    >>> with open_record(folder / "a.nc") as record:
+    ...     record.roles, record.n, record.read("base", 1), record.time(1)
+    (('base',), 3, array([0.5, 1. ]), array([0.1, 0.2]))
+    """
+    return RecordWriter(
+        path,
+        sample_rate=sample_rate,
+        start=start,
+        quantities=quantities,
+        attributes=attributes or {},
+        state=state,
+    )
+
+
+def leave_out(
+    path: Path, role: str, stretches: Sequence[tuple[int, int]], *,
+    paused: Sequence[tuple[int, int]] = (),
+) -> None:  # fmt: skip
+    """Make gaps of stretches of one channel of a record on disk: their samples become NaN.
+
+    Those over which the logger `paused` hold none at true times.
+    """
+    import h5py
+
+    with h5py.File(path, "r+") as file:
+        for first, end in stretches:
+            file[role][first:end] = np.nan
+        if _MEASURED in file and role in file[_MEASURED]:
+            place = (file[_MEASURED]["time"][()] - file.attrs["start_s"]) * file.attrs[
+                "sample_rate_hz"
+            ]
+            for first, end in set(stretches) - set(paused):
+                file[_MEASURED][role][(place > first - 0.5) & (place < end - 0.5)] = np.nan
+
+
+def integrate(path: Path, role: str) -> None:
+    """Make the displacement of a velocity, in a record on disk; NaN stays where it was.
+
+    The mean velocity is that of the sensor's zero and is left out (`velocity.py`).
+    """
+    import h5py
+
+    with h5py.File(path, "r+") as file:
+        data, step = file[role], 1.0 / float(file.attrs["sample_rate_hz"])
+        n = len(data)
+        parts = [(begin, min(begin + _TIME_BLOCK, n)) for begin in range(0, n, _TIME_BLOCK)]
+        sums = [np.nansum(data[begin:end], dtype=np.float64) for begin, end in parts]
+        known = sum(int(np.isfinite(data[begin:end]).sum()) for begin, end in parts)
+        mean, place = float(np.sum(sums)) / max(known, 1), 0.0
+        before = np.empty(0)  # the last samples of the block before, which are written over
+        for begin, end in parts:
+            more = data[begin : min(end + REACH, n)].astype(np.float64) - mean
+            both = np.concatenate([before, more])
+            x = integrated(both, step)
+            seen = np.flatnonzero(np.isfinite(x))
+            if not seen.size:
+                continue
+            last = seen[seen < before.size]
+            x += place - x[last[-1] if last.size else seen[0]]
+            done = before.size + end - begin
+            data[begin:end] = x[before.size : done]
+            known_at = np.flatnonzero(np.isfinite(both[:done]))
+            if known_at.size:  # a gap at the end is bridged with what follows
+                place = float(x[known_at[-1]])
+                before = both[max(int(known_at[-1]) - 2 * REACH, 0) : done]
+        if _MEASURED in file:
+            del file[_MEASURED][role]  # the integral needs an even clock
+        data.attrs["units"], data.attrs["quantity"] = SI_UNITS["displacement"], "displacement"
+        data.attrs["long_name"] = long_name(role, "displacement", "integrated")
+
+
+def open_record(path: Path) -> RecordView:
+    """Open a record for reading by slices; RecordError where it is no record."""
+    return RecordView(path)
+
+
+def open_dataset(path: Path) -> xarray.Dataset:
+    """The record as a lazy `xarray.Dataset`, for interactive work; RecordError where it is none."""
+    import xarray
+
+    try:
+        return xarray.open_dataset(path, engine="h5netcdf")
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        said = " ".join(str(error).split())
+        raise RecordError(
+            f"cannot be read as a record ({said}); remove it and run again", file=path
+        ) from None

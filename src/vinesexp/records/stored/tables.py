@@ -1,0 +1,255 @@
+"""Reading and writing the tables of a results folder: CSV with a header line, one form for all.
+
+A table knows its columns (`vinesexp.records.stored.result_columns` lists them). What is written is
+checked against them, and what is read too: a table that was damaged or cut off never passes for a
+whole one.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from vinesexp.errors import TableError
+
+if TYPE_CHECKING:
+    import pandas
+
+#: A cell before it is written: None and NaN become empty cells.
+Value = str | float | int | None
+#: A row as it was read: numbers as numbers, None where a cell of a number is empty, else text.
+Row = Mapping[str, Any]
+#: Text that a spreadsheet would run as a formula: it is written behind an apostrophe.
+_FORMULA = re.compile(r"[=+\-@\t\r]")
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
+
+    Attributes
+    ----------
+    name : as in the header line.
+    meaning : what stands in it, for docs and error messages.
+    unit : SI or as the name says; empty for text, ``1`` for a ratio.
+    kind : ``text``, ``number`` (may be empty: not known), ``whole`` (an integer), or ``any``: a
+        number where it is one, else text.
+    form : format of a number; empty: the shortest text that reads back the same.
+    needed : whether a table without this column is refused.
+    """
+
+    name: str
+    meaning: str
+    unit: str = ""
+    kind: Literal["text", "number", "whole", "any"] = "text"
+    form: str = ""
+    needed: bool = True
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of the results folder: its name, the step that writes it, its columns."""
+
+    name: str
+    step: str
+    columns: tuple[Column, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(column.name for column in self.columns)
+
+
+def write_rows(path: Path, table: Table, rows: Iterable[Mapping[str, Value]]) -> None:
+    """Write rows; a key that a row lacks is an empty cell.
+
+    Parameters
+    ----------
+    path : Path
+        Its folder is made where it is missing.
+    table : Table
+    rows : iterable of mappings
+        Column to value. Text is written as it is, also in a column of numbers; in a column of text
+        an apostrophe goes before what a spreadsheet takes for a formula. `read_rows` removes it.
+
+    Raises
+    ------
+    KeyError
+        A row has a key that is no column: a mistake of the caller, not of a user.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> table = Table("t", "make", (Column("a", "what"), Column("x", "", "m", "number", ".3g")))
+    >>> path = Path(tempfile.mkdtemp()) / "t.csv"
+    >>> write_rows(path, table, [{"a": "one, two", "x": 0.12345}, {"a": "none", "x": None}])
+    >>> path.read_text().splitlines()
+    ['a,x', '"one, two",0.123', 'none,']
+    >>> read_rows(path, table)[0]
+    {'a': 'one, two', 'x': 0.123}
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    known = set(table.names)
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(table.names)
+        for row in rows:
+            if unknown := set(row) - known:
+                raise KeyError(f"{table.name} has no column {sorted(unknown)}")
+            writer.writerow([_cell(row.get(column.name), column) for column in table.columns])
+
+
+def write_columns(path: Path, table: Table, columns: Mapping[str, Sequence[Value]]) -> None:
+    """Write a table whose values stand column by column, all of one length."""
+    lists = [columns[name] for name in table.names]
+    write_rows(
+        path, table, (dict(zip(table.names, row, strict=True)) for row in zip(*lists, strict=True))
+    )
+
+
+def _cell(value: Value, column: Column) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, float) and column.form:
+        return format(value, column.form)
+    # An apostrophe before a formula is doubled, so that reading gives back what was written.
+    formula = column.kind == "text" and _FORMULA.match(str(value).lstrip("'"))
+    return f"'{value}" if formula else str(value)
+
+
+def _as_written(cell: str) -> str:
+    """Text of a cell without the apostrophe that `_cell` put before it."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell.lstrip("'")) else cell
+
+
+def read_rows(path: Path, table: Table) -> list[dict[str, Any]]:
+    """Rows of a table, cells as their columns say; columns beside those of the table are kept.
+
+    Raises
+    ------
+    TableError
+        The file is missing, is another table, or is damaged: a cell too few or too many, a cell
+        that is no number where one belongs, a last line that was cut off.
+    """
+    header, body = _cells(path, table)
+    missing = [c.name for c in table.columns if c.needed and c.name not in header]
+    if missing:
+        alike = difflib.get_close_matches(missing[0], header, n=1)
+        instead = f" but '{alike[0]}'" if alike else ""
+        raise _damaged(path, table, f"has no column '{missing[0]}'{instead}", line=1)
+    known = {column.name: column for column in table.columns}
+    rows = []
+    for line, cells in body:
+        if len(cells) != len(header):
+            raise _damaged(
+                path, table, f"has {len(cells)} cells under {len(header)} columns", line=line
+            )
+        row: dict[str, Any] = dict(zip(header, cells, strict=True))
+        for name in header:
+            if column := known.get(name):
+                try:
+                    row[name] = _read(row[name], column)
+                except ValueError:
+                    whole = column.kind == "whole"
+                    expected = "a whole number" if whole else "a number or nothing"
+                    found = f"found '{row[name]}' in column {name}, expected {expected}"
+                    raise _damaged(path, table, found, line=line) from None
+        rows.append(row)
+    return rows
+
+
+def _read(cell: str, column: Column) -> Value:
+    """What a cell holds; ValueError where it is no number and should be one."""
+    if column.kind == "whole":
+        return int(cell)
+    if column.kind == "number":
+        return float(cell) if cell else None
+    text = _as_written(cell)
+    if column.kind == "any":
+        with suppress(ValueError):
+            return float(text)
+    return text
+
+
+def _cells(path: Path, table: Table) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Header and rows with their line numbers."""
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise TableError(f"is missing; run the {table.step} step first", file=path) from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is no text"
+        raise _damaged(path, table, f"cannot be read ({reason})") from None
+    if not text:
+        raise _damaged(path, table, f"is empty, expected the columns {','.join(table.names)}")
+    lines = text.splitlines(keepends=True)
+    if not lines[-1].endswith("\n"):
+        raise _damaged(path, table, "is cut off: the last line does not end", line=len(lines))
+    reader = csv.reader(lines)
+    body = []
+    line = 1
+    try:
+        for cells in reader:
+            if cells:
+                body.append((line, cells))
+            line = reader.line_num + 1
+    except csv.Error as error:
+        raise _damaged(path, table, f"is no CSV ({error})", line=line) from None
+    if not body:
+        raise _damaged(path, table, f"is empty, expected the columns {','.join(table.names)}")
+    return body[0][1], body[1:]
+
+
+def _damaged(path: Path, table: Table, what: str, *, line: int | None = None) -> TableError:
+    where = None if line is None else f"line {line}"
+    return TableError(f"{what}; run the {table.step} step again", file=path, where=where)
+
+
+def read_frame(path: Path, table: Table | None) -> pandas.DataFrame:
+    """A table as pandas reads it, for people; `table` None: one that a user put there.
+
+    Raises
+    ------
+    TableError
+        It is another table, or damaged.
+    """
+    import pandas
+
+    try:
+        found = pandas.read_csv(path)
+    except (ValueError, OSError) as error:
+        said = " ".join(str(error).split())
+        raise TableError(f"cannot be read ({said}); run the workflow again", file=path) from None
+    if table is not None and table.columns[0].name not in found:
+        missing = table.columns[0].name
+        raise TableError(f"has no column '{missing}'; run the {table.step} step again", file=path)
+    return found
+
+
+def ids_of(cell: str) -> tuple[str, ...]:
+    """Ids of records in a cell that holds several.
+
+    Examples
+    --------
+    >>> ids_of("a;b"), ids_of("")
+    (('a', 'b'), ())
+    """
+    return tuple(id for id in cell.split(";") if id)
+
+
+def number(cell: str | float | None) -> float | None:
+    """A cell as a number; None where it is empty or absent.
+
+    Examples
+    --------
+    >>> number("0.25"), number(0.0), number(""), number(None)
+    (0.25, 0.0, None, None)
+    """
+    return None if cell is None or cell == "" else float(cell)

@@ -1,0 +1,94 @@
+"""A laser that loses its target leaves a gap; honest records and cut crests have none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vinesexp.records.instrument import findings
+from vinesexp.records.instrument.findings import gaps_of
+from vinesexp.records.stored.store import create_record, open_record
+
+RATE, F = 5000.0, 7.9
+
+
+def stored(folder, x, role="displacement"):
+    with create_record(folder / "a.nc", sample_rate=RATE, quantities={role: "displacement"}) as out:
+        out.append({role: x})
+    return open_record(folder / "a.nc")
+
+
+def swing(seed=0, *, bits=16, seconds=8.0, noise=1e-6):
+    t = np.arange(round(seconds * RATE)) / RATE
+    x = 5e-3 * (1.0 + 0.3 * np.sin(2 * np.pi * 0.7 * t)) * np.sin(2 * np.pi * F * t)
+    quantum = 0.02 / 2**bits
+    x = x + noise * np.random.default_rng(seed).standard_normal(t.size)
+    return quantum * np.round(x / quantum)
+
+
+def dropped(x, count, seed, *, value=0.01, least=5, most=100):
+    rng = np.random.default_rng(seed)
+    lost = np.zeros(x.size, dtype=bool)
+    for first in rng.integers(0, x.size - most, count):
+        lost[first : first + int(rng.integers(least, most))] = True
+    return np.where(lost, value, x), lost
+
+
+def missing_in(gaps, n):
+    lost = np.zeros(n, dtype=bool)
+    for first, end in gaps.missing:
+        lost[first:end] = True
+    return lost
+
+
+@pytest.mark.parametrize("value", [0.01, -0.012, 0.0])
+@pytest.mark.parametrize("bits", [8, 12, 16, 24])
+def test_every_stretch_without_a_target_is_found_and_nothing_else(tmp_path, value, bits):
+    x, lost = dropped(swing(bits=bits), 40, 1, value=value)
+    with stored(tmp_path, x) as view:
+        found = missing_in(gaps_of(view, "displacement"), x.size)
+    if value:
+        assert (found == lost).all()
+    else:  # the middle of the range: near a crossing nothing tells it from the motion
+        assert not (found & ~lost).any()
+        assert found[lost].mean() > 0.9
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_sensor_that_comes_back_over_three_samples(tmp_path, seed):
+    x, _ = dropped(swing(seed), 20, seed, least=10)
+    rough = np.convolve(x, [0.25, 0.5, 0.25], mode="same")
+    x = np.where(np.abs(np.diff(x, prepend=x[0])) > 1e-3, rough, x)
+    with stored(tmp_path, x) as view:
+        found = missing_in(gaps_of(view, "displacement"), x.size)
+    known = swing(seed)
+    off = ~found & (np.abs(x - known) > 2e-4)
+    assert not off.any()
+
+
+@pytest.mark.parametrize("bits", [8, 12, 16])
+@pytest.mark.parametrize("clip", [None, 0.7, 0.95])
+def test_honest_records_and_cut_crests_have_no_gap(tmp_path, bits, clip):
+    x = swing(bits=bits)
+    if clip:
+        x = np.clip(x, -clip * x.max(), clip * x.max())
+    with stored(tmp_path, x) as view:
+        assert gaps_of(view, "displacement").missing == ()
+        assert bool(findings.saturated(view, "displacement")) == bool(clip)
+
+
+def test_a_base_at_rest_that_is_shaken_at_once_has_no_gap(tmp_path):
+    t = np.arange(20000) / RATE
+    x = np.where(t < 2.0, 0.0, 1e-3 * np.sin(2 * np.pi * F * (t - 2.0)))
+    with stored(tmp_path, np.round(x / 1e-5) * 1e-5, "base") as view:
+        assert gaps_of(view, "base").missing == ()
+
+
+def test_the_last_value_held_for_a_moment_is_a_gap(tmp_path):
+    x = swing()
+    x[7000:7090] = x[7000]
+    with stored(tmp_path, x) as view:
+        frozen = findings.frozen(view, "displacement", period=RATE / F)
+        found = gaps_of(view, "displacement", frozen=frozen)
+    assert found.missing == ((7001, 7090),) or found.missing == ((7000, 7090),)
+    assert found.others == []

@@ -1,0 +1,116 @@
+"""Records in several files, and records that differ in their channels."""
+
+import numpy as np
+import pytest
+
+from vinesexp.cli import main
+from vinesexp.records.campaign.load import campaign_problems, load_campaign
+from vinesexp.records.instrument.ingest import ingest_or_refuse
+from vinesexp.records.stored.store import open_record
+
+RATE, N = 1000.0, 3000
+T = np.arange(N) / RATE
+RNG = np.random.default_rng(5)
+X = 3.0 * np.sin(2 * np.pi * 8.0 * T) + 1e-3 * RNG.standard_normal(N)
+A = -0.7 * np.sin(2 * np.pi * 8.0 * T) + 1e-3 * RNG.standard_normal(N)
+YAML = """\
+operator: Ada
+channels:
+  displacement: {column: CH1, quantity: displacement, sensitivity: 1 V/mm}
+  acceleration: {column: CH2, quantity: acceleration, sensitivity: 1 V/g}
+time: {column: t, unit: s}
+setups:
+  far: {channels: {displacement: {column: CH1, quantity: displacement, sensitivity: 0.1 V/mm}}}
+"""
+
+
+def write(path, name, values, rows=slice(None), shift=0.0):
+    lines = [f"{t + shift:.6f},{v:.6f}" for t, v in zip(T[rows], values[rows], strict=True)]
+    path.write_text("\n".join([f"t,{name}", *lines]) + "\n")
+
+
+def run(folder, row="a,x.csv;a.csv,periodic,,Bob,21", header="record,file,test,setup,operator,x_t"):
+    (folder / "campaign.yaml").write_text(YAML)
+    (folder / "records.csv").write_text(f"{header}\n{row}\n")
+    campaign = load_campaign(folder)
+    return ingest_or_refuse(campaign, campaign.records[0], folder / "a.nc")
+
+
+def test_files_are_laid_over_one_another_by_their_times(tmp_path):
+    write(tmp_path / "x.csv", "CH1", X)
+    write(tmp_path / "a.csv", "CH2", A, rows=slice(250, 2800))
+    checks = run(tmp_path)
+    assert [check.outcome for check in checks] == ["ok", "warning"]
+    assert checks[1].detail == "samples left out where the files differ: x.csv 450"
+    with open_record(tmp_path / "a.nc") as view:
+        assert (view.n, view.start, view.sample_rate) == (2550, 0.25, RATE)
+        np.testing.assert_allclose(view.read("displacement"), 1e-3 * X[250:2800], atol=1e-9)
+        np.testing.assert_allclose(view.read("acceleration"), 9.80665 * A[250:2800], atol=1e-5)
+        assert view.attributes["source"] == "x.csv;a.csv"
+        assert view.attributes["people_operator"] == "Bob"
+        assert view.attributes["people_x_t"] == "21" or view.attributes["people_x_t"] == 21
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda f: write(f / "a.csv", "CH1", A), "'CH1' is in several files"),
+        (lambda f: write(f / "a.csv", "CH3", A), "no column 'CH2' in any of its 2 files"),
+        (lambda f: write(f / "a.csv", "CH2", A, shift=100.0), "do not overlap in time"),
+        (lambda f: write(f / "a.csv", "CH2", A, rows=slice(None, None, 2)), "different sample rat"),
+        (lambda f: (f / "a.csv").unlink(), "no such file"),
+    ],
+)
+def test_files_that_do_not_go_together_are_reported(spoil, words, tmp_path):
+    write(tmp_path / "x.csv", "CH1", X)
+    write(tmp_path / "a.csv", "CH2", A)
+    spoil(tmp_path)
+    (check,) = run(tmp_path)
+    assert check.outcome == "refused"
+    assert words in check.detail
+
+
+def test_a_column_of_one_name_in_both_files_is_named_by_its_file(tmp_path):
+    write(tmp_path / "x.csv", "V", X)
+    write(tmp_path / "a.csv", "V", A)
+    (tmp_path / "records.csv").write_text("record,file,test\na,x.csv;a.csv,periodic\n")
+    yaml = YAML.replace("column: CH1", 'column: "x*:V"').replace("column: CH2", 'column: "a*:1"')
+    (tmp_path / "campaign.yaml").write_text(yaml)
+    campaign = load_campaign(tmp_path)
+    checks = ingest_or_refuse(campaign, campaign.records[0], tmp_path / "a.nc")
+    assert [check.outcome for check in checks] == ["ok"]
+    with open_record(tmp_path / "a.nc") as view:
+        np.testing.assert_allclose(view.read("acceleration"), 9.80665 * A, atol=1e-5)
+
+
+def test_a_setup_changes_the_channels_that_it_names(tmp_path):
+    write(tmp_path / "x.csv", "CH1", X)
+    write(tmp_path / "a.csv", "CH2", A)
+    run(tmp_path, row="a,x.csv;a.csv,periodic,far,,")
+    with open_record(tmp_path / "a.nc") as view:
+        np.testing.assert_allclose(view.read("displacement"), 1e-2 * X, atol=1e-8)
+        np.testing.assert_allclose(view.read("acceleration"), 9.80665 * A, atol=1e-5)
+        assert view.attributes["setup"] == "far"
+
+
+def test_unknown_setups_and_misspelled_columns_are_reported(tmp_path, capsys):
+    with pytest.raises(Exception, match="unknown setup 'fra'; did you mean 'far'"):
+        run(tmp_path, row="a,x.csv,periodic,fra,,")
+    (tmp_path / "records.csv").write_text("record,file,test,clearence_mm\na,x.csv,periodic,3\n")
+    (problem,) = campaign_problems(tmp_path)
+    assert "unknown column 'clearence_mm'; did you mean 'clearance_mm'" in str(problem)
+
+
+def test_a_fault_that_nobody_foresaw_is_one_refused_row(tmp_path, monkeypatch, capsys):
+    write(tmp_path / "x.csv", "CH1", X)
+    write(tmp_path / "a.csv", "CH2", A)
+    run(tmp_path)
+
+    def broken(*_, **__):
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("vinesexp.records.instrument.ingest.look_over", broken)
+    assert main(["check", str(tmp_path)]) == 1
+    printed = capsys.readouterr()
+    assert "a: refused:" in printed.out
+    assert "cannot be read (ZeroDivisionError: division by zero)" in printed.out

@@ -1,0 +1,99 @@
+"""A sensor of velocity, such as a laser Doppler vibrometer: its integral is the displacement."""
+
+import numpy as np
+import pytest
+
+from vinesexp.cli import main
+from vinesexp.identification.ringdown import fit_ringdown
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.instrument.ingest import ingest
+from vinesexp.records.instrument.single_file import read_file
+from vinesexp.records.stored import store
+from vinesexp.records.stored.store import create_record, integrate, integrated, open_record
+
+F, ZETA, RATE = 7.9, 0.006, 1000.0
+W = 2 * np.pi * F
+T = np.arange(12000) / RATE
+
+
+def motion():
+    """Displacement, m, and velocity, m/s, of a release from 5 mm."""
+    damped = W * np.sqrt(1.0 - ZETA**2)
+    z = 5e-3 * np.exp((1j * damped - ZETA * W) * T)
+    return z.real, ((1j * damped - ZETA * W) * z).real
+
+
+def written(path, unit, size):
+    v = motion()[1] * size + 0.02 * size * np.random.default_rng(1).standard_normal(T.size) * 0.1
+    v += 0.003 * size  # the zero of the sensor
+    table = np.stack([T, v], axis=1)
+    np.savetxt(path, table, delimiter=",", header=f"Time (s),Vib ({unit})", comments="", fmt="%.7g")
+
+
+@pytest.mark.parametrize(("unit", "size"), [("mm/s", 1e3), ("m/s", 1.0), ("um/s", 1e6)])
+def test_a_vibrometers_record_is_proposed_and_gives_displacement_f0_and_zeta(unit, size, tmp_path):
+    written(tmp_path / "ring.csv", unit, size)
+    assert main(["init", str(tmp_path)]) == 0
+    text = (tmp_path / "campaign.yaml").read_text()
+    assert f'quantity: velocity, unit: "{unit}"' in text
+    assert ",ringdown," in (tmp_path / "records.csv").read_text()
+    campaign = load_campaign(tmp_path)
+    found = ingest(campaign, campaign.records[0], tmp_path / "a.nc")
+    assert any("integral of the measured velocity" in check.detail for check in found)
+    with open_record(tmp_path / "a.nc") as view:
+        assert view.quantity("displacement") == "displacement"
+        x = view.read("displacement")
+    fit = fit_ringdown(x, sample_rate=RATE, frequency=F)
+    assert fit.amplitude == pytest.approx(5e-3, rel=0.01)
+    assert abs(fit.f0 - F) < 4.0 * fit.f0_error
+    assert abs(fit.zeta - ZETA) < 4.0 * fit.zeta_error
+    assert fit.zeta_error < 0.01 * ZETA
+    channels, rate = read_file(tmp_path / "ring.csv", {"displacement": ("Vib*", unit)})
+    assert rate == RATE
+    np.testing.assert_allclose(channels["displacement"] - channels["displacement"][0], x, atol=1e-9)
+
+
+def test_a_velocity_beside_a_displacement_takes_no_role(tmp_path):
+    x, v = motion()
+    table = np.stack([T, 1e3 * x, 1e3 * v], axis=1)
+    head = "Time (s),s (mm),speed (mm/s)"
+    np.savetxt(tmp_path / "a.csv", table, delimiter=",", header=head, comments="", fmt="%.7g")
+    assert main(["init", str(tmp_path)]) == 0
+    text = (tmp_path / "campaign.yaml").read_text()
+    assert 'displacement: {column: "s (mm)", quantity: displacement' in text
+
+
+def test_a_gyroscope_alone_is_the_rate_of_an_arc(tmp_path):
+    """A phone on a pendulum: f0 and zeta need no radius, amplitudes do."""
+    turn = motion()[1] / 0.4
+    noise = 1e-4 * np.random.default_rng(2).standard_normal((2, T.size))
+    head = "Time (s),Gyroscope x (rad/s),Gyroscope y (rad/s)"
+    table = np.stack([T, turn + noise[0], noise[1]], axis=1)
+    np.savetxt(tmp_path / "a.csv", table, delimiter=",", header=head, comments="", fmt="%.7g")
+    assert main(["init", str(tmp_path)]) == 0
+    path = tmp_path / "campaign.yaml"
+    text = path.read_text()
+    assert 'quantity: velocity, unit: "rad/s", radius: "? m"' in text
+    path.write_text(text.replace("? m", "0.4 m"))
+    campaign = load_campaign(tmp_path)
+    ingest(campaign, campaign.records[0], tmp_path / "a.nc")
+    with open_record(tmp_path / "a.nc") as view:
+        x = view.read("displacement")
+    assert np.ptp(x[:200]) == pytest.approx(np.ptp(motion()[0][:200]), rel=0.01)
+
+
+def test_the_integral_of_a_long_record_is_made_by_blocks(tmp_path, monkeypatch):
+    v = motion()[1]
+    v[1390:1420] = np.nan
+    with create_record(
+        tmp_path / "a.nc", sample_rate=RATE, quantities={"displacement": "velocity"}
+    ) as writer:
+        writer.append({"displacement": v})
+    monkeypatch.setattr(store, "_TIME_BLOCK", 700)
+    integrate(tmp_path / "a.nc", "displacement")
+    with open_record(tmp_path / "a.nc") as view:
+        x = view.read("displacement")
+    np.testing.assert_allclose(x, integrated(v - np.nanmean(v), 1.0 / RATE), atol=1e-6)
+    known = np.isfinite(v)
+    assert np.isnan(x[~known]).all()
+    assert np.isfinite(x[known]).all()
