@@ -390,7 +390,7 @@ def leave_out(
 def integrate(path: Path, role: str) -> None:
     """Make the displacement of a velocity, in a record on disk; NaN stays where it was.
 
-    The mean velocity is that of the sensor's zero and is left out (`velocity.py`).
+    The mean velocity is that of the sensor's zero and is left out (see `integrated`).
     """
     import h5py
 
