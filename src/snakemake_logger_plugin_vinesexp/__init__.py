@@ -114,7 +114,20 @@ class LogHandler(LogHandlerBase):
             return None
         self.failed.add(job)
         logs = ", ".join(str(path) for path in record.log) or "none"  # type: ignore[attr-defined]
-        return f"failed: {self.labels.get(job, record.rule_name)}; log: {logs}"  # type: ignore[attr-defined]
+        label = self.labels.get(job, record.rule_name)  # type: ignore[attr-defined]
+        return f"failed: {label}{_why(getattr(record, 'rule_msg', None))}; log: {logs}"
+
+
+def _why(said: str | None) -> str:
+    """What a cluster says of a job that failed, in one line; nothing for one of this machine.
+
+    Examples
+    --------
+    >>> _why("sbatch failed: 'error: no node\\nhas this'.\\n    sbatch call:\\n        sbatch")
+    ": sbatch failed: 'error: no node has this'"
+    """
+    words = (said or "").partition("\n    ")[0].partition("For further error details")[0].split()
+    return f": {' '.join(words).rstrip('.')}" if words else ""
 
 
 class Plan:
