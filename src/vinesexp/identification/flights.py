@@ -24,7 +24,6 @@ _CERTAIN = 0.9  # that an impact is one, and of this ball
 _OUTLYING = 4.0  # robust standard deviations
 _APART = 0.02  # periods to the nearest other impact: a pair disturbs each other's jump
 _WALLS_DIFFER = 1e-3  # in r: from there on the mean of the walls is r, however often each is hit
-_LEVER = 30.0  # spread of speeds over their error, from which on r over speed is estimated
 _LONGEST = 0.9  # periods: a longer flight may hide an impact
 
 
@@ -176,7 +175,7 @@ def mass_ratio(flights: Flights) -> MassRatio:
 
 @dataclass(frozen=True)
 class Restitution:
-    """r: mean of both walls, its standard error, scatter of single impacts, dependence on speed.
+    """r: mean of both walls, its standard error, scatter of single impacts.
 
     Attributes
     ----------
@@ -185,10 +184,6 @@ class Restitution:
         Standard deviation from impact to impact, around each wall's own mean.
     walls : tuple of float
         r at the walls +1 and -1; NaN where a wall was not hit.
-    slope, slope_error : float
-        Change of r per m/s of relative speed; NaN where speeds differ too little for it.
-    speed : float
-        Median relative speed, m/s.
     count : int
     """
 
@@ -196,9 +191,6 @@ class Restitution:
     error: float
     scatter: float
     walls: tuple[float, float]
-    slope: float
-    slope_error: float
-    speed: float
     count: int
 
 
@@ -236,10 +228,8 @@ def restitution(flights: Flights) -> Restitution:
     variance = max(together, 0.5 * alone) * before.size / freedom
     error = float(np.sqrt(variance) / (before**2).sum())
     single = rest / before
-    slope, slope_error = _slope(before, rest)
     return Restitution(
-        value, error, float(single.std(ddof=1)), (walls[0], walls[1]), slope, slope_error,
-        float(np.median(before)), before.size,
+        value, error, float(single.std(ddof=1)), (walls[0], walls[1]), before.size
     )  # fmt: skip
 
 
@@ -257,26 +247,6 @@ def _alike(r: FloatArray, side: FloatArray) -> NDArray[np.bool_]:
 
 def _ratio(after: FloatArray, before: FloatArray) -> float:
     return float((after * before).sum() / (before * before).sum()) if before.size else np.nan
-
-
-def _slope(before: FloatArray, rest: FloatArray) -> tuple[float, float]:
-    """Change of r per m/s, from what is left of the speeds after; NaN where it cannot be estimated.
-
-    A speed with an error is too high where it seems high, and r then seems low: where speeds
-    differ by little more than their errors, a slope would be found where there is none.
-    """
-    lever = before - before.mean()
-    noise = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
-    if float(lever.std()) < _LEVER * noise:
-        return np.nan, np.nan
-    # rest = slope (w - mean) w: regress on that.
-    basis = lever * before
-    basis = basis - basis.mean()
-    norm = float((basis**2).sum())
-    slope = float((basis * rest).sum()) / norm
-    left = rest - rest.mean() - slope * basis
-    error = float(np.sqrt((left**2).sum() / max(1, rest.size - 2) / norm))
-    return slope, error
 
 
 def _require(flights: Flights) -> None:

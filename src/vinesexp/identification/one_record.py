@@ -69,7 +69,7 @@ def impact_estimates(
     Returns
     -------
     list of Estimate
-        `r`, `r_scatter`, `r_slope` and `M`, numbered for several balls; or `nothing` with the
+        `r`, `r_scatter` and `M`, numbered for several balls; or `nothing` with the
         reason.
     """
     found: list[Estimate] = []
@@ -117,8 +117,6 @@ def _of_flights(
         (name, r.r, math.hypot(r.error, systematic), "1"),
         (f"{name}_scatter", r.scatter, r.scatter / math.sqrt(2.0 * r.count), "1"),
     ]
-    if math.isfinite(r.slope):
-        rows.append((f"{name}_slope", r.slope, r.slope_error, "s/m"))
     if mass is not None:
         ratio = mass_ratio(flights)
         M = mass / ratio.eps

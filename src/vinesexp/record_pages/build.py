@@ -47,7 +47,6 @@ _WORDS = {
     "M": "mass of the oscillator M",
     "r": "restitution r",
     "r_scatter": "scatter of r from impact to impact",
-    "r_slope": "change of r with impact speed",
     "working_amplitude": "amplitude of the mass",
     "accelerometer_gain": "accelerometer over displacement channel",
     "channel_lag": "lag of the acceleration behind the displacement",
