@@ -344,12 +344,17 @@ class Forks:
         answer, tell = socket.socketpair()
         with answer:
             with self._alone, tell:
-                socket.send_fds(self._asks(), [json.dumps(words).encode()], [tell.fileno()])
+                try:
+                    self._ask(words, tell)
+                except OSError:  # somebody has ended the process
+                    self.end()
+                    self._ask(words, tell)
+                tell.close()  # held by the fork alone: its end is seen
                 answer.recv(1)  # that it has begun: requests come one by one
             return int(answer.recv(4) or 1)
 
-    def _asks(self) -> socket.socket:
-        """Where to ask; the process starts with the first step, and ends when this one does."""
+    def _ask(self, words: Sequence[str], tell: socket.socket) -> None:
+        """Send a request; the process starts with the first, and ends when this one does."""
         if self._asked is None:
             self._asked, theirs = socket.socketpair()
             with theirs:
@@ -357,7 +362,7 @@ class Forks:
                 command = [sys.executable, "-m", "vinesexp.steps", "--forks", str(fd)]
                 self._process = subprocess.Popen(command, pass_fds=[fd])
             atexit.register(self.end)
-        return self._asked
+        socket.send_fds(self._asked, [json.dumps(words).encode()], [tell.fileno()])
 
     def end(self) -> None:
         """Wait for the process, which ends when nobody can ask any more."""

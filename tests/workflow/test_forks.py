@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import psutil
 import pytest
@@ -46,3 +48,20 @@ def test_libraries_are_loaded_once_and_the_process_ends_with_who_asks(finished):
     assert "_multiarray_umath" in loaded, "numpy"
     forks.end()
     assert not child.is_running()
+
+
+def test_a_process_that_is_killed_is_missed_by_no_one_and_another_takes_its_place(forks, finished):
+    """The step under way ends by itself; one that has not begun fails; the next ones are done."""
+    assert forks.run(words(finished, "ingest")) == 0
+    for _ in range(2):
+        (child,) = psutil.Process(os.getpid()).children()
+        child.kill()
+        child.wait()
+        assert forks.run(words(finished, "condition")) == 0
+    (child,) = psutil.Process(os.getpid()).children()
+    child.suspend()  # asked, and killed before it answers
+    asked = ThreadPoolExecutor().submit(forks.run, words(finished, "condition"))
+    time.sleep(0.2)
+    child.kill()
+    assert asked.result(timeout=20) == 1
+    assert forks.run(words(finished, "condition")) == 0
