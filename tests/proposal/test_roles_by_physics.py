@@ -28,6 +28,14 @@ def test_the_other_coordinate_of_a_swing_is_neither_acceleration_nor_base(tmp_pa
     assert "base" not in roles.values()
 
 
+def test_times_printed_to_few_digits_are_no_base(tmp_path):
+    """Several tracked points, each with times of its own; from 10 s on every third one differs."""
+    t = np.array([float(f"{v:.2E}") for v in np.arange(540) / 30.0])
+    x = np.exp(-0.1 * t) * np.cos(6.0 * t)
+    view, _ = looked_at(tmp_path / "a.csv", "t,x,y,t,x,y", t, x, 0.5 * x, t, 0.9 * x, 0.4 * x)
+    assert not any("t" in label for label in guess_roles([view]))
+
+
 def test_the_force_of_a_hammer_is_no_displacement(tmp_path):
     t = np.arange(20000) / 20000.0
     force = 250.0 * np.exp(-(((t - 0.1) / 5e-4) ** 2)) + 0.1 * RNG.standard_normal(t.size)

@@ -365,7 +365,8 @@ def _moves(at: Sequence[tuple[FileView, ColumnView]]) -> float:
 
 def _is_of_time(column: ColumnView) -> bool:
     """Whether a column is one of times: by its unit, by a name that is one, or as it grows."""
-    grows = np.mean(np.diff(column.finite) > 0.0) > _MOSTLY
+    steps = np.diff(column.finite)  # of 0 where times are printed to few digits
+    grows = np.mean(steps >= 0.0) > _MOSTLY and steps.sum() > 0.0
     stated = column.unit or unit_of_label(column.name)
     return stated in UNITS["time"] or bool(grows and is_called_time(column.name))
 
