@@ -228,9 +228,9 @@ def optimum_over_level(valleys: Sequence[DrawnLevel]) -> Figure:
 
 def _deviation(axis: Axes, valley: DrawnLevel, exact: float) -> None:
     """Both measured clearances of one base amplitude, with their brackets."""
-    for kind, marker, colour in (
-        (valley.lowest, "o", "measured"),
-        (valley.end, "s", "strongly modulated"),
+    for kind, marker, colour, shift, side in (
+        (valley.lowest, "o", "measured", 9, "left"),
+        (valley.end, "s", "strongly modulated", -9, "right"),
     ):
         if kind is None or math.isinf(kind[2] - kind[1]):
             continue  # a bound is no point
@@ -242,7 +242,8 @@ def _deviation(axis: Axes, valley: DrawnLevel, exact: float) -> None:
             capsize=3,
             markersize=4.5,
         )
-        label(axis, f"{kind[0]:.1f} mm", (valley.G, value), colour=COLOURS[colour], shift=(9, 0))
+        at = (valley.G, value)
+        label(axis, f"{kind[0]:.1f} mm", at, colour=COLOURS[colour], shift=(shift, 0), ha=side)
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.figures.numbers import plus_minus_brief
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import checks_of_regime, read_checks
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.signals.impacts.impact_table import read_impacts
-from vinesexp.units import COVERAGE_95
 
 #: Impacts per cycle below which a ball of a steady test may be stuck.
 _STILL = 0.1
@@ -87,10 +88,9 @@ def _numbers(regime: dict[str, object], base: list[dict[str, float]]) -> list[tu
     mean, largest = regime.get("amplitude_mean_m"), regime.get("amplitude_max_m")
     if isinstance(mean, float) and isinstance(largest, float):
         error = regime.get("amplitude_error_m")
-        by = f" ± {1e3 * COVERAGE_95 * error:.2g}" if isinstance(error, float) else ""
-        found.append(
-            ("amplitude of the mass", f"{1e3 * mean:.4g}{by} mm, largest {1e3 * largest:.4g} mm")
-        )
+        known = 1e3 * error if isinstance(error, float) else math.nan
+        shown = plus_minus_brief(1e3 * mean, known, "mm")
+        found.append(("amplitude of the mass", f"{shown}, largest {1e3 * largest:.4g} mm"))
     per_cycle = regime.get("impacts_per_cycle")
     if isinstance(per_cycle, float):
         found.append(("impacts per cycle", f"{per_cycle:.3g}"))
