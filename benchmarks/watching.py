@@ -25,7 +25,7 @@ import pandas as pd
 
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.excitation import Harmonic
-from vinesexp.live.live_page import Parts
+from vinesexp.live.server import Parts
 from vinesexp.live.session import Session
 
 HOST = Oscillator(M=4.7, c1=3.02, k1=1.147e4)

@@ -14,9 +14,9 @@ from vinesexp.units import UNITS
 
 _HEAD = """# Settings
 
-The numbers that steer the analysis. Nothing has to be set: thresholds follow the noise of a record,
-and the template of a contact is learnt from it. To change one for a whole campaign write it under
-`settings` in campaign.yaml, one section a stage:
+These numbers control the analysis. None has to be set: thresholds follow the noise of a record, and
+the template of a contact is learnt from it. To change one for a whole campaign, write it under
+`settings` in campaign.yaml, with one section per stage:
 
 ```yaml
 settings:
@@ -24,9 +24,10 @@ settings:
   regimes: {settling: 0.1}
 ```
 
-and for one record in the column `settings` of records.csv, several parted by `|`:
-`impacts.threshold = 7 | regimes.settling = 0.1`. A record changes what the campaign says. Numbers
-with a dimension have a unit. What was changed stands in the report. This page is made by
+To change one for a single record, write it in the column `settings` of records.csv; separate
+several by `|`: `impacts.threshold = 7 | regimes.settling = 0.1`. A setting of the record replaces
+that of the campaign. Numbers with a dimension have a unit. The report lists changed settings. This
+page is made by
 `python docs/hooks/settings_page.py`.
 """
 

@@ -32,7 +32,7 @@ def test_a_short_record_of_a_light_damping_below_b_c_may_not_have_settled():
     assert [test.record for test in found] == ["b36.6", "b39"]
     detail = settling_check("G = 0.3 mm", found, LIGHT).detail
     assert "b36.6, b39" in detail
-    assert "needs 53.1 s" in detail
+    assert "falls to 1/e in 53.1 s" in detail
 
 
 @pytest.mark.parametrize(
@@ -57,8 +57,8 @@ def level_of(*waited: float) -> PeriodicLevel:
 def test_cycles_that_count_soon_after_a_start_from_rest_are_warned_of():
     (check,) = start_checks(level_of(12.0, 110.0, math.inf), LIGHT)
     assert check.outcome == "warning"
-    assert "w12: recorded from rest on" in check.detail
-    assert "12 s after the start, and this mass needs 106 s" in check.detail
+    assert "w12: recorded from rest;" in check.detail
+    assert "12 s after the start, and the start of this mass lasts 106 s" in check.detail
     assert start_checks(level_of(12.0, math.inf), USUAL) == []
     assert start_checks(level_of(12.0), IdentifiedRig({})) == []
 

@@ -126,7 +126,7 @@ def test_an_option_given_twice_is_an_error(capsys: pytest.CaptureFixture[str]) -
     assert call(BOTH, "--html", "a.html", "--html", "b.html") == 1
     assert "--html: given 2 times" in capsys.readouterr().err
     assert call(BOTH, "--html", "a.pdf") == 1
-    assert "'.pdf' is no page" in capsys.readouterr().err
+    assert "'.pdf' is not a page" in capsys.readouterr().err
 
 
 @pytest.mark.long

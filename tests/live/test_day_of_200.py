@@ -3,7 +3,7 @@
 import pytest
 from benchmarks.watching import YAML, day_of_files, record_text
 
-from vinesexp.live.live_page import Parts
+from vinesexp.live.server import Parts
 from vinesexp.live.session import Session
 
 RECORDS = 200

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from vinesexp.errors import CampaignError
-from vinesexp.live.live_page import parts_of
+from vinesexp.live.server import parts_of
 from vinesexp.live.session import ChangedMeanwhileError, Session
 from vinesexp.pipeline import analyse_campaign
 from vinesexp.records.campaign.load import load_campaign

@@ -100,8 +100,8 @@ def settling_check(level: str, tests: Sequence[Tested], rig: IdentifiedRig) -> C
     return Check(
         "", "settling", "warning",
         f"{level}: {names}: no permanent two impacts per cycle below b_c, in records of "
-        f"{shortest:.3g} s of a mass that needs {_decay_time(rig):.3g} s to forget how a test "
-        "began: they may not have settled, and do not count for the best clearance; wait longer "
+        f"{shortest:.3g} s of a mass whose free amplitude falls to 1/e in {_decay_time(rig):.3g} "
+        "s: they may not have settled, and do not count for the best clearance; wait longer "
         "before recording, or record longer",
     )  # fmt: skip
 
@@ -120,10 +120,10 @@ def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     names = ", ".join(test.record for test in soon)
     return [Check(
         "", "settling", "warning",
-        f"{level.name}: {names}: recorded from rest on; the counted cycles begin "
-        f"{min(test.waited for test in soon):.3g} s after the start, and this mass needs "
-        f"{_WAITED * (forgets or 0.0):.3g} s to forget it: the mean amplitudes may be of the "
-        "start; wait longer before recording, or record longer",
+        f"{level.name}: {names}: recorded from rest; the counted cycles begin "
+        f"{min(test.waited for test in soon):.3g} s after the start, and the start of this mass "
+        f"lasts {_WAITED * (forgets or 0.0):.3g} s: the mean amplitudes may hold a part of it; "
+        "wait longer before recording, or record longer",
     )]  # fmt: skip
 
 

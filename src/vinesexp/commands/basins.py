@@ -15,10 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vinesexp.commands.options import (
-    add_force,
-    add_identified,
-    add_values,
+    add_map_values,
     check_picture,
+    map_values,
     once,
     refuse_existing,
     whole,
@@ -26,7 +25,7 @@ from vinesexp.commands.options import (
 )
 from vinesexp.commands.progress import Bar, announce
 from vinesexp.errors import ParameterError
-from vinesexp.maps.map_options import OPTIONS, along, cells_of, gather_values
+from vinesexp.maps.map_options import OPTIONS, along, cells_of
 
 if TYPE_CHECKING:
     from vinesexp.maps.basins import Attractor
@@ -37,20 +36,14 @@ UNITS = {"b": "m", "mean": "m", "low": "m", "high": "m", "largest": "m", "share"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; the clearance is a range."""
-    add_values(parser, OPTIONS)
-    add_identified(parser)
-    for flag, metavar, meaning in (
-        ("--cells", "N", "clearances tried (40)"),
-        ("--starts", "N", "random starts at each (40)"),
-        ("--seed", "N", "of the random starts (1)"),
-    ):
-        parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
+    add_map_values(
+        parser, cells=("N", "clearances tried (40)"), starts="random starts at each (40)"
+    )
     for flag, meaning in (
         ("--out", "table of the motions (csv)"),
         ("--plot", "picture: amplitude over clearance (svg, pdf or png)"),
     ):
         parser.add_argument(flag, type=Path, metavar="FILE", action="append", help=meaning)
-    add_force(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object for programs")
 
 
@@ -60,10 +53,7 @@ def run(args: argparse.Namespace) -> int:
     from vinesexp.maps.basins import each_clearance
     from vinesexp.rig import NES, Oscillator, Rig
 
-    values, ranges = gather_values(
-        {option.symbol: getattr(args, option.symbol) for option in OPTIONS},
-        once(args.identified, "--identified"),
-    )
+    values, ranges = map_values(args)
     more = [option.flag for option in OPTIONS if option.symbol in ranges and option.symbol != "b"]
     if more:
         raise ParameterError("found a range, expected one value", where=more[0])

@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     refuse_existing(picture, sheet, force=args.force)
     if sheet is not None and sheet.suffix.lower() not in (".html", ".htm"):
         raise VinesexpError(
-            f"'{sheet.suffix}' is no page; name a file that ends in .html", file=sheet
+            f"'{sheet.suffix}' is not a page; name a file that ends in .html", file=sheet
         )
     from vinesexp.design.ask import answered, workload
 

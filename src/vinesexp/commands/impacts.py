@@ -98,7 +98,7 @@ def _reservation(found: Impacts) -> str:
         return ""
     return (
         f"{certain} of {found.n} impacts are certain (confidence above {_CERTAIN:g}): what was "
-        "found may be vibration that is no impact"
+        "found may be vibration and not an impact"
     )
 
 

@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vinesexp.commands.options import (
-    add_force,
-    add_identified,
-    add_values,
+    add_map_values,
     check_picture,
+    map_values,
     once,
     refuse_existing,
     whole,
@@ -20,7 +19,7 @@ from vinesexp.commands.options import (
 )
 from vinesexp.commands.progress import Bar, announce
 from vinesexp.errors import ParameterError, VinesexpError
-from vinesexp.maps.map_options import OPTIONS, along, cells_of, gather_values, shortened
+from vinesexp.maps.map_options import OPTIONS, along, cells_of, shortened
 
 if TYPE_CHECKING:
     from vinesexp.maps.map_plan import MapPlan, Values
@@ -30,20 +29,16 @@ _SAVE_EVERY = 5.0  # s
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; every number is written with its unit, two of them as ranges."""
-    add_values(parser, OPTIONS)
-    add_identified(parser)
+    axes = "values along the two axes, horizontal first (40x40)"
+    add_map_values(parser, cells=("NxM", axes), starts="runs a cell (8)")
     for flag, metavar, meaning in (
-        ("--cells", "NxM", "values along the two axes, horizontal first (40x40)"),
-        ("--starts", "N", "runs a cell (8)"),
         ("--kind", "KIND", "where they start: random or wall (random)"),
-        ("--seed", "N", "of the random starts (1)"),
         ("--out", "FILE", "NetCDF file (map.nc); one that is there already is completed"),
         ("--plot", "FILE", "picture as well (svg, pdf or png)"),
         ("--rows", "K/N", "only the K-th of N shares of the rows: a part, to be joined later"),
     ):
         parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
     parser.add_argument("--join", nargs="+", type=Path, metavar="FILE", help="parts to be joined")
-    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -96,10 +91,7 @@ def plan_of(args: argparse.Namespace) -> MapPlan:
     """The plan that the options describe."""
     from vinesexp.maps.map_plan import AXES, MapPlan, refuse_too_many
 
-    values, ranges = gather_values(
-        {option.symbol: getattr(args, option.symbol) for option in OPTIONS},
-        once(args.identified, "--identified"),
-    )
+    values, ranges = map_values(args)
     if len(ranges) != 2:
         flags = ", ".join(option.flag for option in OPTIONS if option.symbol in AXES)
         given = ", ".join(option.flag for option in OPTIONS if option.symbol in ranges) or "none"

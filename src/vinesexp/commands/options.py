@@ -47,6 +47,35 @@ def add_identified(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_map_values(parser: argparse.ArgumentParser, *, cells: tuple[str, str], starts: str) -> None:
+    """What `map` and `basins` share: values or ranges, cells, starts of each, seed.
+
+    Parameters
+    ----------
+    cells : form and meaning of the option, with the default in brackets.
+    starts : meaning, likewise.
+    """
+    from vinesexp.maps.map_options import OPTIONS
+
+    add_values(parser, OPTIONS)
+    add_identified(parser)
+    for flag, metavar, meaning in (
+        ("--cells", *cells),
+        ("--starts", "N", starts),
+        ("--seed", "N", "of the random starts (1)"),
+    ):
+        parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
+    add_force(parser)
+
+
+def map_values(args: argparse.Namespace) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
+    """Values and ranges of `add_map_values`, SI, by symbol."""
+    from vinesexp.maps.map_options import OPTIONS, gather_values
+
+    given = {option.symbol: getattr(args, option.symbol) for option in OPTIONS}
+    return gather_values(given, once(args.identified, "--identified"))
+
+
 def add_force(parser: argparse.ArgumentParser) -> None:
     """Leave to write over files; without it nothing that is there is touched."""
     parser.add_argument("--force", action="store_true", help="write over files that are there")

@@ -136,7 +136,7 @@ def read_estimates(path: Path) -> list[Estimate]:
         raise RecordError("is missing; run the estimate step first", file=path) from None
     except (ValueError, TypeError, KeyError) as error:
         raise RecordError(
-            f"is no list of estimates ({error}); run the estimate step again", file=path
+            f"is not a list of estimates ({error}); run the estimate step again", file=path
         ) from None
 
 

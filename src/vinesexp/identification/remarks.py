@@ -37,9 +37,9 @@ def _of_sweeps(found: Sequence[Estimate]) -> list[Check]:
     return [
         Check(
             e.records[0], "gain", "warning",
-            "the resonance of this sweep has the width of its damping and "
-            f"{abs(e.value):.3g} times its height: the sensitivity of the base channel or of the "
-            "mass's is wrong by as much; f0 and zeta do not depend on it",
+            f"the resonance of this sweep is {abs(e.value):.3g} times as high as its width allows: "
+            "the sensitivity of the base channel or of the displacement is wrong by this "
+            "factor; f0 and zeta do not depend on it",
         )
         for e in found
         if e.parameter == "base_gain"
@@ -62,8 +62,8 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
         if e.parameter == "accelerometer_gain" and off > max(5.0 * e.std_error, _OTHER_CHANNEL):
             detail = (
                 f"the acceleration is {abs(e.value):.4g} times the second derivative of the "
-                "displacement: the channels are not what they are said to be, or a sensitivity is "
-                "far off"
+                "displacement: campaign.yaml names the wrong channels, or a "
+                "sensitivity is far off"
             )
             checks.append(Check(e.records[0], "gain", "warning", detail))
     corners = [e for e in found if e.parameter == "accelerometer_corner"]
@@ -108,8 +108,8 @@ def _corner(corner: float, count: int) -> Check:
     """One line on an AC-coupled accelerometer."""
     detail = (
         f"the accelerometer is AC-coupled with a corner near {corner:.3g} Hz (mean of "
-        f"{count} records): its phase at the oscillation is no lag, and was not taken for "
-        "one; a DC-coupled sensor or a lower corner would leave less to correct"
+        f"{count} records): its phase at the oscillation is not a lag and was not treated as "
+        "one; a DC-coupled sensor or a lower corner needs a smaller correction"
     )
     return Check("", "corner", "ok", detail)
 
@@ -177,7 +177,7 @@ def _modes(found: Sequence[Estimate]) -> list[Check]:
             record,
             "modes",
             "ok",
-            f"it rings at {', '.join(modes)} too; if that is the one to be used, write it into "
+            f"it rings at {', '.join(modes)} too; to use another frequency, write it into "
             "frequency_hz",
         )
         for record, modes in said.items()

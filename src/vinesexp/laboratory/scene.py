@@ -187,7 +187,7 @@ def _mode(entry: Layers) -> Mode | None:
     share = mode.quantity("share", "ratio", needed=True, signed=True)
     damping = mode.quantity("damping", "ratio")
     if damping is not None and damping >= 1.0:
-        mode.complain("damping", "expected below 1: an overdamped mode is none")
+        mode.complain("damping", "expected below 1: an overdamped mode does not oscillate")
         return None
     if frequency is None or share is None:
         return None

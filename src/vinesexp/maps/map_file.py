@@ -130,7 +130,7 @@ def read_map(path: Path) -> xarray.Dataset:
         reason = getattr(error, "strerror", None) or "not a NetCDF file"
         raise VinesexpError(f"cannot be read ({reason})", file=path) from None
     if not set(VALUES) <= set(found):
-        raise VinesexpError("is no map of `vinesexp map`", file=path)
+        raise VinesexpError("is not a map of `vinesexp map`", file=path)
     return found
 
 

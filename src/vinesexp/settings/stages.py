@@ -136,51 +136,51 @@ class FilterSettings:
     """Bands that displacement, base and acceleration keep."""
 
     order: int = number(
-        2, "order of the Butterworth filter, each way: a steeper one rings longer at an impact",
+        2, "order of the Butterworth filter in each direction; a higher one rings longer",
         measured="tests/signals/test_filtering_and_detection.py", low=1, high=4, of="poles",
     )  # fmt: skip
     motion_low: float = number(
-        0.25, "lower edge for displacement and base: below is drift of laser and table",
+        0.25, "lower edge for displacement and base; below it is drift of laser and table",
         measured=_CONDITION, low=0.0, high=0.9, of="oscillator's frequency",
     )  # fmt: skip
     motion_high: float = number(
-        5.0, "upper edge: harmonics up to the fifth carry the slope changes that impacts make",
+        5.0, "upper edge; harmonics up to the fifth hold the slope changes at impacts",
         measured=_CONDITION, low=1.1, high=1000.0, of="oscillator's frequency",
     )  # fmt: skip
     impacts_low: float = number(
-        20.0, "lower edge for the acceleration: the motion is gone, a contact of 0.4 ms is whole",
+        20.0, "lower edge for the acceleration; removes the motion, keeps a contact of 0.4 ms",
         measured=_CONDITION, low=1.0, high=1000.0, of="oscillator's frequency",
     )  # fmt: skip
     impacts_low_most: float = number(
-        0.04, "the acceleration keeps at least the upper 23 of 25 parts of what the sampling holds",
+        0.04, "the lower edge for the acceleration is never above this share of the sample rate",
         measured="docs/benchmarks/impacts.md, by sample rate", low=0.001, high=0.4,
         of="sample rate",
     )  # fmt: skip
     slowest: float = number(
-        0.5, "lower edge without an oscillation: slower is drift of the sensor",
+        0.5, "lower edge in a record without oscillation; below it is drift of the sensor",
         measured="tests/signals/test_real_shocks.py", low=0.0, high=1e4, of="frequency",
     )  # fmt: skip
 
     drop_low: float = number(
-        100.0, "lower edge in a drop test: below are hum, handling and the bench",
+        100.0, "lower edge in a drop test; below it are hum, handling and the bench",
         measured=_DROP, low=0.0, high=1e5, of="frequency",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class ChannelSettings:
-    """When a channel is believed: the ends of its range, its gain and lag beside another."""
+    """When a channel is trusted: the ends of its range, its gain and lag against another."""
 
     stuck: float = number(
-        5e-3, "at the end of the range for longer: the sensor says nothing; contacts are shorter",
+        5e-3, "a sensor at the end of its range for longer is stuck; contacts are shorter",
         measured="tests/hard_cases/test_impacts.py", low=1e-5, high=10.0, of="time",
     )  # fmt: skip
     piled: float = number(
-        4.0, "clipped: so many times as many samples in the outermost step as in the next ones",
+        4.0, "clipped: the outermost level has so many times the samples of the next levels",
         measured=_FIND, low=1.5, high=1000.0, of="ratio",
     )  # fmt: skip
     gain_sure: float = number(
-        5.0, "acceleration takes the displacement's sign if its gain is so many errors from zero",
+        5.0, "the sign of the acceleration is corrected if its gain is so many errors from 0",
         measured=_FIND, low=1.0, high=100.0, of="standard errors",
     )  # fmt: skip
     lag_known: float = number(
@@ -194,17 +194,17 @@ class ImpactSettings:
     """How impacts are found in the acceleration."""
 
     detector: str = choice(
-        "template", "how impacts are found: a learnt template, one of the usual ways beside it, or "
+        "template", "how impacts are found: a learnt template, a usual detector, or "
         "a function of your own (docs/how-to/detector.md)",
         measured="docs/benchmarks/impacts.md", words=DETECTORS, own="vinesexp.detectors",
     )  # fmt: skip
     threshold: float = number(
-        6.0, "height of an impact over its noise: noise alone passes once in 5e8 samples",
+        6.0, "height of an impact over the noise; noise alone reaches it once in 5e8 samples",
         measured="docs/benchmarks/impacts.md, by signal to noise", low=2.0, high=1000.0,
         of="standard deviations",
     )  # fmt: skip
     faint: float = number(
-        0.7, "candidates from this share of the threshold on are looked at with the template",
+        0.7, "candidates above this share of the threshold are compared with the template",
         measured=_TABLE, low=0.3, high=1.0, of="threshold",
     )  # fmt: skip
     apart: float = number(
@@ -212,11 +212,11 @@ class ImpactSettings:
         measured=_TABLE, low=1e-5, high=1.0, of="time",
     )  # fmt: skip
     shortest: float = number(
-        1e-3, "contacts up to this length are looked for whatever the highpass",
+        1e-3, "contacts up to this length are searched for with any highpass",
         measured=_TABLE, low=1e-5, high=0.1, of="time",
     )  # fmt: skip
     longest: float = number(
-        0.2, "longest contact: the highpass takes away what lasts longer",
+        0.2, "longest contact; the highpass removes longer ones",
         measured=_TABLE, low=0.01, high=0.5, of="periods of the highpass",
     )  # fmt: skip
     strong: float = number(
@@ -224,12 +224,12 @@ class ImpactSettings:
         measured=_TABLE, low=0.01, high=1.0, of="strongest contact",
     )  # fmt: skip
     weak: float = number(
-        0.15, "weaker ones beside a strong one may be its undershoot or ringing: judged later",
+        0.15, "weaker ones beside a strong one may be its undershoot or ringing; decided later",
         measured=_TABLE, low=0.0, high=1.0, of="strongest neighbour",
     )  # fmt: skip
     learn: bool = switch(True, "fit the template to the record's own impacts", measured=_ABLATION)
     learn_from: int = number(
-        80, "impacts that the template is learnt from: its error is then below any one's noise",
+        80, "impacts that the template is learnt from; its error is below the noise of one",
         measured=_TABLE, low=5, high=10000, of="impacts",
     )  # fmt: skip
     learn_above: float = number(
@@ -241,14 +241,14 @@ class ImpactSettings:
         measured="docs/benchmarks/impacts.md, by sensor", low=0.0, high=1.0, of="time",
     )  # fmt: skip
     template_error: float = number(
-        3.0, "what is left of a contact is a new one only above so many spreads about the template",
+        3.0, "a remainder is a new contact only above so many spreads of the template",
         measured=_TABLE, low=0.0, high=100.0, of="spreads",
     )  # fmt: skip
     split: bool = switch(
-        True, "look for a second contact in what overlapping ones leave", measured=_ABLATION
+        True, "look for a second contact in the remainder of overlapping ones", measured=_ABLATION
     )
     contact: float = number(
-        4e-4, "length of a contact, of detectors that do not learn it (half a sine)",
+        4e-4, "length of a contact (half a sine) for detectors that do not learn it",
         measured="docs/benchmarks/impacts.md", low=1e-6, high=0.1, of="time",
     )  # fmt: skip
     short_average: float = number(
@@ -260,29 +260,29 @@ class ImpactSettings:
         low=1e-5, high=10.0, of="time",
     )  # fmt: skip
     ratio: float = number(
-        4.0, "sta_lta: short over long average (of amplitudes) that is an impact",
+        4.0, "sta_lta: ratio of short to long average of the amplitude at an impact",
         measured="docs/benchmarks/impacts.md", low=1.0, high=100.0, of="long average",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class DropSettings:
-    """Drop tests whose hits ring for longer than a template."""
+    """Drop tests with hits that ring for longer than a template."""
 
     ring: float = number(
         8e-3, "hits that ring longer (to a tenth) are found by their onsets, not by a template",
         measured=_DROP, low=0.0, high=10.0, of="time",
     )  # fmt: skip
     window: float = number(
-        1e-3, "window of the level: shorter than any flight, longer than a swing of the ringing",
+        1e-3, "window of the level; shorter than a flight, longer than a period of the ringing",
         measured=_DROP, low=1e-5, high=0.1, of="time",
     )  # fmt: skip
     rest: float = number(
-        20e-3, "an onset exceeds all that was heard for so long before it: ringing beats and fades",
+        20e-3, "an onset is above the largest level of this time before it",
         measured=_DROP, low=1e-3, high=10.0, of="time",
     )  # fmt: skip
     rise: float = number(
-        3.0, "by which factor it does: beats of the ringing do not",
+        3.0, "factor by which an onset is above that level; beats of the ringing are not",
         measured=_DROP, low=1.1, high=1000.0, of="level before",
     )  # fmt: skip
 
@@ -292,18 +292,18 @@ class SlopeSettings:
     """Velocity jumps from the displacement."""
 
     use: bool = switch(
-        True, "take the displacement's slope changes into the jumps", measured=_ABLATION
+        True, "use the slope changes of the displacement for the jumps", measured=_ABLATION
     )
     window: float = number(
-        0.35, "window to either side of an impact: longer, and the next impacts lie in it",
+        0.35, "window on either side of an impact; a longer one would hold the next impacts",
         measured=_FIND, low=0.05, high=2.0, of="periods",
     )  # fmt: skip
     points: int = number(
-        200, "means a period that the displacement is reduced to: nothing is lost down to that",
+        200, "the displacement is averaged to so many values a period; nothing is lost",
         measured=_FIND, low=20, high=10000, of="means a period",
     )  # fmt: skip
     damping: float = number(
-        0.01, "damping ratio of the oscillator before the record shows it", measured=_FIND,
+        0.01, "first guess of the damping ratio of the oscillator", measured=_FIND,
         low=0.0, high=1.0, of="critical damping",
     )  # fmt: skip
     damping_error: float = number(
@@ -321,26 +321,26 @@ class AttributionSettings:
     """Which of several balls hit."""
 
     histories: int = number(
-        48, "histories carried along in the search", measured=_FIND, low=1, high=10000,
+        48, "histories followed in the search", measured=_FIND, low=1, high=10000,
         of="histories",
     )  # fmt: skip
     settled_after: int = number(
         6, "impacts after which a label is final", measured=_FIND, low=1, high=1000, of="impacts",
     )  # fmt: skip
     unseen: float = number(
-        0.02, "share of impacts whose ball did something unseen before", measured=_FIND,
-        low=1e-6, high=0.5, of="impacts",
+        0.02, "share of impacts before which the ball had an impact that was not seen",
+        measured=_FIND, low=1e-6, high=0.5, of="impacts",
     )  # fmt: skip
     place_error: float = number(
-        2e-4, "error of the oscillator's place at an impact, drift and lag included",
+        2e-4, "error of the oscillator's displacement at an impact, with drift and lag",
         measured=_FIND, low=1e-7, high=0.1, of="displacement",
     )  # fmt: skip
     speed_error: float = number(
-        2e-3, "error of a ball's speed between impacts, whatever else is known", measured=_FIND,
+        2e-3, "smallest error of a ball's speed between impacts", measured=_FIND,
         low=1e-7, high=1.0, of="velocity",
     )  # fmt: skip
     flights: int = number(
-        8, "certain flights of a ball from which its r is learnt", measured=_FIND, low=3,
+        8, "certain flights of a ball from which its r is estimated", measured=_FIND, low=3,
         high=10000, of="flights",
     )  # fmt: skip
 
@@ -350,11 +350,11 @@ class RegimeSettings:
     """Which part of a record shows its regime."""
 
     settling: float = number(
-        0.2, "first share of a periodic record that is left out: not yet the response",
+        0.2, "first share of a periodic record that is left out as its start",
         measured="docs/signals.md", low=0.0, high=0.95, of="record",
     )  # fmt: skip
     first_cycles: int = number(
-        12, "cycles of a release that show what it starts with",
+        12, "first cycles of a release, which give its first regime",
         measured="docs/signals.md", low=2, high=10000, of="cycles",
     )  # fmt: skip
     transition_cycles: int = number(
@@ -362,29 +362,29 @@ class RegimeSettings:
         measured="tests/signals/test_transition.py", low=2, high=1000, of="cycles",
     )  # fmt: skip
     transition_floor: float = number(
-        0.02, "below this the decay is noise", measured="tests/signals/test_transition.py",
-        low=0.0, high=0.9, of="largest amplitude",
+        0.02, "smaller amplitudes are noise and are left out of the decay rates",
+        measured="tests/signals/test_transition.py", low=0.0, high=0.9, of="largest amplitude",
     )  # fmt: skip
 
     unowned_share: float = number(
-        0.05, "up to this share of impacts without an owner the balls are judged one by one",
+        0.05, "balls are judged separately up to this share of impacts without a known ball",
         measured="docs/signals.md", low=0.0, high=1.0, of="impacts",
     )  # fmt: skip
     permanent_cycles: int = number(
-        40, "a spell of a sweep that lasts as long is a band of permanent two impacts per cycle",
+        40, "a spell of a sweep of this length is permanent two impacts per cycle",
         measured="docs/signals.md", low=5, high=100000, of="cycles",
     )  # fmt: skip
     modulation_gap: int = number(
-        40, "shorter spells of a sweep no farther apart are one band of modulated response",
+        40, "shorter spells of a sweep with smaller gaps are one modulated band",
         measured="docs/signals.md", low=2, high=100000, of="cycles",
     )  # fmt: skip
     smallest_ball: float = number(
-        1e-3, "no regime is stated where a ball this light (times 1 + r) could hit unseen",
+        1e-3, "no regime if impacts of a ball this light (mass times 1 + r) would not be seen",
         measured="tests/signals/test_visibility.py", low=1e-6, high=1.0,
         of="mass of the oscillator",
     )  # fmt: skip
     seen_share: float = number(
-        0.2, "where this many impacts a cycle are found, they can be seen",
+        0.2, "impacts can be seen if at least so many are found",
         measured="tests/signals/test_visibility.py", low=0.0, high=10.0, of="impacts a cycle",
     )  # fmt: skip
 

@@ -543,8 +543,8 @@ def _in_words(found: Lost | Cut | OtherClock, view: RecordView, frequency: float
         if found.last > found.first:
             seen = "the lag between acceleration and displacement steps there"
         return (
-            f"samples are lost at {at:.6g} s: {seen}; how many no channel shows for certain, so "
-            f"that only the longer part, {kept} it, is used"
+            f"samples are lost at {at:.6g} s: {seen}; the number of lost samples is not "
+            f"certain, so only the longer part, {kept} this time, is used"
         )
     at = float(view.time(found.first, found.first + 1)[0])
     where = "all channels" if found.roles == view.roles else found.roles[0]

@@ -97,7 +97,7 @@ def test_a_missing_table_and_one_that_is_no_text(tmp_path):
     with pytest.raises(TableError, match=r"no\.csv: is missing; run the make step first"):
         read_rows(tmp_path / "no.csv", TABLE)
     (tmp_path / "b.csv").write_bytes(b"\xff\xfe\x00\x81")
-    with pytest.raises(TableError, match=r"b\.csv: cannot be read \(it is no text\)"):
+    with pytest.raises(TableError, match=r"b\.csv: cannot be read \(it is not text\)"):
         read_rows(tmp_path / "b.csv", TABLE)
     with pytest.raises(TableError, match="cannot be read"):
         read_rows(tmp_path, TABLE)

@@ -132,7 +132,7 @@ def read_rig(path: Path) -> RigPosterior | None:
         )  # fmt: skip
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise RecordError(
-            f"is no identified rig ({error}); run the identify step again", file=path
+            f"is not an identified rig ({error}); run the identify step again", file=path
         ) from None
 
 

@@ -168,7 +168,7 @@ def read_table(
 def sheet_rows(file: Path, problems: Problems) -> Sheet | None:
     """The table as text, from either file; None where there is none, and why in `problems`."""
     if file.exists() and not file.is_file():
-        problems.add("is no plain file")
+        problems.add("is not a regular file")
         return None
     if file.suffix == ".xlsx":
         found = rows_of_workbook(file, problems)

@@ -25,7 +25,7 @@ _LEGEND = (
     (_WRONG, "wrong: not a kind of test, not a number, or a record's name that is there twice"),
 )
 _MEANT = {
-    "record": "a name of its own for each row",
+    "record": "a different name for each row",
     "file": "the instrument file, from this folder; several parted by ;",
     "test": "what the record is a record of: " + ", ".join(TESTS),
     "clearance_mm": "one-sided clearance b; 23;34 for two NESs; empty: NES removed or blocked",

@@ -50,7 +50,7 @@ def read_yaml(file: Path, problems: Problems) -> Section | None:
 
     try:
         if file.exists() and not file.is_file():
-            problems.add("is no plain file")
+            problems.add("is not a regular file")
             return None
         text = _with_plain_texts(file.read_text(encoding="utf-8-sig"))
         if not _is_modest(text, problems, yaml):

@@ -81,7 +81,7 @@ def open_source(path: Path) -> Source:
     path = Path(path)
     file = file_of(path)
     if file.exists() and not file.is_file() and not file.is_dir():
-        raise RecordError("is no plain file (a device or a pipe)", file=path)
+        raise RecordError("is not a regular file (a device or a pipe)", file=path)
     try:
         with file.open("rb") as stream:
             head = stream.read(_HEAD)

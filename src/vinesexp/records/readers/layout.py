@@ -440,4 +440,4 @@ def _parts(cell: str, day_first: bool) -> tuple[int, float]:
     try:
         return datetime(year, int(month), int(day)).toordinal(), second + fraction
     except ValueError:
-        raise ParameterError(f"found '{cell[:40]}', which is no date") from None
+        raise ParameterError(f"found '{cell[:40]}', which is not a date") from None

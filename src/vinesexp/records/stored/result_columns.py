@@ -65,13 +65,13 @@ IDENTIFIED = Table("identified", "identify", (
 INPUTS = Table("inputs", "identify", (
     Column("item", "clearance, base_amplitude, added_mass, nes_mass, mass, gain of a channel"),
     Column("record", "ids of the records that it was stated for; empty: the whole campaign"),
-    Column("unit", "of the four numbers; 1 for a gain, shown over true"),
+    Column("unit", "of the four numbers; 1 for a gain, the reading over the true value"),
     _number("stated", "", "in campaign.yaml or records.csv", ".7g"),
-    _number("stated_error", "", "standard uncertainty, stated or the default", ".3g"),
-    _number("found", "", "by all records together, what was stated included", ".7g"),
+    _number("stated_error", "", "standard uncertainty: stated, or the default", ".3g"),
+    _number("found", "", "from all records together, the stated value included", ".7g"),
     _number("found_error", "", "standard error", ".3g"),
-    Column("verdict", "ok; not tested: the records add nothing to what was stated; off: they "
-           "contradict it, and the analysis takes what was found"),
+    Column("verdict", "ok; not tested: the records add nothing to the stated value; off: they "
+           "contradict it, and the analysis takes the value found"),
 ))  # fmt: skip
 
 BUDGET = Table("budget", "compare", (
@@ -85,7 +85,7 @@ BUDGET = Table("budget", "compare", (
 #: f0 and zeta where the mass swings at each base amplitude; no row where they are the same at all.
 LEVEL_VALUES = Table("level_values", "identify", (
     _number("base_amplitude_mm", "mm", "of records.csv", ".7g"),
-    _number("amplitude_m", "m", "of the mass: least mean amplitude of its tests", ".6g"),
+    _number("amplitude_m", "m", "of the mass: smallest mean amplitude of these tests", ".6g"),
     _number("f0_hz", "Hz", "natural frequency at that amplitude", ".10g"),
     _number("f0_error_hz", "Hz", "standard error, with the range around the amplitude", ".3g"),
     _number("zeta", "1", "damping ratio at that amplitude", ".7g"),

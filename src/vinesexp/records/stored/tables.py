@@ -185,7 +185,7 @@ def _cells(path: Path, table: Table) -> tuple[list[str], list[tuple[int, list[st
     except FileNotFoundError:
         raise TableError(f"is missing; run the {table.step} step first", file=path) from None
     except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is no text"
+        reason = getattr(error, "strerror", None) or "it is not text"
         raise _damaged(path, table, f"cannot be read ({reason})") from None
     if not text:
         raise _damaged(path, table, f"is empty, expected the columns {','.join(table.names)}")
