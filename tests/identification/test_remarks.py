@@ -15,7 +15,7 @@ def estimate(parameter: str, value: float, error: float, record: str = "a") -> E
 @pytest.mark.parametrize("gain", [0.5, -2.0])
 def test_a_sweep_whose_height_contradicts_its_width(gain):
     (check,) = remarks([estimate("base_gain", gain, 1e-3)])
-    assert f"{abs(gain):g} times its height" in check.detail
+    assert f"{abs(gain):g} times as high" in check.detail
 
 
 @pytest.mark.parametrize(("gain", "error"), [(1.03, 1e-3), (1.4, 0.1)])

@@ -356,5 +356,5 @@ def test_a_pipe_is_no_file(tmp_path):
     import os
 
     os.mkfifo(tmp_path / "a.csv")
-    with pytest.raises(RecordError, match="no plain file"):
+    with pytest.raises(RecordError, match="not a regular file"):
         open_source(tmp_path / "a.csv")
