@@ -128,6 +128,43 @@ def test_neither_lag_nor_start_of_the_clock_matter(tmp_path):
     assert driven_from(other.as_lists()).base(f0=F0, zeta=ZETA) == other.base(f0=F0, zeta=ZETA)
 
 
+class Regular:
+    """In the place of a generator: impacts that repeat from cycle to cycle."""
+
+    def uniform(self, low, high, size):
+        return np.full(size, 0.5)
+
+    def normal(self, mean, deviation, size):
+        return np.full(size, mean)
+
+
+def test_a_displacement_that_is_known_to_be_late(tmp_path):
+    """Two milliseconds are too much for a lag that is fitted to first order."""
+    t, x, base, impacts = motion(Regular(), jump=0.02)
+    noise = np.random.default_rng(9).normal(0.0, 5e-6, t.size)
+    early = replace(impacts, time_s=impacts.time_s - 2e-3)
+    with record(tmp_path / "a.nc", x + noise, base) as view:
+        known, fitted = (
+            driven_motion(view, early, frequency=F, stated=F, late=late).base(f0=F0, zeta=ZETA)
+            for late in (2e-3, 0.0)
+        )
+    assert abs(known[0] - G) < 4.0 * known[1] + 2e-4 * G
+    assert abs(fitted[0] - G) > 2.0 * abs(known[0] - G) + 5e-3 * G
+
+
+def test_a_knock_taken_for_an_impact_moves_nothing(tmp_path):
+    """The true impact is lost, and the knock gives a time 1 ms beside it."""
+    rng = np.random.default_rng(10)
+    t, x, base, impacts = motion(rng, jump=0.02)
+    times = impacts.time_s.copy()
+    times[[20, 90, 150]] -= 1e-3
+    with record(tmp_path / "a.nc", x + rng.normal(0.0, 5e-6, t.size), base) as view:
+        found = driven_motion(view, replace(impacts, time_s=times), frequency=F, stated=F)
+    value, error, _ = found.base(f0=F0, zeta=ZETA)
+    assert abs(value - G) < 4.0 * error + 2e-4 * G
+    assert error < 5e-3 * G
+
+
 def test_too_few_impacts_say_nothing(tmp_path):
     _, x, base, impacts = motion(np.random.default_rng(6), jump=0.02)
     few = replace(impacts, **{name: value[:15] for name, value in vars(impacts).items()})

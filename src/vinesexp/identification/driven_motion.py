@@ -170,8 +170,9 @@ def driven_from(lists: Mapping[str, Any]) -> DrivenMotion:
 
 
 def driven_motion(
-    view: RecordView, impacts: Impacts, *, frequency: float, stated: float | None = None
-) -> DrivenMotion | None:
+    view: RecordView, impacts: Impacts, *, frequency: float, stated: float | None = None,
+    late: float = 0.0,
+) -> DrivenMotion | None:  # fmt: skip
     """Fit the equation of motion to all flights of a periodic record.
 
     Parameters
@@ -185,6 +186,8 @@ def driven_motion(
         Of the oscillation, Hz.
     stated : float, optional
         Frequency of the base by the test log, Hz.
+    late : float
+        By which the displacement is known to come after the impacts, s; what is left is fitted.
 
     Returns
     -------
@@ -195,7 +198,7 @@ def driven_motion(
     step = k / view.sample_rate
     x = channel_means(view, "displacement", k)
     x = x - x.mean()
-    begin = view.start + 0.5 * (step - 1.0 / view.sample_rate)
+    begin = view.start - late + 0.5 * (step - 1.0 / view.sample_rate)
     missing = missing_means(view, "displacement", k)
     flights = _flights(impacts, missing, begin, step, period=1.0 / frequency)
     if flights is None:

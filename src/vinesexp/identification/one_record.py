@@ -203,7 +203,7 @@ def _by_test(
     if record.clearance:
         found += _swing(record, view, band, frequency)
         table = read_impacts(impacts)
-        found += _driven(record, view, table, frequency)
+        found += _driven(record, view, table, frequency, agreement)
         if "displacement" in view.roles or not table.n:
             return found + impact_estimates(record, known, table, frequency, agreement)
         return found + _without_laser(record, known, view, table, frequency)
@@ -257,7 +257,10 @@ def _swing(record: Record, view: RecordView, band: RecordView, frequency: float)
     )
 
 
-def _driven(record: Record, view: RecordView, impacts: Impacts, frequency: float) -> list[Estimate]:
+def _driven(
+    record: Record, view: RecordView, impacts: Impacts, frequency: float,
+    agreement: Agreement | None,
+) -> list[Estimate]:  # fmt: skip
     """The base of a periodic test: as its channel shows it, and as the mass answers it."""
     if record.test != "periodic":
         return []
@@ -271,7 +274,8 @@ def _driven(record: Record, view: RecordView, impacts: Impacts, frequency: float
         ]
         found += estimates_of(record, "base channel", rows)
     if "displacement" in view.roles:
-        motion = driven_motion(view, impacts, frequency=frequency, stated=stated)
+        late = 0.0 if agreement is None else agreement.lag
+        motion = driven_motion(view, impacts, frequency=frequency, stated=stated, late=late)
         if motion is not None:
             count = float(motion.flights)
             found.append(

@@ -212,9 +212,10 @@ def _with_corner(found: Agreement, law: PhaseLaw, frequency: float) -> Agreement
 
 
 def odds_of_corner(corner: float, error: float, *, frequency: float) -> float:
-    """Probability of an AC-coupled sensor, of which half are, by the corner found, Hz.
+    """Probability that the phase at the oscillation is not of the lag alone, by the corner found.
 
-    It may lie anywhere below a tenth of the oscillation's `frequency`, Hz.
+    Half of all sensors are AC-coupled, with a corner anywhere below a tenth of the oscillation's
+    `frequency`, Hz. A corner below zero is what a motion across the sensor's axis seems to be.
 
     Examples
     --------
@@ -223,7 +224,7 @@ def odds_of_corner(corner: float, error: float, *, frequency: float) -> float:
     >>> round(odds_of_corner(0.05, 0.01, frequency=8.0), 3)
     1.0
     """
-    z = max(corner / error, 0.0)
+    z = corner / error
     log_odds = 0.5 * z * z + math.log(error * math.sqrt(2.0 * math.pi) / (_WIDEST * frequency))
     return 1.0 / (1.0 + math.exp(-min(log_odds, 50.0)))
 
@@ -256,10 +257,11 @@ class PhaseLaw:
     def only_at_oscillation(self) -> bool:
         """Whether the channels are apart at the oscillation and together above it."""
         apart = _SURE * math.hypot(self.own_error, self.above_error)
+        small = abs(self.above) < _MOST_SHARED * abs(self.own)
         return (
             not self.has_corner
             and abs(self.own - self.above) > apart
-            and abs(self.above) < _MOST_SHARED * abs(self.own)
+            and (small or self.corner < -_SURE * self.corner_error)
         )
 
 

@@ -550,7 +550,10 @@ def _answered(
         level,
     )
     if driven.recorded:
-        late = b.add(":".join(filter(None, ("base late", record.setup))), 0.0, _BASE_LATE)
+        # the base may be recorded with the displacement, or with a sensor that it is late beside
+        lags = [e.value for e in found if e.parameter == "channel_lag"]
+        width = math.hypot(_BASE_LATE, float(np.median(lags)) if lags else 0.0)
+        late = b.add(":".join(filter(None, ("base late", record.setup))), 0.0, width)
         turned: dict[str, float] = {late: driven.rate}
         inverted = math.pi if math.cos(phase) < 0.0 else 0.0
     else:
