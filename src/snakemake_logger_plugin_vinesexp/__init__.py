@@ -22,7 +22,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 from snakemake_logger_plugin_vinesexp.slurm_queue import watch
 from vinesexp import workflow
 
-#: Said by Snakemake after a failed step has already reported its own line.
+#: How what Snakemake says after a failed step begins, which has already reported its own line.
 _AFTERMATH = (
     "RuleException",
     "CalledProcessError",
@@ -91,7 +91,7 @@ class LogHandler(LogHandlerBase):
             return self._failure(record)
         elif record.levelno >= ERROR:
             message = record.getMessage()
-            return None if any(word in message for word in _AFTERMATH) else message
+            return None if message.lstrip().startswith(_AFTERMATH) else message
         elif "Nothing to be done" in str(record.msg):
             return "Nothing to be done: every result is up to date."
         elif str(record.msg).startswith(_SLURM_RUN):

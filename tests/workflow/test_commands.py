@@ -109,6 +109,12 @@ rule further:
 """
 
 
+def test_a_target_that_no_rule_makes_is_named(finished):
+    look = finished.run("results/tiny/nonsense.csv", "-n", *TINY)
+    assert look.returncode != 0
+    assert "nonsense.csv" in look.stderr
+
+
 def test_another_workflow_uses_this_one_as_a_module(finished, tmp_path):
     own = tmp_path / "own"
     own.mkdir()
