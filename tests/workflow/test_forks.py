@@ -43,7 +43,7 @@ def test_a_step_is_done_and_a_mistake_is_none_of_the_next_ones(forks, finished, 
 def test_libraries_are_loaded_once_and_the_process_ends_with_who_asks(finished):
     forks = Forks()
     assert forks.run(words(finished, "ingest")) == 0
-    (child,) = psutil.Process(os.getpid()).children()
+    child = psutil.Process(forks._process.pid)
     loaded = {os.path.basename(one.path).partition(".")[0] for one in child.memory_maps()}
     assert "_multiarray_umath" in loaded, "numpy"
     forks.end()
@@ -54,11 +54,11 @@ def test_a_process_that_is_killed_is_missed_by_no_one_and_another_takes_its_plac
     """The step under way ends by itself; one that has not begun fails; the next ones are done."""
     assert forks.run(words(finished, "ingest")) == 0
     for _ in range(2):
-        (child,) = psutil.Process(os.getpid()).children()
+        child = psutil.Process(forks._process.pid)
         child.kill()
         child.wait()
         assert forks.run(words(finished, "condition")) == 0
-    (child,) = psutil.Process(os.getpid()).children()
+    child = psutil.Process(forks._process.pid)
     child.suspend()  # asked, and killed before it answers
     asked = ThreadPoolExecutor().submit(forks.run, words(finished, "condition"))
     time.sleep(0.2)
