@@ -10,7 +10,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.design.around import Changed, Cliffs, Range, changes, cliffs_of, operating_range
 from vinesexp.design.best_clearance import Found, percentile, resampled, scan_ends, search
-from vinesexp.design.ensemble import cut_short, responses, slow_time
+from vinesexp.design.ensemble import cut_short, responses, slow_time, watched
 from vinesexp.design.task import Task, centre_starts, mean_of_cycle, random_starts, wall_starts
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Release, Sweep
@@ -389,9 +389,10 @@ def theory_of(task: Task, G: float, frequency: float) -> tuple[float, float | No
 
 def judge(task: Task, b: float, found: Found, starts: int, seed: int) -> Judged:
     """One clearance: from rest, and under random starts that had no part in the choice."""
-    rest = responses(wall_starts(task, b, phases=found.effort.judged, shift=0.4))
+    from_rest = wall_starts(task, b, phases=found.effort.judged, shift=0.4)
+    rest = watched(from_rest, starts=len(from_rest))
     drawn = random_starts(task, b, starts=starts, seed=seed)
-    anywhere = responses(drawn)
+    anywhere = watched(drawn, starts=len(drawn))
     means = anywhere.mean
     centre = responses(centre_starts(task, b, phases=2))
     return Judged(

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.ensemble import Responses, Run, duration_of, responses
+from vinesexp.design.ensemble import Responses, Run, duration_of, responses, watched
 from vinesexp.design.task import Task, random_starts, wall_starts
 
 #: Clearances of the scan.
@@ -29,7 +29,9 @@ FINALISTS = 6
 #: Where a criterion jumps, two of them are a little narrower than the lowest: shares of it.
 SAFER = (0.95, 0.9)
 #: Beside the best of those judged, where the least often stands against a jump: shares of it, the
-#: next round of them around what the last has found, while a round gains more than GAINED.
+#: next round of them around what the last has found, while a round gains more than GAINED and at
+#: most ROUNDS times; then shares closer to it.
+ROUNDS = 3
 BESIDE = ((0.98, 0.99, 1.01, 1.02, 1.035), (0.985, 0.993, 1.007, 1.015))
 GAINED = 0.005
 #: Cycles that one comparison in a race between robust clearances may take.
@@ -100,7 +102,8 @@ class SameStarts:
         whole, known = -(-n // self._batch), self._found.get(b)
         have = 0 if known is None else known.mean.size // self._batch
         if have < whole:
-            more = responses([run for k in range(have, whole) for run in self._one(b, k)])
+            runs = [run for k in range(have, whole) for run in self._one(b, k)]
+            more = watched(runs, starts=len(runs))
             known = self._found[b] = more if known is None else known.joined(more)
         assert known is not None
         return known
@@ -267,7 +270,8 @@ def sampled(
     """Every criterion at every clearance, from one ensemble; the responses, one row a clearance."""
     clearances = np.unique(np.asarray(list(b), dtype=np.float64))
     blocks = [starts(float(one)) for one in clearances]
-    found = responses([run for block in blocks for run in block], haste=haste)
+    runs = [run for block in blocks for run in block]
+    found = watched(runs, starts=len(blocks[0])) if haste == 1.0 else responses(runs, haste=haste)
     found = found.reshape(clearances.size, len(blocks[0]))
     return [Curve(clearances, rule(found)) for rule in criteria], found
 
@@ -314,16 +318,27 @@ def least(
     curves, scan = scanned(grid, starts, criteria, looks)
     lowest = [curve.b[np.argsort(curve.value)[:FINALISTS]] for curve in curves]
     judged, _ = sampled(np.concatenate(lowest), fresh, criteria, 1.0)
-    for beside in BESIDE:
-        before = [float(curve.value.min()) for curve in judged]
-        least_of = [float(one.b[one.value.argmin()]) for one in judged]
-        b = np.unique([share * best for best in least_of for share in beside])
-        more, _ = sampled(b, fresh, criteria, 1.0)
-        judged = [one.joined(other) for one, other in zip(judged, more, strict=True)]
-        gains = [old - float(one.value.min()) for old, one in zip(before, judged, strict=True)]
-        if all(gain <= GAINED * old for gain, old in zip(gains, before, strict=True)):
+    for shares in BESIDE:
+        rounds, gained = 0, True
+        while gained and rounds < ROUNDS:
+            judged, gained = _beside(judged, shares, fresh, criteria)
+            rounds += 1
+        if rounds == 1 and not gained:
             break
     return Least([float(one.b[one.value.argmin()]) for one in judged], curves, scan)
+
+
+def _beside(
+    judged: Sequence[Curve], shares: Sequence[float], fresh: Starts, criteria: Sequence[Criterion]
+) -> tuple[list[Curve], bool]:
+    """Clearances beside the least of each criterion too; whether one of them gained by it."""
+    before = [float(curve.value.min()) for curve in judged]
+    least_of = [float(one.b[one.value.argmin()]) for one in judged]
+    b = np.unique([share * best for best in least_of for share in shares])
+    more, _ = sampled(b, fresh, criteria, 1.0)
+    joined = [one.joined(other) for one, other in zip(judged, more, strict=True)]
+    gains = [old - float(one.value.min()) for old, one in zip(before, joined, strict=True)]
+    return joined, any(gain > GAINED * old for gain, old in zip(gains, before, strict=True))
 
 
 def scanned(
@@ -393,7 +408,7 @@ def search(
     lowest = curve.b[np.argsort(curve.value)[:FINALISTS]]
     compared = SameStarts(task, seed=seed + 1, batch=effort.fresh)
     # the others are in the race too: none of the three is called robust beside a better one
-    safer = [float(lowest[0]) * share for share in SAFER]
+    safer = [float(b) * share for b in (lowest[0], *rest.b) for share in SAFER]
     won = run_race([*lowest, *safer, *rest.b], compared, effort)
     random = Least([won.b], curves, scan)
     return Found(rest.b[0], rest.b[1], won.b, rest, random, won, compared, grid, effort)

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig
@@ -35,6 +35,8 @@ from vinesexp.solver.statistics import add_amplitudes
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0
+#: Times as long that a start is watched at most where some starts are captured and some not yet.
+LONGEST_WATCH = 16.0
 #: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-3,
 #: which moves a mean amplitude by 0.06 %.
 BARE = 3.0
@@ -199,7 +201,53 @@ def _in_words(seconds: float) -> str:
     return f"about {number:.2g} {unit}" if number < 10.0 else f"about {number:.0f} {unit}"
 
 
-def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = None) -> Responses:
+def watched(runs: Sequence[Run], *, starts: int) -> Responses:
+    """Responses of clearances with `starts` runs each, watched until capture is settled.
+
+    Beside the end of the captured response capture can take many times the slow time. Where some
+    starts are captured and some are not, those lost are run again for twice the time to settle,
+    and again while that captures one more, up to `LONGEST_WATCH` times; then the others as long,
+    since a capture can be lost again.
+    """
+    found, watch = responses(runs), 2.0
+    first: BoolArray = np.asarray(found.captured.reshape(-1, starts))
+    captured: BoolArray = first
+    mixed: BoolArray = np.asarray(first.any(axis=1) & ~first.all(axis=1))
+    longest = np.ones(len(mixed))
+    while watch <= LONGEST_WATCH and mixed.any():
+        longest[mixed] = watch
+        _again(found, runs, np.flatnonzero((mixed[:, np.newaxis] & ~captured).ravel()), watch)
+        now: BoolArray = np.asarray(found.captured.reshape(-1, starts))
+        mixed = np.asarray((now.sum(axis=1) > captured.sum(axis=1)) & ~now.all(axis=1))
+        captured, watch = now, 2.0 * watch
+    gained = captured.sum(axis=1) > first.sum(axis=1)
+    for watch in np.unique(longest[gained]):
+        own = gained & (longest == watch)
+        _again(found, runs, np.flatnonzero((own[:, np.newaxis] & first).ravel()), float(watch))
+    return found
+
+
+def _again(found: Responses, runs: Sequence[Run], which: IntArray, watch: float) -> None:
+    """Some runs watched longer, in the place of what they were."""
+    later = responses([runs[k] for k in which], watch=watch)
+    found.mean[which], found.largest[which] = later.mean, later.largest
+    found.impacts_per_cycle[which] = later.impacts_per_cycle
+
+
+def longest_watch(rig: Rig, frequency: float) -> float:
+    """Time (s) after which a start that is not captured is given up, where others are."""
+    return LONGEST_WATCH * duration_of(rig, frequency)[0]
+
+
+def _spans(one: Run, haste: float, watch: float) -> tuple[float, float]:
+    settle, duration = duration_of(one.rig, one.base.frequency)
+    later = (watch - 1.0) * settle
+    return (settle + later) / haste, (duration + later) / haste
+
+
+def responses(
+    runs: Sequence[Run], *, haste: float = 1.0, watch: float = 1.0, workers: int | None = None
+) -> Responses:
     """Settled amplitudes of every run, on all cores.
 
     Parameters
@@ -232,12 +280,12 @@ def responses(runs: Sequence[Run], *, haste: float = 1.0, workers: int | None = 
     def share(first: int, step: int) -> None:
         own = side_by_side[first::step]
         if own:
-            out[:, own] = _together([runs[k] for k in own], haste, stop)
+            out[:, own] = _together([runs[k] for k in own], haste, watch, stop)
         room = Room()
         for k in alone[first::step]:
             if stop.is_set():
                 return
-            out[:, k] = _one(runs[k], room, haste)
+            out[:, k] = _one(runs[k], room, haste, watch)
 
     threads = workers or os.cpu_count() or 1
     if threads == 1 or len(runs) < 4:
@@ -262,11 +310,11 @@ class Room:
     tables: dict[tuple[float, float, float, float, float], FloatArray] = field(default_factory=dict)
 
 
-def _together(runs: Sequence[Run], haste: float, stop: threading.Event) -> FloatArray:
+def _together(runs: Sequence[Run], haste: float, watch: float, stop: threading.Event) -> FloatArray:
     """(mean, largest, impacts per cycle) of runs with one ball each, in the lanes of one loop."""
     rows, spans = [], []
     for one in runs:
-        settle, duration = (t / haste for t in duration_of(one.rig, one.base.frequency))
+        settle, duration = _spans(one, haste, watch)
         _check(one)
         rows.append(row_of(one.rig, one.base, one.release, settle=settle, duration=duration))
         spans.append((duration - settle) * one.base.frequency)
@@ -274,10 +322,10 @@ def _together(runs: Sequence[Run], haste: float, stop: threading.Event) -> Float
     return np.array([found.mean, found.largest, found.impacts / np.array(spans)])
 
 
-def _one(one: Run, room: Room, haste: float) -> tuple[float, float, float]:
+def _one(one: Run, room: Room, haste: float, watch: float) -> tuple[float, float, float]:
     """(mean, largest, impacts per cycle) of one run."""
     o, base = one.rig.oscillator, one.base
-    settle, duration = (t / haste for t in duration_of(one.rig, base.frequency))
+    settle, duration = _spans(one, haste, watch)
     if one.damping != VISCOUS or not is_plain(one.rig):
         return _simulated(one, settle, duration)
     key = (o.M, o.c1, o.k1, base.amplitude, base.frequency)

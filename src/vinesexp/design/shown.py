@@ -14,6 +14,7 @@ import numpy as np
 
 from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.around import Changed
+from vinesexp.design.ensemble import longest_watch
 from vinesexp.design.headline import Answer, headline_of, mm, percent, remarks_of
 from vinesexp.design.inputs import OPTIONS, RIG, Given
 from vinesexp.design.predictions import Theory, bands_given, single_values, start_amplitude
@@ -160,8 +161,12 @@ def from_rest(advice: Advice) -> Table:
         )
         for name, one in judged_rows(advice)
     ]  # fmt: skip
+    task = advice.task
+    frequency = 0.5 * sum(task.frequencies)
+    longest = longest_watch(task.rig(advice.robust.b), frequency)
     below = (
-        "Exact event simulation; amplitudes in mm, once settled; b: one-sided. Oscillator at rest, "
+        "Exact event simulation; amplitudes in mm, once settled (where some starts are captured "
+        f"and others not yet, after up to {longest:.2g} s); b: one-sided. Oscillator at rest, "
         "averaged over the phase at which the shaker starts; less: mean against the bare "
         f"oscillator's {mm(advice.bare_mean)} mm; captured: two impacts a cycle or more, not "
         "modulated; mid-cavity: mean with the ball at rest in the middle."
