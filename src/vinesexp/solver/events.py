@@ -18,18 +18,18 @@ from vinesexp.solver.chatter import close_chatter, release, settle
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.contact import closing_now, impact, resting_mass
 from vinesexp.solver.flight import expect
+from vinesexp.solver.fused import fused
 from vinesexp.solver.search import EPS, first_root
 from vinesexp.solver.series import (
     ORDER,
     P_C,
     P_K,
     P_M,
-    curvature,
     expand,
+    from_power,
     own_rate,
     piece_at,
-    slope,
-    value,
+    place_at,
 )
 from vinesexp.solver.state import (
     ALLOWANCE,
@@ -119,16 +119,15 @@ def move(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) -> None:
     """Carry clock, oscillator and balls s seconds on; impacts within rounding of s are at a
     wall."""
     advance_clock(state, s)
-    state[X_NOW], state[V_NOW] = value(X, s, 0), slope(X, s, 1)
-    bend, gain = value(X, s, 2), slope(X, s, 2)  # x - x0 - v0 s and v - v0, without subtraction
+    bend, gain = from_power(X, s, 2)  # x - x0 - v0 s and v - v0, without subtraction
+    state[X_NOW], state[V_NOW] = X[0] + fused(X[1], s, bend), X[1] + gain
     tie = s + max(4.0 * EPS * s, 0.5 * EPS * state[T_HIGH])
     for i in range(balls.shape[0]):
         if balls[i, STATE] == RESTING:
             continue
         if balls[i, STATE] == RELEASED:
-            bend_i = value(X, s, 3)
+            bend_i, balls[i, RHO] = from_power(X, s, 3)
             gap = balls[i, D] - balls[i, SIDE] * bend_i
-            balls[i, RHO] = slope(X, s, 3)
         else:
             gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * s + bend)
             # Where x' and y' differ by more than rounding, their difference carries no drift.
@@ -275,7 +274,7 @@ def sample(
                     node += 1
                 here, speed, mass = nodes[node, 1], nodes[node, 2], nodes[node, 3]
             else:
-                here, speed = value(X, end - t, 0), slope(X, end - t, 1)
+                here, speed, _ = place_at(X, end - t)
             t = end if end > t else np.nextafter(t, math.inf)
             while piece + 1 < table.shape[0] and table[piece + 1, 0] <= t:
                 piece += 1
@@ -285,6 +284,5 @@ def sample(
                 spent, since = 0, t
             elif spent > ALLOWANCE:
                 return float(t)
-        s = times[i] - t
-        x[i], v[i], a[i] = value(X, s, 0), slope(X, s, 1), curvature(X, s)
+        x[i], v[i], a[i] = place_at(X, times[i] - t)
     return math.inf

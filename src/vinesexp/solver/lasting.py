@@ -32,7 +32,7 @@ from vinesexp.rig import Rig
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.nonlinear import expand_loaded
 from vinesexp.solver.search import first_root
-from vinesexp.solver.series import P_M, curvature, piece_at, slope, value
+from vinesexp.solver.series import P_M, expand_base, from_power, piece_at, place_at
 from vinesexp.solver.state import (
     ALLOWANCE,
     B_PLUS,
@@ -157,7 +157,7 @@ def time_of_next(balls: FloatArray, i: int, X: FloatArray, P: FloatArray, t: flo
 @compiled
 def carry(balls: FloatArray, X: FloatArray, s: float) -> None:
     """Move all balls s seconds on, beside the oscillator's series."""
-    bend, gain = value(X, s, 2), slope(X, s, 2)
+    bend, gain = from_power(X, s, 2)
     for i in range(balls.shape[0]):
         if balls[i, PHASE] != RESTING:
             tilt = balls[i, TILT]
@@ -244,9 +244,8 @@ def turn(
             force += balls[i, M] * balls[i, TILT]
     piece = piece_at(table, t)
     since = t - table[piece, 0]
-    step = expand_loaded(
-        par, mass, force, kind, table, piece, since, state[X_NOW], state[V_NOW], E, X, P
-    )
+    rate = expand_base(kind, table[piece], since, E)
+    step = expand_loaded(par, mass, force, rate, state[X_NOW], state[V_NOW], E, X, P, work[3])
     stop = duration
     if piece + 1 < table.shape[0]:
         stop = min(stop, table[piece + 1, 0])
@@ -257,13 +256,12 @@ def turn(
         if own < step or (own == step and which < 0):
             step, which = max(own, 0.0), i
     carry(balls, X, step)
-    state[X_NOW], state[V_NOW] = value(X, step, 0), slope(X, step, 1)
+    state[X_NOW], state[V_NOW], bend = place_at(X, step)
     state[T_HIGH] = stop if ends and which < 0 else t + step
     if which < 0:
         return row
     v = state[V_NOW]
     if balls[which, PHASE] == FLYING:
-        bend = curvature(X, step)
         return begin(balls, which, par[P_M], bend, state, numbers, labels, row)
     if balls[which, PHASE] == TOUCHED:
         balls[which, PHASE] = LEAVING

@@ -19,6 +19,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled, entry
+from vinesexp.solver.fused import fused
 from vinesexp.solver.search import first_root
 from vinesexp.solver.series import (
     ORDER,
@@ -27,13 +28,12 @@ from vinesexp.solver.series import (
     P_CUBIC,
     P_K,
     P_QUADRATIC,
+    PER,
     THETA,
-    curvature,
     expand_base,
     own_rate,
     piece_at,
-    slope,
-    value,
+    place_at,
 )
 from vinesexp.solver.state import ALLOWANCE
 
@@ -66,30 +66,48 @@ def spring_force(par: FloatArray, E: FloatArray, X: FloatArray) -> float:
 @compiled
 def fill_nonlinear(
     par: FloatArray, mass: float, force: float, direction: float, E: FloatArray, X: FloatArray,
-    square: FloatArray,
+    square: FloatArray, Z: FloatArray,
 ) -> None:  # fmt: skip
-    """Coefficients X_2... from X_0, X_1; `direction` is the sign of z', `square` scratch space."""
-    c, k = par[P_C], par[P_K]
-    quadratic, cubic = direction * par[P_QUADRATIC], par[P_CUBIC]
+    """Coefficients X_2... from X_0, X_1; `direction` is the sign of z'.
+
+    `square` and `Z` are scratch space: z^2 and z.
+    """
+    damping, stiffness = par[P_C] / mass, par[P_K] / mass
+    quadratic, cubic = direction * par[P_QUADRATIC] / mass, par[P_CUBIC] / mass
+    more = (force - direction * par[P_COULOMB]) / mass
+    Z[0] = X[0] - E[0]
     for n in range(X.shape[0] - 2):
-        pull = k * (E[n] - X[n]) + c * (n + 1) * (E[n + 1] - X[n + 1])
-        if n == 0:
-            pull += force - direction * par[P_COULOMB]
+        Z[n + 1] = X[n + 1] - E[n + 1]
         if quadratic != 0.0:
-            rate2 = 0.0
-            for j in range(n + 1):
-                rate2 += (
-                    (j + 1) * (X[j + 1] - E[j + 1]) * (n - j + 1) * (X[n - j + 1] - E[n - j + 1])
-                )
-            pull -= quadratic * rate2
+            more -= quadratic * slope_squared(Z, n)
         if cubic != 0.0:
-            square[n], cube = 0.0, 0.0
+            square[n], cube = squared(Z, n), 0.0
             for j in range(n + 1):
-                square[n] += (X[j] - E[j]) * (X[n - j] - E[n - j])
-            for j in range(n + 1):
-                cube += square[j] * (X[n - j] - E[n - j])
-            pull -= cubic * cube
-        X[n + 2] = pull / (mass * (n + 1) * (n + 2))
+                cube = fused(square[j], Z[n - j], cube)
+            more -= cubic * cube
+        pull = fused(-stiffness, Z[n], more) * (PER[n] * PER[n + 1])
+        X[n + 2] = fused(-damping * PER[n + 1], Z[n + 1], pull)
+        more = 0.0
+
+
+@compiled
+def squared(Z: FloatArray, n: int) -> float:
+    """Coefficient n of the square of a series: half of the products are those of the others."""
+    total, half = 0.0, (n + 1) // 2
+    for j in range(half):
+        total = fused(Z[j], Z[n - j], total)
+    middle = Z[half] * Z[half] if n % 2 == 0 else 0.0
+    return fused(2.0, total, middle)
+
+
+@compiled
+def slope_squared(Z: FloatArray, n: int) -> float:
+    """Coefficient n of the square of a series' derivative."""
+    total, half = 0.0, (n + 1) // 2
+    for j in range(half):
+        total = fused((j + 1) * Z[j + 1], (n - j + 1) * Z[n - j + 1], total)
+    middle = (half + 1) * Z[half + 1] if n % 2 == 0 else 0.0
+    return fused(2.0, total, middle * middle)
 
 
 @compiled
@@ -134,14 +152,13 @@ def stiffest(par: FloatArray, mass: float, E: FloatArray, X: FloatArray) -> floa
 
 @compiled
 def expand_loaded(
-    par: FloatArray, mass: float, force: float, kind: int, table: FloatArray, piece: int,
-    since: float, x: float, v: float, E: FloatArray, X: FloatArray, P: FloatArray,
+    par: FloatArray, mass: float, force: float, rate: float, x: float, v: float, E: FloatArray,
+    X: FloatArray, P: FloatArray, Z: FloatArray,
 ) -> float:  # fmt: skip
-    """Fill the series of x_e and x at (x, v) under a constant force; how far it holds, s.
+    """Fill the series of x at (x, v) under a constant force; how far it holds, s.
 
-    `P` is scratch space, as long.
+    `E` is that of x_e, of a motion as fast as `rate`; `P` and `Z` are scratch space, as long.
     """
-    rate = expand_base(kind, table[piece], since, E)
     X[0], X[1] = x, v
     limit: float = THETA / max(rate, own_rate(mass, par[P_C], stiffest(par, mass, E, X)))
     direction, rests = math.copysign(1.0, X[1] - E[1]), is_at_rest(par, mass, E, X)
@@ -154,7 +171,7 @@ def expand_loaded(
         direction = math.copysign(1.0, pull - mass * 2.0 * E[2])
     if not damped:
         direction = 0.0
-    fill_nonlinear(par, mass, force, direction, E, X, P)
+    fill_nonlinear(par, mass, force, direction, E, X, P, Z)
     reach, top = limit, X.shape[0] - 1
     if damped or par[P_CUBIC] != 0.0:
         scale, power = 0.0, 1.0
@@ -178,21 +195,23 @@ def sample_loaded(
     pace: float, x: FloatArray, v: FloatArray, a: FloatArray,
 ) -> float:  # fmt: skip
     """`events.sample` for these: rows (time, x, v, mass, force) in `nodes`, times sorted."""
-    E, X, P = np.empty(ORDER + 1), np.empty(ORDER + 1), np.empty(ORDER + 1)
+    work = np.empty((4, ORDER + 1))
+    E, X, P, Z = work[0], work[1], work[2], work[3]
     node, last, spent, mark = 0, nodes.shape[0] - 1, 0, nodes[0, 0]
     t, t_end, reach, piece = nodes[0, 0], nodes[0, 0], 0.0, 0
     here, speed = nodes[0, 1], nodes[0, 2]
     for i in range(times.shape[0]):
         while times[i] >= t_end:
             if t_end > nodes[0, 0]:
-                here, speed = value(X, t_end - t, 0), slope(X, t_end - t, 1)
+                here, speed, _ = place_at(X, t_end - t)
             t = t_end
             while node < last and nodes[node + 1, 0] <= t:
                 node += 1
                 here, speed = nodes[node, 1], nodes[node, 2]
             piece = piece_at(table, t)
             mass, force, since = nodes[node, 3], nodes[node, 4], t - table[piece, 0]
-            reach = expand_loaded(par, mass, force, kind, table, piece, since, here, speed, E, X, P)
+            rate = expand_base(kind, table[piece], since, E)
+            reach = expand_loaded(par, mass, force, rate, here, speed, E, X, P, Z)
             t_end = max(t + reach, np.nextafter(t, math.inf))
             if node < last:
                 t_end = min(t_end, nodes[node + 1, 0])
@@ -203,6 +222,5 @@ def sample_loaded(
                 spent, mark = 0, t
             elif spent > ALLOWANCE:
                 return float(t)
-        s = times[i] - t
-        x[i], v[i], a[i] = value(X, s, 0), slope(X, s, 1), curvature(X, s)
+        x[i], v[i], a[i] = place_at(X, times[i] - t)
     return math.inf

@@ -35,6 +35,7 @@ from vinesexp.solver.chatter import UNSEEN
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.contact import closing_now
 from vinesexp.solver.events import collide
+from vinesexp.solver.fused import fused
 from vinesexp.solver.nonlinear import expand_loaded, is_at_rest, spring_force
 from vinesexp.solver.search import EPS, first_root
 from vinesexp.solver.series import (
@@ -44,10 +45,9 @@ from vinesexp.solver.series import (
     P_M,
     P_QUADRATIC,
     expand_base,
+    from_power,
     own_rate,
     piece_at,
-    slope,
-    value,
 )
 from vinesexp.solver.state import (
     ALLOWANCE,
@@ -349,8 +349,8 @@ def next_hit(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float) -> f
 def move_rubbing(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) -> float:
     """Carry clock, oscillator and balls s seconds on; until when what happens is one event."""
     advance_clock(state, s)
-    state[X_NOW], state[V_NOW] = value(X, s, 0), slope(X, s, 1)
-    bend, gain = value(X, s, 2), slope(X, s, 2)  # x - x0 - v0 s and v - v0, without subtraction
+    bend, gain = from_power(X, s, 2)  # x - x0 - v0 s and v - v0, without subtraction
+    state[X_NOW], state[V_NOW] = X[0] + fused(X[1], s, bend), X[1] + gain
     tie: float = s + max(4.0 * EPS * s, 0.5 * EPS * state[T_HIGH])
     for i in range(balls.shape[0]):
         if is_held(balls, i):
@@ -358,8 +358,8 @@ def move_rubbing(balls: FloatArray, X: FloatArray, state: FloatArray, s: float) 
         drift = balls[i, A] * s
         balls[i, U] += drift
         if balls[i, STATE] == RELEASED:
-            gap = balls[i, D] - balls[i, SIDE] * value(X, s, 3)
-            balls[i, RHO] = slope(X, s, 3)
+            way, balls[i, RHO] = from_power(X, s, 3)
+            gap = balls[i, D] - balls[i, SIDE] * way
         else:
             way = balls[i, RHO] * s + bend - 0.5 * drift * s
             gap = balls[i, D] - balls[i, SIDE] * way
@@ -404,14 +404,14 @@ def rub(
     if closing_now(balls, state[V_NOW]) > 0:
         row = collide_rubbing(balls, par[P_M], state, numbers, labels, row, before)
     since = (state[T_HIGH] - table[piece, 0]) + state[T_LOW]
-    expand_base(kind, table[piece], since, E)
+    base_rate = expand_base(kind, table[piece], since, E)
     row = decide(par, state, balls, E, X, numbers, labels, row)
     if row > first:
         complete(balls, par[P_M], numbers, labels, first, row)
         return row
     force, held = loads(balls)
     mass, x, v = par[P_M] + held, state[X_NOW], state[V_NOW]
-    reach = expand_loaded(par, mass, force, kind, table, piece, since, x, v, E, X, P)
+    reach = expand_loaded(par, mass, force, base_rate, x, v, E, X, P, work[3])
     state[V_NOW] = X[1]
     rate = max(own_rate(mass, par[P_C], par[P_K]), 1.0 / duration)
     T, dx, dv = close_rubbing_chatter(balls, mass, rate, 2.0 * X[2], 6.0 * X[3], X[1], remainder)

@@ -16,11 +16,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled
+from vinesexp.solver.fused import fused
 
 ORDER = 20
 THETA = 1.25
+PER = 1.0 / np.arange(1.0, ORDER + 2.0)  # 1/(n + 1): a division would be most of a recursion
 
 # Oscillator parameters in one array: mass, viscous, stiffness, quadratic, Coulomb, cubic stiffness.
 P_M, P_C, P_K, P_QUADRATIC, P_COULOMB, P_CUBIC = 0, 1, 2, 3, 4, 5
@@ -67,8 +71,9 @@ def expand_base(kind: int, row: FloatArray, since: float, E: FloatArray) -> floa
     sine_old, cosine_old = 0.0, 0.0
     E[0] = sine
     for n in range(top):
-        sine_new = (omega * cosine + chirp * cosine_old) / (n + 1)
-        cosine_new = -(omega * sine + chirp * sine_old) / (n + 1)
+        turn, drift = omega * PER[n], chirp * PER[n]
+        sine_new = fused(turn, cosine, drift * cosine_old)
+        cosine_new = -fused(turn, sine, drift * sine_old)
         sine_old, cosine_old, sine, cosine = sine, cosine, sine_new, cosine_new
         E[n + 1] = sine
     rate: float = abs(omega) + math.sqrt(2.0 * abs(chirp))
@@ -93,34 +98,28 @@ def expand(
     rate = expand_base(kind, table[piece], since, E)
     c, k = par[P_C], par[P_K]
     X[0], X[1] = x, v
+    damping, stiffness = c / mass, k / mass
     for n in range(X.shape[0] - 2):
-        force = k * (E[n] - X[n]) + c * (n + 1) * (E[n + 1] - X[n + 1])
-        X[n + 2] = force / (mass * (n + 1) * (n + 2))
+        pull = stiffness * (PER[n] * PER[n + 1]) * (E[n] - X[n])
+        X[n + 2] = fused(damping * PER[n + 1], E[n + 1] - X[n + 1], pull)
     return THETA / max(rate, own_rate(mass, c, k))
 
 
 @compiled
-def value(X: FloatArray, s: float, first: int) -> float:
-    """Sum of X_n s^(n) from n = `first`."""
-    total = 0.0
+def from_power(X: FloatArray, s: float, first: int) -> tuple[float, float]:
+    """Sums of X_n s^n and of n X_n s^(n-1) from n = `first` >= 1."""
+    total, rate, power = 0.0, 0.0, 1.0
     for n in range(X.shape[0] - 1, first - 1, -1):
-        total = total * s + X[n]
-    return total * s**first
+        rate, total = fused(rate, s, total), fused(total, s, X[n])
+    for _ in range(first - 1):
+        power *= s
+    return total * power * s, fused(rate, s, first * total) * power
 
 
 @compiled
-def slope(X: FloatArray, s: float, first: int) -> float:
-    """Sum of n X_n s^(n-1) from n = `first`."""
-    total = 0.0
-    for n in range(X.shape[0] - 1, first - 1, -1):
-        total = total * s + n * X[n]
-    return total * s ** (first - 1)
-
-
-@compiled
-def curvature(X: FloatArray, s: float) -> float:
-    """Second derivative of the series at s."""
-    total = 0.0
-    for n in range(X.shape[0] - 1, 1, -1):
-        total = total * s + n * (n - 1) * X[n]
-    return total
+def place_at(X: FloatArray, s: float) -> tuple[float, float, float]:
+    """The series with its first and second derivative at s."""
+    x, v, half = 0.0, 0.0, 0.0
+    for n in range(X.shape[0] - 1, -1, -1):
+        half, v, x = fused(half, s, v), fused(v, s, x), fused(x, s, X[n])
+    return x, v, 2.0 * half

@@ -37,6 +37,20 @@ from vinesexp.solver.fused import fused
 
 
 @compiled
+def clear_between(g0: float, r0: float, g1: float, r1: float, h: float, S: float) -> bool:
+    """Whether a gap stays open between two points h apart: gaps g >= 0 and their rates r there.
+
+    Between them it differs from the cubic through both by s^2 (h - s)^2/24 times its fourth
+    derivative, |.| <= S: by S h^4/384 at most, and by nothing at the ends. The cubic over either
+    half lies above its Bernstein coefficients; those but the ends have to be above that.
+    """
+    first, last = fused(h * (1.0 / 6.0), r0, g0), fused(h * (-1.0 / 6.0), r1, g1)
+    middle = fused(h * (1.0 / 12.0), r0 - r1, 0.25 * (g0 + g1))  # half of that of the whole cubic
+    least = min(min(first, last), min(fused(0.5, first, middle), fused(0.5, last, middle)))
+    return least > S * (h * h) * (h * h) * (1.0 / 384.0)
+
+
+@compiled
 def open_until(g: float, g1: float, g2: float, g3: float, S: float, d: float) -> bool:
     """Whether Q > 0 on (0, d], g >= 0: all Bernstein coefficients positive (the first may be 0)."""
     # The Bernstein coefficients from those of the powers 1, 2, 3 over 4, 12 and 24.
