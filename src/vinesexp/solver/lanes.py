@@ -31,7 +31,7 @@ from vinesexp.solver.arrays import ball_table, is_plain
 from vinesexp.solver.chatter import REMAINDER
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.effort import Effort
-from vinesexp.solver.fused import fused
+from vinesexp.solver.fused import fused, wide
 from vinesexp.solver.hop import SHORT
 from vinesexp.solver.kernel import one_turn
 from vinesexp.solver.response import (
@@ -77,17 +77,15 @@ ORDER = 13  # of the series over half a step, pi/9 rad: (pi/9)^14/14! = 5e-18
 # Rows of the table: what a lane is given, in units of metres and of its own step (H, s), so that a
 # speed is the way of a step;
 (
-    H, COS1, SINE, SINE1, FREE_C1, FREE_S, FREE_S1, W, W0SQ, TWOALPHA, PER_W0, MISFIT, W4P, FULL,
-    PUSH, BOUNCE, SETTLE, LAST, SERIES,
-) = range(19)  # fmt: skip
-# its motion: phasor, free motion, second and third derivative of x (as the proof needs them: over
-# 48 and over 192), the ball's way from the wall it left (along x - y; the walls lie at LOW and
-# HIGH), its rate, the speed of the ball; steps since the last contact; bound on the fourth
-# derivative;
+    H, COS1, SINE, SINE1, FREE_C1, FREE_S, FREE_S1, W, W0SQ, TWOALPHA, PER_W, PER_W0, MISFIT, W4P,
+    FULL, PUSH, BOUNCE, SETTLE, LAST, SERIES,
+) = range(20)  # fmt: skip
+# its motion: phasor, free motion, the ball's way from the wall it left (along x - y; the walls lie
+# at LOW and HIGH), its rate, the speed of the ball; steps since the last contact; bound on the
+# fourth derivative;
 (
-    C_RE, C_IM, X_FREE, V_FREE, SECOND, THIRD, WAY, LOW, HIGH, RATE, SPEED, STEPS, BOUND, GROWTH,
-    CAP,
-) = range(SERIES + ORDER - 1, SERIES + ORDER + 14)  # fmt: skip
+    C_RE, C_IM, X_FREE, V_FREE, WAY, LOW, HIGH, RATE, SPEED, STEPS, BOUND, GROWTH, CAP,
+) = range(SERIES + ORDER - 1, SERIES + ORDER + 12)  # fmt: skip
 # the time of the last contact (s), from there to SETTLE and LAST (steps), and the statistics.
 (
     TIME, TIME_LOW, DUE, LEFT, OLD, SUM_TIME, SUM, LARGEST, HITS, LATEST, MODE,
@@ -119,6 +117,7 @@ RESULTS = 6
 @compiled
 def march(P: FloatArray, n: int) -> int:
     """One step on in every lane that flies, where the way is proved to be free; lanes stopped."""
+    wide()
     stopped = 0
     for i in range(n):
         c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
@@ -134,24 +133,15 @@ def march(P: FloatArray, n: int) -> int:
         bend += fused(fc1, xh, P[FREE_S1 * LANES + i] * vh)
         way0, rate0 = P[WAY * LANES + i], P[RATE * LANES + i]
         way1, rate1 = way0 + (rate0 + bend), rate0 + fused(-w, ds, dv)
-        ah, w2 = fused(-two_alpha, ve, -w0sq * xe), w * w
-        jh = fused(-two_alpha, ah, -w0sq * ve)
-        a0, j0 = P[SECOND * LANES + i], P[THIRD * LANES + i]
-        a1, j1 = fused(-w2, re, ah) * (1.0 / 48.0), fused(w2 * w, im, jh) * (1.0 / 192.0)
         steps = P[STEPS * LANES + i]
         S = fused(steps + 1.0, P[GROWTH * LANES + i], P[BOUND * LANES + i])
         fall = min(S, P[CAP * LANES + i]) * (1.0 / 384.0)
-        # Bernstein coefficients of the ways over the halves of the step, from either end.
-        r0, r1 = 0.125 * rate0, -0.125 * rate1
-        two, three = fused(2.0, r0, a0), fused(3.0, r0 + a0, j0)
-        four = fused(4.0, r0 + j0, 6.0 * a0)
-        low0 = min(min(r0, two), min(three, four - fall))
-        high0 = max(max(r0, two), max(three, four + fall))
-        two, three = fused(2.0, r1, a1), fused(3.0, r1 + a1, -j1)
-        four = fused(4.0, r1 - j1, 6.0 * a1)
-        low1 = min(min(min(r1, two), min(three, four - fall)), 0.0)
-        high1 = max(max(max(r1, two), max(three, four + fall)), 0.0)
-        low, high = min(way0 + low0, way1 + low1), max(way0 + high0, way1 + high1)
+        # `walls.clear_between`, for both walls at once.
+        near, far = fused(1.0 / 6.0, rate0, way0), fused(-1.0 / 6.0, rate1, way1)
+        middle = fused(1.0 / 12.0, rate0 - rate1, 0.25 * (way0 + way1))
+        mid0, mid1 = fused(0.5, near, middle), fused(0.5, far, middle)
+        low = min(min(min(near, far), min(mid0, mid1)) - fall, way1)
+        high = max(max(max(near, far), max(mid0, mid1)) + fall, way1)
         free = (low > P[LOW * LANES + i]) & (high < P[HIGH * LANES + i])
         mode, inside = P[MODE * LANES + i], steps <= P[LEFT * LANES + i]
         fresh = P[AGE * LANES + i] + steps <= REFRESH
@@ -173,8 +163,6 @@ def march(P: FloatArray, n: int) -> int:
         P[V_FREE * LANES + i] = ve if go else vh
         P[WAY * LANES + i] = way1 if go else way0
         P[RATE * LANES + i] = rate1 if go else rate0
-        P[SECOND * LANES + i] = a1 if go else a0
-        P[THIRD * LANES + i] = j1 if go else j0
         P[STEPS * LANES + i] = steps + 1.0 if go else steps
         stopped += 1 if flying & (not go) else 0
     return stopped
@@ -196,6 +184,7 @@ def closer(
 @compiled
 def land(P: FloatArray, n: int) -> None:
     """The contact and the impact of every lane that waits; what is not proved is to leave."""
+    wide()
     for i in range(n):
         c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
         xh, vh = P[X_FREE * LANES + i], P[V_FREE * LANES + i]
@@ -203,7 +192,6 @@ def land(P: FloatArray, n: int) -> None:
         w2 = w * w
         way0, rate0 = P[WAY * LANES + i], P[RATE * LANES + i]
         low_wall, high_wall = P[LOW * LANES + i], P[HIGH * LANES + i]
-        a0, j0 = P[SECOND * LANES + i], P[THIRD * LANES + i]
         # The next node is beyond a wall, or about to be: which one?
         cos1, sine = P[COS1 * LANES + i], P[SINE * LANES + i]
         fc1, fs = P[FREE_C1 * LANES + i], P[FREE_S * LANES + i]
@@ -215,11 +203,8 @@ def land(P: FloatArray, n: int) -> None:
         ahead = way1 + OVER * rate1
         above, below = ahead >= high_wall, ahead <= low_wall
         wall, to = high_wall if above else low_wall, 1.0 if above else -1.0
-        # Is it met in the second half of the step? (0.5^2/2 48, 0.5^3/6 192; 2e-5 of the amplitude)
-        ah = fused(-two_alpha, vh, -w0sq * xh)
-        jh = fused(-two_alpha, ah, -w0sq * vh)
-        fourth = fused(w2 * w2, c0, fused(-two_alpha, jh, -w0sq * ah))
-        middle = way0 + fused(0.5, rate0, fused(6.0, a0, fused(4.0, j0, fourth * (1.0 / 384.0))))
+        # Is it met in the second half of the step? (the cubic through both nodes: 6e-4 of A)
+        middle = fused(0.125, rate0 - rate1, 0.5 * (way0 + way1))
         late = to * (wall - middle) > 0.0
         cr, ci = c0 + dc if late else c0, c1 + ds if late else c1
         xn, vn = xh + fused(fc1, xh, fs * vh) if late else xh, vh + dv if late else vh
@@ -244,7 +229,7 @@ def land(P: FloatArray, n: int) -> None:
         e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
         e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
         e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
-        e = min(max(e, -0.5), 0.5)
+        e = min(max(e, -0.51), 0.51)
         # The closed form there.
         angle = w * e
         q = angle * angle
@@ -301,22 +286,15 @@ def land(P: FloatArray, n: int) -> None:
         apart = v - u
         r1 = fused(d, fused(0.5 * d, j1, a1), r1)
         r1 = apart if abs(apart) > 0.25 * (abs(v) + abs(u)) else r1
-        a1 = fused(d, j1, a1)
         # Nothing came before.
         steps, T2 = P[STEPS * LANES + i], T * T
         S = fused(steps + T, P[GROWTH * LANES + i], P[BOUND * LANES + i])
         fall = min(S, P[CAP * LANES + i]) * T2 * T2 * (1.0 / 384.0)
-        one, aa, jj = 0.125 * T * rate0, T2 * a0, T2 * T * j0
-        two, three = fused(2.0, one, aa), fused(3.0, one + aa, jj)
-        four = fused(4.0, one + jj, 6.0 * aa)
-        low0 = min(min(one, two), min(three, four - fall))
-        high0 = max(max(one, two), max(three, four + fall))
-        one, aa, jj = -0.125 * T * r1, T2 * a1 * (1.0 / 48.0), T2 * T * j1 * (-1.0 / 192.0)
-        two, three = fused(2.0, one, aa), fused(3.0, one + aa, jj)
-        four = fused(4.0, one + jj, 6.0 * aa)
-        low1 = min(min(one, two), min(three, four - fall))
-        high1 = max(max(one, two), max(three, four + fall))
-        low, high = min(way0 + low0, wall + low1), max(way0 + high0, wall + high1)
+        near, far = fused((1.0 / 6.0) * T, rate0, way0), fused((-1.0 / 6.0) * T, r1, wall)
+        middle = fused((1.0 / 12.0) * T, rate0 - r1, 0.25 * (way0 + wall))
+        mid0, mid1 = fused(0.5, near, middle), fused(0.5, far, middle)
+        low = min(min(near, far), min(mid0, mid1)) - fall
+        high = max(max(near, far), max(mid0, mid1)) + fall
         sound = (above | below) & (low > low_wall) & (high < high_wall) & (to * r1 > 0.0)
         sound = sound & (abs(d) < SETTLED) & (T > 0.0) & (T <= 1.0 + 2.0 * OVER)
         # The impact.
@@ -328,11 +306,10 @@ def land(P: FloatArray, n: int) -> None:
         jh = fused(-two_alpha, ah, -w0sq * ve)
         fh = fused(-two_alpha, jh, -w0sq * ah)
         gh = fused(-two_alpha, fh, -w0sq * jh)
-        a1, j1 = fused(-w2, re, ah), fused(w2 * w, im, jh)
-        f, df = fused(w2 * w2, re, fh), gh / w - w2 * w2 * im
-        F = math.sqrt(fused(fh, fh, gh * gh / w0sq))
+        f, df = fused(w2 * w2, re, fh), fused(P[PER_W * LANES + i], gh, -w2 * w2 * im)
+        F = fused(abs(gh), per, abs(fh))
         # A ball that comes back at once is for the scalar loop.
-        push, leave = to * a1, -to * r1
+        push, leave = to * fused(-w2, re, ah), -to * r1
         brief = (push > 0.0) & (2.0 * leave < BRIEF * push)
         stop = LEAVING if (brief | (leave <= 0.0)) else FLYING
         mode = P[MODE * LANES + i]
@@ -356,7 +333,7 @@ def land(P: FloatArray, n: int) -> None:
         P[LEFT * LANES + i] = left_over - since if hit else left_over
         P[STEPS * LANES + i] = 0.0 if hit else steps
         P[SPEED * LANES + i] = v - r1 if hit else u
-        P[BOUND * LANES + i] = math.sqrt(fused(f, f, df * df)) if hit else P[BOUND * LANES + i]
+        P[BOUND * LANES + i] = abs(f) + abs(df) if hit else P[BOUND * LANES + i]
         P[GROWTH * LANES + i] = F * P[MISFIT * LANES + i] if hit else P[GROWTH * LANES + i]
         P[CAP * LANES + i] = P[W4P * LANES + i] + F if hit else P[CAP * LANES + i]
         full = P[FULL * LANES + i]
@@ -368,17 +345,16 @@ def land(P: FloatArray, n: int) -> None:
         P[V_FREE * LANES + i] = ve if hit else vh
         P[WAY * LANES + i] = 0.0 if hit else way0
         P[RATE * LANES + i] = r1 if hit else rate0
-        P[SECOND * LANES + i] = a1 * (1.0 / 48.0) if hit else a0
-        P[THIRD * LANES + i] = j1 * (1.0 / 192.0) if hit else j0
         P[AGE * LANES + i] += since + 1.0 if hit else 0.0
 
 
 @compiled
 def gather(P: FloatArray, Q: FloatArray, who: IntArray, count: int) -> None:
     """Copy the lanes `who` side by side into Q."""
+    wide()
     for row in range(AGE + 1):
         for j in range(count):
-            Q[row * LANES + j] = P[row * LANES + who[j]]
+            Q[row * LANES + j] = P[np.uint64(row * LANES) + np.uint64(who[j])]
 
 
 @compiled
@@ -386,7 +362,7 @@ def scatter(P: FloatArray, Q: FloatArray, who: IntArray, count: int) -> None:
     """Copy what a landing changes back."""
     for row in range(C_RE, AGE + 1):
         for j in range(count):
-            P[row * LANES + who[j]] = Q[row * LANES + j]
+            P[np.uint64(row * LANES) + np.uint64(who[j])] = Q[row * LANES + j]
 
 
 @compiled
@@ -404,16 +380,14 @@ def start_flight(
     fh = fused(-two_alpha, jh, -w0sq * ah)
     gh = fused(-two_alpha, fh, -w0sq * jh)
     f, df = fused(w2 * w2, c0, fh), gh / w - w2 * w2 * c1
-    F = math.sqrt(fused(fh, fh, gh * gh / w0sq))
+    F = fused(abs(gh), P[PER_W0 * LANES + i], abs(fh))
     P[C_RE * LANES + i], P[C_IM * LANES + i] = c0, c1
     P[X_FREE * LANES + i], P[V_FREE * LANES + i] = xh, vh
-    P[SECOND * LANES + i] = fused(-w2, c0, ah) * (1.0 / 48.0)
-    P[THIRD * LANES + i] = fused(w2 * w, c1, jh) * (1.0 / 192.0)
     P[WAY * LANES + i], P[RATE * LANES + i] = -ball[SIDE] * ball[D], ball[RHO] * h
     P[LOW * LANES + i] = -full if ball[SIDE] > 0.0 else 0.0
     P[HIGH * LANES + i] = 0.0 if ball[SIDE] > 0.0 else full
     P[SPEED * LANES + i], P[STEPS * LANES + i] = ball[U] * h, 0.0
-    P[BOUND * LANES + i] = math.sqrt(fused(f, f, df * df))
+    P[BOUND * LANES + i] = abs(f) + abs(df)
     P[GROWTH * LANES + i] = F * P[MISFIT * LANES + i]
     P[CAP * LANES + i] = P[W4P * LANES + i] + F
     P[TIME * LANES + i], P[TIME_LOW * LANES + i] = state[T_HIGH], state[T_LOW]
@@ -464,7 +438,8 @@ def load(P: FloatArray, i: int, run: FloatArray, head: FloatArray) -> None:
     P[FREE_S * LANES + i], P[FREE_C1 * LANES + i] = 1.0 + s1, c1
     P[SINE1 * LANES + i], P[FREE_S1 * LANES + i] = sine1, s1
     P[W * LANES + i], P[W0SQ * LANES + i], P[TWOALPHA * LANES + i] = w, w0sq, two_alpha
-    P[PER_W0 * LANES + i], P[MISFIT * LANES + i] = 1.0 / math.sqrt(w0sq), head[H_MISFIT] * h
+    P[PER_W * LANES + i], P[PER_W0 * LANES + i] = 1.0 / w, 1.0 / math.sqrt(w0sq)
+    P[MISFIT * LANES + i] = head[H_MISFIT] * h
     P[W4P * LANES + i], P[FULL * LANES + i] = w * w * w * w * head[H_P], 2.0 * run[R_B]
     P[PUSH * LANES + i] = run[R_BALL] * (1.0 + run[R_R]) / (run[R_M] + run[R_BALL])
     P[BOUNCE * LANES + i], P[SETTLE * LANES + i] = run[R_R], run[R_SETTLE]
