@@ -22,8 +22,9 @@ import math
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.chatter import remaining_time
 from vinesexp.solver.compiled import compiled
-from vinesexp.solver.response import H_P, H_RATE, H_TWOALPHA, H_W, H_W0SQ
-from vinesexp.solver.search import EPS
+from vinesexp.solver.fused import fused
+from vinesexp.solver.response import H_P, H_RATE, H_TWOALPHA, H_W, H_W0SQ, turned
+from vinesexp.solver.series import PER
 from vinesexp.solver.state import (
     CLEARANCE,
     FREE,
@@ -41,22 +42,22 @@ from vinesexp.solver.walls import open_until
 SHORT = 0.3  # rad: flights shorter than this are hops
 TOP = 12
 BRIEF, BRIEF_TOP = 0.01, 6  # rad: 0.01^7/7! = 2e-18
-TRIES, SETTLED = 10, 8.0 * EPS  # Newton's rule repeats itself to the rounding of q
+TRIES, SETTLED = 10, 1e-9  # of s: the error left by Newton's rule is the square of its last step
 
 
 @compiled
 def expand_motion(
-    head: FloatArray, cr: float, ci: float, xh: float, vh: float, X: FloatArray
+    head: FloatArray, cr: float, ci: float, xh: float, vh: float, top: int, X: FloatArray
 ) -> None:
     """Taylor coefficients of x, of the phasor (cr, ci) and the free motion (xh, vh) together."""
     w, w0sq, two_alpha = head[H_W], head[H_W0SQ], head[H_TWOALPHA]
-    xp, vp, scale = cr, -w * ci, 1.0
+    xp, vp, w2, scale = cr, -w * ci, w * w, 1.0
     X[0], X[1] = xp + xh, vp + vh
-    for n in range(2, TOP + 1):
+    for n in range(2, top + 1):
         # One derivative up: (x, x') becomes (x', x'').
-        xp, vp = vp, -w * w * xp
-        xh, vh = vh, -two_alpha * vh - w0sq * xh
-        scale *= 1.0 / n
+        xp, vp = vp, -w2 * xp
+        xh, vh = vh, fused(-two_alpha, vh, -w0sq * xh)
+        scale *= PER[n - 1]
         X[n] = scale * (vp + vh)
 
 
@@ -91,20 +92,19 @@ def hop(
     if k < 0:
         return False
     xh, vh = state[X_NOW] - c[0], state[V_NOW] + w * c[1]
-    expand_motion(head, c[0], c[1], xh, vh, X)
+    top = BRIEF_TOP if 2.0 * abs(balls[k, RHO]) * rate < BRIEF * abs(a) else TOP
+    expand_motion(head, c[0], c[1], xh, vh, top, X)
     z, away = balls[k, SIDE], -balls[k, SIDE] * balls[k, RHO]
     own = math.sqrt(w0sq)
     measure = max(max(own, slowest), abs(3.0 * X[3] / X[2]))
     if remaining_time(balls[k], 2.0 * z * X[2], own) * measure <= 2.0 * remainder:
         return False
     s, step = away / (z * X[2]), math.inf
-    top = BRIEF_TOP if s * rate < BRIEF else TOP
     for _ in range(TRIES):
         value, slope = X[top], 0.0
         for n in range(top - 1, 1, -1):
-            slope = slope * s + value
-            value = value * s + X[n]
-        step = (away - z * value * s) / (z * (value + slope * s))
+            slope, value = fused(slope, s, value), fused(value, s, X[n])
+        step = (away - z * value * s) / (z * fused(slope, s, value))
         s += step
         if not abs(step) > SETTLED * s:
             break
@@ -112,7 +112,7 @@ def hop(
         return False
     fall = 0.0
     for n in range(top, 2, -1):
-        fall = (fall + (n - 1) * abs(X[n])) * s
+        fall = fused(n - 1, abs(X[n]), fall) * s
     if not (0.0 < s < longest and s * rate < 1.2 * SHORT and fall < 0.999 * z * X[2]):
         return False
     if away * s >= balls[k, CLEARANCE] or not others_stay_clear(head, balls, c, X, xh, vh, k, s):
@@ -156,13 +156,16 @@ def return_to_wall(
     """Set clock, oscillator, phasor and balls to s seconds on, ball k back at its wall."""
     bend, gain = X[top], top * X[top]  # x - x0 - v0 s over s^2, x' - v0 over s
     for n in range(top - 1, 1, -1):
-        bend, gain = bend * s + X[n], gain * s + n * X[n]
+        bend, gain = fused(bend, s, X[n]), fused(gain, s, n * X[n])
     bend, gain = bend * s * s, gain * s
     advance_clock(state, s)
     state[X_NOW] += state[V_NOW] * s + bend
     state[V_NOW] += gain
-    cosine, sine = math.cos(w * s), math.sin(w * s)
-    c[0], c[1] = c[0] * cosine - c[1] * sine, c[0] * sine + c[1] * cosine
+    if w * s < BRIEF:
+        c[0], c[1] = turned(c[0], c[1], w * s)
+    else:
+        cosine, sine = math.cos(w * s), math.sin(w * s)
+        c[0], c[1] = c[0] * cosine - c[1] * sine, c[0] * sine + c[1] * cosine
     for i in range(balls.shape[0]):
         gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * s + bend)
         # Where x' and y' differ by more than rounding, their difference carries no drift.

@@ -101,6 +101,8 @@ REFRESH = 128.0  # nodes and contacts after which the turned phasor is taken afr
 STEP_RATE = 2.0 * math.pi / PER_CYCLE  # rad of a step, by the faster of oscillator and base
 SETTLED = 3e-6 / STEP_RATE  # steps: from here the last one, whose error is its cube, is exact
 BRIEF = SHORT / STEP_RATE  # steps: shorter flights are for the scalar loop (`kernel.is_flight`)
+ENOUGH = 2  # of the lanes one in so many has to wait until contacts are found
+FEW = 16  # of the lanes one in so many may wait for the scalar loop until it is called
 STALL = 300_000  # evaluations of one spell in the scalar loop after which a run is given up
 
 # Columns of a run, as it is given.
@@ -449,14 +451,13 @@ def load(P: FloatArray, i: int, run: FloatArray, head: FloatArray) -> None:
 
 
 @compiled
-def is_calm(ball: FloatArray, state: FloatArray, head: FloatArray) -> bool:
-    """Whether the flight that begins is one for a lane."""
+def is_calm(ball: FloatArray, state: FloatArray, head: FloatArray, c: FloatArray) -> bool:
+    """Whether the flight that begins is one for a lane; `c` is the phasor."""
     if ball[STATE] != FREE:
         return False
     w, w0sq, two_alpha = head[H_W], head[H_W0SQ], head[H_TWOALPHA]
-    c0, c1 = phasor(head, state[T_HIGH], state[T_LOW])
-    xh, vh = state[X_NOW] - c0, state[V_NOW] + w * c1
-    push = -ball[SIDE] * (w * w * c0 + two_alpha * vh + w0sq * xh)
+    xh, vh = state[X_NOW] - c[0], state[V_NOW] + w * c[1]
+    push = -ball[SIDE] * (w * w * c[0] + two_alpha * vh + w0sq * xh)
     away = -ball[SIDE] * ball[RHO]
     if ball[D] <= 0.0 and away <= 0.0:
         return False
@@ -504,7 +505,7 @@ def leave(
     node[0], node[1], node[2] = state[T_HIGH], state[X_NOW], state[V_NOW]
     c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
     row, spent = int(np.int64(0)), int(np.int64(0))
-    calm = begin and is_calm(ball, state, response)
+    calm = begin and is_calm(ball, state, response, c)
     while not calm and state[T_HIGH] < duration and spent < STALL:
         had = row
         row, used = one_turn(
@@ -513,7 +514,7 @@ def leave(
         )  # fmt: skip
         spent += used
         if row > had:
-            calm = is_calm(ball, state, response)
+            calm = is_calm(ball, state, response, c)
         if row > numbers.shape[0] - 4 or calm:
             sum_amplitudes(response, numbers, labels, row, state, node, P[SETTLE * LANES + i], sums)
             row = 0
@@ -544,18 +545,17 @@ def survey(P: FloatArray, n: int, who: IntArray, responses: FloatArray) -> tuple
     return waiting, gone
 
 
-@entry
+@compiled
 def fly_lanes(
-    P: FloatArray, Q: FloatArray, responses: FloatArray, who: IntArray, n: int, passes: int,
-    few: int,
-) -> None:  # fmt: skip
-    """Carry n lanes on, until more than `few` of them want the scalar loop, or for `passes` rounds.
+    P: FloatArray, Q: FloatArray, responses: FloatArray, who: IntArray, n: int, few: int
+) -> None:
+    """Carry n lanes on, until more than `few` of them want the scalar loop.
 
     `P` and `Q` (ROWS LANES) hold the lanes and those that land, `responses` (MOST, header and
     table) their closed forms.
     """
-    enough = max(n // 2, 1)
-    for _ in range(passes):
+    enough = max(n // ENOUGH, 1)
+    while True:
         waiting, gone = survey(P, n, who, responses)
         if gone > few:
             return
@@ -612,27 +612,33 @@ def attend_to(
 
 
 @entry
-def attend(
-    runs: FloatArray, P: FloatArray, responses: FloatArray, found: FloatArray,
-    progress: IntArray, balls: FloatArray, numbers: FloatArray, labels: IntArray,
-    work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray, n: int,
+def carry_on(
+    runs: FloatArray, P: FloatArray, Q: FloatArray, who: IntArray, responses: FloatArray,
+    found: FloatArray, progress: IntArray, balls: FloatArray, numbers: FloatArray,
+    labels: IntArray, work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray,
+    n: int, rounds: int,
 ) -> None:  # fmt: skip
-    """The scalar loop's part of n lanes: begin and end of every row of `runs`, and what left.
+    """Run every row of `runs` in n lanes, or as far as so many rounds come.
 
     `progress` (loaded, done, last lane loaded) says how far it is, zeros at the start; `found`
     (runs, RESULTS). The rest are the arrays of `fly_lanes` and scratch space.
     """
-    for i in range(n):
-        mode = P[MODE * LANES + i]
-        if mode == LEAVING or mode == IDLE:  # noqa: SIM109
-            attend_to(
-                P, i, runs, responses, found, progress, balls, numbers, labels, work, table, par,
-                scratch,
-            )  # fmt: skip
+    for _ in range(rounds):
+        idle = 0
+        for i in range(n):
+            mode = P[MODE * LANES + i]
+            if mode == LEAVING or mode == IDLE:  # noqa: SIM109
+                attend_to(
+                    P, i, runs, responses, found, progress, balls, numbers, labels, work, table,
+                    par, scratch,
+                )  # fmt: skip
+                idle += int(P[MODE * LANES + i] == IDLE)
+        if idle == n:
+            return
+        fly_lanes(P, Q, responses, who, n, min(idle + n // FEW, n - 1))
 
 
-PASSES = 20_000  # rounds after which an interrupt is heard
-FEW = 16  # of the lanes one in so many may wait for the scalar loop until it is called
+ROUNDS = 1000  # after which an interrupt is heard
 
 
 @dataclass(frozen=True)
@@ -704,12 +710,8 @@ def amplitudes(rows: FloatArray, *, stop: Callable[[], bool] = lambda: False) ->
         np.zeros((1, COLUMNS)), np.zeros((64, LOG_COLUMNS)), np.zeros((64, 3), dtype=np.int32),
         np.zeros((4, SERIES_ORDER + 1)), np.zeros((1, 5)), np.zeros(6), np.zeros((4, 5)),
     )  # fmt: skip
-    while not stop():
-        attend(rows, P, tables, found, progress, *scratch, n)
-        if progress[1] == len(rows):
-            break
-        idle = int((P[MODE * LANES : MODE * LANES + n] == IDLE).sum())
-        fly_lanes(P, Q, tables, who, n, PASSES, min(idle + n // FEW, n - 1))
+    while progress[1] < len(rows) and not stop():
+        carry_on(rows, P, Q, who, tables, found, progress, *scratch, n, ROUNDS)
     if found[:, O_STALLED].any():
         raise _stalled(rows[int(found[:, O_STALLED].argmax())])
     with np.errstate(invalid="ignore"):

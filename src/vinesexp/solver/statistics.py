@@ -36,7 +36,7 @@ def sum_amplitudes(
     w0, w = math.sqrt(response[H_W0SQ]), response[H_W]
     h = spacing_of(response)
     # Turned from event to event: what rounding gathers over one log is far below any use of it.
-    cr, ci = phasor(response, node[0], 0.0)
+    cr, ci, known = 0.0, 0.0, False
     old = amplitude(node[1], node[2], 1.0 / w0)
     for row in range(rows + 1):
         last = row == rows
@@ -44,14 +44,17 @@ def sum_amplitudes(
         x1, v1 = (state[2], state[3]) if last else (numbers[row, 1], numbers[row, 2])
         if t1 > node[0]:
             pieces = 1 if node[3] > 0.0 else max(math.ceil((t1 - node[0]) / h), 1)
-            xh, vh, done = node[1] - cr, node[2] + w * ci, 0
             counts = t1 > settle
+            if pieces > 1 and counts and not known:
+                cr, ci = phasor(response, node[0], 0.0)
+            known = pieces > 1 and counts
+            xh, vh, done = node[1] - cr, node[2] + w * ci, 0
             for i in range(1, pieces + 1):
-                if not counts and i < pieces and i - done < REBASE:
+                if not counts and i < pieces:
                     continue
                 step = h if i < pieces else (t1 - node[0]) - (i - 1) * h
                 new = amplitude(x1, v1, 1.0 / w0)
-                if node[3] == 0.0:
+                if known:
                     # Each from the same place: they do not wait for one another.
                     re, im, x, v = after(response, cr, ci, xh, vh, (i - 1 - done) * h + step)
                     if i - done == REBASE or i == pieces:
@@ -63,8 +66,6 @@ def sum_amplitudes(
                     sums[1] += 0.5 * step * (old + new)
                     sums[2] = max(sums[2], new)
                 old = new
-            if node[3] > 0.0:  # a spell of rest is one piece, of any length
-                cr, ci = phasor(response, t1, 0.0)
         if last:
             node[0], node[1], node[2] = t1, x1, v1
             break
