@@ -5,11 +5,14 @@ one evaluation of the closed form, in a chaotic one with two. That would be a ga
 proof comes afterwards (`nothing_before`). If it fails, nothing has been done, and the caller
 takes the cautious way (`kernel.fly`); so it is where Newton's rule stops at no root.
 
-The proof that nothing came before looks from both ends of a stretch of flight: with x and its
-derivatives known there, and a bound on the fourth in between (`walls.py`), the gaps to both walls
-are bounded below by quartics that leave from the start and, backwards in time, from the end. If
-these are positive up to the middle of the stretch, there was no contact in it. A flight is one
-stretch, or several where one does not do.
+The proof that nothing came before looks at both ends of a stretch of flight: with the gaps and
+their rates known there, and a bound on the fourth derivative in between, a cubic says whether a
+gap stays open (`walls.clear_between`). A flight is one stretch, or several where one does not do.
+
+A constant force on the oscillator moves its place of rest by `shift`, and a ball may have a
+constant acceleration A: so balls that rub and floors that are not level (`rubbing.py`) fly by the
+same rules. A ball that rubs keeps its direction if its rate relative to the floor, whose fourth
+derivative is that of x's rate, stays clear of zero in the same way.
 """
 
 from __future__ import annotations
@@ -44,6 +47,7 @@ from vinesexp.solver.state import (
     REMEMBERED,
     RESTITUTION,
     RHO,
+    RUB,
     SIDE,
     SIDES,
     STATE,
@@ -51,13 +55,15 @@ from vinesexp.solver.state import (
     T_LOW,
     TIMES,
     V_NOW,
+    WAY,
     X_NOW,
+    A,
     D,
     U,
     advance_clock,
     write_event,
 )
-from vinesexp.solver.walls import open_until
+from vinesexp.solver.walls import clear_between
 
 LONG = 4.0  # rad: longer flights are proved in two parts at once
 PARTS = 8
@@ -83,7 +89,7 @@ def bound(response: FloatArray, c0: float, c1: float, xh: float, vh: float, T: f
 @compiled
 def nothing_before(
     response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, x: float, v: float,
-    cr: float, ci: float, T: float, S: float, k: int, to: float,
+    cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float,
 ) -> bool:  # fmt: skip
     """Whether no ball meets a wall within the T seconds in which ball k goes to the wall `to`.
 
@@ -94,7 +100,7 @@ def nothing_before(
     if T * response[H_RATE] > LONG:
         parts = 2
     while parts <= PARTS:
-        found = parts_are_clear(response, state, balls, c, x, v, cr, ci, T, S, k, to, parts)
+        found = parts_are_clear(response, state, balls, c, x, v, cr, ci, T, S, k, to, shift, parts)
         if found != 0:
             return found > 0
         parts *= 2
@@ -102,25 +108,24 @@ def nothing_before(
 
 
 @compiled
-def second_and_third(
-    response: FloatArray, cr: float, ci: float, xh: float, vh: float
-) -> tuple[float, float]:
-    """Second and third derivative of x, of the phasor and the free motion together."""
-    w, w0sq, two_alpha = response[H_W], response[H_W0SQ], response[H_TWOALPHA]
-    ah = fused(-two_alpha, vh, -w0sq * xh)
-    return fused(-w * w, cr, ah), fused(w * w * w, ci, fused(-two_alpha, ah, -w0sq * vh))
+def second(response: FloatArray, cr: float, xh: float, vh: float) -> float:
+    """Second derivative of x, of the phasor and the free motion together."""
+    w = response[H_W]
+    free = fused(-response[H_TWOALPHA], vh, -response[H_W0SQ] * xh)
+    a: float = fused(-w * w, cr, free)
+    return a
 
 
 @compiled
 def parts_are_clear(
     response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, x: float, v: float,
-    cr: float, ci: float, T: float, S: float, k: int, to: float, parts: int,
+    cr: float, ci: float, T: float, S: float, k: int, to: float, shift: float,
+    parts: int,
 ) -> int:  # fmt: skip
     """1: no ball meets a wall before; -1: one is beyond a wall; 0: more parts are needed."""
     w, x0, v0 = response[H_W], state[X_NOW], state[V_NOW]
-    xh0, vh0, h = x0 - c[0], v0 + w * c[1], T / parts
-    half, s0, bend0, gain0 = 0.5 * h, 0.0, 0.0, 0.0
-    a0, j0 = second_and_third(response, c[0], c[1], xh0, vh0)
+    xh0, vh0, h = x0 - shift - c[0], v0 + w * c[1], T / parts
+    s0, bend0, gain0, a0 = 0.0, 0.0, 0.0, second(response, c[0], xh0, vh0)
     for part in range(1, parts + 1):
         s, last = part * h, part == parts
         re, im, xs, vs = cr, ci, x, v
@@ -128,28 +133,35 @@ def parts_are_clear(
             s = T
         else:
             re, im, xs, vs = after(response, c[0], c[1], xh0, vh0, s)
-            xs, vs = re + xs, vs - w * im
-        a, j = second_and_third(response, re, im, xs - re, vs + w * im)
+            xs, vs = shift + (re + xs), vs - w * im
+        a = second(response, re, xs - shift - re, vs + w * im)
         bend, gain = xs - x0 - v0 * s, vs - v0
         for i in range(balls.shape[0]):
             z, d, r, full = balls[i, SIDE], balls[i, D], balls[i, RHO], 2.0 * balls[i, CLEARANCE]
-            g0, g1 = d - z * (r * s0 + bend0), d - z * (r * s + bend)
+            own = balls[i, A]
+            g0 = d - z * (r * s0 + (bend0 - 0.5 * own * s0 * s0))
+            g1 = d - z * (r * s + (bend - 0.5 * own * s * s))
             if last and i == k:  # exactly at the wall it was heading for
                 g1 = 0.0 if to == z else full
             elif not 0.0 < g1 < full:
                 return -1
-            r0, r1 = r + gain0, r + gain
-            proved = (
-                (open_until(g0, -z * r0, -z * a0, -z * j0, S, half))
-                & (open_until(full - g0, z * r0, z * a0, z * j0, S, half))
-                & (open_until(g1, z * r1, -z * a, z * j, S, half))
-                & (open_until(full - g1, -z * r1, z * a, -z * j, S, half))
+            r0, r1 = r + (gain0 - own * s0), r + (gain - own * s)
+            proved = clear_between(g0, -z * r0, g1, -z * r1, h, S) & clear_between(
+                full - g0, z * r0, full - g1, z * r1, h, S
             )
+            if balls[i, RUB] > 0.0:
+                way, S1 = balls[i, WAY], S * response[H_RATE]
+                slides = (way * r0 > 0.0) & (way * r1 > 0.0)
+                proved = (
+                    proved
+                    and slides
+                    and clear_between(way * r0, way * (a0 - own), way * r1, way * (a - own), h, S1)
+                )
             # Contacts within the resolution of time are one event, for the general rule.
             tie = 4.0 * EPS * (state[T_HIGH] + T) * abs(r1)
             if not proved or (last and i != k and (g1 <= tie or full - g1 <= tie)):
                 return 0
-        s0, bend0, gain0, a0, j0 = s, bend, gain, a, j
+        s0, bend0, gain0, a0 = s, bend, gain, a
     return 1
 
 
@@ -195,7 +207,7 @@ def forced_derivatives(
 @compiled
 def cross(
     response: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, k: int,
-    longest: float,
+    longest: float, shift: float,
 ) -> tuple[float, int]:  # fmt: skip
     """Carry everything to the next contact, thought to be of ball k.
 
@@ -207,21 +219,22 @@ def cross(
     # The gap to the wall for which the ball is heading, in the direction `to`.
     far = balls[k, D] if to == balls[k, SIDE] else wide - balls[k, D]
     x0, v0, c0, c1 = state[X_NOW], state[V_NOW], c[0], c[1]
-    xh0, vh0 = x0 - c0, v0 + w * c1
+    xh0, vh0, own = x0 - shift - c0, v0 + w * c1, balls[k, A]
     s, tries = (balls[k, EXPECTED] - state[T_HIGH]) - state[T_LOW], 0
     while True:
         if not (0.0 < s < longest) or tries == TRIES:
             return 0.0, tries
         tries += 1
         cr, ci, xh, vh = after(response, c0, c1, xh0, vh0, s)
-        x, v = cr + xh, vh - w * ci
+        x, v = shift + (cr + xh), vh - w * ci
         a, j, f, p, q = forced_derivatives(response, cr, ci, xh, vh)
-        g, g1 = far - to * (rho * s + (x - x0 - v0 * s)), -to * (rho + (v - v0))
+        g = far - to * (rho * s + ((x - x0 - v0 * s) - 0.5 * own * s * s))
+        g1 = -to * (rho + ((v - v0) - own * s))
         if g1 >= 0.0:
             return 0.0, tries
         size = far + abs(rho) * s + abs(x) + abs(x0)
         d, left, slope = nearest_root(
-            g, g1, -to * a, -to * j, -to * f, -to * p, -to * q, ROUNDED * size
+            g, g1, -to * (a - own), -to * j, -to * f, -to * p, -to * q, ROUNDED * size
         )
         if abs(d) * rate < CLOSE:
             # Where the gap has no root near by, Newton's rule can stop at nothing: what its last
@@ -240,7 +253,7 @@ def cross(
     v += d * fused(d, fused(d, rise, 0.5 * j), a)
     cr, ci = turned(cr, ci, w * d)
     S = bound(response, c0, c1, xh0, vh0, T)
-    if not nothing_before(response, state, balls, c, x, v, cr, ci, T, S, k, to):
+    if not nothing_before(response, state, balls, c, x, v, cr, ci, T, S, k, to, shift):
         return 0.0, tries
     arrive(state, balls, x, v, T, k, to)
     c[0], c[1] = cr, ci
@@ -283,10 +296,12 @@ def arrive(
     advance_clock(state, T)
     state[X_NOW], state[V_NOW] = x, v
     for i in range(balls.shape[0]):
-        gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * T + bend)
+        drift = balls[i, A] * T
+        gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * T + (bend - 0.5 * drift * T))
+        balls[i, U] += drift
         apart = v - balls[i, U]
         clear = abs(apart) > 0.25 * (abs(v) + abs(balls[i, U]))
-        balls[i, RHO] = apart if clear else balls[i, RHO] + gain
+        balls[i, RHO] = apart if clear else balls[i, RHO] + (gain - drift)
         if i == k:
             balls[i, SIDE], gap = to, 0.0
         elif gap > balls[i, CLEARANCE]:

@@ -301,7 +301,7 @@ def run_on(
             if k < 0:
                 break
             left = (duration - state[T_HIGH]) - state[T_LOW]
-            T, tries = cross(response, state, balls, c, k, min(left, span))
+            T, tries = cross(response, state, balls, c, k, min(left, span), 0.0)
             evaluations += tries
             if T == 0.0:
                 break

@@ -7,7 +7,9 @@ every ball has one constant acceleration in it, and its gap is a power series wh
 found by steps that cannot pass it (`search.py`): no impact is missed. Before each segment
 `decide` settles who is held.
 
-It is compiled of its own, when it is first asked for: the plain rig pays nothing for it.
+It is compiled of its own, when it is first asked for: the plain rig pays nothing for it. Under a
+harmonic base, flights in which every ball slides on in its direction are in closed form (`glide`):
+a constant force moves the place of rest of the oscillator, and the rest is `flight.py`.
 
 Chatter is carried to its accumulation point as in `chatter.py`, but away from the wall and back to
 it the ball has different accelerations
@@ -35,8 +37,10 @@ from vinesexp.solver.chatter import UNSEEN
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.contact import closing_now
 from vinesexp.solver.events import collide
+from vinesexp.solver.flight import cross, first_expected
 from vinesexp.solver.fused import fused
 from vinesexp.solver.nonlinear import expand_loaded, is_at_rest, spring_force
+from vinesexp.solver.response import ENTRIES, H_FREQUENCY, H_SPACING, phasor
 from vinesexp.solver.search import EPS, first_root
 from vinesexp.solver.series import (
     P_C,
@@ -60,6 +64,7 @@ from vinesexp.solver.state import (
     L_FORCE,
     L_MASS,
     MASS,
+    PERIOD,
     R_MINUS,
     R_PLUS,
     R_SLOPE,
@@ -101,6 +106,8 @@ from vinesexp.solver.stickslip import (
 )
 
 IntArray = NDArray[np.int32]
+
+REFRESH = 64  # flights after which the turned phasor, which gathers rounding, is taken afresh
 
 
 @compiled
@@ -443,36 +450,83 @@ def rub(
     return row
 
 
+@compiled
+def glide(
+    response: FloatArray, par: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray,
+    longest: float, numbers: FloatArray, labels: IntArray, row: int, before: FloatArray,
+) -> int:  # fmt: skip
+    """One flight in closed form, all balls sliding, and the impact after it; rows written.
+
+    No more than before: not proved, and nothing is changed.
+    """
+    n, first = balls.shape[0], row
+    for i in range(n):
+        if may_hold(balls, i) or (balls[i, RUB] > 0.0 and balls[i, WAY] * balls[i, RHO] <= 0.0):
+            return row
+    k = first_expected(balls, state[T_HIGH])
+    if k < 0:
+        return row
+    force, _ = loads(balls)
+    T, _ = cross(response, state, balls, c, k, longest, force / par[P_K])
+    if T == 0.0:
+        return row
+    for i in range(n):
+        balls[i, HIT] = 1.0 if i == k else 0.0
+    row = collide_rubbing(balls, par[P_M], state, numbers, labels, row, before)
+    for i in range(n):
+        way = math.copysign(1.0, balls[i, RHO])
+        if way != balls[i, WAY] and not may_hold(balls, i):
+            balls[i, WAY] = way
+            if balls[i, RUB] != 0.0:
+                row = write(balls, i, SLIDE, state, numbers, labels, row)
+    complete(balls, par[P_M], numbers, labels, first, row)
+    return row
+
+
 @entry
 def run_rubbing(
-    par: FloatArray, kind: int, table: FloatArray, duration: float, remainder: float,
-    state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, work: FloatArray,
+    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
+    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
+    labels: IntArray, work: FloatArray,
 ) -> tuple[int, int]:  # fmt: skip
     """Run to `duration`, until the log is full or ALLOWANCE is used: rows written, turns.
 
     Resume with the same arrays (`kernel.run`).
     """
-    before = np.empty(balls.shape[0])
+    before, c = np.empty(balls.shape[0]), np.empty(2)
     return rub_on(
-        par, kind, table, duration, remainder, state, balls, numbers, labels, work, before
-    )
+        closed, response, par, kind, table, duration, remainder, state, balls, numbers, labels,
+        work, before, c,
+    )  # fmt: skip
 
 
 @compiled
 def rub_on(
-    par: FloatArray, kind: int, table: FloatArray, duration: float, remainder: float,
-    state: FloatArray, balls: FloatArray, numbers: FloatArray, labels: IntArray, work: FloatArray,
-    before: FloatArray,
+    closed: bool, response: FloatArray, par: FloatArray, kind: int, table: FloatArray,
+    duration: float, remainder: float, state: FloatArray, balls: FloatArray, numbers: FloatArray,
+    labels: IntArray, work: FloatArray, before: FloatArray, c: FloatArray,
 ) -> tuple[int, int]:  # fmt: skip
     """`run_rubbing`, with its scratch space."""
     row, turns, piece = 0, 0, piece_at(table, state[T_HIGH])
-    room = numbers.shape[0] - 4 * balls.shape[0] - 4
+    room, span = numbers.shape[0] - 4 * balls.shape[0] - 4, (ENTRIES - 2) * response[H_SPACING]
+    for i in range(balls.shape[0]):
+        balls[i, PERIOD] = 1.0 / response[H_FREQUENCY] if closed else 0.0
     while row < room and state[T_HIGH] < duration and turns < ALLOWANCE:
+        if closed:
+            c[0], c[1] = phasor(response, state[T_HIGH], state[T_LOW])
+            first = -1
+            while first < row < room and turns % REFRESH < REFRESH - 1:
+                first, left = row, (duration - state[T_HIGH]) - state[T_LOW]
+                row = glide(
+                    response, par, state, balls, c, min(left, span), numbers, labels, row, before
+                )
+                turns += 1
         while piece + 1 < table.shape[0] and table[piece + 1, 0] <= state[T_HIGH]:
             piece += 1
         turns += 1
-        row = rub(
-            par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
-            work, before,
-        )  # fmt: skip
+        if row < room:
+            row = rub(
+                par, kind, table, piece, duration, remainder, state, balls, numbers, labels, row,
+                work, before,
+            )  # fmt: skip
     return row, turns

@@ -184,7 +184,7 @@ def _loop_of(
         return _lasting_loop(rig, base, damping, duration, release, balls, y0)
     if is_plain(rig, damping):
         return _plain_loop(rig, base, duration, remainder, general)
-    return _rubbing_loop(rig, base, damping, duration, remainder)
+    return _rubbing_loop(rig, base, damping, duration, remainder, general)
 
 
 def _plain_loop(
@@ -213,19 +213,26 @@ def _plain_loop(
 
 
 def _rubbing_loop(
-    rig: Rig, base: Base | None, damping: WeakDamping, duration: float, remainder: float | None
-) -> Loop:
+    rig: Rig, base: Base | None, damping: WeakDamping, duration: float, remainder: float | None,
+    general: bool,
+) -> Loop:  # fmt: skip
     """The loop of `rubbing.py`."""
     from vinesexp.solver.chatter import REMAINDER
+    from vinesexp.solver.response import HEADER
     from vinesexp.solver.rubbing import run_rubbing
     from vinesexp.solver.series import ORDER
 
     kind, table = drive_table(base)
     par, limit = parameters(rig, damping), REMAINDER if remainder is None else remainder
-    work = np.zeros((4, ORDER + 1))
+    response = None if general else closed_form(rig, base, damping)
+    closed, work = response is not None, np.zeros((4, ORDER + 1))
+    if response is None:
+        response = np.ones(HEADER)
 
     def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: Labels) -> Used:
-        return run_rubbing(par, kind, table, duration, limit, state, balls, log, labels, work)
+        return run_rubbing(
+            closed, response, par, kind, table, duration, limit, state, balls, log, labels, work
+        )
 
     return fill
 
