@@ -1,28 +1,29 @@
 """Clearance, base amplitude, release and added mass from the names that labs give their files.
 
 A number counts by the word before it (``b34``, ``G=0,25mm``, ``x0_20``) or by its unit
-(``37p1mm``, ``400g``). A number with neither, and one that fits two columns, is no reading.
+(``37p1mm``, ``400g``). What may say something else is no reading: a number with neither, one that
+fits two columns, two that fit one, a range, a peak-to-peak or total length, ``2b=68mm``, ``G025``.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
-_NUMBER = r"\d+(?:[.,p]\d+)?"  # 24p5 and 24,5 are 24.5
-_END = r"(?![A-Za-z0-9])"
 _LENGTHS = {"mm": 1.0, "um": 1e-3, "µm": 1e-3, "μm": 1e-3, "cm": 10.0, "m": 1e3}  # in mm
 _MASSES = {"g": 1.0, "kg": 1e3}  # in g
+_UNITS = _LENGTHS | _MASSES
 
-#: Column to the words that stand before its number, and the units that may follow it.
-_KEYED = {
-    "clearance_mm": (r"b|clearance|gap|clr|jeu|spiel", _LENGTHS),
-    "base_amplitude_mm": (r"G|base|exc", _LENGTHS),
-    "release_mm": (r"x0|rel(?:ease)?", _LENGTHS),
-    "added_mass_g": (r"added|add|dm|mass", _MASSES),
+#: Words before the number of a column; those of the base, but G, need a unit, for they may stand
+#: before volts, a run or a gram as well.
+_WORDS = {
+    "clearance_mm": "b clear clearance gap clr cavity jeu spiel spalt",
+    "base_amplitude_mm": "g a amp ampl amplitude base exc excitation",
+    "release_mm": "x0 rel release",
+    "added_mass_g": "added add dm",
 }
-_EXACT_CASE = {"base_amplitude_mm"}  # g0.25 may be a gram
+_COLUMN = {word: column for column, words in _WORDS.items() for word in words.split()}
 _LIMITS = {  # what a rig can have, in the unit of the column
     "clearance_mm": (0.1, 1e3),
     "base_amplitude_mm": (1e-3, 50.0),
@@ -37,9 +38,23 @@ _COLUMNS = {
     "ringdown": ("release_mm", "added_mass_g"),
 }
 _MANY_TIMES = 5.0  # a clearance is larger than the base amplitude by more
-_CLEARANCE_FROM, _BASE_UP_TO = 5.0, 2.0  # mm, of a number that stands alone
+_LONE = {"clearance_mm": (5.0, 1e3), "base_amplitude_mm": (0.0, 2.0)}  # mm, without a word
 _NEAR = 0.15  # share by which a release in a name may differ from the one in the record
 _RUN = re.compile(r"(?<![\d.,-])(\d{1,3})-(\d{1,2})(?![\d.,-])")
+
+_NUMBER = r"(?<![\d.])(?<!\d,)\d+(?:[.,p]\d+)?"  # 24p5 and 24,5 are 24.5
+#: A unit ends the word, or the word of the next number follows at once, as in 34mmG0.25mm.
+_NEXT = rf"(?=(?i:{'|'.join(_COLUMN)})=?\d)"
+_UNIT = rf"[\s_]?(?:{'|'.join(sorted(_UNITS, key=len, reverse=True))})(?:(?![^\W_])|{_NEXT})"
+_ONE = rf"{_NUMBER}(?:{_UNIT})?"
+#: A word with its index (``b1=34``), its number or numbers, and what makes them something else.
+_SAID = re.compile(
+    r"(?P<word>(?i:x0)(?=[\s_=:-]*\d)|[^\W\d_]+(?:\d(?=[\s_]*[=:]))?)?(?P<joint>[\s_=:-]*)"
+    rf"(?P<numbers>{_ONE}(?:[+;]{_ONE})*)"
+    rf"(?:\s?(?:±|\+/?-)\s?{_ONE})?"
+    rf"(?P<range>(?<=\d)-(?:\d+(?:[.,p]\d+)?{_UNIT}|\d+[.,p]\d+(?![^\W_]))|/\d+)?"
+    r"(?P<other>[\s_-]*(?i:pp|p-p|pk-?pk|ptp|rms|tot(?:al)?|full|both)(?![A-Za-z]))?"
+)
 
 
 @dataclass(frozen=True)
@@ -57,6 +72,19 @@ class Reading:
     column: str
     cell: str
     said: str
+
+
+@dataclass(frozen=True)
+class _Said:
+    """Numbers of a name, mm or g, with the column that their word is of and their text.
+
+    `column` is empty where no word says it; `unit` where none follows.
+    """
+
+    column: str
+    unit: str
+    values: tuple[float, ...]
+    text: str
 
 
 def read_name(
@@ -81,43 +109,86 @@ def read_name(
     [('clearance_mm', '37.1'), ('base_amplitude_mm', '0.25')]
     >>> read_name("scope_34mm_3", "periodic")
     [Reading(column='clearance_mm', cell='34', said='34mm')]
-    >>> read_name("scope_0034", "periodic")
-    []
+    >>> read_name("scope_0034", "periodic"), read_name("2b=68mm", "periodic")
+    ([], [])
     """
-    found: dict[str, Reading] = {}
-    rest = name
-    for column in _COLUMNS.get(test, ()):
-        words, units = _KEYED[column]
-        form = _form(words, units, exact=column in _EXACT_CASE)
-        said = [(m.group(0), m.group("numbers"), m.group("unit")) for m in form.finditer(rest)]
-        cells = [
-            cell
-            for _, numbers, unit in said
-            for number in re.split(r"[+;]", numbers)
-            if (cell := _cell(column, number, units.get(unit or "", 1.0))) is not None
-        ]
-        if not cells:
-            continue
-        kind = said[0][0].lower().startswith("rel")  # of release_24mm the word may be the test's
-        if kind and _is_other(cells[0], release):
-            continue
-        several = ";".join(cells) if column == "clearance_mm" else cells[0]
-        found[column] = Reading(column, several, " ".join(text for text, _, _ in said))
-        rest = form.sub(" ", rest)
-    lengths = list(_with_unit(rest, _LENGTHS))
-    for column, number, text in [*_by_size(lengths, test, found, release), *_masses(rest, test)]:
-        cell = _cell(column, number, 1.0)
-        if column not in found and cell is not None:
-            found[column] = Reading(column, cell, text)
-    run = _RUN.search(rest)
-    if run and numbered and "clearance_mm" in _COLUMNS.get(test, ()) and not lengths:
-        found.setdefault("clearance_mm", Reading("clearance_mm", run.group(1), run.group(0)))
-    return [found[column] for column in _COLUMNS.get(test, ()) if column in found]
+    said = [_of_test(one, release) for one in _all_said(name)]
+    found = {c: [one for one in said if one.column == c] for c in _COLUMNS.get(test, ())}
+    lone = [one for one in said if not one.column]
+    lengths = [one for one in lone if one.unit in _LENGTHS]
+    clash = [
+        column
+        for column, (low, high) in _LONE.items()
+        if [*found] == [*_LONE]
+        and found[column]
+        and any(low <= v <= high for one in lengths for v in one.values)
+    ]
+    open_ones = [column for column, own in found.items() if not own]
+    for column, one in _by_size([] if clash else lengths, test, open_ones, release):
+        found[column] = [one]
+    masses = [one for one in lone if one.unit in _MASSES]
+    if "added_mass_g" in open_ones and len(masses) == 1:
+        found["added_mass_g"] = masses
+    run = _RUN.search(name)
+    if run and numbered and "clearance_mm" in open_ones and not lengths:
+        found["clearance_mm"] = [_Said("", "", (float(run[1]),), run[0])]
+    readings = [_reading(column, own) for column, own in found.items() if column not in clash]
+    return [one for one in readings if one is not None]
 
 
-def _is_other(cell: str, release: float | None) -> bool:
-    """Whether the record begins elsewhere."""
-    return release is not None and abs(float(cell) - release) > _NEAR * release
+def _all_said(name: str) -> Iterator[_Said]:
+    """Numbers with a word or a unit; those that may mean something else are left out."""
+    end, bare = -1, False  # of the number before: whether it has neither word nor unit
+    for match in _SAID.finditer(name):
+        word = match["word"] or ""
+        key = "x0" if word.lower() == "x0" else word.lower().rstrip("0123456789")
+        parts = re.findall(rf"({_NUMBER})({_UNIT})?", match["numbers"])
+        units = {unit.strip(" _") for _, unit in parts if unit}
+        unit = min(units, default="")
+        column = _COLUMN.get(key, "")
+        if column == "base_amplitude_mm" and word != "G" and not unit:
+            column = ""
+        times = word and bare and match.start() == end
+        end, bare = match.end(), not (column or unit)
+        unsure = (
+            times  # 2b=68mm
+            or match["range"]  # 30-40mm, 23/34mm
+            or match["other"]  # 0.5mm_pp
+            or re.match(rf"(?!{_NEXT})[^\W\d_]", name[end:])  # 34to37mm, 5V
+            or any(re.fullmatch(r"0\d+", number) for number, _ in parts)  # G025
+            or len(units) > 1
+            or (column and unit and (unit in _MASSES) != (column == "added_mass_g"))  # b32g
+            or (word and not column and not re.fullmatch(r"[\s_-]+", match["joint"]))  # L68mm
+        )
+        if bare or unsure:
+            continue
+        size = _UNITS.get(unit, 1.0)
+        values = tuple(float(re.sub("[,p]", ".", number)) * size for number, _ in parts)
+        yield _Said(column, unit, values, match[0] if column else match["numbers"])
+
+
+def _of_test(one: _Said, release: float | None) -> _Said:
+    """Of release_24mm the word is the test's where the record begins elsewhere."""
+    if one.column != "release_mm" or not one.text.lower().startswith("rel") or release is None:
+        return one
+    elsewhere = abs(one.values[0] - release) > _NEAR * release
+    return replace(one, column="") if elsewhere else one
+
+
+def _reading(column: str, own: list[_Said]) -> Reading | None:
+    """The cell of a column; None where nothing or more than one thing is said, or no rig has it.
+
+    A clearance is one for each ball.
+    """
+    low, high = _LIMITS[column]
+    cells = [f"{v:.10g}" for one in own for v in one.values if low <= v <= high]
+    if not cells or (column != "clearance_mm" and len(set(cells)) > 1):
+        return None
+    return Reading(
+        column,
+        ";".join(cells[: None if column == "clearance_mm" else 1]),
+        " ".join(one.text.strip() for one in own),
+    )
 
 
 def runs_are_numbered(names: Iterable[str]) -> bool:
@@ -138,70 +209,29 @@ def runs_are_numbered(names: Iterable[str]) -> bool:
     return several and all(1 in found for found in runs.values())
 
 
-def _form(words: str, units: Iterable[str], *, exact: bool) -> re.Pattern[str]:
-    """A word, its number or numbers, and the unit if there is one."""
-    unit = "|".join(units)
-    numbers = rf"{_NUMBER}(?:[+;]{_NUMBER})*"
-    return re.compile(
-        rf"(?<![A-Za-z])(?:{words})[\s_=:-]*(?P<numbers>{numbers})(?:[\s_]?(?P<unit>{unit}))?{_END}",
-        0 if exact else re.IGNORECASE,
-    )
-
-
-def _with_unit(text: str, units: dict[str, float]) -> Iterable[tuple[float, str]]:
-    """Numbers that have one of the units, in its first one, with the text of each."""
-    form = re.compile(
-        rf"(?<![\d.,A-Za-z])(?P<number>{_NUMBER})\s?(?P<unit>{'|'.join(units)}){_END}"
-    )
-    for match in form.finditer(text):
-        yield _value(match["number"]) * units[match["unit"]], match.group(0)
-
-
 def _by_size(
-    lengths: list[tuple[float, str]], test: str, found: dict[str, Reading], release: float | None
-) -> list[tuple[str, str, str]]:
-    """Column, number and text of lengths without a word, where their size says which is which."""
-    columns = [c for c in _COLUMNS.get(test, ()) if c.endswith("_mm") and c not in found]
-    ordered = sorted(lengths, reverse=True)
+    lengths: list[_Said], test: str, columns: list[str], release: float | None
+) -> list[tuple[str, _Said]]:
+    """Columns of lengths without a word, where their size says which is which."""
+    columns = [column for column in columns if column.endswith("_mm")]
+    ordered = sorted(lengths, key=lambda one: -max(one.values))
+    sizes = [max(one.values) for one in ordered]
     if test == "transient":
-        columns = _of_release(ordered, columns, release)
-    elif columns == ["clearance_mm", "base_amplitude_mm"] and len(ordered) == 1:
-        size = ordered[0][0]
-        kept = {"clearance_mm": size >= _CLEARANCE_FROM, "base_amplitude_mm": size <= _BASE_UP_TO}
-        columns = [column for column in columns if kept[column]]
-    elif len(ordered) == 2 and ordered[0][0] < _MANY_TIMES * ordered[1][0]:
+        columns = _of_release(sizes, columns, release)
+    elif columns == [*_LONE] and len(sizes) == 1:
+        columns = [c for c, (low, high) in _LONE.items() if low <= sizes[0] <= high]
+    elif len(sizes) == 2 and sizes[0] < _MANY_TIMES * sizes[1]:
         return []
-    if len(ordered) != len(columns):
-        return []
-    return [(c, f"{v:.10g}", text) for c, (v, text) in zip(columns, ordered, strict=True)]
+    return list(zip(columns, ordered, strict=True)) if len(columns) == len(ordered) else []
 
 
-def _of_release(
-    ordered: list[tuple[float, str]], columns: list[str], release: float | None
-) -> list[str]:
+def _of_release(sizes: list[float], columns: list[str], release: float | None) -> list[str]:
     """Which of a clearance and a release each length is, by what the record itself begins at."""
     if len(columns) < 2:
         return columns
     if release is None:
         return []
-    near = [abs(value - release) <= _NEAR * release for value, _ in ordered]
-    if near.count(True) > 1 or (len(ordered) > 1 and not any(near)):
+    near = [abs(size - release) <= _NEAR * release for size in sizes]
+    if near.count(True) > 1 or (len(sizes) > 1 and not any(near)):
         return []
     return ["release_mm" if one else "clearance_mm" for one in near]
-
-
-def _masses(text: str, test: str) -> list[tuple[str, str, str]]:
-    """The added mass of a ring-down, where one number alone is a mass."""
-    found = list(_with_unit(text, _MASSES)) if test == "ringdown" else []
-    return [("added_mass_g", f"{v:.10g}", said) for v, said in found] if len(found) == 1 else []
-
-
-def _value(number: str) -> float:
-    return float(re.sub("[,p]", ".", number))
-
-
-def _cell(column: str, number: str, size: float) -> str | None:
-    """A number as the cell says it; None where no rig has it."""
-    value = _value(number) * size
-    low, high = _LIMITS[column]
-    return f"{value:.10g}" if low <= value <= high else None
