@@ -17,7 +17,7 @@ from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Column, Row, Table
 from vinesexp.results import Results
-from vinesexp.units import COVERAGE_95
+from vinesexp.units import COVERAGE_95, with_error
 
 #: With the same data, a difference below this share of the error counts as none.
 _UNSEEN = 0.05
@@ -201,17 +201,9 @@ def _values(a: Path, b: Path, same: bool) -> Iterator[Difference]:
             continue
         values, errors = ([row[name][of] for row in (one, other)] for of in ("value", "std_error"))
         verdict, d, error = difference_of(values[0], values[1], errors, same_data=same)
-        a_b = [_with_error(v, e) for v, e in zip(values, errors, strict=True)]
+        a_b = [with_error(v, COVERAGE_95 * (e or 0.0)) for v, e in zip(values, errors, strict=True)]
         note = _widened(errors)
         yield Difference("value", name, one[name]["unit"], a_b[0], a_b[1], verdict, d, error, note)
-
-
-def _with_error(value: float, error: float | None) -> str:
-    """A value with the digits that its error bears."""
-    if not error or not math.isfinite(error):
-        return f"{value:.7g}"
-    decimals = max(0, 1 - math.floor(math.log10(error)))
-    return f"{value:.{decimals}f} +- {COVERAGE_95 * error:.2g}"
 
 
 def _widened(errors: Sequence[float | None]) -> str:

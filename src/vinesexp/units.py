@@ -18,6 +18,21 @@ STANDARD_GRAVITY = 9.80665  # m/s^2, exact by definition
 #: Half width of a 95 % interval in standard errors.
 COVERAGE_95 = 1.959963984540054
 
+
+def with_error(value: float, half: float, *, sign: str = "+-", digits: int = 2) -> str:
+    """A value with what follows its +-: two digits of that, and as many places of the value.
+
+    Examples
+    --------
+    >>> with_error(14.2971, 0.8932), with_error(11470.3, 68.6), with_error(4.7, 0.0)
+    ('14.30 +- 0.89', '11470 +- 69', '4.7')
+    """
+    if not math.isfinite(half) or half <= 0.0:
+        return f"{value:.6g}"
+    places = max(digits - 1 - math.floor(math.log10(half) + 1e-9), 0)
+    return f"{value:.{places}f} {sign} {half:.{places}f}"
+
+
 #: Units by what they measure, each with its size in SI.
 UNITS: dict[str, dict[str, float]] = {
     "displacement": {

@@ -14,12 +14,11 @@ from tests.report.made_up import reported
 from tests.report.synthetic import FULL
 
 from vinesexp.design.shown import Table
-from vinesexp.figures.design_curve import DesignCurve
+from vinesexp.figures.design_curve import DesignCurve, design_curve
 from vinesexp.record_pages.build import build_pages
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.report.comparison_pages import differences_page
-from vinesexp.report.design_sheet import curve_markup
-from vinesexp.report.rendering import rendered
+from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.results_differences import compare_results
 
 #: Runs a script of several statements; what it returns comes back.
@@ -65,7 +64,7 @@ def _design_sheet(page: Path) -> None:
             Table("One value off", ("-5 %", "+5 %"), [("b", "5; 7", "5; 7")], "Mean; 90 % below."),
             Table("Release", ("b\n(mm)",) * 9, [("to 3 mm", *["27"] * 9)]),
         ],
-        "remarks": ["A remark."], "svg": curve_markup(curve),
+        "remarks": ["A remark."], "svg": figure_markup(design_curve(curve), "design"),
     }  # fmt: skip
     page.write_text(rendered("vinesexp.report", "design_sheet.html.j2", content), encoding="utf-8")
 

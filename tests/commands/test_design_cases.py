@@ -199,7 +199,7 @@ def test_a_blow_is_a_release(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_given_pair_is_shown_in_a_release() -> None:
     answer, text = answered({**PAIR, "--release": "20 mm", "--clearance": "33 mm; 10 mm"})
     assert answer["release_simulated"]["asked_mm"] == pytest.approx(33.0)
-    assert re.search(r"b = 33\.000 mm, as given +[0-9.]+; [0-9.]+; [0-9.]+ ", text)
+    assert re.search(r"b = 33\.00 mm, as given +[0-9.]+; [0-9.]+; [0-9.]+ ", text)
 
 
 def test_identified_values_are_simulated(tmp_path: Path, small: None) -> None:
@@ -212,7 +212,7 @@ def test_identified_values_are_simulated(tmp_path: Path, small: None) -> None:
     options = {"--identified": str(tmp_path), "--nes-mass": "32 g", **LEVEL}
     answer, text = answered(options)
     assert answer["inputs"]["M"] == [{"value": 4.7, "std_error": 0.05}]
-    assert re.search(r"mass M +?= 4\.7 \+- 0\.098 kg", text)  # 1.96 of 0.05
+    assert re.search(r"mass M +?= 4\.700 \+- 0\.098 kg", text)  # 1.96 of 0.05
     assert answer["b_c"]["std_error_mm"] > 0.1
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
 from vinesexp.design.task import Task, mean_of_cycle
 from vinesexp.theory.multiple import gaps
+from vinesexp.units import with_error
 
 # What `design` has found, whole: theory, simulation of a base motion, simulation of a release.
 
@@ -36,15 +38,14 @@ class Answer:
 
 
 def mm(length: float) -> str:
-    """A length (m) in mm: three decimals, three digits where these would say nothing.
+    """A length (m) in mm, in four digits.
 
     Examples
     --------
-    >>> mm(0.0339234), mm(2.177e-7), mm(0.0)
-    ('33.923', '0.000218', '0.000')
+    >>> mm(0.0339234), mm(2.177e-7), mm(0.02), mm(0.0)
+    ('33.92', '0.0002177', '20.00', '0.000')
     """
-    value = 1e3 * length
-    return f"{value:.3f}" if value == 0.0 or abs(value) >= 0.1 else f"{value:.3g}"
+    return f"{1e3 * length:#.4g}".removesuffix(".")
 
 
 def percent(share: float) -> str:
@@ -63,8 +64,8 @@ def brief(value: float) -> str:
 
     Examples
     --------
-    >>> brief(0.0103921), clearance(0.0339234)
-    ('10.4', '33.92')
+    >>> brief(0.0103921), clearance(0.0339234), clearance(0.034)
+    ('10.4', '33.92', '34')
     """
     return f"{1e3 * value:.3g}"
 
@@ -110,31 +111,28 @@ def build_this(advice: Advice) -> list[str]:
     best, task = advice.robust, advice.task
     each = "; ".join(clearance(best.b * ratio) for ratio in dict.fromkeys(task.ratios))
     tolerance = f" +- {100.0 * task.tolerance:.2g} %" if task.tolerance else ""
-    known = best.random_error < 1e-3 * best.random_p90
-    error = "" if known else f"(+- {brief(2.0 * best.random_error)}) "
     at = _between(task.levels, 1e3, "mm"), _between(task.frequencies, 1.0, "Hz")
+    p90, error = 1e3 * best.random_p90, 2e3 * best.random_error
+    most = with_error(p90, error) if error > 2e-3 * p90 else f"{p90:.3g}"
     said = [
         f"Build a one-sided clearance b of {each} mm{tolerance}.",
         f"At a base amplitude of {at[0]} and {at[1]} the mean amplitude is then "
-        f"{brief(best.random_mean)} mm over random starts, below {brief(best.random_p90)} mm "
-        f"{error}for nine of ten, against "
-        f"{brief(best.random_bare)} mm without a ball "
-        f"({percent(1.0 - best.random_mean / best.random_bare)} less); from rest "
-        f"with the ball at a wall {brief(best.rest_mean)} mm.",
+        f"{brief(best.random_mean)} mm over random starts "
+        f"({percent(1.0 - best.random_mean / best.random_bare)} less than the "
+        f"{brief(best.random_bare)} mm without a ball), below {most} mm for nine of ten, and "
+        f"{brief(best.rest_mean)} mm from rest with the ball at a wall.",
     ]
     elsewhere = abs(advice.least_mean.b / best.b - 1.0) > task.tolerance
     if elsewhere and advice.least_mean.rest_mean < 0.8 * best.random_mean:
         said.append(
             f"If every test starts at rest with the ball at a wall, b = "
-            f"{clearance(advice.least_mean.b)} mm leaves {brief(advice.least_mean.rest_mean)} mm, "
-            f"and {brief(advice.least_mean.random_mean)} mm over random starts."
+            f"{clearance(advice.least_mean.b)} mm leaves {brief(advice.least_mean.rest_mean)} mm."
         )
     tied = advice.found.race.tied
     if len(tied) > 1:
         said.append(
             f"Clearances from {clearance(tied[0])} to {clearance(tied[-1])} mm are "
-            f"{_alike(advice.found.race)} by what nine of ten stay below; of these this "
-            "one keeps the least mean when it is made 4 % narrower or wider."
+            f"{_alike(advice.found.race)}."
         )
     said.append(_cliff(advice))
     return [*said, damper(advice)]
@@ -210,36 +208,43 @@ def driven(found: UnderRecord) -> list[str]:
 
 
 def releases(falls: Falls) -> list[str]:
-    """The release: to each level how fast, from where, with which clearance."""
-    helped = [k for k in range(len(falls.levels)) if falls.helps(k)]
-    walled = [k for k in range(len(falls.levels)) if falls.helps(k, at_wall=True)]
-    said = []
-    if not helped:
-        said.append(
-            "Released, three of four balls at rest somewhere in their cavity are no faster than "
-            "none at any clearance."
-        )
+    """The release: to each level how fast, from where, with which clearance.
+
+    Balls put at the wall are in the table; here only where no others help.
+    """
+    if said := _ways(falls, "three of four balls at rest somewhere bring", at_wall=False):
+        return said
+    return [
+        "Released, three of four balls at rest somewhere in their cavity are no faster than none "
+        "at any clearance.",
+        *_ways(falls, "a ball put at the wall that will push it brings", at_wall=True),
+    ]
+
+
+def _ways(falls: Falls, balls: str, *, at_wall: bool) -> list[str]:
+    fastest = falls.fastest_at_wall if at_wall else falls.fastest
     ways = [
-        f"to {brief(falls.levels[k])} mm in {_time(falls.found[i].sure(k))} with b = "
-        f"{clearance(falls.found[i].b)} mm (without a ball {_time(falls.bare[k])})"
-        for k, i in enumerate(falls.fastest)
-        if k in helped
+        (brief(level), _time(best.sure(k, at_wall=at_wall)), clearance(best.b), _time(bare))
+        for k, (level, bare) in enumerate(zip(falls.levels, falls.bare, strict=True))
+        if falls.helps(k, at_wall=at_wall) and (best := falls.found[fastest[k]])
     ]
-    if ways:
-        said.append(f"Released, three of four balls at rest somewhere bring it {'; '.join(ways)}.")
-    walls = [
-        f"to {brief(falls.levels[k])} mm in {_time(falls.found[i].sure(k, at_wall=True))} with b = "
-        f"{clearance(falls.found[i].b)} mm"
-        for k, i in enumerate(falls.fastest_at_wall)
-        if k in walled
+    if not ways:
+        return []
+    levels, times, each, bare = (_listed(words) for words in zip(*ways, strict=True))
+    return [
+        f"Released, {balls} it to {levels} mm in {times} with b = {each} mm (without a ball: "
+        f"{bare})."
     ]
-    if walls:
-        said.append(f"A ball put at the wall that will push it: {'; '.join(walls)}.")
-    return said
+
+
+def _listed(words: Iterable[str]) -> str:
+    """`1, 2 and 3`."""
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _time(seconds: float) -> str:
-    return f"{seconds:.2f} s" if math.isfinite(seconds) else "no time that was watched"
+    return f"{seconds:.2f} s" if math.isfinite(seconds) else "never"
 
 
 def _between(ends: tuple[float, float], size: float, unit: str) -> str:
@@ -261,26 +266,18 @@ def warnings_of(advice: Advice) -> list[str]:
     alike = len(set(advice.task.ratios)) == 1  # the orbit is that of all balls as one
     if alike and advice.orbit is not None and advice.orbit[1] > 1.3 * advice.orbit[0]:
         said.append(
-            f"just below the exact b_c the orbit has {1e3 * advice.orbit[0]:.3g} mm but is not "
-            f"reached from rest, where the mean is {1e3 * advice.orbit[1]:.3g} mm"
+            f"just below the exact b_c the orbit has {brief(advice.orbit[0])} mm but is not "
+            f"reached from rest, where the mean is {brief(advice.orbit[1])} mm"
         )
-    if not best.centre_touched:
+    untouched = {"robust": best, "least-mean": advice.least_mean,
+                 "least-largest": advice.least_max, "given": advice.asked}  # fmt: skip
+    names = [n for n, one in untouched.items() if one is not None and not one.centre_touched]
+    if names:
         said.append(
-            "a ball at rest in the middle of the robust cavity is never touched (the bare "
-            f"amplitude of {1e3 * advice.bare:.3g} mm does not reach its walls): start it at a wall"
+            f"with the {_listed(names)} clearance a ball at rest in the middle of its cavity is "
+            f"never touched (the bare amplitude of {brief(advice.bare)} mm does not reach its "
+            "walls): start it at a wall"
         )
-    others = (
-        ("least-mean", advice.least_mean),
-        ("least-largest", advice.least_max),
-        ("given", advice.asked),
-    )
-    for name, one in others:
-        if one is not None and not one.centre_touched and one.b != best.b:
-            said.append(
-                f"with the {name} clearance a ball at rest mid-cavity is never touched either"
-                if not best.centre_touched
-                else f"with the {name} clearance a ball at rest mid-cavity is never touched"
-            )
     said += ends_of_search(advice)
     if advice.watched < 1.0:
         said.append(
@@ -308,8 +305,8 @@ def apart(published: float, exact: float) -> list[str]:
     if abs(published / exact - 1.0) <= 0.1:
         return []
     return [
-        f"the published b_c does not depend on frequency: {1e3 * published:.4g} mm "
-        f"beside {1e3 * exact:.4g} mm exact; do not build it off resonance"
+        f"the published b_c does not depend on frequency: {clearance(published)} mm "
+        f"beside {clearance(exact)} mm exact; do not build it off resonance"
     ]
 
 

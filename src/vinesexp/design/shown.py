@@ -22,7 +22,7 @@ from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
 from vinesexp.rig import Oscillator
 from vinesexp.theory.intervals import ClearancePrediction
-from vinesexp.units import COVERAGE_95
+from vinesexp.units import COVERAGE_95, with_error
 
 #: Symbols that are not those of the options, and the units a person writes a value in, per SI unit.
 SYMBOLS = {"frequency": "f", "friction": "mu g", "quadratic": "", "coulomb": "", "tolerance": ""}
@@ -120,8 +120,9 @@ def rig_rows(given: Given, theory: Theory) -> list[tuple[str, ...]]:
         )
         texts = []
         for q in given[option.symbol]:
-            error = f" +- {size * COVERAGE_95 * q.std_error:.3g}" if q.std_error else ""
-            texts.append(f"{size * q.value:.6g}{error} {unit}".rstrip())
+            texts.append(
+                f"{with_error(size * q.value, size * COVERAGE_95 * q.std_error)} {unit}".rstrip()
+            )
         apart = " to " if option.symbol in ("G", "frequency") else "; "
         name = f"{option.flag[2:].replace('-', ' ')} {SYMBOLS.get(option.symbol, option.symbol)}"
         rows.append((name.rstrip(), apart.join(texts)))
@@ -185,7 +186,7 @@ def from_random(advice: Advice) -> Table:
     rows = [
         (
             name, each_ball(advice, one.b), mm(one.random_mean),
-            f"{mm(one.random_p90)} +- {2e3 * one.random_error:.3f}", mm(one.random_max),
+            with_error(1e3 * one.random_p90, 2e3 * one.random_error), mm(one.random_max),
             percent(1.0 - one.random_mean / one.random_bare),
             "-" if advice.hopeless else percent(one.captured),
         )

@@ -11,6 +11,10 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.figures.style import COLOURS, SEQUENCE, label, new_figure
 
+#: Clearances in this ratio share a label.
+_BESIDE = 1.05
+_PUBLISHED = "$b_c$ published"
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -84,19 +88,27 @@ def design_curve(curve: DesignCurve, *, height: float = 5.2) -> Figure:
 
 
 def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float, apart: float) -> None:
-    lines = [(b, name, SEQUENCE[6], "-") for name, b in curve.build.items()]
-    lines.append((curve.published, "$b_c$ published", COLOURS["published"], "--"))
+    b_c = {_PUBLISHED: curve.published}
     if curve.exact is not None:
-        lines.append((curve.exact, "$b_c$ exact", COLOURS["exact"], "--"))
+        b_c["$b_c$ exact"] = curve.exact
+    lines = [
+        *((group, SEQUENCE[6], "-") for group in _close(curve.build)),
+        *((group, COLOURS["exact"], "--") for group in _close(b_c)),
+    ]
     level = 0.99
-    for b, name, colour, style in sorted(lines):
-        if not curve.b[0] <= b <= curve.b[-1]:
+    for group, colour, style in sorted(lines):
+        shown = [(b, name) for b, name in group if curve.b[0] <= b <= curve.b[-1]]
+        if not shown:
             continue
         for one in (axis, share):
-            one.axvline(b, color=colour, linestyle=style, linewidth=0.9, zorder=0)
+            for b, name in shown:
+                own = COLOURS["published"] if name == _PUBLISHED else colour
+                one.axvline(b, color=own, linestyle=style, linewidth=0.9, zorder=0)
+        b = shown[0][0]
         near = b > np.sqrt(curve.b[0] * curve.b[-1])
+        words = ", ".join(f"{name} {b:.4g}" for b, name in shown)
         label(
-            *(axis, f"{name} {b:.4g}", (b, level * top)),
+            *(axis, words, (b, level * top)),
             colour=colour,
             shift=(-3, 0) if near else (3, 0),
             ha="right" if near else "left",
@@ -104,6 +116,23 @@ def _marks(axis: Axes, share: Axes, curve: DesignCurve, top: float, apart: float
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
         )
         level -= apart
+
+
+def _close(values: Mapping[str, float]) -> list[list[tuple[float, str]]]:
+    """Clearances in groups whose names would stand in one another's way.
+
+    Examples
+    --------
+    >>> _close({"robust": 20.0, "least mean": 33.0, "least largest": 32.8})
+    [[(20.0, 'robust')], [(32.8, 'least largest'), (33.0, 'least mean')]]
+    """
+    groups: list[list[tuple[float, str]]] = []
+    for b, name in sorted((b, name) for name, b in values.items()):
+        if groups and b < _BESIDE * groups[-1][0][0]:
+            groups[-1].append((b, name))
+        else:
+            groups.append([(b, name)])
+    return groups
 
 
 def _plain_ticks(axis: Axes, b: FloatArray) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from vinesexp.units import COVERAGE_95
+from vinesexp.units import COVERAGE_95, with_error
 
 _SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -43,8 +43,7 @@ def _written(value: float, half: float, unit: str, *, digits: int) -> str:
     if 0.0 < abs(value) < 0.02:
         power = 3 * math.ceil(-math.log10(abs(value)) / 3.0)
     value, half = value * 10.0**power, half * 10.0**power
-    places = max(digits - 1 - math.floor(math.log10(half) + 1e-9), 0)
-    text = f"{value:.{places}f} ± {half:.{places}f}"
+    text = with_error(value, half, sign="±", digits=digits)
     return f"({text})·10⁻{str(power).translate(_SUPERSCRIPTS)}{shown}" if power else text + shown
 
 

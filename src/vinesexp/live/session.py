@@ -43,7 +43,7 @@ from vinesexp.records.stored.result_columns import IDENTIFIED
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.step_inputs import campaign_text, row_text, rows_text
 from vinesexp.records.stored.tables import read_rows
-from vinesexp.units import COVERAGE_95, Quantity
+from vinesexp.units import COVERAGE_95, Quantity, with_error
 from vinesexp.whole_files import write_whole
 
 #: Cells that the page may change; what a record is called and where its file is stays.
@@ -247,7 +247,7 @@ class Session:
         if found is None:
             return row
         cell = clearance_cell(found, campaign.records)
-        shown = f"{1e3 * found.value:.4g} +- {1e3 * COVERAGE_95 * found.std_error:.2g}"
+        shown = with_error(1e3 * found.value, 1e3 * COVERAGE_95 * found.std_error)
         note = (
             cells["note"].replace(" clearance_mm", "", 1).removesuffix("; FILL IN, if it applies:")
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vinesexp.figures.methods import SYMBOLS, value_over_folders
+from vinesexp.figures.methods import value_over_folders
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.results_differences import Difference, Differences
@@ -109,7 +109,7 @@ def repeatability_page(found: Repeatability) -> str:
     """The page, one HTML file that needs nothing else."""
     shown = [
         {
-            "name": SYMBOLS.get(one.what, one.what),
+            "name": one.what,
             "mean": plus_minus(one.mean, one.mean_error, one.unit),
             "spread": spread_in_words(one),
             "kind": {"scatters": "differ", "repeats": "agree"}.get(one.verdict, "open"),

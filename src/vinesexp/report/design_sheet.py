@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import re
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +9,7 @@ from vinesexp.design.headline import Answer, headline_of
 from vinesexp.design.inputs import Given
 from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, Table, notes_of, tables_of
 from vinesexp.figures.design_curve import DesignCurve, design_curve
-from vinesexp.figures.style import described
-from vinesexp.report.rendering import rendered, themed
+from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.whole_files import write_whole
 
 #: What each clearance is the best by, and which of the two tables its card is of.
@@ -36,7 +33,10 @@ def write_sheet(path: Path, given: Given, answer: Answer, curve: DesignCurve | N
     curve : DesignCurve, optional
         Of the simulation, where there is one.
     """
-    content = {**sheet_content(given, answer), "svg": "" if curve is None else curve_markup(curve)}
+    content = {
+        **sheet_content(given, answer),
+        "svg": "" if curve is None else figure_markup(design_curve(curve, height=2.85), "design"),
+    }
     write_whole(path, rendered("vinesexp.report", "design_sheet.html.j2", content))
 
 
@@ -78,18 +78,3 @@ def cards_of(rest: Table, anywhere: Table) -> list[dict[str, str]]:
             }
         )  # fmt: skip
     return cards
-
-
-def curve_markup(curve: DesignCurve) -> str:
-    """The picture as markup that fills its place and follows the colours of the page."""
-    text = io.StringIO()
-    design_curve(curve, height=2.85).savefig(text, format="svg", metadata={"Date": None})
-    svg = text.getvalue()
-    svg = described(
-        re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL),
-        title="Amplitude over clearance",
-        description="Mean amplitude from rest and from random starts over the clearance, with the "
-        "clearances to build, and the share of starts that are captured.",
-    )
-    head, rest = svg.split(">", maxsplit=1)
-    return re.sub(r'\s(?:width|height)="[^"]*"', "", head) + ">" + themed(rest)

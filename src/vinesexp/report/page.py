@@ -24,7 +24,6 @@ from vinesexp.report.rendering import inline_svg, rendered
 from vinesexp.report.replay_verdict import other_branches, replay_verdict
 from vinesexp.report.tables_shown import (
     PARAMETERS,
-    SYMBOLS,
     TESTS,
     budget_table,
     coverage_table,
@@ -394,7 +393,6 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "levels": levels_table(found.rows("level_values")),
         "coverage": coverage_table(),
         "budget": budget_table(found.rows("budget")),
-        "written": SYMBOLS,
         **_of_tests(found),
         "definitions": REGIMES,
         "replay": replay_verdict(found.rows("replay"), found.rows("checks")),

@@ -76,7 +76,11 @@ def themed(svg: str) -> str:
     return _TEXT.sub('<text style="fill: var(--figure-ink); ', coloured)
 
 
-_SYMBOL = re.compile(r"\b(b(?=_[ct])|r(?=_\d))_([ct]|\d+)\b")
+#: Symbols with an index: b_c, r_1, A_2, F_c, x_m, and f0, c1, k1, x0 as they are typed.
+_SYMBOL = re.compile(r"\b(?:(b|r|A|F|x)_([ctme]|\d+)|([fx])(0)|([ck])(1))\b(?!\.\w)")
+
+_LETTERS = {"zeta": "ζ", "eps": "ε", "lambda": "λ"}
+_GREEK = re.compile(rf"\b({'|'.join(_LETTERS)})\b(?!\.\w)")
 
 
 def rendered(package: str, template: str, content: dict[str, Any]) -> str:
@@ -111,13 +115,16 @@ def environment(package: str) -> Environment:
 
 
 def symbols(text: str) -> Markup:
-    """Text as markup, with b_c, b_t and r_1 as they are written on paper.
+    """Text as markup, with b_c, r_1, k1 and zeta as they are written on paper, and ± for +-.
 
     Examples
     --------
-    >>> str(symbols("b_c < b_t"))
-    'b<sub>c</sub> &lt; b<sub>t</sub>'
+    >>> str(symbols("b_c < b_t, k1 = 5 +- 1, zeta"))
+    'b<sub>c</sub> &lt; b<sub>t</sub>, k<sub>1</sub> = 5 ± 1, ζ'
     """
     from markupsafe import Markup, escape
 
-    return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(text))))
+    written = _SYMBOL.sub(
+        lambda found: "{}<sub>{}</sub>".format(*filter(None, found.groups())), str(escape(text))
+    )
+    return Markup(_GREEK.sub(lambda name: _LETTERS[name[0]], written).replace("+-", "±"))

@@ -4,7 +4,6 @@ values, and how often stated intervals held the truth."""
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
@@ -346,9 +345,6 @@ PARAMETERS = {
     "r": "restitution",
 }
 
-#: How each parameter is written, as markup.
-SYMBOLS = {"f0": "f<sub>0</sub>", "zeta": "ζ", "c1": "c<sub>1</sub>", "k1": "k<sub>1</sub>"}
-
 #: Ids in one cell.
 _MOST_IDS = 24
 #: What is asked first of a rig, in the line of the verdict.
@@ -363,7 +359,6 @@ def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
         {
             "name": name,
             "order": (*_ASKED, *order).index(name),
-            "symbol": SYMBOLS.get(name, re.sub(r"^r_(\d+)$", r"r<sub>\1</sub>", name)),
             "meaning": PARAMETERS.get(name, _meaning(name)),
             "value": _value(combined[name]),
             "brief": plus_minus_brief(*_numbers(combined[name])),
