@@ -19,12 +19,13 @@ and by some scatter, which counts as noise beside that of the samples: generalis
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from scipy.linalg import solve_triangular
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import RecordError
@@ -348,15 +349,24 @@ class _Rows:
             ]
         )
 
-    def white(self, rows: FloatArray, lag: float) -> FloatArray:
-        """Rows whose noise is that of the samples and a scatter of the impacts' times, s."""
-        found, begin = [], 0
-        for N in self.noise:
-            own = slice(begin, begin + len(N))
-            C = np.linalg.cholesky(N + np.diag((lag * self.jump[own]) ** 2))
-            found.append(np.linalg.solve(C, rows[own]))
-            begin = own.stop
-        return np.concatenate(found)
+    def whitener(self, lag: float) -> Callable[[FloatArray], FloatArray]:
+        """Makes rows whose noise is that of the samples and a scatter of the impacts' times, s."""
+        begins = np.cumsum([0, *map(len, self.noise)])
+        factors = [
+            np.linalg.cholesky(N + np.diag((lag * self.jump[begin : begin + len(N)]) ** 2))
+            for N, begin in zip(self.noise, begins, strict=False)
+        ]
+
+        def white(rows: FloatArray) -> FloatArray:
+            parts = np.split(rows, begins[1:-1])
+            return np.concatenate(
+                [
+                    solve_triangular(C, part, lower=True, check_finite=False)
+                    for C, part in zip(factors, parts, strict=True)
+                ]
+            )
+
+        return white
 
 
 def _rows(flights: _Flights, kept: BoolArray, noise: FloatArray) -> _Rows:
@@ -452,7 +462,7 @@ def _solved(
 
     Of the columns after those sought, `held` ones have coefficients of 0 +- 1.
     """
-    white = rows.white(np.column_stack([design, y]), lag)
+    white = rows.whitener(lag)(np.column_stack([design, y]))
     A, rest = white[:, :-1], white[:, -1]
     count = len(A)
     A = np.vstack([A, np.eye(held, A.shape[1], _SOUGHT)])
@@ -600,21 +610,22 @@ def _unseen_base(flights: _Flights, x: FloatArray, about: Sequence[float]) -> fl
     """Frequency of the sine that explains the flights best, near `about`, Hz."""
     t = flights.begin + flights.step * np.arange(x.size)
     moments = flights.moments(x)
-    rows: dict[float, _Rows | None] = {}
+    kept: list[tuple[_Rows, Callable[[FloatArray], FloatArray]] | None] = []
 
     def waves(f: float) -> list[FloatArray]:
         return [np.cos(2.0 * math.pi * f * t), np.sin(2.0 * math.pi * f * t)]
 
     def misfit(f: float) -> float:
         driven = [flights.moments(e) for e in waves(f)]
-        if not rows:
-            rows[f] = _consistent(flights, moments, driven, f)
-        own = next(iter(rows.values()))
-        if own is None:
+        if not kept:  # of the first frequency: the others are near
+            rows = _consistent(flights, moments, driven, f)
+            kept.append(None if rows is None else (rows, rows.whitener(10.0 * _LAG)))
+        if kept[0] is None:
             return 0.0
+        own, whiten = kept[0]
         every = [*own.of(moments).T, *(own.of(e)[:, 0] for e in driven),
                  *own.of(flights.drift()).T, own.jump]  # fmt: skip
-        white = own.white(np.stack(every, axis=1), 10.0 * _LAG)
+        white = whiten(np.stack(every, axis=1))
         y, A = white[:, 2], white[:, [0, 1, *range(3, white.shape[1])]]
         A = A / np.maximum(np.sqrt((A**2).sum(axis=0)), 1e-300)
         p = np.linalg.lstsq(A, y, rcond=1e-10)[0]
