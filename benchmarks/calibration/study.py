@@ -14,7 +14,7 @@ from typing import Any
 from benchmarks.calibration.causes import allowed, named, stated
 from benchmarks.calibration.folder import Moved, write_campaign, write_truth
 from benchmarks.calibration.scene import Scene
-from benchmarks.calibration.truth import Range, levels, truth
+from benchmarks.calibration.truth import Range, levels, restitution, truth
 
 from vinesexp import pipeline
 from vinesexp.codedigest import code_digest
@@ -144,7 +144,12 @@ def scored(
     scene: Scene, paths: ResultPaths, true: Mapping[str, Range], seconds: Mapping[str, float]
 ) -> dict[str, Any]:
     """What was found beside what is true, what was said and whether it is so."""
-    identified = {r["parameter"]: r for r in _table(paths.identified) if r["method"] == "combined"}
+    rows = _table(paths.identified)
+    identified = {r["parameter"]: r for r in rows if r["method"] == "combined"}
+    speed = next((float(r["value"]) for r in rows if r["parameter"] == "r_speed"), None)
+    if speed is not None:  # an r that depends on speed is one at the speed that is stated with it
+        r = [restitution(t.body, speed) for t in scene.tests if t.b and not t.stuck]
+        true = {**true, "r": (min(r), max(r))}
     clearances = _table(paths.clearances)
     checks = _table(paths.checks)
     warnings = [f"{c['record']}: {c['detail']}" for c in checks if c["outcome"] == "warning"]

@@ -19,6 +19,7 @@ from vinesexp.identification.joint.unknowns import (
     expand,
     posterior_of,
 )
+from vinesexp.identification.joint.words import cause_checks
 
 
 class Mean:
@@ -101,6 +102,36 @@ def test_a_cause_that_is_there_is_found_with_its_size(cause):
     assert [w.cause.key for w in found] == [cause.key]
     assert abs(found[0].value - size) < 4.0 * found[0].error
     assert found[0].sure
+
+
+def test_a_pair_that_explains_more_is_found_behind_the_best_single_cause():
+    """Friction nearly explains what a drop test elsewhere and a sloping r explain together."""
+    shapes = np.random.default_rng(9).normal(size=(2, N))
+    u, v = shapes / np.linalg.norm(shapes, axis=1, keepdims=True)
+    nearly = u + v + 0.4 * np.roll(v, 3)
+
+    def along(key, shape):
+        terms = {f"own r: t{i}": float(x) for i, x in enumerate(shape)}
+        return Cause(key, "effect", key, Direction(terms, Prior(0.0, 0.5)))
+
+    causes = [along("nearly", nearly), along("u", u), along("v", v)]
+    observed, data = campaign(0.5 + 0.3 * (u + v))
+    alone = scores(data, observed.beliefs, posterior_of(data, observed.beliefs), causes)
+    assert alone[0] > max(alone[1:]) + 5.0
+    found = judge(data, observed, causes).found
+    assert {w.cause.key for w in found} == {"u", "v"}
+    assert [w.value for w in found] == pytest.approx([0.3, 0.3], abs=0.03)
+
+
+def test_a_cause_that_is_hardly_there_is_not_stated():
+    """Odds of a thousand to one are kept in the values and not called a fact."""
+    observed, data = campaign(0.5 + 0.06 * np.linspace(-0.5, 0.5, N))
+    (found,) = judge(data, observed, CAUSES[:1]).found
+    assert 3.0 < found.log_odds < 10.0
+    assert found.slight
+    assert not found.sure
+    (said,) = cause_checks(judge(data, observed, CAUSES[:1]))
+    assert (said.check, said.outcome) == ("slight", "ok")
 
 
 def test_a_factor_that_cannot_be_negative_has_no_evidence_from_a_negative_value():

@@ -4,13 +4,17 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from vinesexp.identification.flights import Flights
-from vinesexp.identification.joint.collisions import LOCALS, Collisions
+from vinesexp.identification.joint.collisions import LOCALS, Collisions, with_errors
 
 W, A, B, R, STEP = 2.0 * np.pi * 8.0, 5e-3, 20e-3, 0.6, 1e-3
 
 
-def bounces(pull, *, count=120):
-    """Impacts of a ball that x = A cos(W t) shakes, drawn to the middle by `pull` (1/s^2)."""
+def bounces(pull, *, count=120, scatter=0.0):
+    """Impacts of a ball that x = A cos(W t) shakes, drawn to the middle by `pull` (1/s^2).
+
+    Its restitution scatters from impact to impact by the share `scatter`.
+    """
+    rng = np.random.default_rng(5)
 
     def force(t, s):
         return [s[1], -pull * (s[0] - A * np.cos(W * t))]
@@ -25,13 +29,14 @@ def bounces(pull, *, count=120):
         t, (y, u) = found.t[-1], found.y[:, -1]
         x, v = A * np.cos(W * t), -A * W * np.sin(W * t)
         rows.append((t, x, v, np.sign(x - y)))
-        s = [x - rows[-1][3] * (B - 1e-12), v - R * (u - v)]
+        r = R * (1.0 + scatter * rng.standard_normal())
+        s = [x - rows[-1][3] * (B - 1e-12), v - r * (u - v)]
     return np.array(rows[20:]).T
 
 
-def collisions(pull):
+def collisions(pull, **how):
     """They as observations, of impacts whose flights go from wall to wall."""
-    t, x, v, side = bounces(pull)
+    t, x, v, side = bounces(pull, **how)
     here = np.arange(1, t.size - 1)
     here = here[(side[here] != side[here - 1]) & (side[here] != side[here + 1])]
     y, zero = x - side * B, np.zeros(here.size)
@@ -59,3 +64,19 @@ def test_a_ball_in_a_hollow_arrives_and_leaves_slower_than_its_mean():
     assert left(collisions(0.0)) < 1e-8
     assert left(pulled) > 2e-3
     assert left(pulled, hollow=15.0) < 0.15 * left(pulled)
+
+
+def test_impacts_are_not_grouped_by_what_their_own_restitution_did():
+    """Where r scatters, the flight after an impact is long because its r was small.
+
+    Groups of impacts by that duration would show an r that changes with it, as in a hollow.
+    """
+    c = collisions(0.0, count=700, scatter=0.03)
+    p = np.zeros(len(LOCALS))
+    p[LOCALS.index("r")], p[LOCALS.index("b")], p[LOCALS.index("ln_eps")] = R, B, -30.0
+    grouped = with_errors(c, p, time_error=1e-6)
+    used = np.isfinite(grouped.sigma[0])
+    rest = grouped.means[0] @ c.rest(p[:, np.newaxis].astype(np.complex128))[0].real
+    z = rest[used] / grouped.sigma[0][used]
+    assert used.sum() >= 6
+    assert np.sqrt(np.mean(z**2)) < 1.6

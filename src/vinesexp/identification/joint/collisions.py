@@ -195,7 +195,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     time_error : float
         Standard error of the time of an impact, s.
     """
-    groups = _alike(c.flights, time_error)
+    groups = _alike(c, time_error)
     count = int(groups.max()) + 1
     member = groups[np.newaxis, :] == np.arange(count)[:, np.newaxis]
     rest = np.where(c.known, c.rest(p[:, np.newaxis].astype(np.complex128)).real, np.nan)
@@ -225,18 +225,37 @@ def _median(values: FloatArray) -> float:
     return float(np.median(values)) if values.size else 0.0
 
 
-def _alike(f: Flights, time_error: float) -> IntArray:
+def _alike(c: Collisions, time_error: float) -> IntArray:
     """Number of the group of each collision: one wall, flights of like duration.
 
-    Durations part collisions only where they differ by much more than their errors.
+    Durations part collisions only where they differ by much more than their errors. How long the
+    flight after an impact lasts depends on what this impact did: parted by it, impacts whose r
+    happens to be small would be in one group. So they are parted by the duration to be expected.
     """
-    label = (f.side > 0.0).astype(np.int64)
-    for durations in (f.time_before, f.time_after):
+    label = (c.flights.side > 0.0).astype(np.int64)
+    for durations in (c.flights.time_before, _expected(c)):
         low, high = np.percentile(durations, [5.0, 95.0])
         parts = int(np.clip((high - low) / (_APART * max(time_error, 1e-9)), 1, _PARTS))
         edges = np.quantile(durations, np.arange(1, parts) / parts)
         label = label * _PARTS + np.searchsorted(edges, durations)
     return np.asarray(np.unique(label, return_inverse=True)[1], dtype=np.int64)
+
+
+def _expected(c: Collisions) -> FloatArray:
+    """Duration of the flight after each impact, by what was so before it, s.
+
+    A linear law of the other impacts of the record: of where the mass was at this impact and at the
+    one before, and how long the ball took.
+    """
+    f = c.flights
+    known = np.stack([f.side * c.x, f.side * c.x_before, f.time_before], axis=1)
+    spread = np.maximum(np.ptp(known, axis=0), 1e-300)
+    Z = np.column_stack([np.ones(f.side.size), (known - known.mean(axis=0)) / spread])
+    Z = np.column_stack([Z, *(Z[:, i] * Z[:, k] for i in (1, 2, 3) for k in range(i, 4))])
+    Q = np.linalg.qr(Z)[0]
+    rest = f.time_after - Q @ (Q.T @ f.time_after)
+    own = np.minimum((Q**2).sum(axis=1), 0.9)  # of itself in its own expectation
+    return np.asarray(f.time_after - rest / (1.0 - own))
 
 
 def _of_neighbours(z: FloatArray) -> float:

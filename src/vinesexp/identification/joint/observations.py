@@ -42,6 +42,7 @@ _READING = 2e-3
 #: Lateness of the displacement that no channel shows, s; records that make a mean of lags.
 _LATE, _FEWEST_LAGS = 1e-5, 3
 #: The area of the pulse that a record learns is less sure than its noise alone would make it.
+_TEMPLATE = 1e-2
 _PULSE = 3.0
 #: What the model of the displacement beside an impact leaves in r and in the momentum of a record.
 _OWN_R, _OWN_EPS, _OWN_GAIN = 1e-4, 3e-4, 5e-4
@@ -413,7 +414,8 @@ def _group(
     collisions = with_errors(collisions, start, time_error=late)
     if pulses.size >= _FEWEST:  # one template a record: its noise is common to all impacts
         relative = collisions.scatter[2] / float(np.median(pulses)) / math.sqrt(pulses.size)
-        jumps[b.add(f"own pulse: {tag}", 0.0, _PULSE * relative)] = 1.0
+        width = math.hypot(_PULSE * relative, _TEMPLATE)
+        jumps[b.add(f"own pulse: {tag}", 0.0, width)] = 1.0
     b.collisions[record.id, number] = collisions
     b.sums[record.id, number] = tuple(zip(local, constants, strict=True))
 

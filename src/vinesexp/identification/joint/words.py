@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 
 from vinesexp.identification.joint.causes import FACTORS, Cause, Judged, Weighed
-from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.checks import Check, Outcome
 from vinesexp.units import COVERAGE_95
 
 #: Where each thing that is stated stands.
@@ -43,27 +43,34 @@ def cause_checks(judged: Judged) -> list[Check]:
     """One row for each cause that is named, for rivals, and for what nothing explains."""
     checks = []
     for weighed in judged.found:
-        record = weighed.cause.records[0] if len(weighed.cause.records) == 1 else ""
-        if weighed.cause.direction is None:
-            checks.append(Check("", "not explained", "warning", _unexplained(weighed)))
-        elif weighed.sure and not weighed.rivals:
-            checks.append(Check(record, "cause", "warning", said(weighed)))
-        elif weighed.rivals:
-            names = " or ".join(
-                dict.fromkeys(called(c) for c in (weighed.cause, *weighed.rivals[:3]))
+        cause = weighed.cause
+        record = cause.records[0] if len(cause.records) == 1 else ""
+        names = " or ".join(dict.fromkeys(called(c) for c in (cause, *weighed.rivals[:3])))
+        outcome: Outcome = "warning"
+        if cause.direction is None:
+            kind, detail, record = "not explained", _unexplained(weighed), ""
+        elif weighed.slight:
+            kind, outcome = "slight", "ok"
+            detail = (
+                f"the records differ a little from the plain model, as {names} would make them: "
+                "too little to say so. The values and their errors hold it"
             )
+        elif weighed.sure and not weighed.rivals:
+            kind, detail = "cause", said(weighed)
+        elif weighed.rivals:
+            kind, record = "either", ""
             detail = (
                 f"the records contradict what was stated; either explains them: {names}. The "
                 "values and their errors hold all of these"
             )
-            checks.append(Check("", "either", "warning", detail))
         else:
+            kind, record = "not explained", ""
             detail = (
-                f"not explained: the records differ from the plain model as {called(weighed.cause)}"
+                f"not explained: the records differ from the plain model as {called(cause)}"
                 " would make them, but records left out are not predicted better so; the errors "
                 "hold it"
             )
-            checks.append(Check("", "not explained", "warning", detail))
+        checks.append(Check(record, kind, outcome, detail))
     return checks
 
 
