@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import re
+import shutil
 from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
 
 from vinesexp.errors import TableError
+from vinesexp.identification.whole_campaign import _ROWS as EFFECT_ROWS
 from vinesexp.report.page import build_report, changed_settings, digest, git_revision, grouped
 from vinesexp.report.rendering import inline_svg
-from vinesexp.report.tables_shown import coverage_table
+from vinesexp.report.tables_shown import EFFECTS, coverage_table
 from vinesexp.settings.overrides import changed_by_text
 
 pytestmark = pytest.mark.long
@@ -163,6 +165,18 @@ def test_combined_value_first_and_methods_folded(full):
     assert (
         table.index("4.700 ± 0.020 kg") < table.index("<details>") < table.index("<td>impacts</td>")
     )
+
+
+def test_what_goes_beyond_the_plain_model_is_named_with_its_value(tmp_path, full):
+    assert {parameter for parameter, _ in EFFECT_ROWS.values()} <= set(EFFECTS)
+    assert "differ from the plain model" not in full.html
+    results = shutil.copytree(full.results, tmp_path / "results")
+    with (results / "identified.csv").open("a", encoding="utf-8") as table:
+        table.write("hollow,14.2,0.5,13.22,15.18,1/s^2,impacts,p_33\n")
+        table.write("r_effective,0.59,0.001,0.588,0.592,1,impacts,p_33\n")
+    page = build_report(full.campaign, results, tmp_path / "report.html").read_text("utf-8")
+    shown = page[page.index("differ from the plain model") :]
+    assert shown.index("14.20 ± 0.98 1/s^2") < shown.index("0.5900 ± 0.0020")
 
 
 def test_how_often_the_intervals_held_the_truth_is_reported(full):

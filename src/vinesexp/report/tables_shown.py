@@ -345,6 +345,21 @@ PARAMETERS = {
     "r": "restitution",
 }
 
+#: What a ball, its floor and its walls do beyond the plain model, each row with what it is.
+EFFECTS = {
+    "r_wall_plus": "restitution of the wall at x - y = +b",
+    "r_wall_minus": "restitution of the wall at x - y = -b",
+    "r_speed_slope": "change of the restitution with impact speed",
+    "r_speed": "impact speed at which r holds",
+    "friction": "friction of the ball on its floor, over its mass",
+    "tilt": "pull along a cavity that slopes, over the ball's mass",
+    "contact_time": "time of a contact in which the ball gets no further",
+    "rolling": "share of the floor's motion that takes a rolling ball along",
+    "hollow": "pull to the middle of the cavity for every metre from it (hollow floor, magnet)",
+    "r_effective": "restitution of the plain model that moves alike; b_c is predicted with it",
+    "nes_mass_effective": "ball of the plain model that moves alike; b_c is predicted with it",
+}
+
 #: Ids in one cell.
 _MOST_IDS = 24
 #: What is asked first of a rig, in the line of the verdict.
@@ -371,6 +386,19 @@ def identified_table(identified: Sequence[Row]) -> list[dict[str, Any]]:
         for name in order
         if name in combined
     ]
+
+
+def effects_table(identified: Sequence[Row]) -> list[tuple[str, str]]:
+    """What the records show beyond the plain model: meaning and value; empty where nothing.
+
+    Examples
+    --------
+    >>> row = {"parameter": "hollow", "value": 14.2, "std_error": 0.5, "unit": "1/s^2"}
+    >>> [value for _, value in effects_table([row])]
+    ['14.20 ± 0.98 1/s^2']
+    """
+    found = {row["parameter"]: row for row in identified}
+    return [(what, _value(found[name])) for name, what in EFFECTS.items() if name in found]
 
 
 def _ids(cell: str) -> tuple[tuple[str, ...], int]:
