@@ -11,9 +11,13 @@ import shlex
 from pathlib import Path
 
 import pytest
+from tests.report.made_up import with_results
 
 import vinesexp
 from vinesexp.cli import COMMANDS, build_parser, main
+from vinesexp.pipeline import _setting
+from vinesexp.records.stored.result_columns import RECORD_REGIMES
+from vinesexp.records.stored.tables import read_rows, write_rows
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 PAGES = [
@@ -110,6 +114,34 @@ def test_the_first_run_works_as_written(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert follow(REPOSITORY / "docs/tutorials/first-run.md", slow=True) == 3
     assert Path("results/virtual/report.html").is_file()
+
+
+def test_the_figure_over_clearance_is_three_lines(tmp_path, monkeypatch):
+    """As the page has it, on results that name test, clearance, level and error of each record."""
+    (text,) = [
+        text
+        for kind, _, text in blocks(REPOSITORY / "docs/how-to/notebook.md")
+        if kind == "python" and "open_results" in text
+    ]
+    campaign, results = with_results(tmp_path / "made")
+    rows = read_rows(results / "regimes.csv", RECORD_REGIMES)
+    for row in rows:  # as the step writes them
+        row |= _setting(campaign.record(row["record"])) | {"amplitude_error_m": 1e-5}
+    write_rows(results / "regimes.csv", RECORD_REGIMES, rows)
+    (tmp_path / "results").mkdir()
+    results.rename(tmp_path / "results/twin")
+    monkeypatch.chdir(tmp_path)
+    scope: dict[str, object] = {"vinesexp": vinesexp}  # imported at the top of the page
+    exec(compile(text, "notebook.md", "exec"), scope)
+    tests = scope["tests"]
+    assert list(tests["clearance_mm"]) == [25.0, 30.0, 33.0, 34.0, 35.0, 45.0, 50.0, 60.0]
+    assert (tests["amplitude_error_m"] > 0.0).all()
+
+
+def test_nobody_is_told_to_install_what_no_index_has():
+    """Extras are fine: the package itself is installed from the clone by then."""
+    for path in PAGES:
+        assert not re.search(r"pip install (?!-)\S*vinesexp(?!\[)\b", path.read_text("utf-8")), path
 
 
 def test_the_python_of_the_readme_runs(tmp_path, monkeypatch):

@@ -161,7 +161,7 @@ def look_at_campaign(
             if check.outcome == "warning"
         ),
         stated=tuple(stated_rows(inputs)),
-        stated_sentence=stated_sentence(inputs) if inputs else "",
+        stated_sentence=stated_sentence(inputs),
         record=needs.record,
         settle=needs.settle,
         records=len(campaign.records),

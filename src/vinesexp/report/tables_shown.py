@@ -227,13 +227,16 @@ def stated_rows(rows: Sequence[Row]) -> list[dict[str, str]]:
 
 
 def stated_sentence(rows: Sequence[Row]) -> str:
-    """How many inputs agree, are contradicted, are not tested."""
-    counts = [sum(row["verdict"] == verdict for row in rows) for verdict in ("off", "ok")]
-    off, agree = counts
-    return (
-        f"campaign.yaml and records.csv state {len(rows)} values. The records agree with {agree}, "
-        f"contradict {off or 'none'}, and do not test {len(rows) - off - agree or 'none'}."
-    )
+    """How many inputs agree, are contradicted, are not tested; empty where there are none."""
+    if not rows:
+        return ""
+    off, agree = (sum(row["verdict"] == verdict for row in rows) for verdict in ("off", "ok"))
+    untested = len(rows) - off - agree
+    counted = (("agree with", agree), ("contradict", off), ("do not test", untested))
+    said = [f"{verb} {n if n < len(rows) else f'all {n}'}" for verb, n in counted if n]
+    *first, last = said
+    words = f"{', '.join(first)} and {last}" if first else last
+    return f"campaign.yaml and records.csv state {len(rows)} values. The records {words}."
 
 
 def _away(row: Row) -> float:
@@ -360,6 +363,7 @@ EFFECTS = {
     "nes_mass_effective": "ball of the plain model that moves alike; b_c is predicted with it",
 }
 
+_BALL = 0.2  # kg
 #: Ids in one cell.
 _MOST_IDS = 24
 #: What is asked first of a rig, in the line of the verdict.
@@ -427,4 +431,6 @@ def _value(row: Row) -> str:
 
 
 def _numbers(row: Row) -> tuple[float, float, str]:
-    return row["value"], row["std_error"] or 0.0, row["unit"]
+    value, error, unit = row["value"], row["std_error"] or 0.0, row["unit"]
+    ball = unit == "kg" and value < _BALL  # is weighed in grams
+    return (1e3 * value, 1e3 * error, "g") if ball else (value, error, unit)

@@ -256,6 +256,7 @@ function phaseFigure(trace, updates) {
     options: { x_axis_label: "displacement (mm)", y_range: range(), match_aspect: true } });
   plot.sizing_mode = "fixed";
   plot.width = Math.min(460, byId("plots").clientWidth);
+  plot.height = plot.width - 40;  // less the axis on the left: a circle is one
   const path = source({ x: [], y: [] }), section = source({ x: [], y: [] });
   plot.line({ x: { field: "x" }, y: { field: "y" }, source: path, line_color: colour("displacement"), line_alpha: 0.55, line_width: 1, legend_label: "motion" });
   plot.scatter({ x: { field: "x" }, y: { field: "y" }, source: section, size: 5, fill_color: colour("impact"), line_color: null, legend_label: "once a cycle" });

@@ -8,14 +8,15 @@ function element(name, content, attributes = {}) {
   return made;
 }
 
-function table(title, heads, rows, wide = false) {
+function table(title, heads, rows, { wide = false, folded = false } = {}) {
   if (!rows.length) return null;
   const body = element("tbody", rows.map(row => element("tr", row.map(cell => element("td", String(cell))), { className: row.outcome || "" })));
   const head = heads.some(Boolean) ? element("thead", element("tr", heads.map(h => h ? element("th", h, { scope: "col" }) : element("td", "")))) : null;
   const found = element("table", [head, body]);
   const holder = wide ? element("div", found, { className: "wide", tabIndex: 0 }) : found;
   if (wide) { holder.setAttribute("role", "region"); holder.setAttribute("aria-label", title); }
-  return element("section", [element("h2", title), holder]);
+  const heading = element("h2", title);
+  return element("section", folded ? element("details", [element("summary", heading), holder]) : [heading, holder]);
 }
 
 const MOST_ROWS = 200;
@@ -28,15 +29,15 @@ function factTables(facts, trace) {
   const impacts = [], m = trace.impacts;
   if (m) for (let i = 0; i < Math.min(m.time.length, MOST_ROWS); i++) {
     impacts.push([m.time[i].toFixed(5), m.nes[i] || "–", m.side[i] > 0 ? "+1" : m.side[i] < 0 ? "−1" : "–",
-      `${m.jump[i].toFixed(4)} ± ${m.error[i].toFixed(4)}`, m.confidence[i].toFixed(3), m.notes.get(i) || ""]);
+      `${m.jump[i].toFixed(4)}\u00a0±\u00a0${m.error[i].toFixed(4)}`, m.confidence[i].toFixed(3), m.notes.get(i) || ""]);
   }
   const more = m && m.count > impacts.length ? `; the first ${impacts.length} of ${m.count}, all in impacts/${trace.id}.csv` : "";
   byId("tables").replaceChildren(...[
-    table("Checks", ["check", "outcome", "detail"], facts.checks, true),
-    table("What it says of the rig", ["", "method", "value ± 95 % from the noise of the record alone", ""], facts.estimates, true),
+    table("Checks", ["check", "outcome", "detail"], facts.checks, { wide: true }),
+    table("What it says of the rig", ["", "method", "value ± 95 % from the noise of the record alone", ""], facts.estimates, { wide: true }),
     facts.estimates.length ? element("p", "± is half of a 95 % interval (coverage factor k = 2). What sensors, clock, masses and clearance add is in the values of the report.", { className: "soft" }) : null,
-    table("Replay with the identified rig", ["", "measured", "replayed", ""], facts.replay, true),
-    table(`Impacts${more}`, ["time (s)", "ball", "wall", "velocity jump (m/s)", "confidence", ""], impacts, true),
+    table("Replay with the identified rig", ["", "measured", "replayed", ""], facts.replay, { wide: true }),
+    table(`Impacts${more}`, ["time (s)", "ball", "wall", "velocity jump (m/s)", "confidence", ""], impacts, { wide: true, folded: true }),
     table("Provenance", [], facts.provenance),
   ].filter(Boolean));
 }
