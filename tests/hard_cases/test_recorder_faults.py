@@ -13,7 +13,7 @@ from vinesexp import NES, Harmonic, Oscillator, Release, Rig, analyse, simulate
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import create_record, open_record
 from vinesexp.signals.channel_agreement import compare_channels
-from vinesexp.signals.clocks import mend_clocks
+from vinesexp.signals.clocks import lag_over_time, law_of, mend_clocks
 
 M, C1, K1, BALL, R = 4.7, 3.02, 1.147e4, 0.032, 0.6
 F, G, RATE, SECONDS = 7.862, 0.25e-3, 5000.0, 8.0
@@ -256,3 +256,23 @@ def test_a_sensor_with_another_gain_knocks_nothing(gain):
     found = analysed(given)
     assert (found.checks.check == "knocks").sum() == 0
     assert len(found.impacts) == len(plain().impacts)
+
+
+def test_a_decay_that_ends_in_noise_has_lost_no_samples():
+    """The lag between the channels is noisier as the motion fades; that is no step of a clock."""
+    step, f = 1.0 / 2800.0, 7.0
+    t, w = step * np.arange(round(9.0 / step)), 2.0 * np.pi * f
+    motion = 10e-3 * np.exp(-0.5 * t) * np.cos(w * t)
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        x = motion + 2e-5 * rng.standard_normal(t.size)
+        a = -w * w * motion + 0.3 * rng.standard_normal(t.size)
+        series = lag_over_time(a, x, step, frequency=f)
+        assert series is not None
+        law = law_of(series)
+        assert not law.steps
+        assert not law.slopes
+        late = np.where(t > 4.0, np.roll(x, -3), x)
+        law = law_of(lag_over_time(a, late, step, frequency=f))
+        assert law.steps
+        assert abs(law.step + 3.0 * step) < 4.5 * law.step_error < 2.0 * step

@@ -17,7 +17,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
@@ -42,7 +42,7 @@ _DRIFTS = 1.0  # samples over the record that a second clock is worth
 _MOST = 8  # faults of one record that are looked for
 _TRIANGLE = 1.0 / 12.0  # of a period: over as much accelerations are averaged to find a place
 _SURE_PLACE = 12.0  # twice as much in chi^2: five standard deviations
-_ALIKE = 0.98  # squared coherence from which on two channels move together
+_ALIKE = 0.3  # rad: error of a phase up to which two channels move together
 _JUMP, _STANDS_OUT = 8, 3.0  # samples beside a jump; times the largest elsewhere
 _MOST_SAMPLES = 60_000_000  # of a record
 _SEEN = 1 << 18  # samples read at once
@@ -271,23 +271,34 @@ def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float
     if not near.any():
         return None
     w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
-    ratios, shared = [], []
-    for i in begins:
+    ratio, size_of = np.zeros(begins.size, dtype=np.complex128), np.zeros(begins.size)
+    for k, i in enumerate(begins):
         A, X = second_derivative_beside(a[i : i + size], x[i : i + size], step, w, near)
         power = float((np.abs(X) ** 2).sum())
-        cross = complex((A * X.conj()).sum())
-        ratios.append(cross / power if power else 0.0)
-        both = power * float((np.abs(A) ** 2).sum())
-        shared.append(abs(cross) ** 2 / both if both else 0.0)
-    ratio, coherence = np.array(ratios), np.array(shared)
-    sign = np.sign(float(np.median(ratio.real))) or 1.0
-    good = coherence > _ALIKE
+        ratio[k] = complex((A * X.conj()).sum()) / power if power else 0.0
+        size_of[k] = math.sqrt(power)
+    error = _error_of_phase(ratio, size_of)
+    good = error < _ALIKE
     if good.sum() < _FEWEST:
         return None
-    loud = np.sqrt(coherence[good] / (1.0 - coherence[good] + 1e-9))
+    sign = np.sign(float(np.median(ratio[good].real))) or 1.0
     lag = np.unwrap(np.angle(sign * ratio[good])) / (2.0 * math.pi * frequency)
     middle = np.asarray((begins[good] + 0.5 * size) * step, dtype=np.float64)
-    return Series(middle, lag, 0.5 * size * step, shared=2, weight=loud)
+    return Series(middle, lag, 0.5 * size * step, shared=2, weight=1.0 / error[good])
+
+
+def _error_of_phase(ratio: ComplexArray, size: FloatArray) -> FloatArray:
+    """Standard error of the phase of each ratio, rad, by how much neighbours differ.
+
+    Noise counts for more where the motion is small, as a decay is at its end; other disturbances
+    do not. The half of the windows that moves most shows these, the other half the noise.
+    """
+    turned = np.abs(np.angle(ratio[1:] * ratio[:-1].conj())) / math.sqrt(2.0)
+    least = np.minimum(size[1:], size[:-1])
+    large = least >= np.median(least)
+    always = 1.4826 * float(np.median(turned[large]))
+    noise = 1.4826 * float(np.median((turned * least)[~large])) if (~large).any() else 0.0
+    return np.asarray(np.hypot(max(always, 1e-9), noise / np.maximum(size, 1e-300)))
 
 
 def fault_of(view: RecordView, *, frequency: float, driven: bool) -> Lost | Cut | OtherClock | None:
