@@ -8,7 +8,7 @@ apart, and a mean weighs each by what it stands for: the mean of the bare respon
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -272,17 +272,18 @@ def random_starts(task: Task, b: float, *, starts: int, seed: int) -> list[Run]:
     draws = rng.uniform(size=(starts, 5 + n))
     normal = rng.standard_normal((starts, 5 + 2 * n))
     made = b * (1.0 + task.tolerance * rng.uniform(-1.0, 1.0, starts))
-    return [
-        _random_start(task, float(own), u, z) for own, u, z in zip(made, draws, normal, strict=True)
-    ]
+    drawn = zip(made.tolist(), draws.tolist(), normal.tolist(), strict=True)
+    return [_random_start(task, own, u, z) for own, u, z in drawn]
 
 
-def _random_start(task: Task, b: float, u: FloatArray, z: FloatArray) -> Run:
+def _random_start(task: Task, b: float, u: Sequence[float], z: Sequence[float]) -> Run:
     error = task.std_errors
     n = len(task.masses)
 
     def near(value: float, name: str, draw: float) -> float:
-        moved = value + error.get(name, 0.0) * float(draw)
+        if name not in error:
+            return value
+        moved = value + error[name] * draw
         return min(max(moved, 0.2 * value), 5.0 * value)
 
     o = task.oscillator
@@ -303,10 +304,10 @@ def _random_start(task: Task, b: float, u: FloatArray, z: FloatArray) -> Run:
     R = bare * math.sqrt(u[2])
     angle = 2.0 * math.pi * u[3]
     x0 = R * math.cos(angle)
-    y0 = [x0 - ball.b * (2.0 * float(u[5 + k]) - 1.0) for k, ball in enumerate(balls)]
+    y0 = [x0 - ball.b * (2.0 * u[5 + k] - 1.0) for k, ball in enumerate(balls)]
     return Run(
         Rig(moved, balls),
-        Harmonic(amplitude=G, frequency=f, phase=2.0 * math.pi * float(u[4])),
+        Harmonic(amplitude=G, frequency=f, phase=2.0 * math.pi * u[4]),
         Release(x0=x0, v0=R * math.sin(angle) * moved.w0, y0=y0, vy0=[0.0] * n),
         task.damping,
     )

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Sequence
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Harmonic, Release, WeakDamping
-from vinesexp.rig import Rig
+from vinesexp.rig import NES, Rig
 from vinesexp.solver.state import (
     B_PLUS,
     CLEARANCE,
@@ -55,28 +57,10 @@ def parameters(rig: Rig, damping: WeakDamping) -> FloatArray:
 def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
     """Table of balls at the start (`state.py`) and their places y0, refused where outside."""
     n = len(rig.nes)
-    for name, values in (("y0", release.y0), ("vy0", release.vy0)):
-        if values and len(values) != n:
-            raise ParameterError(
-                f"{name} has {len(values)} values, expected {n}: one per NES (or none at all)"
-            )
-    centre = [release.x0 - 0.5 * (nes.b - nes.clearance(-1)) for nes in rig.nes]
-    y0 = np.array(release.y0 or centre, dtype=np.float64)
-    vy0 = np.array(release.vy0 or [0.0] * n, dtype=np.float64)
+    y0, vy0 = starts_of(rig, release)
     table = np.zeros((n, COLUMNS))
     for i, nes in enumerate(rig.nes):
-        w = release.x0 - y0[i]
-        side = 1 if w >= 0.5 * (nes.b - nes.clearance(-1)) else -1
-        b = nes.clearance(side)
-        gap = b - side * w
-        rounding = 4.0 * np.finfo(np.float64).eps * (abs(release.x0) + abs(y0[i]) + b)
-        if gap < -rounding:
-            raise ParameterError(
-                f"ball {i} starts at x - y = {w:.9g} m, outside its cavity: "
-                f"expected from {-nes.clearance(-1):.9g} to {nes.b:.9g} m, its clearances"
-            )
-        # Within rounding of the wall means on it: 0.034 - 0.0 and b need not agree in the last bit.
-        gap = 0.0 if gap <= rounding else gap
+        gap, side = gap_of(nes, i, release.x0, y0[i])
         half, r = 0.5 * (nes.b + nes.clearance(-1)), (nes.r, nes.restitution(-1), nes.r_slope)
         row = table[i]
         row[MASS], row[CLEARANCE], row[RESTITUTION], row[B_PLUS] = (
@@ -85,7 +69,35 @@ def ball_table(rig: Rig, release: Release) -> tuple[FloatArray, FloatArray]:
         row[R_PLUS], row[R_MINUS], row[R_SLOPE], row[RUB], row[TILT] = *r, nes.friction, nes.tilt
         row[D], row[SIDE], row[RHO], row[U] = gap, side, release.v0 - vy0[i], vy0[i]
         row[STATE], row[WAY] = FREE, UNSET
-    return table, y0
+    return table, np.array(y0, dtype=np.float64)
+
+
+def starts_of(rig: Rig, release: Release) -> tuple[Sequence[float], Sequence[float]]:
+    """y0 and y0' of every ball; by default at rest mid-cavity."""
+    n = len(rig.nes)
+    for name, values in (("y0", release.y0), ("vy0", release.vy0)):
+        if values and len(values) != n:
+            raise ParameterError(
+                f"{name} has {len(values)} values, expected {n}: one per NES (or none at all)"
+            )
+    centre = [release.x0 - 0.5 * (nes.b - nes.clearance(-1)) for nes in rig.nes]
+    return release.y0 or centre, release.vy0 or [0.0] * n
+
+
+def gap_of(nes: NES, i: int, x0: float, y0: float) -> tuple[float, int]:
+    """Gap (m) of ball i to the nearer wall, and that wall; refused outside its cavity."""
+    w, minus = x0 - y0, nes.clearance(-1)
+    side = 1 if w >= 0.5 * (nes.b - minus) else -1
+    b = nes.b if side > 0 else minus
+    gap = b - side * w
+    rounding = 4.0 * sys.float_info.epsilon * (abs(x0) + abs(y0) + b)
+    if gap < -rounding:
+        raise ParameterError(
+            f"ball {i} starts at x - y = {w:.9g} m, outside its cavity: "
+            f"expected from {-minus:.9g} to {nes.b:.9g} m, its clearances"
+        )
+    # Within rounding of the wall means on it: 0.034 - 0.0 and b need not agree in the last bit.
+    return (0.0 if gap <= rounding else gap), side
 
 
 def closed_form(rig: Rig, base: Base | None, damping: WeakDamping) -> FloatArray | None:

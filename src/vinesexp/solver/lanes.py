@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from vinesexp.arrays import FloatArray
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
-from vinesexp.solver.arrays import ball_table, is_plain
+from vinesexp.solver.arrays import gap_of, is_plain, starts_of
 from vinesexp.solver.chatter import REMAINDER
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.effort import Effort
@@ -668,11 +668,12 @@ def row_of(
     rig: Rig, base: Harmonic, release: Release, *, settle: float, duration: float
 ) -> FloatArray:
     """One run as a row for `amplitudes`: SI values, the ball as it starts, the times (s)."""
-    o, balls = rig.oscillator, ball_table(rig, release)[0]
-    half = 0.5 * (rig.nes[0].b + rig.nes[0].clearance(-1))
+    o, [nes], ([y0], [vy0]) = rig.oscillator, rig.nes, starts_of(rig, release)
+    gap, side = gap_of(nes, 0, release.x0, y0)
     return np.array([
-        o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase, rig.nes[0].m, half,
-        rig.nes[0].r, release.x0, release.v0, *balls[0, [D, SIDE, RHO, U]], settle, duration,
+        o.M, o.c1, o.k1, base.amplitude, base.frequency, base.phase, nes.m,
+        0.5 * (nes.b + nes.clearance(-1)), nes.r, release.x0, release.v0, gap, side,
+        release.v0 - vy0, vy0, settle, duration,
     ])  # fmt: skip
 
 
