@@ -35,7 +35,8 @@ from vinesexp.solver.statistics import add_amplitudes
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0
-#: Times as long that a start is watched at most where some starts are captured and some not yet.
+#: Times SETTLE slow times that a start is watched at most where some starts are captured and some
+#: not yet: where the bare transient takes longer to die out, capture has been given that already.
 LONGEST_WATCH = 16.0
 #: Times 1/(zeta w0) that a start is given to settle: what is left of a bare transient is e^-3,
 #: which moves a mean amplitude by 0.06 %.
@@ -206,15 +207,16 @@ def watched(runs: Sequence[Run], *, starts: int) -> Responses:
 
     Beside the end of the captured response capture can take many times the slow time. Where some
     starts are captured and some are not, those lost are run again for twice the time to settle,
-    and again while that captures one more, up to `LONGEST_WATCH` times; then the others as long,
-    since a capture can be lost again.
+    and again while that captures one more, as long as `longest_watch` says; then the others as
+    long, since a capture can be lost again.
     """
     found, watch = responses(runs), 2.0
+    most = _most_watch(runs[0].rig, runs[0].base.frequency)
     first: BoolArray = np.asarray(found.captured.reshape(-1, starts))
     captured: BoolArray = first
     mixed: BoolArray = np.asarray(first.any(axis=1) & ~first.all(axis=1))
     longest = np.ones(len(mixed))
-    while watch <= LONGEST_WATCH and mixed.any():
+    while watch <= most and mixed.any():
         longest[mixed] = watch
         _again(found, runs, np.flatnonzero((mixed[:, np.newaxis] & ~captured).ravel()), watch)
         now: BoolArray = np.asarray(found.captured.reshape(-1, starts))
@@ -236,7 +238,13 @@ def _again(found: Responses, runs: Sequence[Run], which: IntArray, watch: float)
 
 def longest_watch(rig: Rig, frequency: float) -> float:
     """Time (s) after which a start that is not captured is given up, where others are."""
-    return LONGEST_WATCH * duration_of(rig, frequency)[0]
+    return _most_watch(rig, frequency) * duration_of(rig, frequency)[0]
+
+
+def _most_watch(rig: Rig, frequency: float) -> float:
+    """Times as long as its time to settle that a start is watched: 1, 2, 4, 8 or 16."""
+    share = SETTLE * slow_time(rig) / duration_of(rig, frequency)[0]
+    return 2.0 ** math.floor(math.log2(max(LONGEST_WATCH * min(share, 1.0), 1.0)))
 
 
 def _spans(one: Run, haste: float, watch: float) -> tuple[float, float]:

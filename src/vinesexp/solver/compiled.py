@@ -41,7 +41,6 @@ MODULES = (
     "series",
     "state",
     "statistics",
-    "stickslip",
     "walls",
 )
 
