@@ -28,6 +28,7 @@ from vinesexp.records.stored.result_columns import REPLAY_CYCLES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Row
+from vinesexp.report.page import band_kept
 from vinesexp.report.rendering import rendered
 from vinesexp.results import CampaignResults
 from vinesexp.theory.manifold import C_1, C_2, amplitude, upper_branch
@@ -253,10 +254,7 @@ def _provenance(record: Record, paths: ResultPaths) -> list[list[str]]:
             found.append(["sampling", f"{1e-3 * view.sample_rate:.4g} kHz"])
     with open_record(paths.conditioned(record.id)) as view:
         for role in view.roles:
-            ends = [view.attributes.get(f"{role}_{end}_hz") for end in ("low", "high")]
-            if any(end is not None for end in ends):
-                words = ["–" if end is None else f"{float(end):.4g}" for end in ends]
-                found.append([f"band of {role}", f"{' to '.join(words)} Hz"])
+            found.append([f"band of {role}, Hz", band_kept(view, role)])
     found += [[name, text] for name, text in record.people.items()]
     return found
 

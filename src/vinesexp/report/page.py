@@ -192,8 +192,8 @@ def processed_records(campaign: Campaign, results: Path) -> list[Processed]:
                     sample_rate=f"{1e-3 * view.sample_rate:.4g} kHz",
                     # What a drop test's bands follow is the ringing of its impacts.
                     oscillation="–" if drop else _hertz(found_in.get("oscillation_hz")),
-                    motion_band=_band(view, "displacement") if not drop else "–",
-                    impact_band=_band(view, "acceleration"),
+                    motion_band=band_kept(view, "displacement") if not drop else "–",
+                    impact_band=band_kept(view, "acceleration"),
                     impacts=_count(results / f"impacts/{record.id}.csv"),
                     sha256=sha256,
                 )
@@ -214,7 +214,7 @@ def _hertz(value: Any) -> str:
     return f"{float(value):.4g}" if value is not None else "–"
 
 
-def _band(view: RecordView, role: str) -> str:
+def band_kept(view: RecordView, role: str) -> str:
     """Edges of what a channel keeps, those that its sampling can hold; a dash without it."""
     if role not in view.roles:
         return "–"
