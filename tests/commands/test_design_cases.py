@@ -119,11 +119,11 @@ def test_a_pair_given_by_hand_is_judged_beside_what_is_found(
     assert answer["bands_given_mm"][0] == pytest.approx([3.615, 16.839], abs=1e-3)
     largest = [one["largest_mm"] for one in answer["slow_sweep_asked"]]
     assert all(6.9 < value < 11.0 for value in largest)
-    assert re.search(r"as given +23\.000; 34\.000 ", text)
-    assert "Ball 1, b = 23.000 mm as given" in text
+    assert re.search(r"as given +23\.00; 34\.00 ", text)
+    assert "Ball 1, b = 23.00 mm as given" in text
     write_sheet(sheet, given, found, curve_of(found.advice))
     page = sheet.read_text(encoding="utf-8")
-    assert '<div class="big">23.000; 34.000<small>' in page
+    assert '<div class="big">23.00; 34.00<small>' in page
     assert "clearance b</b> 23 mm; 34 mm" in page
     _, _, _, *tables = tables_of(given, found)
     for table in tables:
