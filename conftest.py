@@ -1,7 +1,11 @@
 """What every process of the tests starts with; numpy is not loaded yet when pytest reads this."""
 
+import gc
 import os
 import sys
+from collections.abc import Generator
+
+import pytest
 
 from vinesexp.threads import one_thread_each
 
@@ -10,3 +14,14 @@ one_thread_each()
 # Tests start hundreds of processes, and run in several: none compiles what another has compiled.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Leave modules and tests, which stay to the end, out of every search for garbage."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
