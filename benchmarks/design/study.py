@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.design.rigs import SEED, cheaper_models, rig_of
 
 from vinesexp.design.advice import Advice, advise
-from vinesexp.design.ensemble import duration_of, responses
+from vinesexp.design.ensemble import duration_of, watched
 from vinesexp.design.task import Task, random_starts, wall_starts
 
 #: The dense search: clearances over a wider span than the search itself, fresh phases and starts.
@@ -26,12 +26,17 @@ CRITERIA = {"mean": "mean from rest", "max": "largest from rest", "robust": "90t
 def criteria(
     task: Task, b: np.ndarray, *, phases: int, shift: float, starts: int, seed: int
 ) -> np.ndarray:
-    """Mean and largest from rest, 90th percentile over random starts, at each b; shape (3, n)."""
-    rest = responses(
-        [run for one in b for run in wall_starts(task, one, phases=phases, shift=shift)]
+    """Mean and largest from rest, 90th percentile over random starts, at each b; shape (3, n).
+
+    Watched as the answer watches them: a capture that takes long counts here too.
+    """
+    rest = watched(
+        [run for one in b for run in wall_starts(task, one, phases=phases, shift=shift)],
+        starts=phases,
     )
-    free = responses(
-        [run for one in b for run in random_starts(task, one, starts=starts, seed=seed)]
+    free = watched(
+        [run for one in b for run in random_starts(task, one, starts=starts, seed=seed)],
+        starts=starts,
     )
     return np.array(
         [
@@ -81,7 +86,8 @@ def study(index: int) -> dict[str, float]:
             return math.nan
         return float(values[which][np.abs(b - clearance).argmin()] / values[which].min() - 1.0)
 
-    fresh = responses(random_starts(task, advice.robust.b, starts=CAPTURED_STARTS, seed=SEED + 2))
+    drawn = random_starts(task, advice.robust.b, starts=CAPTURED_STARTS, seed=SEED + 2)
+    fresh = watched(drawn, starts=CAPTURED_STARTS)
     o = task.oscillator
     row = {
         "rig": index, "eps": task.eps, "zeta": o.zeta, "r": task.r[0],
