@@ -1,27 +1,23 @@
-"""The one nonlinear least squares of the identification: Levenberg-Marquardt on few parameters.
-
-scipy.optimize would do the same, but to import it costs 0.8 s, more than the estimates of a
-record; every record is a process of its own.
-"""
+"""The one nonlinear least squares of the identification, and covariances that may be infinite."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from scipy import optimize
 
 from vinesexp.arrays import FloatArray
 
 #: Misfits in standard deviations, and their derivatives (n, p); None where the model has no sense.
 Problem = Callable[[FloatArray], tuple[FloatArray, FloatArray] | None]
 
-_ITERATIONS = 30
-_CONVERGED = 1e-4  # standard errors: a shorter step changes nothing that matters
-_GAINED = 1e-7  # of chi^2 for one misfit: a smaller gain neither
+_CONVERGED = 1e-8  # of chi^2 and of the parameters: a smaller change is nothing that matters
+_REFUSED = 1e150  # a misfit where the model has no sense
 _FIXED = 1e-13  # of the largest eigenvalue: a direction with less is rounding, not data
 _TAKES_PART = 1e-4  # of a unit vector: the share that rounding turns into it is less
-_FIRST_DAMPING, _MOST_DAMPING = 1e-3, 1e6  # of the scaled normal matrix, whose diagonal is 1
 
 
 @dataclass(frozen=True)
@@ -36,7 +32,7 @@ class Solution:
 def least_squares(problem: Problem, start: FloatArray) -> Solution:
     """Parameters that make the sum of squared misfits least.
 
-    Gauss-Newton steps, damped only after one that did not help.
+    Levenberg and Marquardt's steps, by MINPACK.
 
     Parameters
     ----------
@@ -63,29 +59,21 @@ def least_squares(problem: Problem, start: FloatArray) -> Solution:
     >>> least_squares(decay, np.array([1.0, 0.1])).values.round(6)
     array([3. , 0.5])
     """
-    values, damp = np.array(start, dtype=np.float64), 0.0
-    here = problem(values)
-    if here is None:
+    begin = np.array(start, dtype=np.float64)
+    first = problem(begin)
+    if first is None:
         raise ValueError("no start of a fit: the model has no sense there")
-    misfit, jacobian = here
-    chi2 = float(misfit @ misfit)
-    for _ in range(_ITERATIONS):
-        scale = _norms(jacobian)
-        scaled = jacobian / scale
-        normal = scaled.T @ scaled + (damp + 1e-12) * np.eye(values.size)
-        step = np.linalg.solve(normal, -scaled.T @ misfit)
-        there = problem(values + step / scale)
-        new = float("inf") if there is None else float(there[0] @ there[0])
-        if there is None or not new <= chi2 * (1.0 + 1e-12):
-            damp = max(10.0 * damp, _FIRST_DAMPING)
-            if damp > _MOST_DAMPING:
-                break
-            continue
-        values, (misfit, jacobian) = values + step / scale, there
-        gained, chi2, damp = chi2 - new, new, 0.2 * damp
-        if np.abs(step).max() < _CONVERGED or gained < _GAINED * chi2 / misfit.size:
-            break
-    return Solution(values, covariance_of(jacobian), chi2)
+    refused = np.full(first[0].size, _REFUSED), first[1]
+
+    @lru_cache(maxsize=2)  # misfits and derivatives are asked for one after the other
+    def at(point: bytes) -> tuple[FloatArray, FloatArray]:
+        return problem(np.frombuffer(point)) or refused
+
+    solved = optimize.least_squares(
+        lambda p: at(p.tobytes())[0], begin, lambda p: at(p.tobytes())[1],
+        method="lm", x_scale="jac", ftol=_CONVERGED, xtol=_CONVERGED,
+    )  # fmt: skip
+    return Solution(solved.x, covariance_of(at(solved.x.tobytes())[1]), 2.0 * float(solved.cost))
 
 
 def covariance_of(jacobian: FloatArray) -> FloatArray:
