@@ -276,3 +276,9 @@ def test_a_decay_that_ends_in_noise_has_lost_no_samples():
         law = law_of(lag_over_time(a, late, step, frequency=f))
         assert law.steps
         assert abs(law.step + 12.0 * step) < 5.0 * law.step_error < 5.0 * step
+
+
+def test_a_ball_that_comes_to_rest_at_a_wall_is_no_knock():
+    """Many small impacts within 20 ms move the mass smoothly: its slope hardly jumps."""
+    checks = analysed(channels(0.045), b=0.045).checks
+    assert "knocks" not in set(checks["check"])

@@ -45,7 +45,7 @@ _LATE, _FEWEST_LAGS = 1e-5, 3
 _TEMPLATE = 1e-2
 _PULSE = 3.0
 #: What the model of the displacement beside an impact leaves in r and in the momentum of a record.
-_OWN_R, _OWN_EPS, _OWN_GAIN = 1e-4, 3e-4, 5e-4
+_OWN_R, _OWN_EPS, _OWN_GAIN = 1e-4, 1e-3, 5e-4
 #: Lateness of the base's channel against the displacement, s: filters, converters that take turns.
 _BASE_LATE = 3e-4
 #: So many times more where the amplitude falls from impact to impact.

@@ -47,14 +47,14 @@ def cause_checks(judged: Judged) -> list[Check]:
         record = cause.records[0] if len(cause.records) == 1 else ""
         names = " or ".join(dict.fromkeys(called(c) for c in (cause, *weighed.rivals[:3])))
         outcome: Outcome = "warning"
-        if cause.direction is None:
-            kind, detail, record = "not explained", _unexplained(weighed), ""
-        elif weighed.slight:
+        if weighed.slight:
             kind, outcome = "slight", "ok"
             detail = (
                 f"the records differ a little from the plain model, as {names} would make them: "
                 "too little to say so. The values and their errors hold it"
             )
+        elif cause.direction is None:
+            kind, detail, record = "not explained", _unexplained(weighed), ""
         elif weighed.sure and not weighed.rivals:
             kind, detail = "cause", said(weighed)
         elif weighed.rivals:

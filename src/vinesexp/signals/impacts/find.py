@@ -28,6 +28,7 @@ from vinesexp.signals.impacts.onsets import detect_onsets, ring_time
 from vinesexp.signals.impacts.slopes import (
     SlopeChanges,
     coarse_displacement,
+    events_of,
     knocks_among,
     slope_changes,
     weighted,
@@ -111,9 +112,12 @@ def find_impacts(
             knocked, doubtful = knocks_among(
                 found, x, frequency=motion, gain=gain, lag=lag, settings=settings.slopes
             )
-            # The release of a mass that was held is a spike as well.
+            # The release of a mass that was held is a spike as well; and a ball that comes to rest
+            # at a wall moves the mass over many milliseconds, which looks like less than a jump.
             free = float(conditioned.attributes.get(FREE_FROM, 0.0))
             told = knocked & ((found.time > free + 0.5 / motion) | (free == 0.0))
+            event = events_of(found.time, frequency=motion)
+            told &= ~np.isin(event, event[doubtful])
             if told.any() and said is not None:
                 said.append(("knocks", "warning", _knocks_in_words(found, told, record.start)))
             found, doubtful = found.keep(~knocked), doubtful[~knocked]

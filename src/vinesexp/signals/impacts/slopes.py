@@ -583,6 +583,11 @@ def knocks_among(
     )
     net = np.asarray(np.bincount(event, jumps, count), dtype=np.float64)
     slopes = slope_changes(x, at + lag, net, frequency=frequency, settings=settings)
+    # A ball that comes to rest at a wall pushes the mass for many milliseconds: that is no jump.
+    resting = np.zeros(count, dtype=bool)
+    for number in np.flatnonzero(np.bincount(event) > 1):
+        own = jumps[event == number] * np.sign(net[number])
+        resting[number] = own[-1] > 0.0 and (np.diff(own) < 0.0).all()
     # Without those that seem to be knocks the others are seen better, and so are these.
     knocked = np.zeros(count, dtype=bool)
     for _ in range(3):
@@ -592,7 +597,7 @@ def knocks_among(
         # Nothing is seen where what most events show would be, and would be seen.
         others = shown[~knocked & np.isfinite(shown)]
         usual = float(np.median(others)) if others.size else 0.0
-        blind = ~np.isfinite(shown) | (own > _SEEN * usual) | (still > _STILL)
+        blind = resting | ~np.isfinite(shown) | (own > _SEEN * usual) | (still > _STILL)
         new: BoolArray = ~blind & (asked - still > _SURE)
         if (new == knocked).all():
             break
@@ -600,7 +605,7 @@ def knocks_among(
         slopes = slope_changes(
             x, at + lag, np.where(knocked, 0.0, net), frequency=frequency, settings=settings
         )
-    over = np.isfinite(shown) & ~knocked & (asked > _SURE) & (size > shown)
+    over = ~resting & np.isfinite(shown) & ~knocked & (asked > _SURE) & (size > shown)
     over &= np.asarray(np.bincount(event, minlength=count) > 1)
     left_out = knocked[event]
     doubtful = np.zeros(event.size, dtype=bool)
