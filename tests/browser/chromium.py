@@ -119,7 +119,11 @@ class Browser:
 
     def close(self) -> None:
         """End it."""
-        self._socket.close()
+
+        async def ended() -> None:  # in its own loop: another browser's may be the current one
+            self._socket.close()
+
+        self._loop.run_until_complete(ended())
         self._process.terminate()
         self._process.wait(30)
         self._loop.close()

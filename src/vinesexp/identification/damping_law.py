@@ -12,12 +12,15 @@ viscous decay is exact.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.caches import keep_caches_writable
 from vinesexp.identification.least_squares import Solution, covariance_of, least_squares
 
 #: Parameters of a decay in this order: log amplitude and phase at the start, angular frequency.
@@ -96,28 +99,8 @@ def _integrated(
     parameters: FloatArray, t: FloatArray, start: float
 ) -> tuple[FloatArray, FloatArray]:
     end = max(float(t[-1]), start + 1e-12)
-    grid = np.linspace(start, end, _STEPS + 1)
-    h = grid[1] - grid[0]
-    most = 4.0 / h
-    _, _, w, alpha, beta, gamma, mu, kappa = parameters.T
-
-    def slope(log_A: FloatArray) -> tuple[FloatArray, FloatArray]:
-        A = np.exp(log_A)
-        rate = np.clip(gamma / A + alpha + beta * A, -most, most)
-        return -rate, w * (1.0 + (mu + kappa * A) * A)
-
-    log_A, phase = parameters[:, 0].copy(), parameters[:, 1].copy()
-    # A trial step may ask for a Coulomb friction that stops the motion, or for gain: bounded here.
-    low_end, high_end = log_A - 20.0, log_A + 2.0
-    values = np.empty((_STEPS + 1, 4, len(parameters)))
-    for i in range(_STEPS + 1):
-        k1, p1 = slope(log_A)
-        values[i] = log_A, phase, k1, p1
-        k2, p2 = slope(np.clip(log_A + 0.5 * h * k1, low_end, high_end))
-        k3, p3 = slope(np.clip(log_A + 0.5 * h * k2, low_end, high_end))
-        k4, p4 = slope(np.clip(log_A + h * k3, low_end, high_end))
-        log_A = np.clip(log_A + h / 6.0 * (k1 + 2 * k2 + 2 * k3 + k4), low_end, high_end)
-        phase = phase + h / 6.0 * (p1 + 2 * p2 + 2 * p3 + p4)
+    h = (end - start) / _STEPS
+    values = _compiled()(np.ascontiguousarray(parameters), h)
     place = np.clip((t - start) / h, 0.0, _STEPS - 1e-9)
     low = place.astype(np.int64)
     u = place - low
@@ -130,6 +113,42 @@ def _integrated(
         return np.asarray(value + h * (h10 * left[:, column + 2].T + h11 * right[:, column + 2].T))
 
     return between(0), between(1)
+
+
+@cache
+def _compiled() -> Callable[[FloatArray, float], FloatArray]:
+    """`_followed` as machine code: a decay in noise is integrated some thousand times."""
+    from numba import njit
+
+    keep_caches_writable()  # numba asks for its folder when a function is marked
+    compiled: Callable[[FloatArray, float], FloatArray] = njit(cache=True)(_followed)
+    return compiled
+
+
+def _followed(parameters: FloatArray, h: float) -> FloatArray:
+    """log A and phase after each step, and their rates: array (steps + 1, 4, p)."""
+    most = 4.0 / h
+    values = np.empty((_STEPS + 1, 4, len(parameters)))
+    for k in range(len(parameters)):
+        log_A, phase, w, alpha, beta, gamma, mu, kappa = parameters[k]
+        # A trial step may ask for a friction that stops the motion, or for gain: bounded here.
+        low, high = log_A - 20.0, log_A + 2.0
+        rates, turns = np.empty(4), np.empty(4)
+        for i in range(_STEPS + 1):
+            for stage in range(4):
+                ahead = (0.0, 0.5, 0.5, 1.0)[stage]
+                here = log_A
+                if stage:
+                    here = min(max(log_A + ahead * h * rates[stage - 1], low), high)
+                A = math.exp(here)
+                rates[stage] = -min(max(gamma / A + alpha + beta * A, -most), most)
+                turns[stage] = w * (1.0 + (mu + kappa * A) * A)
+            values[i, 0, k], values[i, 1, k] = log_A, phase
+            values[i, 2, k], values[i, 3, k] = rates[0], turns[0]
+            change = rates[0] + 2.0 * rates[1] + 2.0 * rates[2] + rates[3]
+            log_A = min(max(log_A + h / 6.0 * change, low), high)
+            phase += h / 6.0 * (turns[0] + 2.0 * turns[1] + 2.0 * turns[2] + turns[3])
+    return values
 
 
 def fitted_decay(

@@ -14,7 +14,9 @@ from vinesexp.arrays import FloatArray
 #: Misfits in standard deviations, and their derivatives (n, p); None where the model has no sense.
 Problem = Callable[[FloatArray], tuple[FloatArray, FloatArray] | None]
 
-_CONVERGED = 1e-8  # of chi^2 and of the parameters: a smaller change is nothing that matters
+_CONVERGED = 1e-8  # relative: a shorter step changes nothing that matters
+_GAINED = 1e-7  # of chi^2 for one misfit: a smaller gain neither
+_MOST = 30  # evaluations: what takes more is no decay
 _REFUSED = 1e150  # a misfit where the model has no sense
 _FIXED = 1e-13  # of the largest eigenvalue: a direction with less is rounding, not data
 _TAKES_PART = 1e-4  # of a unit vector: the share that rounding turns into it is less
@@ -71,7 +73,7 @@ def least_squares(problem: Problem, start: FloatArray) -> Solution:
 
     solved = optimize.least_squares(
         lambda p: at(p.tobytes())[0], begin, lambda p: at(p.tobytes())[1],
-        method="lm", x_scale="jac", ftol=_CONVERGED, xtol=_CONVERGED,
+        method="lm", x_scale="jac", ftol=_GAINED / first[0].size, xtol=_CONVERGED, max_nfev=_MOST,
     )  # fmt: skip
     return Solution(solved.x, covariance_of(at(solved.x.tobytes())[1]), 2.0 * float(solved.cost))
 
