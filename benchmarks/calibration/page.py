@@ -43,13 +43,14 @@ Half of the mistakes are held back: the package was not tuned with them."""
 
 _SEEN = """\
 Campaigns 0 to 125 were looked at while the model was made. 126 to 182 were new to the version
-before this one: in 57 of them no value was off by more than 2.9 of its errors (rms z of f0 0.95,
-zeta 0.95, M 1.08, r 0.94, b_c 0.86), and five were told of a cause that is not there: three clean
-decays of lost samples, two of a laser whose gain changes. What these five showed was mended, so
-that all are seen now. Samples and impacts were kept from that version (`--reuse`); what follows them
-is of this one. Warnings on plain campaigns say that a test had not settled or was recorded from
-rest, which is so. b_c and r of plain rigs are stated wider than they scatter: what a pulse's area,
-the lag of a channel and further causes may be off by is in the errors and was not drawn."""
+before this one: in 57 of them no value was off by more than 2.9 of its errors (rms z of f0
+0.95, zeta 0.95, M 1.08, r 0.94, b_c 0.86), and five were told of a cause that is not there:
+three clean decays of lost samples, two of a laser whose gain changes. What these five showed
+was mended, so that all are seen now. Samples and impacts were kept from that version
+(`--reuse`); what follows them is of this one. Warnings on plain campaigns say that a test had
+not settled or was recorded from rest, which is so. b_c and r of plain rigs are stated wider
+than they scatter: what a pulse's area, the lag of a channel and further causes may be off by is
+in the errors and was not drawn."""
 
 
 _RULE = "|---|---|---|---|---|---|"
