@@ -55,7 +55,7 @@ _TINY = 1e-9
 _LEAST, _MOST = 0.4, 6.0  # variance of a mean over that of independent collisions
 _PARTS = 3  # groups by the duration of a flight, before and after
 _APART = 60.0  # errors of a time that durations have to differ by to be parted
-_FEWEST = 10
+_FEWEST, _MANY, _FOLDS = 10, 60, 5
 _READ = (1e-4, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
 
 
@@ -230,32 +230,39 @@ def _alike(c: Collisions, time_error: float) -> IntArray:
 
     Durations part collisions only where they differ by much more than their errors. How long the
     flight after an impact lasts depends on what this impact did: parted by it, impacts whose r
-    happens to be small would be in one group. So they are parted by the duration to be expected.
+    happens to be small would be in one group. So they are parted by the duration to be expected,
+    and only among those for which one law told what to expect.
     """
     label = (c.flights.side > 0.0).astype(np.int64)
-    for durations in (c.flights.time_before, _expected(c)):
+    count = label.size
+    fold = np.arange(count) // 2 % _FOLDS  # of two, since neighbours share a flight
+    expected = np.empty(count)
+    for k in range(_FOLDS):
+        expected[fold == k] = _expected(c, fold == k)
+    for durations, among in ((c.flights.time_before, np.zeros(count)), (expected, fold)):
         low, high = np.percentile(durations, [5.0, 95.0])
         parts = int(np.clip((high - low) / (_APART * max(time_error, 1e-9)), 1, _PARTS))
-        edges = np.quantile(durations, np.arange(1, parts) / parts)
-        label = label * _PARTS + np.searchsorted(edges, durations)
+        label = label * _PARTS
+        for k in np.unique(among):
+            own = among == k
+            edges = np.quantile(durations[own], np.arange(1, parts) / parts)
+            label[own] += np.searchsorted(edges, durations[own])
     return np.asarray(np.unique(label, return_inverse=True)[1], dtype=np.int64)
 
 
-def _expected(c: Collisions) -> FloatArray:
-    """Duration of the flight after each impact, by what was so before it, s.
+def _expected(c: Collisions, own: BoolArray) -> FloatArray:
+    """Duration of the flight after some impacts, by what was so before them, s.
 
-    A linear law of the other impacts of the record: of where the mass was at this impact and at the
-    one before, and how long the ball took.
+    A law of where the mass was at this impact and at the one before, and of how long the ball took,
+    learnt from the other impacts: learnt from these it would go with what they did.
     """
     f = c.flights
     known = np.stack([f.side * c.x, f.side * c.x_before, f.time_before], axis=1)
     spread = np.maximum(np.ptp(known, axis=0), 1e-300)
-    Z = np.column_stack([np.ones(f.side.size), (known - known.mean(axis=0)) / spread])
-    Z = np.column_stack([Z, *(Z[:, i] * Z[:, k] for i in (1, 2, 3) for k in range(i, 4))])
-    Q = np.linalg.qr(Z)[0]
-    rest = f.time_after - Q @ (Q.T @ f.time_after)
-    own = np.minimum((Q**2).sum(axis=1), 0.9)  # of itself in its own expectation
-    return np.asarray(f.time_after - rest / (1.0 - own))
+    Z = np.column_stack([np.ones(own.size), (known - known.mean(axis=0)) / spread])
+    if own.size > _MANY:
+        Z = np.column_stack([Z, *(Z[:, i] * Z[:, k] for i in (1, 2, 3) for k in range(i, 4))])
+    return np.asarray(Z[own] @ np.linalg.lstsq(Z[~own], f.time_after[~own], rcond=None)[0])
 
 
 def _of_neighbours(z: FloatArray) -> float:
