@@ -17,7 +17,7 @@ from vinesexp.design.shown import Table
 from vinesexp.figures.design_curve import DesignCurve, design_curve
 from vinesexp.record_pages.build import build_pages
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.report.comparison_pages import differences_page
+from vinesexp.report.command_pages import differences_page
 from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.results_differences import compare_results
 

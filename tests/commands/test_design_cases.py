@@ -17,7 +17,7 @@ from vinesexp.design.ask import answered as design
 from vinesexp.design.headline import Answer
 from vinesexp.design.inputs import OPTIONS, Given, gather
 from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, tables_of, text_of
-from vinesexp.report.design_sheet import write_sheet
+from vinesexp.report.command_pages import write_sheet
 from vinesexp.report.rendering import symbols
 
 RIG = {"--mass": "4.7 kg", "--damping": "3.02 N s/m", "--stiffness": "1.147e4 N/m"}

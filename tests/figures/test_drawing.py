@@ -13,8 +13,16 @@ from vinesexp.figures import style
 from vinesexp.figures.methods import estimates_by_method
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.figures.regime_strips import Strip, cycle_edges, regime_strips
-from vinesexp.figures.single_records import Marks, amplitude, extremes, impacts_on_acceleration
-from vinesexp.figures.traces import Trace, band, columns_of, sequence
+from vinesexp.figures.single_records import (
+    Marks,
+    Trace,
+    amplitude,
+    band,
+    columns_of,
+    extremes,
+    impacts_on_acceleration,
+    sequence,
+)
 from vinesexp.records.stored.store import create_record, open_record
 from vinesexp.theory.regime_definitions import REGIMES
 from vinesexp.units import COVERAGE_95

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vinesexp.live.arrivals import Arrivals
+from vinesexp.live.session import Arrivals
 
 
 class Clock:

@@ -7,13 +7,15 @@ import pytest
 
 from vinesexp.record_pages.drawn_content import (
     chunks_of,
+    exact,
+    packed,
     part_size,
     read_channel,
     squeezed,
     traces_of,
+    unpacked,
     unsqueezed,
 )
-from vinesexp.record_pages.packing import exact, packed, unpacked
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import create_record, open_record
 

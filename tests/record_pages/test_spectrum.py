@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from vinesexp.record_pages.drawn_content import phase_plane, spectrum
-from vinesexp.record_pages.packing import unpacked
+from vinesexp.record_pages.drawn_content import phase_plane, spectrum, unpacked
 from vinesexp.records.stored.store import create_record, open_record
 
 RATE, F = 1000.0, 8.0

@@ -6,7 +6,6 @@ import pytest
 
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.clearance.levels import PeriodicLevel, Tested
-from vinesexp.report.replay_verdict import replay_verdict
 from vinesexp.report.verdict import (
     CAUSES,
     PeriodicVerdict,
@@ -14,6 +13,7 @@ from vinesexp.report.verdict import (
     headline,
     left_early,
     likely_causes,
+    replay_verdict,
 )
 from vinesexp.units import Quantity
 

@@ -9,8 +9,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from vinesexp.figures.column_width import fit_to_width
-from vinesexp.figures.gallery import FAMILIES
+from vinesexp.figures.gallery import FAMILIES, fit_to_width
 from vinesexp.results import CampaignResults
 
 #: Points that two boxes may share: a box is a little larger than its letters.

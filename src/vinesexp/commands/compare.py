@@ -9,7 +9,7 @@ from pathlib import Path
 from vinesexp.commands.options import add_force, refuse_existing, writing
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.records.stored.tables import write_rows
-from vinesexp.report.comparison_pages import (
+from vinesexp.report.command_pages import (
     about_errors,
     differences_page,
     lead,

@@ -132,7 +132,7 @@ def base_of(args: argparse.Namespace) -> Measured | None:
 
 
 def _sheet(path: Path, given: Given, answer: Answer) -> None:
-    from vinesexp.report.design_sheet import write_sheet
+    from vinesexp.report.command_pages import write_sheet
 
     curve = None if answer.advice is None else curve_of(answer.advice)
     write_sheet(path, given, answer, curve)

@@ -118,7 +118,7 @@ def _campaign(args: argparse.Namespace) -> Campaign:
 
 def _figures(args: argparse.Namespace, campaign: Campaign) -> list[Described]:
     """Every figure in each width, in a folder a width."""
-    from vinesexp.figures.column_width import draw_at_width
+    from vinesexp.figures.gallery import draw_at_width
 
     found = []
     for width in dict.fromkeys(args.figures):

@@ -1,12 +1,14 @@
 """Which figures a campaign gets: drawn from its results, saved, and listed with their captions.
 
 Two families that do not wait for each other: `records` shows what single records hold, `results`
-what was found from all of them. A figure that has nothing to show is not drawn.
+what was found from all of them. A figure that has nothing to show is not drawn. The same figures
+can be laid out anew for a column of a journal, 90 or 190 mm wide.
 """
 
 from __future__ import annotations
 
 import json
+import textwrap
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -17,7 +19,116 @@ from vinesexp.records.campaign.load import Campaign
 from vinesexp.results import CampaignResults
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_INCH = 25.4  # mm
+#: Below this width, mm, panels stand below one another and texts are smaller.
+_NARROW = 130.0
+_SMALLER = 0.8  # 9 and 8 pt become 7.2 and 6.4 pt
+_PANEL = 2.1  # in: height of a panel that stood beside others
+_LETTER = 0.56  # width of a letter, of its size
+
+
+def draw_at_width(campaign: Campaign, results: Path, out: Path, *, width: float) -> list[Drawn]:
+    """Draw every figure of a campaign `width` mm wide, as SVG and PDF, into a folder.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    results : Path
+        Its results folder.
+    out : Path
+        For each figure <name>.svg and <name>.pdf; no links to pages of records.
+    width : float
+        mm; 60 to 250.
+    """
+    drawn, found = [], CampaignResults(results, campaign)
+    for family in FAMILIES.values():
+        for figure, entry in family(found):
+            for artist in figure.findobj():
+                artist.set_url(None)
+            fit_to_width(figure, width)
+            save(figure, out / entry.name, title=entry.title, description=entry.caption)
+            drawn.append(entry)
+    return drawn
+
+
+def fit_to_width(figure: Figure, width: float) -> None:
+    """Lay a figure out for a width in mm: in a narrow column panels go below one another."""
+    from matplotlib.text import Text
+
+    _, height = figure.get_size_inches()
+    figure.set_size_inches(width / _INCH, height)
+    if width >= _NARROW:
+        return
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        text.set_fontsize(_SMALLER * float(text.get_fontsize()))
+    stacked = _stack(figure)
+    lines = _wrap_titles(figure, width) + _relay_legends(figure)
+    height = stacked * _PANEL if stacked else height
+    figure.set_size_inches(width / _INCH, height + lines * 0.13)
+
+
+def _stack(figure: Figure) -> int:
+    """Panels of several columns below one another; how many, 0 where they are already."""
+    from matplotlib.gridspec import GridSpec
+
+    placed = [axis for axis in figure.axes if axis.get_subplotspec() is not None]
+    cells = sorted({_cell(axis) for axis in placed})
+    if len({column for _, column in cells}) < 2:
+        return 0
+    grid = GridSpec(len(cells), 1, figure=figure)
+    names: list[str] = []
+    for axis in sorted(placed, key=_cell):
+        axis.set_subplotspec(grid[cells.index(_cell(axis)), 0])
+        axis.tick_params(labelleft=True)
+        names = names or [axis.get_ylabel()]
+        axis.set_ylabel(axis.get_ylabel() or names[0])
+    bottom = {axis.get_xlabel() for axis in placed} - {""}
+    if len(bottom) == 1:  # one name below the lowest panel is enough
+        for axis in placed:
+            axis.set_xlabel(bottom.copy().pop() if _cell(axis)[0] == len(cells) - 1 else "")
+    return len(cells)
+
+
+def _cell(axis: Axes) -> tuple[int, int]:
+    spec = axis.get_subplotspec()
+    assert spec is not None
+    return spec.rowspan.start, spec.colspan.start
+
+
+def _wrap_titles(figure: Figure, width: float) -> int:
+    """Break titles that are wider than the column; lines that this adds."""
+    added = 0
+    for axis in figure.axes:
+        text = axis.get_title(loc="left")
+        letters = int(width / _INCH * 72.0 * 0.85 / (_LETTER * float(axis.title.get_fontsize())))
+        broken = "\n".join(textwrap.fill(line, letters) for line in text.split("\n"))
+        if broken != text:
+            axis.set_title(broken, loc="left", fontsize=axis._left_title.get_fontsize())  # type: ignore[attr-defined]
+            added += broken.count("\n") - text.count("\n")
+    return added
+
+
+def _relay_legends(figure: Figure) -> int:
+    """Legends of the whole figure in as many columns as fit; lines that they need."""
+    rows = 0
+    for old in list(figure.legends):
+        texts = old.get_texts()
+        title, size = old.get_title().get_text(), float(texts[0].get_fontsize())
+        longest = max(len(text.get_text()) for text in texts)
+        room = figure.get_size_inches()[0] * 72.0 / (size * (_LETTER * longest + 4.5))
+        columns = max(min(int(room), len(texts)), 1)
+        handles, labels = old.legend_handles, [text.get_text() for text in texts]
+        old.remove()
+        figure.legend(
+            [handle for handle in handles if handle is not None], labels, ncols=columns,
+            loc="outside lower center", fontsize=size, title=title or None, title_fontsize=size,
+        )  # fmt: skip
+        rows += -(-len(texts) // columns) + bool(title)
+    return rows
 
 
 def _draw_results(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
@@ -25,8 +136,7 @@ def _draw_results(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     from vinesexp.figures.methods import draw_identified
     from vinesexp.figures.over_clearance import draw_clearances
     from vinesexp.figures.regime_strips import draw_regimes
-    from vinesexp.figures.replayed import draw_replay
-    from vinesexp.figures.ringdowns import draw_ringdowns
+    from vinesexp.figures.single_records import draw_replay, draw_ringdowns
     from vinesexp.figures.stated_inputs import draw_inputs, input_rows
 
     yield from draw_clearances(results)

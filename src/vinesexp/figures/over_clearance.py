@@ -19,14 +19,11 @@ from vinesexp.results import CampaignResults
 from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _NO_CURVE: tuple[FloatArray, FloatArray] = (np.empty(0), np.empty(0))
 
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Value, low, high; mm. A measured one that is a bound has an end at infinity.
 Interval = tuple[float, float, float]

@@ -22,10 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
 @dataclass(frozen=True)
 class Strip:
     """Impacts in each cycle of one record: one row of a regime chart."""

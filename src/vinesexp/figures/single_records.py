@@ -1,8 +1,9 @@
-"""The figures of what single records hold: traces, impacts, releases, sweeps."""
+"""The figures of what single records hold: traces, impacts, releases, sweeps, decays, replays."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,18 +11,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray, IntArray
-from vinesexp.figures.numbers import clearances
-from vinesexp.figures.style import COLOURS, Drawn, label, new_figure
-from vinesexp.figures.traces import Trace, amplitudes, columns_of, draw_trace, overview
-from vinesexp.records.campaign.load import Record
+from vinesexp.figures.numbers import clearances, plus_minus
+from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, label, link, new_figure
+from vinesexp.identification.decay_table import of_ringdown
+from vinesexp.identification.estimate import Estimate, read_estimates
+from vinesexp.records.campaign.load import Campaign, Record
+from vinesexp.records.stored.result_columns import DECAY, REPLAY_CYCLES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record
+from vinesexp.records.stored.tables import Row, read_rows
 from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import read_impacts
+from vinesexp.theory.regime_definitions import PERMANENT
+from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
 
 #: Shown units of each channel: name with unit, factor from SI.
 _SHOWN = {
@@ -36,14 +42,485 @@ _MOST_CURVES = 14  # in one figure
 _MOST_POINTS = 1200  # of a drawn line
 
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-
 _AXES = {"acceleration": "acceleration\n(m/s²)", "sound": "sound\n(uncalibrated)"}
 #: Impacts drawn one by one; of more, this many evenly chosen ones.
 _IMPACT_SHAPES_MOST_POINTS = 1500
+
+
+# Time histories: a long trace as what a screen can show of it; whole records; amplitudes.
+#: Columns of a trace that is drawn as a band from its smallest to its largest value: one to 0.9
+#: points of a figure 7 in wide.
+COLUMNS = 560
+
+
+# Figures of ring-downs: a decay beside what was identified from it, M from added masses.
+Found = Mapping[str, Estimate]
+
+_MOST = 4_000_000  # samples of one decay
+#: Decays whose misfit is drawn together.
+_MOST_DECAYS = 6
+#: Terms of a law of damping beyond the viscous one, named.
+_LAW = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
+
+
+# The figure of the replay: measured amplitude beside that of the identified rig.
+_COLUMNS = 2
+
+
+@dataclass(frozen=True)
+class Beside:
+    """One record and its replays: s and mm.
+
+    Attributes
+    ----------
+    name : of the record.
+    time, measured : of each cycle.
+    replayed, low, high : mean, smallest and largest over the replays.
+    """
+
+    name: str
+    time: FloatArray
+    measured: FloatArray
+    replayed: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def replayed_amplitudes(records: Sequence[Beside]) -> Figure:
+    """One panel a record: measured amplitude, and the band of its replays."""
+    columns = min(len(records), _COLUMNS)
+    rows = -(-len(records) // columns)
+    figure, axes = new_figure(rows, columns, height=0.5 + 2.0 * rows)
+    for axis, one in zip(axes, records, strict=False):
+        axis.fill_between(
+            one.time, one.low, one.high, color=COLOURS["exact"], alpha=0.25, linewidth=0
+        )
+        axis.plot(one.time, one.replayed, color=COLOURS["exact"], linewidth=1.4)
+        axis.plot(one.time, one.measured, color=COLOURS["measured"], linewidth=0.7)
+        link(axis.set_title(one.name), one.name, f"page of {one.name}")
+        axis.set_ylim(0.0, 1.1 * float(max(one.high.max(), one.measured.max())))
+        axis.margins(x=0.01)
+    for axis in axes[len(records) :]:
+        axis.remove()
+    for axis in axes[max(len(records) - columns, 0) : len(records)]:
+        axis.set_xlabel("time (s)")
+    for axis in axes[: len(records) : columns]:
+        axis.set_ylabel("amplitude (mm)")
+    handles = [
+        axes[0].plot([], [], color=COLOURS["measured"], linewidth=0.9, label="measured")[0],
+        axes[0].plot([], [], color=COLOURS["exact"], label="replayed: median and range")[0],
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8)
+    return figure
+
+
+def draw_replay(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
+    """Up to five records: a permanent and a modulated response, a sweep, a release, a decay."""
+    by_record = results.by_record("replay_cycles")
+    records = [record for record in results.campaign.records if record.id in by_record]
+    chosen = _chosen(records, results.regime_of)
+    if not chosen:
+        return
+    title = (
+        "Measured amplitude, cycle by cycle, beside the same record simulated with the identified "
+        "rig, the effects that were found and the base as measured"
+    )
+    text = (
+        "The band reaches over several "
+        "starts, since nobody measured where the ball was; where motion is chaotic, only mean and "
+        "range can agree, not the curve."
+    )
+    figure = replayed_amplitudes([_beside(record, by_record[record.id]) for record in chosen])
+    yield figure, Drawn("replay", "replay", title, text)
+
+
+def _chosen(records: Sequence[Record], regime: Mapping[str, str]) -> list[Record]:
+    """The middle record of each kind that shows something different."""
+    kinds = (
+        [r for r in records if r.test == "periodic" and regime.get(r.id, "") in PERMANENT],
+        [r for r in records if regime.get(r.id) == "strongly modulated" and r.test == "periodic"],
+        [r for r in records if r.test == "sweep" and len(r.clearance) == 1],
+        [r for r in records if r.test == "transient" and len(r.clearance) == 1],
+        [r for r in records if r.test == "ringdown"],
+    )
+    return [own[len(own) // 2] for own in kinds if own]
+
+
+def _beside(record: Record, rows: Sequence[Row]) -> Beside:
+    time, *lengths = (
+        np.array([row[name] for row in rows], dtype=float) for name in REPLAY_CYCLES.names[1:]
+    )
+    measured, replayed, low, high = (1e3 * length for length in lengths)
+    return Beside(record.id, time, measured, replayed, low, high)
+
+
+@dataclass(frozen=True)
+class DrawnDecay:
+    """Amplitude of one ring-down, cycle by cycle, beside the exponential fitted to it.
+
+    Attributes
+    ----------
+    name : of the record.
+    time : middle of each cycle, s.
+    amplitude, fitted : mm.
+    law : mm; the same with damping that depends on amplitude, empty where none was found.
+    law_name : ``quadratic``.
+    """
+
+    name: str
+    time: FloatArray
+    amplitude: FloatArray
+    fitted: FloatArray
+    law: FloatArray
+    law_name: str = ""
+
+
+def ringdown_and_fit(
+    trace: Trace, shown: DrawnDecay, others: Sequence[DrawnDecay], *, title: str
+) -> Figure:
+    """One decay with its fitted envelope, and what is left of the amplitude of every decay.
+
+    Parameters
+    ----------
+    trace : Trace
+        Displacement, mm.
+    shown : DrawnDecay
+        Of the same record.
+    others : sequence of DrawnDecay
+        All decays whose misfit is to be compared, the one shown among them.
+    title : str
+        With the fitted values.
+    """
+    figure, (above, below) = new_figure(
+        2, 1, height=4.4, sharex=True, gridspec_kw={"height_ratios": [1.4, 1.0]}
+    )
+    draw_trace(above, trace, colour=COLOURS["displacement"])
+    envelope = shown.law if shown.law.size else shown.fitted
+    for sign in (1.0, -1.0):
+        above.plot(shown.time, sign * envelope, color=COLOURS["exact"], linewidth=1.4)
+    middle = shown.time.size // 6
+    name = f"viscous and {shown.law_name} damping" if shown.law.size else "exponential"
+    label(
+        *(above, name, (shown.time[middle], envelope[middle])),
+        colour=COLOURS["exact"],
+        shift=(8, 8),
+    )
+    above.set_ylabel("displacement (mm)")
+    above.set_title(title)
+    above.margins(x=0.01)
+    for decay, colour in zip(others, sequence(len(others)), strict=True):
+        _misfit(below, decay, decay.fitted, colour, faint=decay.law.size > 0)
+        if decay.law.size:
+            _misfit(below, decay, decay.law, colour, faint=False)
+    if len(others) > 1:
+        handles = [
+            below.plot([], [], "o-", color=colour, markersize=3, label=decay.name)[0]
+            for decay, colour in zip(others, sequence(len(others)), strict=True)
+        ]
+        figure.legend(
+            handles=handles,
+            loc="outside lower right",
+            ncols=6,
+            fontsize=8,
+            title="faint: what an exponential leaves" if shown.law.size else None,
+            title_fontsize=8,
+        )
+    below.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
+    below.set_ylabel("amplitude minus fit\n(% of the start)")
+    below.set_xlabel("time (s)")
+    figure.align_ylabels()
+    return figure
+
+
+def _share(decay: DrawnDecay, fit: FloatArray) -> FloatArray:
+    share: FloatArray = 100.0 * (decay.amplitude - fit) / fit[0]
+    return share
+
+
+def _misfit(axis: Axes, decay: DrawnDecay, fit: FloatArray, colour: str, *, faint: bool) -> None:
+    alpha = 0.3 if faint else 1.0
+    share = _share(decay, fit)
+    axis.plot(decay.time, share, "o-", color=colour, markersize=2, linewidth=0.8, alpha=alpha)
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Ring-downs with added masses, and the line through them.
+
+    Attributes
+    ----------
+    names : of the records.
+    loads : added masses, kg.
+    periods : 1/(2 pi f)^2, s^2.
+    half : half of the 95 % interval of what each is off the line, kg.
+    M, k1 : the line is (M + load)/k1.
+    """
+
+    names: Sequence[str]
+    loads: FloatArray
+    periods: FloatArray
+    half: FloatArray
+    M: float
+    k1: float
+
+    @property
+    def off(self) -> FloatArray:
+        """How much more mass each frequency shows than the line has, kg."""
+        found: FloatArray = self.k1 * self.periods - (self.M + self.loads)
+        return found
+
+
+def added_mass_line(loaded: Loaded, *, title: str) -> Figure:
+    """Squared period over added mass, a straight line; and how far each point is off it, in grams.
+
+    Parameters
+    ----------
+    loaded : Loaded
+    title : str
+        With the identified mass.
+    """
+    figure, (line, off) = new_figure(1, 2, height=2.7, gridspec_kw={"width_ratios": [1.0, 1.35]})
+    M, k1, loads = loaded.M, loaded.k1, loaded.loads
+    reach = np.array([-M, 1.05 * float(loads.max())])
+    line.plot(reach, 1e4 * (M + reach) / k1, color=COLOURS["exact"])
+    line.plot(loads, 1e4 * loaded.periods, "o", color=COLOURS["measured"])
+    line.plot(-M, 0.0, "o", color=COLOURS["exact"], markerfacecolor="white")
+    label(line, f"−M = −{M:.4g} kg", (-M, 0.0), colour=COLOURS["exact"], shift=(6, -1), va="top")
+    line.set_xlabel("added mass (kg)")
+    line.set_ylabel("1/(2πf)² (10⁻⁴ s²)")
+    line.set_title(title)
+    line.set_ylim(bottom=-0.2 * line.get_ylim()[1])  # room for the name of the intercept
+    off.axhline(0.0, color=COLOURS["exact"])
+    points = zip(loaded.names, loads, loaded.off, loaded.half, strict=True)
+    for name, load, away, half in points:
+        drawn = off.errorbar(
+            1e3 * load, 1e3 * away, 1e3 * half, fmt="o", color=COLOURS["measured"], capsize=3
+        )
+        link(drawn.lines[0], name, f"{name}: {1e3 * load:g} g, {1e3 * away:+.2g} g off the line")
+    off.set_xlabel("added mass (g)")
+    off.set_ylabel("off the line (g)")
+    off.set_title("what is left")
+    off.margins(x=0.1, y=0.15)
+    return figure
+
+
+def draw_ringdowns(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
+    """A decay with its exponential, and the line of added masses where there are some."""
+    campaign, paths = results.campaign, ResultPaths(results.folder)
+    found = {
+        record.id: own
+        for record in campaign.records
+        if record.test == "ringdown" and not record.exclude
+        if (own := of_ringdown(read_estimates(paths.estimates(record.id))))
+    }
+    bare = [r for r in campaign.records if r.id in found and not r.added_mass]
+    drawn = [(record, _decay(record, found[record.id], paths)) for record in bare[:_MOST_DECAYS]]
+    drawn = [(record, decay) for record, decay in drawn if decay.time.size]
+    if drawn:
+        yield _figure(drawn, _trace(drawn[0][0], paths), results)
+    yield from _line(results, found)
+
+
+def _decay(record: Record, own: Found, paths: ResultPaths) -> DrawnDecay:
+    """The decay of one record as the estimate step left it, mm."""
+    rows = read_rows(paths.decay(record.id), DECAY)
+    time, amplitude, law, viscous = (
+        np.array([row[name] for row in rows], dtype=float) for name in DECAY.names
+    )
+    named = " and ".join(word for name, word in _LAW.items() if name in own)
+    none = np.empty(0)
+    return DrawnDecay(
+        record.id, time, 1e3 * amplitude, 1e3 * viscous, 1e3 * law if named else none, named
+    )
+
+
+def _trace(record: Record, paths: ResultPaths) -> Trace:
+    with open_record(paths.conditioned(record.id)) as view:
+        x = 1e3 * view.read("displacement", 0, _MOST)
+        cycles = float(view.attributes["oscillation_hz"]) * x.size / view.sample_rate
+        return Trace("displacement", view.time(0, _MOST), x, columns=columns_of(cycles))
+
+
+def _figure(
+    decays: Sequence[tuple[Record, DrawnDecay]], trace: Trace, results: CampaignResults
+) -> tuple[Figure, Drawn]:
+    record, decay = decays[0]
+    values = [
+        f"{symbol} = {plus_minus(row['value'], row['std_error'] or 0.0, row['unit'])}"
+        for symbol, name in (("f₀", "f0"), ("ζ", "zeta"))
+        if (row := results.values.get(name))
+    ]
+    title = record.id + (f"\nall records: {', '.join(values)}" if values else "")
+    figure = ringdown_and_fit(trace, decay, [decay for _, decay in decays], title=title)
+    head = (
+        f"Above: ring-down {record.id} (bandpassed) with the envelope of what was identified from "
+        "it"
+    )
+    text = (
+        "Below: what it leaves of the amplitude of each ring-down, cycle by cycle. Scatter "
+        "around zero is noise, a bow is damping of another kind."
+    )
+    if decay.law.size:
+        text += (
+            " The faint points are what an exponential would leave: damping depends on amplitude, "
+            "and the ζ of the title is that at the amplitude where the records know it best."
+        )
+    return figure, Drawn("ringdown_fit", "ringdown", head, text)
+
+
+def _line(results: CampaignResults, found: Mapping[str, Found]) -> Iterator[tuple[Figure, Drawn]]:
+    campaign = results.campaign
+    records = [record for record in campaign.records if record.id in found]
+    wanted = ("M", "added mass")
+    rows = results.rows("identified")
+    row = next((r for r in rows if (r["parameter"], r["method"]) == wanted), None)
+    if row is None:
+        return
+    M = row["value"]
+    loads = np.array([record.added_mass or 0.0 for record in records])
+    periods = np.array([(2.0 * np.pi * found[r.id]["f0"].value) ** -2.0 for r in records])
+    loaded = Loaded(
+        names=[record.id for record in records],
+        loads=loads,
+        periods=periods,
+        half=np.array([_half(campaign, r, found[r.id]["f0"], M) for r in records]),
+        M=M,
+        k1=float(np.mean((M + loads) / periods)),
+    )
+    shown = plus_minus(M, row["std_error"] or 0.0, "kg")
+    figure = added_mass_line(loaded, title=f"M = {shown}")
+    text = (
+        "Left: the squared period grows with the mass along a "
+        "straight line, which meets zero at minus the mass of the oscillator. Right: how much mass "
+        "each ring-down shows beyond that line. Bars are 95 % intervals from the frequency, from "
+        "mounting the masses again and from weighing them. A point that is off by more than its "
+        "bar has a wrong added mass."
+    )
+    yield figure, Drawn("ringdown_added_mass", "ringdown", "Ring-downs with added masses", text)
+
+
+def _half(campaign: Campaign, record: Record, f0: Estimate, M: float) -> float:
+    """Half of the 95 % interval of how far a ring-down is off the line, kg."""
+    load = record.added_mass or 0.0
+    stated = campaign.known.uncertainties
+    frequency = np.hypot(f0.std_error, stated.remounting.of(f0.value) if load else 0.0) / f0.value
+    weighed = stated.added_mass.of(load) if load else 0.0
+    return float(COVERAGE_95 * np.hypot(2.0 * (M + load) * frequency, weighed))
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One channel to be drawn: times, s, and values in the unit to be shown.
+
+    Where `high` is given, `values` are the smallest and `high` the largest in each part of a
+    trace that was too long to be read at once. `columns` is in how many parts a long trace is
+    drawn (`columns_of`). `record` is the id to whose page the trace leads.
+    """
+
+    name: str
+    time: FloatArray
+    values: FloatArray
+    high: FloatArray | None = None
+    columns: int = COLUMNS
+    record: str = ""
+
+
+#: Columns that a cycle takes at least where it is to be seen as one.
+_A_CYCLE = 8
+
+
+def columns_of(cycles: float) -> int:
+    """In how many parts a trace of so many cycles is drawn.
+
+    Where a cycle has too few columns to be seen, a part is a cycle: in shorter ones the largest and
+    smallest sample would beat with the oscillation, and a steady motion look modulated.
+
+    Examples
+    --------
+    >>> columns_of(10.0), columns_of(400.0), columns_of(3000.0), columns_of(0.0)
+    (560, 400, 500, 560)
+    """
+    if cycles * _A_CYCLE <= COLUMNS:
+        return COLUMNS
+    whole = math.ceil(cycles / COLUMNS)  # cycles in a part
+    return max(int(cycles / whole), 1)
+
+
+def band(
+    time: FloatArray, values: FloatArray, *, columns: int = COLUMNS
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Times, smallest and largest values of `columns` equal parts: what a screen shows of a trace.
+
+    Examples
+    --------
+    >>> t, low, high = band(np.arange(6.0), np.array([0, 1, 2, 3, 2, 1.0]), columns=2)
+    >>> t, low, high
+    (array([1., 4.]), array([0., 1.]), array([2., 3.]))
+    """
+    edges = np.unique(np.linspace(0, len(values), min(columns, len(values)) + 1).astype(np.int64))
+    start = edges[:-1]
+    middle = 0.5 * (time[start] + time[edges[1:] - 1])
+    return middle, np.fmin.reduceat(values, start), np.fmax.reduceat(values, start)
+
+
+def draw_trace(axis: Axes, trace: Trace, *, colour: str) -> None:
+    """Draw a trace as a line, or as a band where it has more samples than the screen columns."""
+    if trace.high is None and len(trace.values) <= 2 * COLUMNS:
+        axis.plot(trace.time, trace.values, color=colour, linewidth=0.9)
+        return
+    if trace.high is None:
+        time, low, high = band(trace.time, trace.values, columns=trace.columns)
+    else:
+        time, low, high = trace.time, trace.values, trace.high
+    axis.fill_between(time, low, high, color=colour, linewidth=0.4)
+
+
+def overview(traces: Sequence[Trace], *, title: str) -> Figure:
+    """Every channel of one record over its whole length.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+        Named ``displacement (mm)``: the first word chooses the colour.
+    """
+    figure, axes = new_figure(len(traces), 1, height=0.6 + 1.1 * len(traces), sharex=True)
+    for axis, trace in zip(axes, traces, strict=True):
+        draw_trace(axis, trace, colour=COLOURS[trace.name.split()[0]])
+        axis.set_ylabel(trace.name.replace(" ", "\n", 1))
+    axes[-1].set_xlabel("time (s)")
+    axes[-1].margins(x=0.01)
+    axes[0].set_title(title)
+    figure.align_ylabels()
+    return figure
+
+
+def amplitudes(
+    traces: Sequence[Trace], *, xlabel: str, ylabel: str, bare: int = 0, title: str = ""
+) -> Figure:
+    """Amplitudes of several records on one axis; the first `bare` of them, without NES, in grey."""
+    figure, (axis,) = new_figure(height=3.6)
+    colours = [COLOURS["bare"]] * bare + sequence(len(traces) - bare)
+    for trace, colour in zip(traces, colours, strict=True):
+        (line,) = axis.plot(trace.time, trace.values, color=colour, label=trace.name, linewidth=1.1)
+        if trace.record:
+            link(line, trace.record, f"{trace.record}: {trace.name}")
+    axis.legend(loc="upper right", ncols=2 if len(traces) > 5 else 1, fontsize=8)
+    axis.set_xlabel(xlabel)
+    axis.set_ylabel(ylabel)
+    axis.set_title(title)
+    axis.set_ylim(bottom=0.0)
+    axis.margins(x=0.01)
+    return figure
+
+
+def sequence(n: int) -> list[str]:
+    """`n` colours: the palette's, or from dark to light where it has too few."""
+    if n <= len(SEQUENCE):
+        return list(SEQUENCE[:n])
+    import matplotlib as mpl
+    from matplotlib.colors import to_hex
+
+    return [to_hex(colour) for colour in mpl.colormaps["viridis"](np.linspace(0.0, 0.92, n))]
 
 
 @dataclass(frozen=True)

@@ -13,16 +13,13 @@ from vinesexp.results import Results
 from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.figure import Figure
 
 #: Lines of the figure: those that are contradicted first.
 _MOST = 40
 _ORDER = {"off": 0, "ok": 1, "not tested": 2}
 
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.figure import Figure
 
 #: Beyond so many standard uncertainties the axis is logarithmic.
 _LINEAR = 30.0

@@ -11,27 +11,30 @@ from __future__ import annotations
 
 import hashlib
 import json
+import multiprocessing
 import os
+import signal
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any, Generic, TypeVar
 
 import vinesexp
 from vinesexp.errors import CampaignError, VinesexpError
-from vinesexp.live.arrivals import Arrivals
-from vinesexp.live.background import Background
-from vinesexp.live.campaign_view import (
+from vinesexp.live.row_proposal import Row, clearance_cell, clearance_shown, row_of_file
+from vinesexp.live.views import (
     CampaignView,
+    RecordView,
     Values,
     find_values,
     look_at_campaign,
+    look_at_record,
     values_written,
 )
-from vinesexp.live.record_view import RecordView, look_at_record
-from vinesexp.live.row_proposal import Row, clearance_cell, clearance_shown, row_of_file
 from vinesexp.pipeline import condition_record, ingest_record
 from vinesexp.proposal.campaign_proposal import SKIPPED
 from vinesexp.proposal.survey import view_file
@@ -43,6 +46,7 @@ from vinesexp.records.stored.result_columns import IDENTIFIED
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.step_inputs import campaign_text, row_text, rows_text
 from vinesexp.records.stored.tables import read_rows
+from vinesexp.threads import one_thread_each
 from vinesexp.units import COVERAGE_95, Quantity, with_error
 from vinesexp.whole_files import write_whole
 
@@ -51,6 +55,210 @@ EDITABLE = tuple(c for c in SHEET_COLUMNS if c not in ("record", "file"))
 _STEPS = ("ingest", "condition", "impacts", "estimate")
 _PAUSE = 0.25  # s between two looks at the folder
 _NO_FILE = {"campaign.yaml", "scene.yaml", "campaign.schema.json", *SHEETS}
+
+
+# Which files of a folder an instrument has finished writing.
+#
+# The folder is looked through again and again: whether a file still grows has to be polled anyway,
+# and network drives send no notice. Times of files are compared with themselves alone, so that it
+# does not matter what the clock of the drive says.
+#: What programs call files that they still write, and what is no instrument's.
+_UNFINISHED = {".tmp", ".part", ".partial", ".crdownload", ".temp", ".lock", ".swp"}
+
+State = tuple[int, int]
+
+
+# Work in a process of its own, one piece at a time, that gives way to everything else.
+T = TypeVar("T")
+_NICE = 10  # behind the analysis of the newest record
+
+
+class Background(Generic[T]):
+    """A function that is called in another process.
+
+    The process is started with the first piece of work and kept, so that what a library compiles
+    or reads is done once. One that died is started again with the next piece.
+
+    Parameters
+    ----------
+    work : callable
+        Of a module, so that the other process finds it.
+
+    Attributes
+    ----------
+    busy : bool
+        Whether a piece of work was begun and not taken.
+    seconds : float
+        Of the processor, that the last piece took.
+
+    Examples
+    --------
+    ::
+
+        square = Background(math.sqrt)
+        square.begin(2.0)
+        while not square.done: ...
+        square.take()
+    """
+
+    def __init__(self, work: Callable[..., T]) -> None:
+        self._work = work
+        self._process: multiprocessing.process.BaseProcess | None = None
+        self._connection: Connection | None = None
+        self.busy = False
+        self.seconds = 0.0
+
+    def begin(self, *arguments: Any) -> None:
+        """Start a piece of work; the one before has been taken."""
+        if self._process is None or not self._process.is_alive():
+            self.stop()
+            one_thread_each()
+            context = multiprocessing.get_context("spawn")
+            self._connection, other = context.Pipe()
+            self._process = context.Process(target=_serve, args=(other, self._work), daemon=True)
+            self._process.start()
+            other.close()
+        assert self._connection is not None
+        self._connection.send(arguments)
+        self.busy = True
+
+    @property
+    def done(self) -> bool:
+        """Whether there is something to take."""
+        return self.busy and self._connection is not None and self._connection.poll()
+
+    def take(self) -> T:
+        """What came out; waits for it.
+
+        Raises
+        ------
+        VinesexpError
+            The work failed, or its process ended; why, in one line.
+        """
+        assert self._connection is not None
+        self.busy = False
+        try:
+            failed, answer, self.seconds = self._connection.recv()
+        except (EOFError, OSError):
+            self.stop()
+            raise VinesexpError("its process ended; it starts again with the next record") from None
+        if failed:
+            raise VinesexpError(failed)
+        found: T = answer
+        return found
+
+    def stop(self) -> None:
+        """End the process, and the work that is under way with it."""
+        if self._process is not None:
+            self._process.terminate()
+            self._process.join()
+        if self._connection is not None:
+            self._connection.close()
+        self._process = self._connection = None
+        self.busy = False
+
+
+def _serve(connection: Connection, work: Callable[..., Any]) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program that started this
+    if hasattr(os, "nice"):
+        os.nice(_NICE)
+    while True:
+        try:
+            arguments = connection.recv()
+        except EOFError:
+            return
+        begun, failed, answer = time.process_time(), "", None
+        try:
+            answer = work(*arguments)
+        except Exception as error:
+            failed = " ".join(str(error).split()) or type(error).__name__
+        try:
+            connection.send((failed, answer, time.process_time() - begun))
+        except OSError:
+            return
+
+
+class Arrivals:
+    """Files below a folder that have come to rest.
+
+    Parameters
+    ----------
+    folder : Path
+    ignored : callable
+        Whether a file of this name is none of an instrument.
+    besides : Path, optional
+        A folder that is not looked into.
+    quiet : float
+        s for which size and time of change of a file have to stay as they are.
+    clock : callable
+        s; does not go back.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        ignored: Callable[[str], bool],
+        besides: Path | None = None,
+        quiet: float = 1.0,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.folder = folder
+        self._ignored = ignored
+        self._besides = None if besides is None else os.path.realpath(besides)
+        self._quiet = quiet
+        self._clock = clock
+        self._seen: dict[str, tuple[State, float]] = {}
+        self._settled: dict[str, State] = {}
+
+    @property
+    def growing(self) -> tuple[Path, ...]:
+        """Files that were seen and are not at rest yet."""
+        seen = self._seen.items()
+        return tuple(Path(p) for p, (state, _) in seen if self._settled.get(p) != state)
+
+    def scan(self) -> list[Path]:
+        """Files that came to rest or went since the last look, in the order of their names.
+
+        A file that changes later comes again.
+        """
+        now = self._clock()
+        states = dict(self._states())
+        found = []
+        for path, state in states.items():
+            before = self._seen.get(path)
+            since = before[1] if before is not None and before[0] == state else now
+            self._seen[path] = (state, since)
+            # An empty file is one that nothing was written to yet.
+            at_rest = state[0] > 0 and now - since >= self._quiet
+            if at_rest and self._settled.get(path) != state:
+                self._settled[path] = state
+                found.append(path)
+        for path in set(self._seen) - set(states):
+            del self._seen[path]
+            if self._settled.pop(path, None) is not None:
+                found.append(path)
+        return [Path(path) for path in sorted(found)]
+
+    def _states(self) -> Iterator[tuple[str, State]]:
+        """Size and time of change of every file that may be an instrument's."""
+        for place, folders, names in os.walk(self.folder):
+            folders[:] = [
+                name
+                for name in folders
+                if not name.startswith(".")
+                and os.path.realpath(os.path.join(place, name)) != self._besides
+            ]
+            for name in names:
+                ending = os.path.splitext(name)[1].lower()
+                if name.startswith((".", "~")) or ending in _UNFINISHED or self._ignored(name):
+                    continue
+                path = os.path.join(place, name)
+                try:
+                    stat = os.stat(path)
+                except OSError:  # gone, or renamed, between the two looks
+                    continue
+                yield path, (stat.st_size, stat.st_mtime_ns)
 
 
 class ChangedMeanwhileError(VinesexpError):

@@ -20,8 +20,7 @@ from vinesexp.figures.invariant_manifold import projected
 from vinesexp.figures.numbers import clearances, plus_minus, significant
 from vinesexp.figures.style import COLOURS
 from vinesexp.identification.estimate import Estimate, read_estimates
-from vinesexp.record_pages.drawn_content import samples_of, traces_of
-from vinesexp.record_pages.packing import exact, packed, script
+from vinesexp.record_pages.drawn_content import exact, packed, samples_of, script, traces_of
 from vinesexp.records.campaign.load import Campaign, Record
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_columns import REPLAY_CYCLES

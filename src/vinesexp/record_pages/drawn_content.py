@@ -7,19 +7,20 @@ as they are.
 from __future__ import annotations
 
 import base64
+import json
 import math
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
 from vinesexp.figures.regime_strips import impacts_per_cycle
-from vinesexp.record_pages.packing import exact, packed
 from vinesexp.records.stored.result_columns import DECAY
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record
@@ -36,6 +37,52 @@ _A_CYCLE, _LEAST = 16, 8
 #: Records of fewer samples are stored as they are.
 SHORT = 2 * _FEWEST
 _BLOCK = 1 << 20  # samples read at once
+
+
+# Numbers as text that a browser turns back into arrays at once.
+_PACKING_STEPS = 65_000  # of a 16-bit number, gaps apart
+
+
+def packed(values: ArrayLike) -> dict[str, Any]:
+    """Numbers in 16 bits: steps of 1/65000 of their range, finer than a screen and most converters.
+
+    Examples
+    --------
+    >>> found = packed([0.0, 1.0, float("nan")])
+    >>> found["offset"], round(found["scale"] * 65000, 6), unpacked(found)
+    (0.5, 1.0, array([ 0.,  1., nan]))
+    """
+    given = np.asarray(values, dtype=np.float64)
+    known = np.isfinite(given)
+    low, high = (given[known].min(), given[known].max()) if known.any() else (0.0, 0.0)
+    offset, scale = 0.5 * (low + high), (high - low) / _PACKING_STEPS or 1.0
+    steps = np.where(known, np.round((np.where(known, given, offset) - offset) / scale), _GAP)
+    return {"offset": float(offset), "scale": float(scale), "int16": _text(steps, "<i2")}
+
+
+def unpacked(content: Mapping[str, Any]) -> np.ndarray:
+    """What `packed` packed; the page does the same."""
+    steps = np.frombuffer(base64.b64decode(content["int16"]), "<i2").astype(np.float64)
+    steps[steps == _GAP] = np.nan
+    found: np.ndarray = content["offset"] + content["scale"] * steps
+    return found
+
+
+def exact(values: ArrayLike) -> dict[str, str]:
+    """Numbers with all their digits: times of impacts, which a zoom must meet to the sample."""
+    return {"float64": _text(np.asarray(values), "<f8")}
+
+
+def script(call: str, id: str, content: Mapping[str, Any]) -> str:
+    """A script that hands `content` to a function of the page; pages opened from disk may load
+    scripts, but no data."""
+    name, body = (json.dumps(part, ensure_ascii=False, separators=(",", ":"))
+                  for part in (id, content))  # fmt: skip
+    return f"{call}({name},{body});\n"
+
+
+def _text(values: np.ndarray, kind: str) -> str:
+    return base64.b64encode(values.astype(kind).tobytes()).decode("ascii")
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,7 @@ from vinesexp.records.readers.parts import file_of
 from vinesexp.records.stored.result_columns import TABLES
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.records.stored.tables import Row
-from vinesexp.report.published import published_rows
 from vinesexp.report.rendering import inline_svg, rendered
-from vinesexp.report.replay_verdict import other_branches, replay_verdict
 from vinesexp.report.tables_shown import (
     PARAMETERS,
     TESTS,
@@ -38,9 +36,12 @@ from vinesexp.report.tables_shown import (
 )
 from vinesexp.report.verdict import (
     headline,
+    other_branches,
     periodic_verdicts,
+    published_rows,
     release_lines,
     release_verdicts,
+    replay_verdict,
 )
 from vinesexp.results import CampaignResults
 from vinesexp.settings.overrides import differences

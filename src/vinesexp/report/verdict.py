@@ -1,28 +1,509 @@
 """The verdict: which clearance was best, which is predicted, and how sure either is, in words.
 
 It says no more than the records bear: a best clearance at the edge of what was tried is a bound,
-and a prediction is compared with a bound only where it contradicts it.
+and a prediction is compared with a bound only where it contradicts it. Published values and the
+replay of the records are judged here too.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from vinesexp.clearance.comparison import END
 from vinesexp.clearance.curves import predicted_lowest
-from vinesexp.clearance.levels import PeriodicLevel
+from vinesexp.clearance.levels import PeriodicLevel, Tested
 from vinesexp.clearance.optimum import UNSEEN
-from vinesexp.figures.numbers import millimetres, outwards, with_interval
+from vinesexp.clearance.predicted import IdentifiedRig
+from vinesexp.errors import VinesexpError
+from vinesexp.figures.numbers import millimetres, outwards, significant, with_interval
+from vinesexp.maps.basins import STARTS, Attractor, coexisting
+from vinesexp.records.campaign.load import Record
 from vinesexp.records.campaign.missing_cells import MISSING
+from vinesexp.records.campaign.published_table import RIG, PublishedValue
 from vinesexp.records.stored.tables import Row
 from vinesexp.replay.replay_table import regimes_of
 from vinesexp.results import CampaignResults
+from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
 from vinesexp.theory.regime_definitions import PERMANENT
 
 #: Width of the interval of b_c, over b_c, up to which it can agree or disagree with anything.
 DECIDES = 0.1
+
+
+# Published values beside the campaign's own: one verdict a value.
+AGREES, DIFFERS, NOT_MEASURED = "agrees", "differs", "not measured"
+IN_PART = "in part"
+
+
+# Does the identified rig move as the records do? The replay in words and as a table; and where a
+# record shows another regime than b_c predicts, the motions that coexist at its clearance.
+#: Share by which the amplitude of a record may miss that of a motion that explains it.
+ALIKE = 0.1
+#: Records that are looked at; more say no more.
+MOST = 12
+
+
+def other_branches(
+    levels: Sequence[PeriodicLevel], clearances: Sequence[Row], rig: IdentifiedRig
+) -> list[dict[str, str]]:
+    """One row for each record whose regime is not the one that b_c predicts.
+
+    Parameters
+    ----------
+    levels : sequence of PeriodicLevel
+    clearances : sequence of mappings
+        Rows of clearances.csv.
+    rig : IdentifiedRig
+
+    Returns
+    -------
+    list of dict
+        ``record``, ``clearance`` (mm), ``measured``, ``predicted``, ``found`` (the motions that
+        coexist) and ``explained`` (a sentence); empty where all agree or values are missing.
+    """
+    if not set(RIG_VALUES) <= set(rig.values):
+        return []
+    rows = {row["level"]: row for row in clearances if row["test"] == "periodic"}
+    differing = [
+        (level, test)
+        for level in levels
+        if level.name in rows
+        for test in level.tests
+        if _differs(test, rows[level.name])
+    ]
+    return [row for level, test in differing[:MOST] if (row := _row(level, test, rig))]
+
+
+def _differs(test: Tested, row: Row) -> bool:
+    """Whether the regime is another than b_c predicts; within its interval nothing is predicted."""
+    low, high = (row.get(f"predicted_{end}_mm") or row["exact_mm"] for end in ("low", "high"))
+    if low is None or high is None or not test.regime or test.regime == UNSEEN:
+        return False
+    b = 1e3 * test.clearance
+    permanent = test.regime in PERMANENT
+    return (b < low and not permanent) or (b > high and permanent)
+
+
+def _row(level: PeriodicLevel, test: Tested, rig: IdentifiedRig) -> dict[str, str] | None:
+    value = {name: quantity.value for name, quantity in rig.values.items()}
+    try:
+        oscillator = Oscillator(M=value["M"], c1=value["c1"], k1=value["k1"])
+        ball = NES(m=value["m"], b=test.clearance, r=value["r"])
+        found = coexisting(
+            Rig(oscillator, nes=[ball]),
+            level=level.G,
+            frequency=level.frequency or oscillator.f0,
+            clearances=[test.clearance],
+        )
+    except VinesexpError:
+        return None
+    permanent = test.regime in PERMANENT
+    return {
+        "record": test.record,
+        "clearance": f"{1e3 * test.clearance:g}",
+        "measured": f"{test.regime}, {1e3 * (test.value or 0.0):.3g} mm",
+        "predicted": "no two impacts per cycle" if permanent else "two impacts per cycle",
+        "found": "; ".join(_in_words(one) for one in found),
+        "explained": explanation(test, found),
+    }
+
+
+def explanation(test: Tested, found: Sequence[Attractor]) -> str:
+    """Whether one of the motions that coexist is that of the record.
+
+    Examples
+    --------
+    >>> low = Attractor(0.03, "two symmetric", 0.75, 30, 1.3e-3, 1.3e-3, 1.3e-3, 1.4e-3, 2.0)
+    >>> high = Attractor(0.03, "strongly modulated", 0.25, 10, 6e-3, 5.9e-3, 6.1e-3, 9e-3, 1.6)
+    >>> explanation(Tested(0.03, 6.2e-3, "strongly modulated"), [low, high])
+    'another motion explains it: strongly modulated, 6 mm, from 25 % of the starts'
+    """
+    alike = [one for one in found if _of_the_record(test, one)]
+    if not alike:
+        return f"no other motion explains it: none of {STARTS} starts leads there"
+    best = max(alike, key=lambda one: one.share)
+    if best.share == 1.0:
+        return "all starts lead to the motion of the record, none to the one whose end b_c is"
+    return f"another motion explains it: {_in_words(best)}"
+
+
+def _of_the_record(test: Tested, one: Attractor) -> bool:
+    same = one.regime == test.regime or {one.regime, test.regime} <= set(PERMANENT)
+    value = test.value or 0.0
+    return same and (1.0 - ALIKE) * one.low <= value <= (1.0 + ALIKE) * one.high
+
+
+def _in_words(one: Attractor) -> str:
+    return f"{one.regime}, {1e3 * one.mean:.3g} mm, from {100.0 * one.share:.0f} % of the starts"
+
+
+#: What a record is judged by, the first that it has: its name with the unit, units per SI unit.
+_SHOWN = {
+    "amplitude": ("amplitude (mm)", 1e3),
+    "decay time": ("decay time (s)", 1.0),
+}
+
+
+@dataclass(frozen=True)
+class ReplayVerdict:
+    """What the replay says of the identified rig.
+
+    Attributes
+    ----------
+    sentence : for the section.
+    warning : for the verdict; empty where every record is replayed.
+    rows : one a record, as shown; those that differ first.
+    """
+
+    sentence: str
+    warning: str
+    rows: tuple[dict[str, str], ...]
+
+
+def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict | None:
+    """From the rows of replay.csv and checks.csv; None where nothing was replayed.
+
+    Examples
+    --------
+    >>> row = {"record": "a", "quantity": "amplitude", "measured": 0.005, "replayed": 0.00501,
+    ...        "low": 0.005, "high": 0.00502, "deviation": -0.002, "outcome": "ok",
+    ...        "starts": ""}
+    >>> replay_verdict([row], []).sentence
+    'The identified rig moves as the record does: mean amplitude of other motions within 0.2 %.'
+    """
+    if not rows:
+        return None
+    records = list(dict.fromkeys(row["record"] for row in rows))
+    failed = list(dict.fromkeys(row["record"] for row in checks if row["check"] == "replay"))
+    # Those that differ come first: of many records only the first are shown.
+    shown = tuple(sorted(_records(rows), key=lambda row: not row["differs"]))
+    if failed:
+        warning = (
+            f"The identified rig does not move as {_count(len(failed), len(records))} "
+            f"({', '.join(failed[:5])}{', ...' if len(failed) > 5 else ''}): predictions for such "
+            "tests may not hold."
+        )
+        return ReplayVerdict(warning, warning, shown)
+    whose = "the record does" if len(records) == 1 else f"all {len(records)} records do"
+    return ReplayVerdict(f"The identified rig moves as {whose}: {_within(rows)}.", "", shown)
+
+
+def _count(n: int, total: int) -> str:
+    return "its only record" if total == 1 else f"{n} of {total} records"
+
+
+def _within(rows: Sequence[Row]) -> str:
+    """How far the worst of each quantity is off."""
+    steady = {
+        row["record"]
+        for row in rows
+        if row["quantity"] == "regime" and row["measured"] in PERMANENT
+    }
+    kinds = (
+        ("amplitude", True, "amplitude of permanent two impacts per cycle"),
+        ("amplitude", False, "mean amplitude of other motions"),
+        ("decay time", False, "decay time"),
+        ("decay time", True, "decay time"),
+    )
+    parts: dict[str, float] = {}
+    for row in rows:
+        if row["deviation"] is None:
+            continue
+        for quantity, permanent, words in kinds:
+            if (row["quantity"], row["record"] in steady) == (quantity, permanent):
+                parts[words] = max(parts.get(words, 0.0), abs(row["deviation"]))
+    shown = [f"{words} within {100.0 * off:.2g} %" for words, off in parts.items()]
+    return ", ".join(shown) or "as far as they can be compared"
+
+
+def _records(rows: Sequence[Row]) -> Iterator[dict[str, str]]:
+    """One row a record: what it is judged by, impacts per cycle, and the regime of its replays."""
+    for record in dict.fromkeys(row["record"] for row in rows):
+        own = {row["quantity"]: row for row in rows if row["record"] == record}
+        main = next((name for name in _SHOWN if name in own), "")
+        regime = own.get("regime", {})
+        yield {
+            "record": record,
+            **(_compared(own[main]) if main else dict.fromkeys(_COMPARED, "–")),
+            "impacts": _impacts(own.get("impacts per cycle")),
+            "regime": regime.get("measured") or "–",
+            "starts": regime.get("starts") or regime.get("replayed") or "–",
+            "differs": ", ".join(name for name, row in own.items() if row["outcome"] == "differs"),
+        }
+
+
+_COMPARED = ("quantity", "measured", "replayed", "deviation")
+
+
+def _compared(row: Row) -> dict[str, str]:
+    """The cells of one quantity, in the units of the report."""
+    name, factor = _SHOWN[row["quantity"]]
+    low, high = (significant(row[end], factor=factor) for end in ("low", "high"))
+    replayed = significant(row["replayed"], factor=factor)
+    return {
+        "quantity": name,
+        "measured": significant(row["measured"], factor=factor),
+        "replayed": replayed if low == high else f"{replayed} ({low} to {high})",
+        "deviation": f"{100.0 * row['deviation']:+.1f} %" if row["deviation"] is not None else "–",
+    }
+
+
+def _impacts(row: Row | None) -> str:
+    if row is None:
+        return "–"
+    return f"{significant(row['measured'])}, {significant(row['replayed'])}"
+
+
+@dataclass(frozen=True)
+class Own:
+    """What the campaign has for a published value.
+
+    Attributes
+    ----------
+    value, low, high : the number and its interval.
+    words : how it is said.
+    measures : the interval is no error but reaches from one measure of the same thing to another,
+        as an amplitude from its running mean to its largest cycle.
+    brackets : of a clearance that is the fastest to several levels: value, low, high and level of
+        each.
+    best : the best of the clearances that were tried, as the published table writes it.
+    """
+
+    value: float
+    low: float
+    high: float
+    words: str
+    measures: bool = False
+    brackets: tuple[tuple[float, float, float, str], ...] = ()
+    best: str = ""
+
+
+def published_rows(results: CampaignResults) -> list[dict[str, str]]:
+    """One row a published value: what it is, as printed, as found here, verdict, source, note.
+
+    A value agrees where the two are no farther apart than half the interval of what was found and
+    half a unit of the last digit printed, in quadrature; in part, where it lies between two
+    measures of the same thing, or is the best at some levels and not at others.
+    """
+    rows = []
+    for value in results.campaign.published:
+        own = _own(value, results)
+        kind, how = (NOT_MEASURED, "") if own is None else _verdict(value, own)
+        rows.append(
+            {
+                "what": _what(value),
+                "published": f"{value.value.replace(';', ' + ')} {value.unit}".strip(),
+                "own": "–" if own is None else own.words,
+                "verdict": kind + how,
+                "kind": kind,
+                "source": value.source,
+                "note": value.note,
+            }
+        )
+    return rows
+
+
+def _verdict(value: PublishedValue, own: Own) -> tuple[str, str]:
+    """The kind of verdict, and by how much or where."""
+    if own.best:
+        return (AGREES if value.value == own.best else DIFFERS), ""
+    printed, half = float(value.value), value.half_digit
+    if own.brackets:
+        met = [
+            name
+            for v, low, high, name in own.brackets
+            if _meets(v, low, high, printed=printed, half=half)
+        ]
+        if met and len(met) < len(own.brackets):
+            return IN_PART, f": {', '.join(met)}"
+    if own.measures:
+        if any(_meets(end, end, end, printed=printed, half=half) for end in (own.low, own.high)):
+            return AGREES, ""
+        if own.low < printed < own.high:
+            return IN_PART, ": between the two"
+        ends = [f"{100.0 * (end / printed - 1.0):+.0f}" for end in sorted({own.low, own.high})]
+        return DIFFERS, f" by {' to '.join(ends)} %"
+    if _meets(own.value, own.low, own.high, printed=printed, half=half):
+        return AGREES, ""
+    return DIFFERS, f" by {100.0 * (own.value / printed - 1.0):+.1f} %"
+
+
+def _meets(value: float, low: float, high: float, *, printed: float, half: float) -> bool:
+    """Whether a printed value agrees with one that was found and its interval.
+
+    Examples
+    --------
+    >>> found = 32.88, 31.94, 33.56
+    >>> _meets(*found, printed=34.0, half=0.5), _meets(*found, printed=33.0, half=0.5)
+    (False, True)
+    """
+    reach = high - value if printed > value else value - low
+    return abs(printed - value) <= math.hypot(reach, half) * (1.0 + 1e-9)
+
+
+def _what(value: PublishedValue) -> str:
+    parts = [value.quantity]
+    if value.tried_mm:
+        tried = [clearance.replace(";", " + ") for clearance in value.tried]
+        parts = [value.quantity.replace("tried", f"{', '.join(tried)} mm")]
+    if value.clearance_mm:
+        parts.append(f"b = {value.clearance_mm.replace(';', ' + ')} mm")
+    if value.base_amplitude_mm is not None:
+        parts.append(f"G = {value.base_amplitude_mm:g} mm")
+    if value.release_mm is not None:
+        parts.append(f"release {value.release_mm:g} mm")
+    if value.level_mm is not None:
+        parts.append(f"to {value.level_mm:g} mm")
+    return ", ".join(parts)
+
+
+def _own(value: PublishedValue, results: CampaignResults) -> Own | None:
+    if value.quantity in RIG:
+        return _rig(value.quantity, results)
+    if value.quantity in ("b_c", "b_t", "best clearance", "fastest clearance"):
+        return _clearance(value, results.rows("clearances"))
+    if "tried" in value.quantity:
+        return _best_of(value, results)
+    for record in results.campaign.records:
+        if _same_test(record, value, value.clearance_mm):
+            found = _of_record(value, record, results)
+            if found is not None:
+                return found
+    return None
+
+
+def _rig(name: str, results: CampaignResults) -> Own | None:
+    rows = results.values
+    if name in rows:
+        row = rows[name]
+        v, low, high = row["value"], row["ci95_low"], row["ci95_high"]
+        low, high = v if low is None else low, v if high is None else high
+        unit = "" if row["unit"] in ("", "1") else f" {row['unit']}"
+        return Own(v, low, high, f"{v:.6g} ({low:.6g} to {high:.6g}){unit}")
+    masses = [mass.value for mass in results.campaign.known.nes_mass]
+    if name not in ("eps", "lambda") or not masses or "M" not in rows:
+        return None
+    if name == "lambda" and "zeta" not in rows:
+        return None
+    eps = masses[0] / rows["M"]["value"]
+    v = eps if name == "eps" else 2.0 * rows["zeta"]["value"] / eps
+    return Own(v, v, v, f"{v:.5g}")
+
+
+def _clearance(value: PublishedValue, clearances: Sequence[Row]) -> Own | None:
+    """From clearances.csv: the bracket of what was tried, or the published formula."""
+    test = "periodic" if value.base_amplitude_mm is not None else "transient"
+    rows = [row for row in clearances if row["test"] == test and _same_level(row, value)]
+    if value.quantity.startswith("b_"):
+        rows = [row for row in rows if row["published_mm"]]
+        if not rows:
+            return None
+        formula, exact = rows[0]["published_mm"], rows[0]["exact_mm"]
+        words = f"{formula:.2f} mm" + (f" (exact {exact:.2f})" if exact else "")
+        return Own(formula, formula, formula, words)
+    rows = [row for row in rows if row["measured_mm"]]
+    if value.quantity == "best clearance":
+        rows = [row for row in rows if row["kind"] == "lowest amplitude"]
+    if not rows:
+        return None
+    brackets = tuple(_bracket(row) for row in rows)
+    return Own(
+        brackets[0][0],
+        min(low for _, low, _, _ in brackets),
+        max(high for _, _, high, _ in brackets),
+        "; ".join(
+            f"{v:.4g} ({low:.4g} to {high:.4g}) mm {name}".rstrip()
+            for v, low, high, name in brackets
+        ),
+        brackets=brackets,
+    )
+
+
+def _bracket(row: Row) -> tuple[float, float, float, str]:
+    measured, low, high = (row[f"measured_{end}mm"] for end in ("", "low_", "high_"))
+    name = "" if row.get("target_mm") is None else f"to {row['target_mm']:.6g} mm"
+    return measured, measured if low is None else low, measured if high is None else high, name
+
+
+def _same_level(row: Row, value: PublishedValue) -> bool:
+    if value.base_amplitude_mm is not None:
+        return bool(abs(row["stated_base_mm"] / value.base_amplitude_mm - 1.0) < 1e-3)
+    return bool(abs(row["release_mm"] - (value.release_mm or 0.0)) < 1e-6)
+
+
+def _same_test(record: Record, value: PublishedValue, clearance: str) -> bool:
+    b = tuple(float(part) / 1e3 for part in clearance.split(";"))
+    level = record.release if value.release_mm is not None else record.base_amplitude
+    wanted = value.release_mm if value.release_mm is not None else value.base_amplitude_mm
+    kinds = ("transient",) if value.release_mm is not None else ("sweep", "periodic")
+    if value.quantity == "best of tried":
+        kinds = ("periodic",)
+    elif value.quantity == "largest amplitude":
+        kinds = ("sweep",)
+    return (
+        record.test in kinds
+        and sorted(record.clearance) == sorted(b)
+        and bool(level)
+        and abs(1e3 * abs(level or 0.0) / (wanted or 1.0) - 1.0) < 1e-3
+    )
+
+
+def _of_record(value: PublishedValue, record: Record, results: CampaignResults) -> Own | None:
+    row = next(iter(results.by_record("regimes").get(record.id, [])), None)
+    if value.quantity == "largest amplitude" and row and row["amplitude_max_m"]:
+        peak, running = 1e3 * row["amplitude_max_m"], row.get("amplitude_running_max_m")
+        low = peak if running is None else 1e3 * running
+        mean = "" if running is None else f"; {low:.2f} as a mean over 0.1 Hz"
+        return Own(peak, min(low, peak), peak, f"{peak:.2f} mm{mean}", measures=True)
+    if value.quantity == "time to level":
+        time = _time(record, value, results.rows("decay_times"))
+        return None if time is None else Own(time, time, time, f"{time:.3g} s")
+    if value.quantity == "transition amplitude":
+        own = results.by_record("transitions").get(record.id, [])
+        lost = [1e3 * row["transition_m"] for row in own]
+        if lost:
+            return Own(lost[0], min(lost), max(lost), ", ".join(f"{a:.2f}" for a in lost) + " mm")
+    return None
+
+
+def _time(record: Record, value: PublishedValue, times: Sequence[Row]) -> float | None:
+    level = 1e-3 * (value.level_mm or 0.0)
+    for row in times:
+        if row["record"] == record.id and abs(row["target_m"] / level - 1.0) < 1e-3:
+            time: float | None = row["time_s"]
+            return time
+    return None
+
+
+def _best_of(value: PublishedValue, results: CampaignResults) -> Own | None:
+    """The best of the clearances that the authors tried, among the records of the same ones."""
+    found: list[tuple[float, str]] = []
+    for clearance in value.tried:
+        for record in results.campaign.records:
+            if not _same_test(record, value, clearance):
+                continue
+            if value.quantity == "fastest of tried":
+                number_of = _time(record, value, results.rows("decay_times"))
+            else:
+                row = next(iter(results.by_record("regimes").get(record.id, [])), {})
+                mean = row.get("amplitude_mean_m")
+                number_of = None if mean is None else 1e3 * mean
+            if number_of is not None:
+                found.append((number_of, clearance))
+                break
+    if len(found) < len(value.tried):
+        return None
+    unit = "s" if value.quantity == "fastest of tried" else "mm"
+    least, best = min(found)
+    others = ", ".join(f"{_plus(b)}: {v:.3g} {unit}" for v, b in found)
+    return Own(least, least, least, f"{_plus(best)} mm ({others})", best=best)
+
+
+def _plus(clearance: str) -> str:
+    """Clearances of several balls as they are said."""
+    return clearance.replace(";", "+")
 
 
 def within(row: Row) -> str:
