@@ -44,14 +44,12 @@ def measured(
     mains = np.sin(2.0 * math.pi * 50.0 * np.arange(x.size) / _RATE)
     hum = sensors.hum * mains
     true = {
-        "base": (sensors.base_gain * path.base[::_EVERY] + sensors.base_hum * mains, 2e-6),
+        "base": (path.base[::_EVERY], sensors.base_hum * mains, 2e-6, sensors.base_gain),
         "displacement": (
-            sensors.laser_gain * _delayed(x, sensors) + drift + 6e-6 * hum + 1e-3 * sensors.offset,
-            6e-6,
+            _delayed(x, sensors), drift + 6e-6 * hum + 1e-3 * sensors.offset, 6e-6,
+            sensors.laser_gain,
         ),
-        "acceleration": (
-            sensors.accelerometer_gain * a + 0.3 * hum + 10.0 * sensors.offset, 0.3,
-        ),
+        "acceleration": (a, 0.3 * hum + 10.0 * sensors.offset, 0.3, sensors.accelerometer_gain),
     }  # fmt: skip
     if not sensors.base:
         del true["base"]
@@ -61,8 +59,9 @@ def measured(
         del true["acceleration"]
     group = round(_RATE / sensors.rate)
     channels = {}
-    for role, (values, noise) in true.items():
-        noisy = values[first:] + sensors.noise * noise * rng.standard_normal(x.size - first)
+    for role, (values, more, noise, gain) in true.items():  # a wrong unit is that of all of it
+        noisy = (values + more)[first:]
+        noisy = gain * (noisy + sensors.noise * noise * rng.standard_normal(noisy.size))
         n = noisy.size // group * group
         shown = noisy[:n].reshape(-1, group).mean(axis=1)
         limit = {"acceleration": sensors.limit, "displacement": sensors.laser_limit}.get(role)

@@ -72,7 +72,8 @@ def move(
     """
     M = body.M + added
     r_minus = body.r if body.r_minus is None else body.r_minus
-    k_c, c_c = _contact(body, M)
+    k_c, c_c = _contact(body, M, body.r)
+    k_other, c_other = _contact(body, M, r_minus)
     w = 2.0 * math.pi * drive.frequency
     p = np.array(
         [
@@ -80,7 +81,7 @@ def move(
             body.quadratic, body.coulomb, body.cubic, k_c, c_c, b if b is not None else 1e9,
             drive.amplitude, w, drive.amplitude * drive.second_share,
             2.0 * math.pi * drive.second_frequency, body.roll, body.pull,
-            math.pi * drive.drift,
+            math.pi * drive.drift, k_other, c_other,
         ]
     )  # fmt: skip
     if b is None:
@@ -101,12 +102,14 @@ def move(
     return Path(x, v, base, *(hits[:count, i].copy() for i in range(4)), last)
 
 
-def _contact(body: Body, M: float) -> tuple[float, float]:
+def _contact(body: Body, M: float, r: float) -> tuple[float, float]:
     """Stiffness and damping of a wall whose contact lasts half a damped period."""
     if body.contact == 0.0:
         return 0.0, 0.0
+    if body.r_slope:
+        raise ValueError("the r of a spring with a dashpot cannot depend on speed")
     reduced = body.m * M / (body.m + M)
-    decay = -math.log(body.r) / body.contact
+    decay = -math.log(r) / body.contact
     return reduced * ((math.pi / body.contact) ** 2 + decay**2), 2.0 * reduced * decay
 
 
@@ -139,7 +142,8 @@ def _slopes(t, s, mode, sign, p, out):  # type: ignore[no-untyped-def]
         force += m * p[7] * sign
     if mode == _CONTACT:
         depth = sign * (x - s[2]) - p[14]
-        push = p[12] * depth + p[13] * sign * (v - u)
+        k_c, c_c = (p[12], p[13]) if sign > 0.0 else (p[22], p[23])
+        push = k_c * depth + c_c * sign * (v - u)
         force -= sign * push
         ball += sign * push / m
     if p[19] != 0.0 and mode == _FLY:  # the floor takes the ball along

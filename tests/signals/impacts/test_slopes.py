@@ -1,4 +1,4 @@
-"""Jumps of velocity from the displacement where the base moves by more than one sine."""
+"""Jumps of velocity from the displacement where more moves it than impacts and one sine."""
 
 from dataclasses import replace
 
@@ -44,3 +44,26 @@ def test_harmonics_of_the_base_leave_the_jumps_alone(multiple, gain):
 def test_a_base_at_rest_forces_nothing():
     noise = 1e-7 * np.random.default_rng(4).standard_normal(20000)
     assert forced_motion(noise, 1.0 / RATE, frequency=F) is None
+
+
+def test_a_mass_let_go_among_the_impacts_leaves_their_jumps_alone():
+    x, _, times, jumps = displacement(0.0)
+    t = np.arange(x.size) / RATE
+    held = t < 1.0
+    x[held] = x[round(RATE)]  # still until then, with a spike of the accelerometer at that time
+    later = times > 1.05
+    times, jumps = np.append(1.0, times[later]), np.append(1e-3, jumps[later])
+    noise = 1e-7 * np.random.default_rng(6).standard_normal(x.size)
+    found = slope_changes(coarsen(x + noise, RATE, F), times, jumps, frequency=F)
+    assert np.nanmedian(found.jump[3:] / jumps[3:]) == pytest.approx(1.0, abs=3e-3)
+
+
+def test_the_bend_of_the_displacement_shows_when_an_impact_was():
+    x, _, times, jumps = displacement(0.0)
+    rng = np.random.default_rng(5)
+    off = 5e-4 * rng.standard_normal(times.size)
+    coarse = coarsen(x + 1e-6 * rng.standard_normal(x.size), RATE, F)
+    found = slope_changes(coarse, times + off, jumps, frequency=F)
+    rest = found.shift + off
+    assert np.nanstd(rest) < 0.2 * off.std()
+    assert 0.5 < np.nanstd(rest / found.shift_error) < 2.0

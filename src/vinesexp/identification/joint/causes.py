@@ -121,8 +121,8 @@ class Weighed:
     log_odds : posterior against without it.
     value, error : of its coefficient.
     rivals : causes that explain the records nearly as well in its place.
-    sure : possible, significant, found before anything unexplained, and better at predicting
-        the records left out than without it.
+    sure : possible, significant, asked for by more than what is unexplained, and better at
+        predicting the records left out than without it.
     slight : too little of the records asks for it to say so.
     """
 
@@ -146,7 +146,7 @@ class Judged:
     ----------
     beliefs : priors with the causes believed.
     posterior : of the unknowns, causes put into them, averaged over further causes.
-    found : the believed causes in the order in which they were found.
+    found : the believed causes, those that the records ask for most before the others.
     """
 
     beliefs: Beliefs
@@ -228,7 +228,8 @@ def weighed(
     left = _others(possible, chosen)
     whole = posterior_of(data, beliefs)
     found, rivals, scattered = [], [], False
-    for cause, odds in zip(chosen, _odds(data, plain, chosen), strict=True):
+    by_odds = sorted(zip(_odds(data, plain, chosen), chosen, strict=True), key=lambda one: -one[0])
+    for odds, cause in by_odds:
         beside = [c for c in chosen if c is not cause]
         without = believing(plain, beside)
         others = _rivals(data, without, cause, odds, left)

@@ -15,7 +15,7 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.settings.stages import ChannelSettings, Settings
+from vinesexp.settings.stages import ChannelSettings, Settings, SlopeSettings
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.clipping import range_in, read_unstuck
 from vinesexp.signals.free_from import FREE_FROM
@@ -26,6 +26,7 @@ from vinesexp.signals.impacts.from_integral import may_be_integrated, slopes_of_
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.signals.impacts.onsets import detect_onsets, ring_time
 from vinesexp.signals.impacts.slopes import (
+    Coarse,
     SlopeChanges,
     coarse_displacement,
     events_of,
@@ -34,6 +35,7 @@ from vinesexp.signals.impacts.slopes import (
     weighted,
 )
 from vinesexp.signals.impacts.stream import Stream
+from vinesexp.signals.impacts.template_learning import MEDIAN_OF_NORMAL
 
 _ONE_KNOCK, _SHOWN = 0.02, 8  # s between two knocks; times that are named
 #: Channels of a drop test, the best first.
@@ -125,15 +127,12 @@ def find_impacts(
             x, found.time + lag, found.jump / sign, frequency=motion,
             jump_errors=found.jump_error / abs(sign), settings=settings.slopes,
         )  # fmt: skip
-        if _unresolved(found.jump, slopes.jump):
+        if _unresolved(found.jump, slopes):
             if said is not None:
                 said.append(("aliased", "warning", _UNRESOLVED))
-            unknown = np.full(found.time.size, np.nan)
-            found = replace(found, jump=unknown, jump_error=unknown)
-            slopes = slope_changes(
-                x, found.time + lag, np.nan_to_num(slopes.jump), frequency=motion,
-                settings=settings.slopes,
-            )  # fmt: skip
+            found, slopes = _by_displacement(
+                found, slopes, x, frequency=motion, lag=lag, settings=settings.slopes
+            )
         slopes.x[doubtful], slopes.v_before[doubtful] = np.nan, np.nan
     elif settings.slopes.use and motion and may_be_integrated(record, test, clearance):
         slopes = slopes_of_integral(record, found, frequency=motion, settings=settings.slopes)
@@ -243,21 +242,49 @@ _SCATTERS = 0.2  # of a pulse's area about the jump of the displacement; good se
 _FEWEST = 10
 
 
-def _unresolved(pulses: FloatArray, jumps: FloatArray) -> bool:
-    """Whether areas of pulses scatter about the jumps that the displacement shows by a fifth."""
+def _unresolved(pulses: FloatArray, slopes: SlopeChanges) -> bool:
+    """Whether areas of pulses scatter about the jumps that the displacement shows by a fifth.
+
+    What the displacement's own errors scatter them by does not count.
+    """
+    jumps = slopes.jump
     both = np.isfinite(pulses) & np.isfinite(jumps)
     both[both] = np.abs(jumps[both]) > 0.5 * np.median(np.abs(jumps[both])) if both.any() else False
     if both.sum() < _FEWEST:
         return False
     ratio = pulses[both] / jumps[both]
     middle = float(np.median(ratio))
-    return float(np.median(np.abs(ratio - middle))) > _SCATTERS * abs(middle)
+    off = np.hypot(_SCATTERS, MEDIAN_OF_NORMAL * slopes.jump_error[both] / np.abs(jumps[both]))
+    return bool(np.median(np.abs(ratio / middle - 1.0) / off) > 1.0)
+
+
+def _by_displacement(
+    found: Detection, slopes: SlopeChanges, x: Coarse, *, frequency: float, lag: float,
+    settings: SlopeSettings,
+) -> tuple[Detection, SlopeChanges]:  # fmt: skip
+    """Times and jumps as the displacement shows them, of impacts that the pulses only announce."""
+    unknown = np.full(found.time.size, np.nan)
+    time, error = found.time, found.time_error
+    for _ in range(_TURNS):
+        shown = slopes.shift_error < _BEND_KNOWN / frequency
+        room = 0.25 * np.diff(time, prepend=-np.inf, append=np.inf)
+        shift = np.clip(np.where(shown, slopes.shift, 0.0), -room[:-1], room[1:])
+        time, error = time + shift, np.where(shown, slopes.shift_error, error)
+        slopes = slope_changes(
+            x, time + lag, np.nan_to_num(slopes.jump), frequency=frequency, settings=settings
+        )
+    found = replace(found, time=time, time_error=error, jump=unknown, jump_error=unknown)
+    return found, slopes
+
+
+_TURNS = 4
+_BEND_KNOWN = 0.02  # periods: error of a time that a bend of the displacement shows
 
 
 def _table(found: Detection, slopes: SlopeChanges | None, *, sign: float, start: float) -> Impacts:
     n = found.time.size
     unknown = np.full(n, np.nan)
-    slopes = slopes or SlopeChanges(unknown, unknown, unknown, unknown, unknown, unknown)
+    slopes = slopes or SlopeChanges(*[unknown] * 8)
     jump, error = weighted(
         found.jump / sign, found.jump_error / abs(sign), slopes.jump, slopes.jump_error
     )

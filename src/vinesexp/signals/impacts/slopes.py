@@ -107,6 +107,8 @@ class SlopeChanges:
         m, m/s; with the weighted mean of both jumps where `slope_changes` was given errors,
         else with the one above. The velocity
         after is v_before plus that jump.
+    shift, shift_error : arrays (k,)
+        By which the bend of the displacement comes after the time given, s; near that time only.
     """
 
     jump: FloatArray
@@ -115,6 +117,8 @@ class SlopeChanges:
     x_error: FloatArray
     v_before: FloatArray
     v_error: FloatArray
+    shift: FloatArray
+    shift_error: FloatArray
 
 
 @dataclass(frozen=True)
@@ -242,7 +246,7 @@ def slope_changes(
     settings = SlopeSettings() if settings is None else settings
     k = times.size
     response = JumpResponse(2.0 * math.pi * frequency)
-    out = SlopeChanges(*(np.full(k, np.nan) for _ in range(6)))
+    out = SlopeChanges(*(np.full(k, np.nan) for _ in range(8)))
     half = max(_LEAST, round(settings.window / (frequency * x.step)))
     centre = np.rint((times - x.start) / x.step).astype(np.int64)
     open_ = np.ones(k, dtype=bool)
@@ -366,12 +370,20 @@ def _out(values: FloatArray, q: FloatArray) -> FloatArray:
 def _refined(
     windows: _Windows, response: JumpResponse, step: float, settings: SlopeSettings
 ) -> JumpResponse:
-    """Free frequency and decay as all windows together show them, from a wide first guess."""
+    """Free frequency and decay as all windows together show them, from a wide first guess.
+
+    A window with something else in it (the mass let go, a jump that no impact made) fits far worse
+    than the others and counts for less by as much.
+    """
     bent = _out(windows.bend, windows.q)
     norm = (bent * bent).sum(axis=1, keepdims=True)
     samples = _out(windows.samples, windows.q)
     jump = (bent * samples).sum(axis=1, keepdims=True) / norm
     rest = samples - jump * bent
+    square = (rest**2).mean(axis=1, keepdims=True)
+    usual = float(np.median(square))
+    weigh = np.sqrt(usual / np.maximum(square, max(usual, 1e-300)))
+    jump, rest = weigh * jump, weigh * rest
     late = np.maximum(windows.s, 0.0)
     w = response.w_free or response.w
     fall = np.exp(-response.rate * late) / w
@@ -415,6 +427,12 @@ def _solve(
     shared = windows.response.common * np.abs(jump) * math.sqrt(jump.size)
     error = np.hypot(error, shared)
     out.jump[group], out.jump_error[group] = jump, error
+    slope = windows.response.since(np.maximum(windows.s, 0.0))[1]
+    later = _out(np.where(windows.s > 0.0, -jump[:, np.newaxis] * slope, 0.0), q)
+    later -= ((bent * later).sum(axis=1) / norm)[:, np.newaxis] * bent
+    size = np.maximum((later * later).sum(axis=1), 1e-300)
+    out.shift[group] = (later * rest).sum(axis=1) / size
+    out.shift_error[group] = noise / np.sqrt(size)
     best, best_error = jump, error
     if jump_errors is not None:
         best, best_error = weighted(jump, error, jumps, jump_errors[group])
