@@ -25,6 +25,22 @@ def test_missed_and_false_impacts_are_counted():
     assert scores["s"].error == pytest.approx(0.0, abs=1e-12)
 
 
+TIMES = st.lists(st.integers(0, 4000), max_size=60).map(lambda ms: np.sort(np.array(ms) * 1e-3))
+
+
+@given(TIMES, TIMES, st.floats(0.0, 0.2), st.integers(0, 2**32 - 1))
+@settings(max_examples=200, deadline=None)
+def test_a_row_adds_up_whatever_was_found(true, found, weak, seed):
+    """Once a row said 58 true, 63 found and 0 false: what is counted is one set."""
+    sizes = np.where(np.random.default_rng(seed).random(true.size) < weak, 1e-6, 0.01)
+    rows = {s.unit: s for s in score_impacts("a", true, sizes, found, until=3.5)}
+    missed, false = rows["missed"], rows["false"]
+    assert missed.truth == false.truth
+    assert missed.found == false.found == found.size
+    assert missed.truth - missed.error + false.error == found.size
+    assert 0 <= missed.error <= missed.truth
+
+
 def test_only_combined_values_are_scored():
     rows = [
         {"parameter": "M", "method": "impacts", "value": 9.0, "std_error": 1.0, "unit": "kg"},

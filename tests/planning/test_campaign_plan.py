@@ -82,6 +82,22 @@ def test_the_next_tests_lie_around_what_the_rig_predicts(campaign):
     assert (high - low) / best <= plan.target * (1.0 + 1e-6)
 
 
+def test_levels_stand_in_the_order_of_their_base_amplitude(campaign):
+    """Whatever the order of the rows: 0.30, 0.20, 0.25 in records.csv, and 0.2 before 0.25 here."""
+    sheet, paths = campaign / "records.csv", ResultPaths(campaign / "out")
+    head = sheet.read_text().splitlines()[0]
+    levels = (0.30, 0.20, 0.25, 1.1)
+    tests = [(f"r{k}{b}", G, b) for k, G in enumerate(levels) for b in (36, 30)]
+    rows = [f"{id},a.csv,periodic,{b},{G},7.862" for id, G, b in tests]
+    sheet.write_text("\n".join([head, *rows, ""]))
+    found = [{"record": id, "amplitude_mean_m": 0.02 * G / b} for id, G, b in tests]
+    write_rows(paths.regimes, RECORD_REGIMES, found)
+    write_rows(paths.identified, IDENTIFIED, [])  # nothing to simulate
+    plans = plan_levels(results_of(campaign))
+    assert [plan.name for plan in plans] == [f"G = {G:g} mm" for G in sorted(levels)]
+    assert all(list(plan.tested) == [0.030, 0.036] for plan in plans)
+
+
 @pytest.mark.long
 def test_scatter_widens_what_can_be_decided(campaign):
     paths = ResultPaths(campaign / "out")

@@ -104,6 +104,21 @@ def test_a_replay_says_how_near_it_is_by_kind_of_motion():
     assert (first["record"], first["differs"]) == ("d", "impacts per cycle")
 
 
+def test_the_sentence_and_the_table_do_not_contradict_one_another():
+    """A release is judged by its decay time: impacts per cycle that differ are named, no more."""
+    rows = [
+        replay_row("b10", "decay time", 0.001),
+        {**replay_row("b10", "impacts per cycle", -0.06), "outcome": "differs"},
+    ]
+    verdict = replay_verdict(rows, [])
+    assert verdict.warning == ""
+    assert verdict.rows[0]["differs"] == "impacts per cycle"
+    assert verdict.sentence.endswith(
+        "decay time within 0.1 %. Quantities that do not decide this differ in b10 (impacts per "
+        "cycle)."
+    )
+
+
 def test_a_rig_that_does_not_replay_its_records_is_said_so():
     rows = [replay_row(name, "amplitude", 0.5) for name in "abcdefg"]
     checks = [{"record": name, "check": "replay"} for name in "abcdef"]

@@ -10,7 +10,7 @@ from vinesexp.records.stored.result_columns import INPUTS
 from vinesexp.records.stored.tables import write_rows
 from vinesexp.report.page import page_content
 from vinesexp.report.rendering import rendered
-from vinesexp.report.tables_shown import stated_sentence
+from vinesexp.report.tables_shown import stated_rows, stated_sentence
 from vinesexp.results import Results
 
 
@@ -56,7 +56,8 @@ def test_the_figure_has_a_line_an_input(results):
     ((figure, entry),) = draw_inputs(input_rows(Results(results.results)))
     (axis,) = figure.axes
     names = [text.get_text() for text in axis.get_yticklabels()]
-    assert names == ["clearance, p_34", "clearance, p_33", "base gain"]
+    assert names == ["clearance, p_34", "clearance, p_33"]
+    assert entry.caption.endswith("Left out: 1 that the records do not test.")
     assert entry.section == "inputs"
     low, high = axis.get_xlim()
     assert low < -8.0 < 8.0 < high  # 0.4 mm is eight standard uncertainties
@@ -69,7 +70,22 @@ def test_thousands_of_errors_off_still_show_the_others(results):
     assert figure.axes[0].get_xscale() == "symlog"
 
 
+def test_nothing_is_said_to_be_found_where_no_record_tests_it():
+    """With scatter that nothing explains the fit is less sure of it than the test log itself."""
+    worse = {**row("clearance", "three", 25.0, 23.7, "not tested"), "found_error": 1.0}
+    (shown,) = stated_rows([worse])
+    assert (shown["found"], shown["away"], shown["errors"]) == ("–", "–", "–")
+    assert shown["stated"] == "25.000 ± 0.098 mm"
+    assert list(draw_inputs([worse])) == []
+
+
+def test_a_difference_of_nothing_has_no_minus():
+    (shown,) = stated_rows([{**row("mass", "", 4.0, 4.0 - 1e-9, "ok"), "found_error": 0.1}])
+    assert (shown["away"], shown["errors"]) == ("+0.00 ± 0.20 mm", "+0.0")
+
+
 def test_the_sentence_counts():
     told = [row("mass", "", 4.7, 4.7, verdict) for verdict in ("ok", "not tested", "ok", "ok")]
     assert stated_sentence(told).endswith("4 values. The records agree with 3 and do not test 1.")
     assert stated_sentence(told[:1] * 2).endswith("2 values. The records agree with all 2.")
+    assert stated_sentence(told[1:2]).endswith("The records test none of them.")

@@ -81,9 +81,8 @@ def _points(tests: Sequence[Tested]) -> list[_Point]:
             permanent = all(regime in PERMANENT for regime in regimes) if regimes else None
             found.append(_Point(clearance, sum(values) / len(values), permanent))
     if len(found) < FEWEST:
-        raise AnalysisError(
-            f"{len(found)} clearances tried, expected {FEWEST} or more to have one between two"
-        )
+        tried = f"{len(found)} clearance{'' if len(found) == 1 else 's'} tried"
+        raise AnalysisError(f"{tried}, expected {FEWEST} or more to have one between two")
     return found
 
 

@@ -83,8 +83,9 @@ def draw_identified(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
             "value (green, its 95 % interval shaded), which the predictions use"
         )
         text = (
-            "Bars are 95 % intervals. Methods whose bars do not meet disagree; for M that means a "
-            "wrong clearance, ball mass or added mass. c1 and k1 follow from M, f0 and ζ."
+            "Bars are 95 % intervals. Methods whose bars do not meet disagree; for M the usual "
+            "cause is a wrong clearance, ball mass or added mass. c1 and k1 follow from M, f0 "
+            "and ζ."
         )
         yield figure, Drawn("identified", "identified", title, text)
 

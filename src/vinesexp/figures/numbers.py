@@ -59,9 +59,9 @@ def difference(value: float, std_error: float, unit: str) -> str:
         value, std_error, unit = 100.0 * value, 100.0 * std_error, "%"
     half = COVERAGE_95 * std_error
     if not math.isfinite(half) or half <= 0.0:
-        return f"{value:+.3g} {unit}"
+        return f"{value:+z.3g} {unit}"
     places = max(1 - math.floor(math.log10(half) + 1e-9), 0)
-    return f"{value:+.{places}f} ± {half:.{places}f} {unit}"
+    return f"{value:+z.{places}f} ± {half:.{places}f} {unit}"
 
 
 def plus_minus_brief(value: float, std_error: float, unit: str = "") -> str:

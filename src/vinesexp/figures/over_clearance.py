@@ -328,8 +328,8 @@ def _periodic(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     )
     text = (
         "Points are mean amplitudes, coloured by regime, "
-        "with bars of their 95 % intervals from cycle to cycle; the sensitivity of the "
-        "displacement, which moves all alike, is not in them. The tick above each is the largest "
+        "with bars of their 95 % intervals from cycle to cycle; the sensitivity of the sensor, "
+        "which moves all alike, is not in them. The tick above each is the largest "
         "amplitude. Amplitude falls with clearance as long as there are two impacts per cycle, and "
         "jumps where they end. Brackets reach to the clearances that were tried on either side: "
         "the upper one of the lowest amplitude, the lower one of the end of two impacts per cycle."

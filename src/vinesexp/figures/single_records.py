@@ -393,8 +393,8 @@ def _line(results: CampaignResults, found: Mapping[str, Found]) -> Iterator[tupl
         "Left: the squared period grows with the mass along a "
         "straight line, which meets zero at minus the mass of the oscillator. Right: how much mass "
         "each ring-down shows beyond that line. Bars are 95 % intervals from the frequency, from "
-        "mounting the masses again and from weighing them. A point that is off by more than its "
-        "bar has a wrong added mass."
+        "mounting the masses again and from weighing them. A point that is off by much more than "
+        "its bar may have a wrong added mass."
     )
     yield figure, Drawn("ringdown_added_mass", "ringdown", "Ring-downs with added masses", text)
 

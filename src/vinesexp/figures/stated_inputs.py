@@ -23,11 +23,10 @@ _ORDER = {"off": 0, "ok": 1, "not tested": 2}
 
 #: Beyond so many standard uncertainties the axis is logarithmic.
 _LINEAR = 30.0
-#: Verdict to its words, colour, and that of the inside of its points.
+#: Verdict to its words and colour.
 _MARKS = {
-    "off": ("contradicted", COLOURS["impact"], COLOURS["impact"]),
-    "ok": ("agrees", COLOURS["displacement"], COLOURS["displacement"]),
-    "not tested": ("not tested", "#6b6b6b", "#ffffff"),
+    "off": ("contradicted", COLOURS["impact"]),
+    "ok": ("agrees", COLOURS["displacement"]),
 }
 
 
@@ -41,7 +40,7 @@ class StatedValue:
     away, error : found minus stated and its standard error, in standard uncertainties of what was
         stated.
     words : the same in its unit.
-    verdict : ``ok``, ``off`` or ``not tested``.
+    verdict : ``ok`` or ``off``.
     record : id to which the point leads; empty for none.
     """
 
@@ -65,10 +64,10 @@ def found_minus_stated(values: Sequence[StatedValue]) -> Figure:
     axis.axvspan(-COVERAGE_95, COVERAGE_95, color=FAINT, alpha=0.45, linewidth=0, zorder=0)
     axis.axvline(0.0, color=FAINT, linewidth=1.0, zorder=0)
     for row, value in enumerate(values):
-        _, colour, inside = _MARKS[value.verdict]
+        _, colour = _MARKS[value.verdict]
         drawn = axis.errorbar(
             value.away, row, xerr=COVERAGE_95 * value.error, fmt="o", color=colour, capsize=2,
-            elinewidth=1.0, markersize=4, markerfacecolor=inside,
+            elinewidth=1.0, markersize=4,
         )  # fmt: skip
         if value.record:
             link(drawn.lines[0], value.record, f"{value.name}: {value.words}")
@@ -85,8 +84,8 @@ def found_minus_stated(values: Sequence[StatedValue]) -> Figure:
         label(axis, value.words, (reach, row), colour=colour, shift=(6, 0), fontsize=7.5)
     shown = {value.verdict for value in values}
     handles: list[Artist] = [
-        axis.plot([], [], "o", color=ink, markersize=4, markerfacecolor=inside, label=name)[0]
-        for verdict, (name, ink, inside) in _MARKS.items()
+        axis.plot([], [], "o", color=ink, markersize=4, label=name)[0]
+        for verdict, (name, ink) in _MARKS.items()
         if verdict in shown
     ]
     handles.append(
@@ -104,7 +103,8 @@ def input_rows(results: Results) -> list[Row]:
 
 def draw_inputs(rows: Sequence[Row]) -> Iterator[tuple[Figure, Drawn]]:
     """Found against stated, an input a line."""
-    known = [row for row in rows if (row["stated_error"] or 0.0) > 0.0]
+    tested = [row for row in rows if row["verdict"] != "not tested"]
+    known = [row for row in tested if (row["stated_error"] or 0.0) > 0.0]
     if not known:
         return
     figure = found_minus_stated([_value(row) for row in known[:_MOST]])
@@ -112,9 +112,10 @@ def draw_inputs(rows: Sequence[Row]) -> Iterator[tuple[Figure, Drawn]]:
         "Found minus stated, "
         "with the 95 % interval of what was found, as a multiple of the standard uncertainty of "
         "what was stated (the band is its 95 % interval), and in the unit of each at the right. "
-        "Found means: by all records together, the stated value included. A hollow point is not "
-        "tested: the records add nothing to what was stated."
+        "Found means: by all records together, the stated value included."
     )
+    if untested := len(rows) - len(tested):
+        text += f" Left out: {untested} that the records do not test."
     if len(known) > _MOST:
         text += f" The first {_MOST} of {len(known)}; inputs.csv has all."
     title = "What the records say of the values in campaign.yaml and records.csv"

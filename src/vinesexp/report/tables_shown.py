@@ -216,14 +216,25 @@ def stated_rows(rows: Sequence[Row]) -> list[dict[str, str]]:
         {
             "name": named(row),
             "stated": _with_unit(row, "stated"),
-            "found": _with_unit(row, "found"),
-            "away": difference(_away(row), row["found_error"] or 0.0, row["unit"]),
-            "errors": _in_errors(row),
+            **(dict.fromkeys(_FOUND, "–") if row["verdict"] == "not tested" else _found(row)),
             "kind": {"ok": "agree", "off": "differ"}.get(row["verdict"], "open"),
             "verdict": _WORDS[row["verdict"]],
         }
         for row in rows
     ]
+
+
+_FOUND = ("found", "away", "errors")
+
+
+def _found(row: Row) -> dict[str, str]:
+    """What the records say of an input: the cells of `_FOUND`."""
+    away, size = row["found"] - row["stated"], row["stated_error"] or 0.0
+    return {
+        "found": _with_unit(row, "found"),
+        "away": difference(away, row["found_error"] or 0.0, row["unit"]),
+        "errors": f"{away / size:+z.1f}" if size else "–",
+    }
 
 
 def stated_sentence(rows: Sequence[Row]) -> str:
@@ -236,17 +247,8 @@ def stated_sentence(rows: Sequence[Row]) -> str:
     said = [f"{verb} {n if n < len(rows) else f'all {n}'}" for verb, n in counted if n]
     *first, last = said
     words = f"{', '.join(first)} and {last}" if first else last
+    words = "test none of them" if untested == len(rows) else words
     return f"campaign.yaml and records.csv state {len(rows)} values. The records {words}."
-
-
-def _away(row: Row) -> float:
-    away: float = row["found"] - row["stated"]
-    return away
-
-
-def _in_errors(row: Row) -> str:
-    size = row["stated_error"] or 0.0
-    return f"{_away(row) / size:+.1f}" if size else "–"
 
 
 def _with_unit(row: Row, name: str) -> str:

@@ -171,7 +171,7 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
     ...        "low": 0.005, "high": 0.00502, "deviation": -0.002, "outcome": "ok",
     ...        "starts": ""}
     >>> replay_verdict([row], []).sentence
-    'The identified rig moves as the record does: mean amplitude of other motions within 0.2 %.'
+    'The identified rig moves as the record does: mean amplitude within 0.2 %.'
     """
     if not rows:
         return None
@@ -187,7 +187,11 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
         )
         return ReplayVerdict(warning, warning, shown)
     whose = "the record does" if len(records) == 1 else f"all {len(records)} records do"
-    return ReplayVerdict(f"The identified rig moves as {whose}: {_within(rows)}.", "", shown)
+    sentence = f"The identified rig moves as {whose}: {_within(rows)}."
+    if aside := [f"{row['record']} ({row['differs']})" for row in shown if row["differs"]]:
+        more = f" and {len(aside) - 5} more" if len(aside) > 5 else ""
+        sentence += f" Quantities that do not decide this differ in {', '.join(aside[:5])}{more}."
+    return ReplayVerdict(sentence, "", shown)
 
 
 def _count(n: int, total: int) -> str:
@@ -203,7 +207,7 @@ def _within(rows: Sequence[Row]) -> str:
     }
     kinds = (
         ("amplitude", True, "amplitude of permanent two impacts per cycle"),
-        ("amplitude", False, "mean amplitude of other motions"),
+        ("amplitude", False, "mean amplitude" + (" of other motions" if steady else "")),
         ("decay time", False, "decay time"),
         ("decay time", True, "decay time"),
     )

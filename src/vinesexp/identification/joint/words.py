@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 from vinesexp.identification.joint.causes import FACTORS, Cause, Judged, Weighed
 from vinesexp.records.stored.checks import Check, Outcome
-from vinesexp.units import COVERAGE_95
+from vinesexp.units import COVERAGE_95, with_error
 
 #: Where each thing that is stated stands.
 _PLACES = {
@@ -54,7 +54,7 @@ def cause_checks(judged: Judged) -> list[Check]:
                 "too little to say so. The values and their errors hold it"
             )
         elif cause.direction is None:
-            kind, detail, record = "not explained", _unexplained(weighed), ""
+            kind, detail, record = "plain model", _unexplained(weighed), ""
         elif weighed.sure and not weighed.rivals:
             kind, detail = "cause", said(weighed)
         elif weighed.rivals:
@@ -64,7 +64,7 @@ def cause_checks(judged: Judged) -> list[Check]:
                 "values and their errors hold all of these"
             )
         else:
-            kind, record = "not explained", ""
+            kind, record = "plain model", ""
             detail = (
                 f"not explained: the records differ from the plain model as {called(cause)}"
                 " would make them, but records left out are not predicted better so; the errors "
@@ -78,7 +78,7 @@ def odd_checks(odd: Mapping[str, float]) -> list[Check]:
     """One row for each record whose flights fit far worse than those of the others."""
     return [
         Check(
-            record, "not explained", "warning",
+            record, "plain model", "warning",
             "not explained: the flights of this record miss what all others show by "
             f"{math.sqrt(factor):.0f} times the usual; they hardly count. Lost samples, a channel "
             "with another clock, a ball that lies still or impacts found twice do that",
@@ -150,11 +150,22 @@ def said(weighed: Weighed) -> str:
             return _by_share(place, value, error, cause)
         where = "in all records" if "offset" in cause.key else f"in {_place_of(cause)}"
         return (
-            f"the true value of {place} {where} is {size * value:+.3g} +- {size * error:.2g} "
+            f"the true value of {place} {where} is {_signed(size * value, size * error)} "
             f"{unit} from what is stated; the analysis takes the values found. Measure it again "
             "and correct it"
         )
     return _by_share(place, value, error, cause)
+
+
+def _signed(value: float, half: float) -> str:
+    """As `with_error`, for a difference: its sign is written.
+
+    Examples
+    --------
+    >>> _signed(0.0123, 0.004), _signed(-0.2, 0.05)
+    ('+0.0123 +- 0.0040', '-0.200 +- 0.050')
+    """
+    return f"{'+' if value > 0.0 else ''}{with_error(value, half)}"
 
 
 def _place_of(cause: Cause) -> str:
@@ -165,18 +176,14 @@ def _by_share(place: str, value: float, error: float, cause: Cause) -> str:
     share = value if "scale" in cause.key and cause.about == "clearance" else math.expm1(value)
     what = "shows" if cause.about.endswith("gain") or " gain of" in cause.about else "is truly"
     return (
-        f"{place}: it {what} {1.0 + share:.4g} +- {error:.2g} times what is stated; the analysis "
+        f"{place}: it {what} {with_error(1.0 + share, error)} times what is stated; the analysis "
         "takes the value found. Check it and correct it"
     )
 
 
 def _drift(cause: Cause, value: float, error: float) -> str:
     name = cause.about
-    size = (
-        f"{value:+.3g} +- {error:.2g}"
-        if name == "r"
-        else f"{100 * value:+.3g} +- {100 * error:.2g} %"
-    )
+    size = _signed(value, error) if name == "r" else f"{_signed(100 * value, 100 * error)} %"
     if cause.records:
         return (
             f"{name} changes by {size} with record {cause.records[0]} and stays so, in the order "
@@ -192,45 +199,45 @@ def _drift(cause: Cause, value: float, error: float) -> str:
 _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     "wall": lambda v, e: (
         f"the two walls differ: r at the wall where x - y = +b is larger than at the other by "
-        f"{v:.3g} +- {e:.2g}; r is their mean, which is what b_c takes"
+        f"{with_error(v, e)}; r is their mean, which is what b_c takes"
     ),
     "slope": lambda v, e: (
-        f"r depends on impact speed: it changes by {v:.3g} +- {e:.2g} for every m/s; r holds at "
+        f"r depends on impact speed: it changes by {with_error(v, e)} for every m/s; r holds at "
         "the usual speed of these tests"
     ),
     "friction": lambda v, e: (
-        f"friction on its floor slows the ball by mu g = {v:.3g} +- {e:.2g} m/s^2 between "
+        f"friction on its floor slows the ball by mu g = {with_error(v, e)} m/s^2 between "
         "the walls; r allows for it, and b_c is predicted with r_effective, in which it is"
     ),
     "tilt": lambda v, e: (
-        f"the cavity slopes: the ball is pulled along it by {v:.3g} +- {e:.2g} m/s^2 (tilt of "
+        f"the cavity slopes: the ball is pulled along it by {with_error(v, e)} m/s^2 (tilt of "
         f"{abs(v) / 9.80665 * 57.2958:.2g} degrees); r allows for it"
     ),
     "contact": lambda v, e: (
-        f"a contact lasts {1e3 * v:.3g} +- {1e3 * e:.2g} ms in which the ball gets no further; r "
+        f"a contact lasts {with_error(1e3 * v, 1e3 * e)} ms in which the ball gets no further; r "
         "allows for it, and b_c is predicted with r_effective and nes_mass_effective"
     ),
     "rolling": lambda v, e: (
-        f"the ball rolls: its floor takes it along by {v:.3g} +- {e:.2g} of the floor's own motion "
+        f"the ball rolls: its floor takes it along by {with_error(v, e)} of the floor's own motion "
         "(2/7 of a solid ball that never slips); b_c is predicted for a ball that does so"
     ),
     "hollow": lambda v, e: (
-        f"the ball is drawn to the middle of its cavity by {v:.3g} +- {e:.2g} m/s^2 for every m (a "
+        f"the ball is drawn to the middle of its cavity by {with_error(v, e)} m/s^2 for every m (a "
         f"floor that is hollow with a radius of {9.80665 / abs(v):.2g} m, or a magnet; a floor "
         "that bulges draws it to the walls, with a minus); r allows for it, and b_c is predicted "
         "with r_effective and nes_mass_effective"
     ),
     "drop": lambda v, e: (
-        f"r of the drop tests differs from that of the walls by {v:+.3g} +- {e:.2g}: they were "
+        f"r of the drop tests differs from that of the walls by {_signed(v, e)}: they were "
         "made on another surface, or the walls changed; the flights between the walls count"
     ),
     "jumps": lambda v, e: (
-        f"the jumps of velocity that both sensors show are {math.exp(-v):.3f} +- {e:.2g} times "
+        f"the jumps of velocity that both sensors show are {with_error(math.exp(-v), e)} times "
         "those that the ball's momentum makes: a local mode, or a part that answers each impact; "
         "M by impacts allows for it"
     ),
     "pulse area": lambda v, e: (
-        f"the jumps of velocity that the accelerometer shows are {math.exp(v):.3f} +- {e:.2g} "
+        f"the jumps of velocity that the accelerometer shows are {with_error(math.exp(v), e)} "
         "times those of the displacement, while both show the same oscillation: the area of its "
         "pulse is off (a contact that rings, its mount, or a local mode); the momentum of the ball "
         "counts"
