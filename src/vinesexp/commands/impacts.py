@@ -11,6 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from vinesexp.commands.options import add_force, refuse_existing, writing
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.identification.heard_bounces import bounces_heard
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
@@ -57,9 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, metavar="FOLDER", help="write FOLDER/<file>.impacts.csv"
     )
-    parser.add_argument(
-        "--force", action="store_true", help="write over tables of impacts that are there"
-    )
+    add_force(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -79,7 +78,8 @@ def run(args: argparse.Namespace) -> int:
                 print(f"# {path}")
             sys.stdout.write(text)
         else:
-            _write(table, text)
+            with writing(table):
+                write_whole(table, text)
             print(f"{path}: {found.n} impacts")
         if remark := _reservation(found):
             print(f"vinesexp impacts: {path}: {remark}", file=sys.stderr)
@@ -103,24 +103,11 @@ def _reservation(found: Impacts) -> str:
 
 
 def _table_for(path: Path, args: argparse.Namespace) -> Path:
-    """Where the impacts of a file go: never over anything that is there but by --force."""
+    """Where the impacts of a file go: never over an instrument file, over others by --force."""
     table: Path = args.out / f"{path.stem}.impacts.csv"
-    if table.exists() and (not args.force or table.resolve() in map(Path.resolve, args.files)):
-        raise VinesexpError(
-            "is there already; name another folder, or write over it with --force", file=table
-        )
+    given = table.resolve() in map(Path.resolve, args.files)
+    refuse_existing(table, force=args.force and not given)
     return table
-
-
-def _write(table: Path, text: str) -> None:
-    """The table appears only when complete."""
-    try:
-        write_whole(table, text)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise VinesexpError(
-            f"cannot be written ({reason}); name another folder", file=table
-        ) from None
 
 
 def _impacts_of(

@@ -39,6 +39,7 @@ _SHOWN = {
 _BLOCK = 1 << 20  # samples read at once
 _ZOOM_CYCLES = 3.5
 _MOST_CURVES = 14  # in one figure
+_NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
 _MOST_POINTS = 1200  # of a drawn line
 
 
@@ -777,13 +778,11 @@ def _set_up(record: Record) -> str:
 
 
 def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, Drawn]]:
-    for balls, word in ((1, "one"), (2, "two")):
+    for balls in _numbers_of_balls(records):
         chosen = [r for r in records if len(r.clearance) in (0, balls) and r.frequency]
         chosen = sorted(chosen, key=lambda r: r.clearance)
         every, chosen = len(chosen), spread(chosen)
         bare = [r for r in chosen if not r.clearance]
-        if balls > 1 and len(bare) == len(chosen):
-            continue
         traces = []
         for record in chosen:
             with open_record(ResultPaths(results).conditioned(record.id)) as view:
@@ -799,13 +798,40 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
         figure = amplitudes(
             traces, xlabel="frequency (Hz)", ylabel="amplitude (mm)", bare=len(bare)
         )
-        with_nes = f" with {word} NES{'s' if balls > 1 else ''}" if len(bare) < len(chosen) else ""
+        with_nes = f" with {_nes(balls)}" if len(bare) < len(chosen) else ""
         head = f"Slow sine sweeps{with_nes}: amplitude of the mass over the base's frequency"
         text = (
             "The grey curve is the mass alone; where a coloured one swings to and fro, the "
             "response is strongly modulated."
         ) + _of(chosen, every)
-        yield figure, Drawn(f"sweep_{word}_nes", "sweep", head, text)
+        yield figure, Drawn(f"sweep_{_number(balls)}_nes", "sweep", head, text)
+
+
+def _numbers_of_balls(records: Sequence[Record]) -> list[int]:
+    """How many NESs these records have, each number once; one where all are without.
+
+    Examples
+    --------
+    >>> none, pair = (Record("a", Path("a"), "sweep", clearance=b) for b in ((), (0.02, 0.03)))
+    >>> _numbers_of_balls([none]), _numbers_of_balls([pair, none, pair])
+    ([1], [2])
+    """
+    return sorted({len(record.clearance) for record in records} - {0}) or [1]
+
+
+def _number(balls: int) -> str:
+    return _NUMBERS.get(balls, str(balls))
+
+
+def _nes(balls: int) -> str:
+    """In words.
+
+    Examples
+    --------
+    >>> _nes(1), _nes(3), _nes(9)
+    ('one NES', 'three NESs', '9 NESs')
+    """
+    return f"{_number(balls)} NES{'s' if balls > 1 else ''}"
 
 
 def spread(records: Sequence[Record]) -> list[Record]:
@@ -829,7 +855,7 @@ def _balls(record: Record) -> str:
 
 def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, Drawn]]:
     free = [r for r in records if r.test == "ringdown" and not r.added_mass][:1]
-    for balls, word in ((1, "one NES"), (2, "two NESs")):
+    for balls in _numbers_of_balls(records):
         chosen = sorted(
             (r for r in records if r.test == "transient" and len(r.clearance) == balls),
             key=lambda r: r.clearance,
@@ -852,5 +878,5 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
             "A ball in step with the mass takes energy out along "
             "a nearly straight line until it loses step at T1; after that the decay is slow."
         ) + _of(chosen, every)
-        head, name = f"Decay after release with {word}", ("one", "two")[balls - 1]
-        yield figure, Drawn(f"transient_{name}_nes", "transient", head, text)
+        head = f"Decay after release with {_nes(balls)}"
+        yield figure, Drawn(f"transient_{_number(balls)}_nes", "transient", head, text)

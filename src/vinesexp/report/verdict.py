@@ -612,6 +612,7 @@ CAUSES = {
     "added mass": "an added mass differs from what was stated",
     "damping": "damping depends on amplitude",
     "spring": "the stiffness depends on amplitude",
+    "plain model": "the plain model does not explain the records",
     "replay": "the identified rig does not reproduce its records",
 }
 
