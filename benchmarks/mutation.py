@@ -55,6 +55,10 @@ TESTS: dict[str, tuple[str, ...]] = {
         "identification/test_ringdown.py", "hard_cases/test_identification.py",
     ),
     "identification/remarks.py": ("hard_cases/test_identification.py",),
+    "report/verdict.py": (
+        "report/test_published.py", "report/test_caveats.py", "report/test_other_branches.py",
+    ),
+    "report/tables_shown.py": ("report/test_stated.py",),
     "identification/ringdown.py": (
         "identification/test_ringdown.py", "hard_cases/test_identification.py",
     ),
@@ -75,13 +79,6 @@ TESTS: dict[str, tuple[str, ...]] = {
 #: Changes that change nothing, as ``module:line text`` with the reason.
 EQUIVALENT: dict[str, str] = {
     "identification/average.py:127 Gt -> GtE": "the end of a bisection",
-    "report/verdict.py": (
-        "report/test_published.py",
-        "report/test_caveats.py",
-        "report/test_other_branches.py",
-    ),
-    "report/tables_shown.py": ("report/test_stated.py", "report/test_page.py"),
-    "live/row_proposal.py": ("live/test_clearance_of_flights.py", "live/test_session.py"),
 }
 
 _COMPARED: dict[type[ast.cmpop], type[ast.cmpop]] = {

@@ -55,6 +55,34 @@ def test_what_scatters_and_what_repeats(year):
     assert found.shared == ()
 
 
+def test_a_mean_of_many_does_not_reduce_errors_that_all_share():
+    """A sensitivity that is off by 1 % is off in the hundredth campaign too."""
+    many = Series("M", "kg", ("x",) * 100, np.full(100, 4.7), np.full(100, 0.05))
+    assert many.mean_error == pytest.approx(0.05)
+    better = Series("M", "kg", ("a", "b"), np.full(2, 4.7), np.array([0.05, 0.005]))
+    assert 0.005 < better.mean_error < 0.006
+
+
+def test_each_prediction_counts_once(tmp_path):
+    """One b_c a base amplitude and one b_t a release, however many rows hold them."""
+    folder = write_results(tmp_path / "a", M=4.7, source="a")
+    predicted = {"exact_mm": 33.9, "predicted_low_mm": 33.8, "predicted_high_mm": 34.0}
+    rows = [
+        {"test": "periodic", "level": "G = 0.25 mm", "stated_base_mm": 0.25},
+        {"test": "periodic", "level": "G = 0.25 mm, end", "stated_base_mm": 0.25},
+        {"test": "periodic", "level": "G = 0.2 mm", "stated_base_mm": 0.2},
+        *({"test": "transient", "level": f"20 mm to {x} mm", "release_mm": 20.0} for x in (2, 5)),
+    ]
+    write_rows(folder / "clearances.csv", CLEARANCES, [row | predicted for row in rows])
+    names = [one.what for one in repeatability_of([folder]).series]
+    assert names == [
+        "M",
+        "predicted clearance, periodic, G = 0.25 mm",
+        "predicted clearance, periodic, G = 0.2 mm",
+        "predicted clearance, transient, from 20 mm",
+    ]
+
+
 def test_the_false_alarm_is_one_in_twenty():
     rng = np.random.default_rng(3)
     errors = np.array([0.01, 0.02, 0.05, 0.02])

@@ -27,7 +27,7 @@ REPEATABILITY = Table("repeatability", "compare", (
     Column("value", "found there", "", "number", ".9g"),
     Column("std_error", "its standard error", "", "number", ".4g"),
     Column("mean", "of all folders, each by its error", "", "number", ".9g"),
-    Column("mean_std_error", "standard error of the mean, scatter included", "", "number", ".4g"),
+    Column("mean_std_error", "its standard error, those shared included", "", "number", ".4g"),
     Column("scatter", "standard deviation from folder to folder", "", "number", ".4g"),
     Column("errors", "scatter over what the errors explain (Birge ratio)", "1", "number", ".3g"),
     Column("verdict", "repeats, scatters, one value"),
@@ -76,9 +76,17 @@ class Series:
 
     @property
     def mean_error(self) -> float:
-        """Standard error of the mean; wider by the Birge ratio where the values scatter more."""
-        alone = 1.0 / math.sqrt(float(np.sum(self.errors**-2.0)))
-        return alone * max(1.0, self.ratio) if self.values.size > 1 else alone
+        """Standard error of the mean: that of errors which all share, or of the scatter if larger.
+
+        Sensitivities, weighed masses and the clock are the same in each campaign of a lab, and a
+        mean of many does not reduce their errors: sum w e, where independent ones would give
+        sqrt(sum w^2 e^2).
+        """
+        weights = self.errors**-2.0 / float(np.sum(self.errors**-2.0))
+        shared = float(np.sum(weights * self.errors))
+        if self.values.size < 2:
+            return shared
+        return max(shared, self.ratio * math.sqrt(float(np.sum((weights * self.errors) ** 2))))
 
     @property
     def scatter(self) -> float:
@@ -175,6 +183,7 @@ def _values_of(folder: Path) -> list[tuple[str, str, float, float]]:
         if row["std_error"]:
             found.append((name, row["unit"], row["value"], row["std_error"]))
     rows = results.rows("clearances")
+    predicted: set[tuple[str, float | None, float | None]] = set()
     for kind, value, low, high, half in (
         ("measured", "measured_mm", "measured_low_mm", "measured_high_mm", math.sqrt(12.0)),
         ("predicted", "exact_mm", "predicted_low_mm", "predicted_high_mm", 2.0 * COVERAGE_95),
@@ -183,7 +192,14 @@ def _values_of(folder: Path) -> list[tuple[str, str, float, float]]:
             at, ends = row[value], (row[low], row[high])
             if at is None or ends[0] is None or ends[1] is None or ends[1] <= ends[0]:
                 continue  # a bound, or nothing
-            name = f"{kind} clearance, {row['test']}, {row['level']}"
+            level = row["level"]
+            if kind == "predicted":  # one b_c a base amplitude, one b_t a release
+                of = (row["test"], row["stated_base_mm"], row["release_mm"])
+                if of in predicted:
+                    continue
+                predicted.add(of)
+                level = level if row["release_mm"] is None else f"from {row['release_mm']:.6g} mm"
+            name = f"{kind} clearance, {row['test']}, {level}"
             found.append((name, "mm", at, (ends[1] - ends[0]) / half))
     return found
 

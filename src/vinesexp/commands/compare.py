@@ -7,12 +7,12 @@ from functools import partial
 from pathlib import Path
 
 from vinesexp.commands.options import add_force, refuse_existing, writing
-from vinesexp.figures.numbers import plus_minus
 from vinesexp.records.stored.tables import write_rows
 from vinesexp.report.command_pages import (
     about_errors,
     differences_page,
     lead,
+    mean_in_words,
     repeatability_lead,
     repeatability_page,
     spread_in_words,
@@ -64,8 +64,8 @@ def repeated_text(found: Repeatability) -> list[str]:
     lines = [repeatability_lead(found), *filter(None, [about_errors(found)]), ""]
     width = max([len(one.what) for one in found.series], default=0)
     for one in found.series:
-        mean = plus_minus(one.mean, one.mean_error, one.unit)
-        lines.append(f"{one.what:<{width}}  {one.verdict}: {mean}; {spread_in_words(one)}")
+        said = f"{mean_in_words(one)}; {spread_in_words(one)}"
+        lines.append(f"{one.what:<{width}}  {one.verdict}: {said}")
     return lines
 
 

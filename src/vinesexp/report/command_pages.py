@@ -16,6 +16,7 @@ from vinesexp.figures.design_curve import DesignCurve, design_curve
 from vinesexp.figures.methods import value_over_folders
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.report.rendering import figure_markup, rendered
+from vinesexp.report.tables_shown import at_the_bench
 from vinesexp.results_differences import Difference, Differences
 from vinesexp.results_repeatability import Repeatability, Series
 from vinesexp.whole_files import write_whole
@@ -185,12 +186,17 @@ def spread_in_words(one: Series) -> str:
     return f"standard deviation {share}, {one.ratio:.2g} times what the errors explain"
 
 
+def mean_in_words(one: Series) -> str:
+    """Mean of a value over the folders, with half of its 95 % interval."""
+    return plus_minus(*at_the_bench(one.mean, one.mean_error, one.unit))
+
+
 def repeatability_page(found: Repeatability) -> str:
     """The page, one HTML file that needs nothing else."""
     shown = [
         {
             "name": one.what,
-            "mean": plus_minus(one.mean, one.mean_error, one.unit),
+            "mean": mean_in_words(one),
             "spread": spread_in_words(one),
             "kind": {"scatters": "differ", "repeats": "agree"}.get(one.verdict, "open"),
             "verdict": one.verdict,

@@ -432,7 +432,17 @@ def _value(row: Row) -> str:
     return plus_minus(*_numbers(row))
 
 
-def _numbers(row: Row) -> tuple[float, float, str]:
-    value, error, unit = row["value"], row["std_error"] or 0.0, row["unit"]
-    ball = unit == "kg" and value < _BALL  # is weighed in grams
+def at_the_bench(value: float, error: float, unit: str) -> tuple[float, float, str]:
+    """Value, error and unit as a person reads them: a ball is weighed in grams.
+
+    Examples
+    --------
+    >>> at_the_bench(0.032, 0.0001, "kg"), at_the_bench(4.7, 0.01, "kg")
+    ((32.0, 0.1, 'g'), (4.7, 0.01, 'kg'))
+    """
+    ball = unit == "kg" and value < _BALL
     return (1e3 * value, 1e3 * error, "g") if ball else (value, error, unit)
+
+
+def _numbers(row: Row) -> tuple[float, float, str]:
+    return at_the_bench(row["value"], row["std_error"] or 0.0, row["unit"])
