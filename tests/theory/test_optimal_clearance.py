@@ -40,7 +40,7 @@ def test_transient_numbers() -> None:
 
 
 @pytest.mark.long
-@settings(deadline=None, max_examples=12)
+@settings(deadline=None, max_examples=6)
 @example(eps=0.00390625, zeta=0.0, r=0.375, tuning=1.003)
 @given(
     st.floats(1e-3, 0.2),
