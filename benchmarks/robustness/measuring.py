@@ -91,7 +91,7 @@ def _in_steps(values: FloatArray, bits: int | None) -> FloatArray:
 
 def _answer(sensors: Sensors) -> tuple[FloatArray, FloatArray]:
     """Share of a jump that the sensor has shown, over the time since the impact."""
-    t = np.arange(-0.5 * sensors.pulse, _REACH, _TABLE)
+    t = np.arange(-0.5 * sensors.pulse, _reach(sensors), _TABLE)
     push = np.where(t < 0.5 * sensors.pulse, np.cos(np.pi * t / sensors.pulse), 0.0)
     push *= 0.5 * np.pi / sensors.pulse
     if sensors.ring is not None:
@@ -100,6 +100,13 @@ def _answer(sensors: Sensors) -> tuple[FloatArray, FloatArray]:
         push = lfilter(*low, push)
     shown = np.cumsum(push) * _TABLE
     return t + 0.5 * _TABLE, shown / (1.0 if sensors.ring else shown[-1])
+
+
+def _reach(sensors: Sensors) -> float:
+    """Time after an impact for which the sensor shows it, s: until a ringing is lost in noise."""
+    if sensors.ring is None:
+        return _REACH
+    return max(_REACH, math.log(1e5) / (2.0 * math.pi * sensors.ring * sensors.ring_damping))
 
 
 def _smooth_acceleration(path: Path, n: int) -> FloatArray:
@@ -118,7 +125,7 @@ def _pulses(path: Path, sensors: Sensors, n: int) -> FloatArray:
     """What the sensor shows of the impacts; their momentum is exact."""
     a = np.zeros(n)
     at, shown = _answer(sensors)
-    width = int(_REACH * _RATE)
+    width = int(_reach(sensors) * _RATE)
     for time, jump in zip(path.time, path.jump, strict=True):
         first = max(1, int((time - sensors.pulse) * _RATE))
         index = np.arange(first, min(n - 1, first + width))

@@ -390,19 +390,9 @@ def learn_template(
         # What the first guess took for outliers may have been the ringing it did not know.
         best = _fit(_without_outliers(windows, best, table), best[1], names, table)
     _, shape, fitted = best
-    shapes = table(shape)
-    model_error = _model_error(fitted, shapes, span)
     whole = (span[0], max(span[1], _ring_down_length(shape)))
-    model_error = np.append(model_error, np.full(whole[1] - span[1], model_error[-1]))
-    template = template_of(
-        shape,
-        whole,
-        highpass=highpass,
-        dt=dt,
-        model_error=model_error,
-        learnt_from=fitted.height.size,
-    )
-    return template, fitted
+    template = template_of(shape, whole, highpass=highpass, dt=dt, learnt_from=fitted.height.size)
+    return replace(template, model_error=_model_error(fitted, template)), fitted
 
 
 def _without_outliers(windows: Windows, fit: Fit, table: Callable[[Shape], Template]) -> Windows:
@@ -531,11 +521,13 @@ def _moved(shape: Shape, names: Sequence[str], step: FloatArray) -> Shape:
     return replace(shape, **new)
 
 
-def _model_error(windows: Windows, template: Template, span: tuple[int, int]) -> FloatArray:
-    """Spread of single impacts about the shape beyond the noise, relative to the height."""
-    size = span[1] - span[0] + 1
+def _model_error(windows: Windows, template: Template) -> FloatArray:
+    """Spread of single impacts about the shape beyond the noise, relative to the height.
+
+    After the windows, where the template still rings, it falls as the ringing does.
+    """
     few = windows.height.size < _FEW
-    floor = (0.2 if few else 0.01) * neighbourhood(template.values, size)
+    around = neighbourhood(template.values, template.last - template.first + 1)
     rest = residual(windows, template)[0] * (windows.noise / np.abs(windows.height))[:, np.newaxis]
     expected = float(np.median((windows.noise / windows.height) ** 2))
     # Medians: another contact somewhere in some of the windows is no error of the template.
@@ -544,4 +536,6 @@ def _model_error(windows: Windows, template: Template, span: tuple[int, int]) ->
     wide = excess.copy()  # an impact half a sample off shows its misfit one lag farther
     wide[1:] = np.maximum(wide[1:], excess[:-1])
     wide[:-1] = np.maximum(wide[:-1], excess[1:])
-    return np.asarray(wide + floor)
+    later = np.maximum.accumulate(around[wide.size - 1 :][::-1])[::-1]
+    wide = np.append(wide, wide[-1] * later[1:] / max(float(later[0]), 1e-300))
+    return np.asarray(wide + (0.2 if few else 0.01) * around)
