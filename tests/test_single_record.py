@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import vinesexp
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
@@ -130,3 +131,21 @@ def test_every_public_name_is_there():
     for name in vinesexp.__all__:
         assert getattr(vinesexp, name) is not None
     assert dir(vinesexp) == vinesexp.__all__
+
+
+def test_linear_algebra_has_one_thread_while_a_record_is_analysed(periodic):
+    """In a notebook numpy is loaded with a thread a core, which costs more than it gains."""
+    seen: list[int] = []
+
+    def threads() -> list[int]:
+        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+
+    def detector(acceleration, sample_rate):
+        seen.extend(threads())
+        return []
+
+    with threadpool_limits(2, user_api="blas"):
+        usual = threads()
+        vinesexp.analyse(periodic[0], RATE, test="periodic", clearance="30 mm", detector=detector)
+        assert threads() == usual
+    assert set(seen) == {1}

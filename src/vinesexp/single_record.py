@@ -40,6 +40,7 @@ from vinesexp.results import RecordResults, record_results
 from vinesexp.settings.overrides import changed_by_text
 from vinesexp.settings.stages import Settings
 from vinesexp.signals.impacts.detectors import hand_over
+from vinesexp.threads import one_thread_here
 from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 
 if TYPE_CHECKING:
@@ -160,7 +161,8 @@ def analyse(
         )
         paths = ResultPaths(Path(temporary if folder is None else folder))
         campaign = _campaign(record, arrays, known, rate)
-        return _analysed(campaign, record, paths, held=folder is None)
+        with one_thread_here():
+            return _analysed(campaign, record, paths, held=folder is None)
 
 
 def _campaign(record: Record, roles: Mapping[str, Any], known: Known, rate: float) -> Campaign:

@@ -8,6 +8,7 @@ several steps, or other programs, share the cores. What runs side by side here a
 from __future__ import annotations
 
 import os
+from contextlib import AbstractContextManager
 
 #: What OpenBLAS, OpenMP, MKL and Accelerate read when they are loaded.
 VARIABLES = (
@@ -31,3 +32,21 @@ def one_thread_each() -> None:
     """
     for name in VARIABLES:
         os.environ.setdefault(name, "1")
+
+
+def one_thread_here() -> AbstractContextManager[object]:
+    """One thread for the linear algebra of a block, where numpy has been loaded: in a notebook.
+
+    After the block the threads are those there were before.
+
+    Examples
+    --------
+    >>> from threadpoolctl import threadpool_info
+    >>> with one_thread_here():
+    ...     {found["num_threads"] for found in threadpool_info() if found["user_api"] == "blas"}
+    {1}
+    """
+    from threadpoolctl import threadpool_limits
+
+    limits: AbstractContextManager[object] = threadpool_limits(limits=1, user_api="blas")
+    return limits

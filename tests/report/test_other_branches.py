@@ -39,6 +39,7 @@ def test_a_record_that_no_start_explains():
     wrong = level(Tested(0.030, 9.0e-3, "strongly modulated", "rec"))
     [row] = other_branches([wrong], [ROW], RIG)
     assert row["record"] == "rec"
+    assert row["measured"] == "strongly modulated, 9 mm"
     assert row["predicted"] == "two impacts per cycle"
     assert "two symmetric" in row["found"]
     assert row["explained"].startswith("no other motion explains it")
