@@ -8,7 +8,7 @@ import pytest
 from tests.fuzz.commands import RIG
 
 from vinesexp.cli import main
-from vinesexp.commands import progress
+from vinesexp.commands import options
 
 TWIN = Path(__file__).parents[2] / "data/twin/scene.yaml"
 
@@ -24,13 +24,13 @@ def watched(monkeypatch) -> Screen:
     """A screen in the place of standard error; called by the test, after pytest took the stream."""
     shown = Screen()
     monkeypatch.setattr("sys.stderr", shown)
-    monkeypatch.setattr(progress, "_TICK", 0.01)
+    monkeypatch.setattr(options, "_TICK", 0.01)
     return shown
 
 
 def test_a_clock_runs_beside_the_work_and_leaves_no_line(monkeypatch):
     screen = watched(monkeypatch)
-    with progress.clock("simulating", 30.0):
+    with options.clock("simulating", 30.0):
         time.sleep(0.2)
     assert "simulating: 0 s of about 30 s" in screen.getvalue()
     assert screen.getvalue().endswith("\r\x1b[K")
@@ -38,7 +38,7 @@ def test_a_clock_runs_beside_the_work_and_leaves_no_line(monkeypatch):
 
 def test_a_clock_ends_with_the_work_that_fails(monkeypatch):
     screen = watched(monkeypatch)
-    with pytest.raises(ValueError, match="broken"), progress.clock("simulating", 1.0):
+    with pytest.raises(ValueError, match="broken"), options.clock("simulating", 1.0):
         raise ValueError("broken")
     before = len(screen.getvalue())
     time.sleep(0.05)
@@ -46,7 +46,7 @@ def test_a_clock_ends_with_the_work_that_fails(monkeypatch):
 
 
 def test_nobody_looks_nothing_is_shown(capsys):
-    with progress.clock("simulating", 1.0):
+    with options.clock("simulating", 1.0):
         time.sleep(0.02)
     assert capsys.readouterr().err == ""
 

@@ -119,17 +119,13 @@ def test_the_sentence_and_the_table_do_not_contradict_one_another():
     )
 
 
-@pytest.mark.parametrize(
-    ("differing", "more"), [(5, "."), (6, " and 1 more."), (9, " and 4 more.")]
-)
-def test_five_records_are_named_and_the_others_counted(differing, more):
-    rows = [
-        {**replay_row(name, "spells", 0.1), "outcome": "differs"}
-        for name in "abcdefghi"[:differing]
-    ]
+@pytest.mark.parametrize(("n", "more"), [(5, "."), (6, " and 1 more."), (9, " and 4 more.")])
+def test_five_records_are_named_and_the_others_counted(n, more):
+    names = "abcdefghi"[:n]
+    rows = [{**replay_row(name, "spells", 0.1), "outcome": "differs"} for name in names]
     assert replay_verdict(rows, []).sentence.endswith(f"e (spells){more}")
-    checks = [{"record": name, "check": "replay"} for name in "abcdefghi"[:differing]]
-    assert ("e, ...)" in replay_verdict(rows, checks).warning) == (differing > 5)
+    checks = [{"record": name, "check": "replay"} for name in names]
+    assert ("e, ...)" in replay_verdict(rows, checks).warning) == (n > 5)
 
 
 def test_a_rig_that_does_not_replay_its_records_is_said_so():

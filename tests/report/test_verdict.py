@@ -11,6 +11,7 @@ from vinesexp.report.verdict import (
     ReleaseVerdict,
     agreement,
     headline,
+    release_lines,
     release_verdicts,
 )
 
@@ -158,3 +159,22 @@ def test_release_verdicts_keep_what_is_absent_absent():
     assert release_verdicts([row]) == [
         ReleaseVerdict("20 mm to 3 mm", "–", "", "33.3", "–", height="20 mm", target="3 mm")
     ]
+
+
+def test_a_bound_is_no_fastest_clearance():
+    """20 mm to 10 mm is fastest at the largest that was tried: the line does not name it."""
+    row = {"test": "transient", "release_mm": 20.0, "published_mm": 33.3333, "exact_mm": 27.3172}
+    row |= {"predicted_low_mm": 27.0495, "predicted_high_mm": 27.5849}
+    rows = [
+        row | {"level": "20 mm to 10 mm", "target_mm": 10.0, "measured_mm": 48.0,
+               "measured_low_mm": 41.94, "measured_high_mm": None, "bound": "at least"},
+        row | {"level": "20 mm to 3 mm", "target_mm": 3.0, "measured_mm": 30.0,
+               "measured_low_mm": 23.94, "measured_high_mm": 33.06, "bound": ""},
+    ]  # fmt: skip
+    (line,) = release_lines(release_verdicts(rows))
+    assert line == {
+        "height": "20 mm", "exact": "27.3 ± 0.3", "published": "33.3",
+        "fastest": "to 3 mm with 30.0 mm",
+    }  # fmt: skip
+    (alone,) = release_verdicts([rows[1] | {"predicted_low_mm": None, "predicted_high_mm": None}])
+    assert alone.exact == "27.32"  # no interval is known

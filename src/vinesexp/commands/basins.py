@@ -15,7 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vinesexp.commands.options import (
+    Bar,
     add_map_values,
+    announce,
     check_picture,
     map_values,
     once,
@@ -23,7 +25,6 @@ from vinesexp.commands.options import (
     whole,
     writing,
 )
-from vinesexp.commands.progress import Bar, announce
 from vinesexp.errors import ParameterError
 from vinesexp.maps.map_options import OPTIONS, along, cells_of
 

@@ -11,13 +11,14 @@ from vinesexp.commands.options import (
     add_force,
     add_identified,
     add_values,
+    announce,
     check_picture,
+    clock,
     once,
     refuse_existing,
     whole,
     writing,
 )
-from vinesexp.commands.progress import announce, clock
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
 from vinesexp.errors import ParameterError, VinesexpError
 

@@ -9,7 +9,7 @@ import time
 from itertools import count
 from pathlib import Path
 
-from vinesexp.commands.progress import Bar
+from vinesexp.commands.options import Bar
 from vinesexp.errors import CampaignError, VinesexpError, nearest
 
 
