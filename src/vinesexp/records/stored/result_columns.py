@@ -65,7 +65,8 @@ IDENTIFIED = Table("identified", "identify", (
 INPUTS = Table("inputs", "identify", (
     Column("item", "clearance, base_amplitude, added_mass, nes_mass, mass, gain of a channel"),
     Column("record", "ids of the records that it was stated for; empty: the whole campaign"),
-    Column("unit", "of the four numbers; 1 for a gain, the reading over the true value"),
+    Column("unit", "unit of the four numbers; 1 for a gain, which is the reading over the true "
+            "value"),
     _number("stated", "", "in campaign.yaml or records.csv", ".7g"),
     _number("stated_error", "", "standard uncertainty: stated, or the default", ".3g"),
     _number("found", "", "from all records together, the stated value included", ".7g"),
@@ -84,41 +85,47 @@ BUDGET = Table("budget", "compare", (
 
 #: f0 and zeta where the mass swings at each base amplitude; no row where they are the same at all.
 LEVEL_VALUES = Table("level_values", "identify", (
-    _number("base_amplitude_mm", "mm", "of records.csv", ".7g"),
-    _number("amplitude_m", "m", "of the mass: smallest mean amplitude of these tests", ".6g"),
+    _number("base_amplitude_mm", "mm", "base amplitude in records.csv", ".7g"),
+    _number("amplitude_m", "m", "smallest mean amplitude of the mass in these tests", ".6g"),
     _number("f0_hz", "Hz", "natural frequency at that amplitude", ".10g"),
     _number("f0_error_hz", "Hz", "standard error, with the range around the amplitude", ".3g"),
     _number("zeta", "1", "damping ratio at that amplitude", ".7g"),
     _number("zeta_error", "1", "standard error, with the range around the amplitude", ".3g"),
-    _number("c1_n_s_m", "N s/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("c1_n_s_m", "N s/m", "damping of the linear oscillator that moves alike there", ".7g"),
     _number("c1_error_n_s_m", "N s/m", "standard error", ".3g"),
-    _number("k1_n_m", "N/m", "of the linear oscillator that is as good there", ".7g"),
+    _number("k1_n_m", "N/m", "stiffness of the linear oscillator that moves alike there", ".7g"),
     _number("k1_error_n_m", "N/m", "standard error", ".3g"),
 ))  # fmt: skip
 
 RECORD_REGIMES = Table("regimes", "regimes", (
     _RECORD,
     Column("regime", "by docs/theory.md; one a ball, separated by ' | '; a sweep: by frequency"),
-    _number("impacts_per_cycle", "1", "of all balls"),
+    _number("impacts_per_cycle", "1", "impacts of all balls per cycle"),
     _number("amplitude_mean_m", "m", "mean over cycles of half the peak-to-peak displacement; of a "
             "periodic test without its start"),
-    _number("amplitude_max_m", "m", "largest of a cycle"),
+    _number("amplitude_max_m", "m", "amplitude of the largest cycle"),
     _number("captured", "1", "share of cycles with one impact on either side", needed=False),
     _number("swing_first", "1", "half the range of the impacts' phase in the first half, in "
             "periods", needed=False),
-    _number("swing", "1", "the same in the second half", needed=False),
-    _number("spells", "", "number of spells of such cycles", needed=False),
+    _number("swing", "1", "half the range of the impacts' phase in the second half, in "
+            "periods", needed=False),
+    _number("spells", "", "number of spells of captured cycles", needed=False),
     _number("spell_mean_s", "s", "mean length of a spell", needed=False),
-    _number("captured_until_s", "s", "of a release: end of the first spell", needed=False),
-    _number("decay_rate_captured_1_s", "1/s", "of a release, before it", needed=False),
-    _number("decay_rate_after_1_s", "1/s", "of a release, after it", needed=False),
+    _number("captured_until_s", "s", "end of the first spell of a release", needed=False),
+    _number("decay_rate_captured_1_s", "1/s", "decay rate of a release "
+            "before captured_until_s", needed=False),
+    _number("decay_rate_after_1_s", "1/s", "decay rate of a release "
+            "after captured_until_s", needed=False),
     _number("transition_m", "m", "amplitude at which the ball is lost", needed=False),
-    Column("impacts_per_cycle_each", "of each ball, separated by ' | '", needed=False),
-    _number("amplitude_running_max_m", "m", "of a sweep: largest mean over 0.1 Hz", needed=False),
-    _number("length_s", "s", "of the record, its gaps and edges left out", ".4g", needed=False),
+    Column("impacts_per_cycle_each", "impacts per cycle of each ball, with ' | ' in between",
+           needed=False),
+    _number("amplitude_running_max_m", "m", "largest mean of a sweep over 0.1 Hz", needed=False),
+    _number("length_s", "s", "length of the record without its "
+            "gaps and edges", ".4g", needed=False),
     _number("amplitude_error_m", "m", "of a periodic test: standard error of amplitude_mean_m from "
             "cycle to cycle, without that of the sensitivity", ".4g", needed=False),
-    _number("cycles", "", "over which amplitude_mean_m is taken", ".0f", needed=False),
+    _number("cycles", "", "number of cycles over which "
+            "amplitude_mean_m is taken", ".0f", needed=False),
     _number("steady_from_s", "s", "of a periodic test: where these cycles begin, from the first "
             "sample; the start of the test comes before", ".4g", needed=False),
     _number("amplitude_start_m", "m", "of a periodic test: mean over its first three cycles; far "
@@ -139,21 +146,21 @@ BANDS = Table("bands", "regimes", (
     _number("from_s", "s", "time on the record's axis at which it begins", ".6g"),
     _number("to_s", "s", "time at which it ends", ".6g"),
     _whole("spells", "spells of two impacts per cycle in it"),
-    _number("impacts_per_cycle", "1", "of the ball", ".4g"),
+    _number("impacts_per_cycle", "1", "impacts of the ball per cycle", ".4g"),
     _number("amplitude_mean_m", "m", "mean over its cycles of half the swing", ".6g"),
-    _number("amplitude_max_m", "m", "largest of a cycle", ".6g"),
+    _number("amplitude_max_m", "m", "amplitude of the largest cycle", ".6g"),
 ))  # fmt: skip
 
 #: When each ball of each release is captured and lost: one row a ball that is captured at all.
 TRANSITIONS = Table("transitions", "regimes", (
     _RECORD,
     _whole("nes", "ball, from 1; 0: all balls, where they are not told apart"),
-    _number("clearance_mm", "mm", "of the ball", ".6g"),
+    _number("clearance_mm", "mm", "clearance of the ball", ".6g"),
     _number("captured_from_s", "s", "start of its longest spell of two impacts per cycle", ".6g"),
     _number("captured_until_s", "s", "end of that spell", ".6g"),
     _number("from_m", "m", "amplitude at its start", ".6g"),
     _number("transition_m", "m", "amplitude at its end, where the ball is lost (T1)", ".6g"),
-    _number("decay_rate_1_s", "1/s", "of the amplitude in between", ".6g"),
+    _number("decay_rate_1_s", "1/s", "decay rate of the amplitude in between", ".6g"),
 ))  # fmt: skip
 
 #: How the base moved in each periodic test, from its own channel.
@@ -204,25 +211,25 @@ REPLAY = Table("replay", "replay", (
     _RECORD,
     Column("quantity", "amplitude, impacts per cycle, regime, spells or decay time"),
     Column("unit", "SI; 1 for a count"),
-    Column("measured", "of the record; empty where it shows none", kind="any", form=".6g"),
+    Column("measured", "value of the record; empty where it shows none", kind="any", form=".6g"),
     # Digits beyond these depend on the order in which the simulation was compiled.
-    Column("replayed", "mean over the replays of its regime; the regimes of all starts",
+    Column("replayed", "mean over the replays of its regime; of a regime: those of all starts",
            kind="any", form=".6g"),
-    _number("low", "", "smallest of these replays", ".6g"),
-    _number("high", "", "largest", ".6g"),
+    _number("low", "", "smallest value of these replays", ".6g"),
+    _number("high", "", "largest value of these replays", ".6g"),
     _number("deviation", "1", "measured over replayed, minus one", ".3g"),
     Column("outcome", "ok, differs, not measured or not replayed"),
-    Column("starts", "where starts differ: which gives which regime, how many move so"),
+    Column("starts", "regimes that the starts lead to, with their number, where these differ"),
 ))  # fmt: skip
 
 #: Amplitude of each cycle of each record, measured and replayed.
 REPLAY_CYCLES = Table("replay_cycles", "replay", (
     _RECORD,
     _number("time_s", "s", "middle of the cycle from the beginning of the record", ".6g"),
-    _number("measured_m", "m", "half swing", ".5g"),
-    _number("replayed_m", "m", "median over the starts", ".5g"),
-    _number("replayed_low_m", "m", "smallest", ".5g"),
-    _number("replayed_high_m", "m", "largest", ".5g"),
+    _number("measured_m", "m", "measured amplitude", ".5g"),
+    _number("replayed_m", "m", "median of the replayed amplitude over the starts", ".5g"),
+    _number("replayed_low_m", "m", "smallest over the starts", ".5g"),
+    _number("replayed_high_m", "m", "largest over the starts", ".5g"),
 ))  # fmt: skip
 
 CHECKS = Table("checks", "checks", (
@@ -235,16 +242,16 @@ CHECKS = Table("checks", "checks", (
 TRUTH = Table("truth", "score", (
     Column("what", "parameter or quantity of the impacts"),
     Column("record", "id of the record; empty: the whole campaign"),
-    _number("truth", "", "from the scene"),
-    _number("found", "", "by the analysis"),
-    _number("error", "", "in unit"),
-    Column("unit", "of error"),
+    _number("truth", "", "value in the scene"),
+    _number("found", "", "value that the analysis found"),
+    _number("error", "", "found against the truth, in the unit of the column unit"),
+    Column("unit", "unit of the column error; missed, false: counts of impacts"),
 ))  # fmt: skip
 
 #: truth/<record>.csv in a simulated campaign's folder.
 TRUE_IMPACTS = Table("true impacts", "simulate", (
     _number("time_s", "s", "true time on the record's axis"),
-    _number("velocity_jump_m_s", "m/s", "of the oscillator"),
+    _number("velocity_jump_m_s", "m/s", "velocity jump of the oscillator"),
 ))  # fmt: skip
 
 #: steps/<record>/decay.csv: amplitude of a ring-down beside what was identified from it.
