@@ -54,7 +54,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "identification/phasors.py": (
         "identification/test_ringdown.py", "hard_cases/test_identification.py",
     ),
-    "identification/remarks.py": ("hard_cases/test_identification.py",),
+    "identification/whole_campaign.py": ("hard_cases/test_identification.py",),
     "report/verdict.py": (
         "report/test_published.py", "report/test_caveats.py", "report/test_other_branches.py",
     ),

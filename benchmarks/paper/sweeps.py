@@ -13,7 +13,7 @@ from vinesexp.figures import style
 from vinesexp.settings.stages import RegimeSettings
 from vinesexp.signals.balls import Series
 from vinesexp.signals.cycles import cycle_amplitudes
-from vinesexp.signals.sweep_bands import Swept, band_rows, largest_running_mean
+from vinesexp.signals.regimes import Swept, band_rows, largest_running_mean
 
 LOW, HIGH, DURATION = 7.2, 8.4, 100.0
 RATE, STARTS, SEED = 400.0, 6, 20190302

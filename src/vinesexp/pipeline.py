@@ -293,10 +293,10 @@ def identify_together(campaign: Campaign, *, paths: ResultPaths) -> Identified:
 
 def write_identification(whole: Identified, *, paths: ResultPaths) -> None:
     """identified.csv, inputs.csv, level_values.csv, and what later steps read of it."""
-    from vinesexp.identification.amplitude_law import write_levels
     from vinesexp.identification.budget import budget_rows, write_budget
     from vinesexp.identification.estimate import write_identified
     from vinesexp.identification.joint.whole import write_rig
+    from vinesexp.identification.working_amplitude import write_levels
     from vinesexp.records.stored.checks import write_checks
     from vinesexp.records.stored.result_columns import INPUTS
     from vinesexp.records.stored.tables import write_rows

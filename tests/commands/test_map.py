@@ -11,8 +11,8 @@ import pytest
 
 from vinesexp.cli import main
 from vinesexp.commands.map import rows_of
-from vinesexp.maps.map_file import read_map
 from vinesexp.maps.map_options import cells_of, gather_values
+from vinesexp.maps.response_map import read_map
 
 RIG = {
     "--mass": "4.7 kg",

@@ -16,8 +16,7 @@ from typing import Any
 
 import vinesexp.records.readers as readers
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.fork_server import refusal
-from vinesexp.records.readers.guard import limits_for
+from vinesexp.records.readers.guard import limits_for, refusal
 from vinesexp.records.readers.source import BLOCK_ROWS, Source
 
 SECONDS = 5.0  # of the processor, for a case without a child

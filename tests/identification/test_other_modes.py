@@ -5,7 +5,7 @@ import pytest
 
 from vinesexp.identification.decay_record import other_modes
 from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.remarks import remarks
+from vinesexp.identification.whole_campaign import remarks
 
 RATE = 2000.0
 T = np.arange(30000) / RATE

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vinesexp.identification.estimate import Estimate
-from vinesexp.identification.remarks import remarks
+from vinesexp.identification.whole_campaign import remarks
 
 
 def estimate(parameter: str, value: float, error: float, record: str = "a") -> Estimate:

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import AnalysisError
-from vinesexp.identification.amplitude_law import law_rows
 from vinesexp.identification.damping_law import Decay
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.least_squares import covariance_of, least_squares
 from vinesexp.identification.ringdown import ring_down
 from vinesexp.identification.ringdown_result import oscillation_at
 from vinesexp.identification.whole_campaign import identify_campaign
+from vinesexp.identification.working_amplitude import law_rows
 from vinesexp.records.campaign.load import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vinesexp.laboratory.modes import (
+from vinesexp.laboratory.sensors import (
     Mode,
     modal_acceleration,
     modal_displacement,

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp.laboratory.modes import Mode
 from vinesexp.laboratory.sensors import (
     Accelerometer,
     Laser,
+    Mode,
     accelerometer_volts,
     contact_acceleration,
     laser_volts,

@@ -16,9 +16,8 @@ from vinesexp.records.campaign.load import Campaign, Known, Record
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import create_record
 from vinesexp.replay.campaign_replay import Model, replay_campaign, rig_of
-from vinesexp.replay.drives import drive_of
 from vinesexp.replay.measures import Measures, decay_time, measures_of
-from vinesexp.replay.motions import ON_ORBIT, Replayed, replays
+from vinesexp.replay.motions import ON_ORBIT, Replayed, drive_of, replays
 from vinesexp.replay.replay_table import compared, replay_checks
 from vinesexp.signals.condition import condition
 from vinesexp.signals.cycles import cycle_amplitudes

@@ -9,7 +9,7 @@ from vinesexp.records.stored.tables import read_rows, write_rows
 from vinesexp.settings.stages import RegimeSettings
 from vinesexp.signals.balls import Series
 from vinesexp.signals.cycles import cycle_amplitudes
-from vinesexp.signals.sweep_bands import Swept, band_rows, bands_of, largest_running_mean
+from vinesexp.signals.regimes import Swept, band_rows, bands_of, largest_running_mean
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 SETTINGS = RegimeSettings()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vinesexp.cli import main
-from vinesexp.maps.map_file import read_map
+from vinesexp.maps.response_map import read_map
 
 pytestmark = pytest.mark.workflow
 REPOSITORY = Path(__file__).resolve().parents[2]

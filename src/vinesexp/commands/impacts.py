@@ -13,7 +13,7 @@ from pathlib import Path
 
 from vinesexp.commands.options import add_force, refuse_existing, writing
 from vinesexp.errors import ParameterError, VinesexpError
-from vinesexp.identification.heard_bounces import bounces_heard
+from vinesexp.identification.bounces import bounces_heard
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.proposal.kind_of_test import oscillates
 from vinesexp.records.campaign.load import Campaign, Channel, Known, Record, TimeColumn

@@ -44,8 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the map; the exit code is 0 or the error is one line."""
-    from vinesexp.maps.map_file import joined, known_of, write_map
-    from vinesexp.maps.response_map import fill
+    from vinesexp.maps.response_map import fill, joined, known_of, write_map
 
     plan = plan_of(args)
     out = Path(once(args.out, "--out") or "map.nc")

@@ -14,8 +14,15 @@ from vinesexp.design.inputs import EXCITATION, RIG, gather
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.planning.campaign_plan import LevelPlan, Needs, needs_of, plan_levels
 from vinesexp.planning.expected_valley import Valley
-from vinesexp.planning.first_tests import PlannedTest, first_tests, mm, next_tests, records_sheet
-from vinesexp.planning.other_tests import OtherPlan, plan_others
+from vinesexp.planning.other_tests import (
+    OtherPlan,
+    PlannedTest,
+    first_tests,
+    mm,
+    next_tests,
+    plan_others,
+    records_sheet,
+)
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.results import CampaignResults

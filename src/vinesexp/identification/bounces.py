@@ -1,4 +1,4 @@
-"""r from a drop test: a bouncing ball's flights shrink by r each."""
+"""A dropped ball: whether a signal is of one, and its r from flights that shrink by one ratio."""
 
 from __future__ import annotations
 
@@ -12,9 +12,19 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.average import DISAGREES, weighted_mean
 from vinesexp.identification.least_squares import least_squares
+from vinesexp.settings.stages import Settings
+from vinesexp.signals.bands import default_bands
+from vinesexp.signals.filters import butterworth, zero_phase
+from vinesexp.signals.impacts.onsets import detect_onsets
+from vinesexp.signals.impacts.stream import Stream
 from vinesexp.units import COVERAGE_95, STANDARD_GRAVITY
 
-_FEWEST = 3  # flights: two give any r, the third tests it
+_SHRINKS = 0.03  # standard error of r from which on shrinking flights may be chance
+_FEWEST = 5  # hits: any four distances shrink in one order of 24
+
+
+# r from a drop test: a bouncing ball's flights shrink by r each.
+_BOUNCES_FEWEST = 3  # flights: two give any r, the third tests it
 _CHANCE = 0.02  # probability above which a series of flights may be chance
 _CERTAIN = 5  # flights of a series that is taken as bounces when the others are judged
 _APART = 0.05  # by which series of one ball on one surface differ at most, relative
@@ -240,11 +250,11 @@ def _bounces(t: FloatArray, error: FloatArray, *, others: int) -> Bounces:
 
 def _require_flights(flights: FloatArray, others: int) -> None:
     """Refuse what is no bouncing ball."""
-    if flights.size < _FEWEST:
+    if flights.size < _BOUNCES_FEWEST:
         hits = flights.size + others + (1 if flights.size else 0)
         raise AnalysisError(
             f"{flights.size} flights of a bouncing ball that shrink alike (in {hits} hits), "
-            f"expected {_FEWEST} or more to give r"
+            f"expected {_BOUNCES_FEWEST} or more to give r"
         )
     if flights[0] < _SHORTEST:
         raise AnalysisError(
@@ -281,3 +291,49 @@ def _fitted(t: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArray, f
 
     found = least_squares(problem, np.array([0.0, flights[0], min(r, 0.999)]))
     return found.values, found.covariance, found.chi2
+
+
+def bounces_heard(values: FloatArray, sample_rate: float) -> Bounces | None:
+    """The longest series of bounces in a signal of any unit, or None where it is something else.
+
+    Parameters
+    ----------
+    values : array (n,)
+        A microphone's or an accelerometer's samples.
+    sample_rate : float
+        Hz.
+
+    Examples
+    --------
+    >>> t = np.arange(20000) / 1e4
+    >>> hits = 0.1 + 0.4 * np.cumsum(0.8 ** np.arange(7))
+    >>> x = sum(k * (t > s) * np.exp(-200 * (t - s).clip(0)) * np.sin(9e3 * (t - s))
+    ...         for s, k in zip(hits, 0.8 ** np.arange(7)))
+    >>> noise = 1e-3 * np.random.default_rng(0).standard_normal(t.size)
+    >>> found = bounces_heard(x + noise, 1e4)
+    >>> found is not None and abs(found.r - 0.8) < 0.01
+    True
+    >>> bounces_heard(np.sin(50 * t), 1e4) is None
+    True
+    """
+    settings = Settings()
+    # Hits that are told apart take that long, all together.
+    if values.size < max(100.0, (_FEWEST - 2) * settings.drop.rest * sample_rate):
+        return None
+    low, _ = default_bands(sample_rate=sample_rate, frequency=None, drop=True).displacement
+    band = butterworth(sample_rate, low=low, high=None)
+    filtered = zero_phase(np.asarray(values - values.mean(), dtype=np.float64), band)
+    stream = Stream(lambda begin, end: filtered[begin:end], filtered.size, sample_rate, low)
+    hits = detect_onsets(stream, settings.impacts, settings.drop)
+    try:
+        drops = drops_of(hits.time, hits.time_error)
+    except AnalysisError:
+        return None
+    found = drops[0]
+    # Among many hits, as of somebody who walks, a few shrink in order by chance.
+    if 2 * sum(one.count for one in drops) < hits.time.size:
+        return None
+    # Four hits and no other are a ball of a low r; four of more may be chance.
+    enough = _FEWEST - 1 if found.count == hits.time.size else _FEWEST
+    sure = found.count >= enough and found.error < _SHRINKS and found.r < 1.0 - found.error
+    return found if sure else None

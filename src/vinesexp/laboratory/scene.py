@@ -17,10 +17,9 @@ from vinesexp.excitation import SteppedSweep, WeakDamping
 from vinesexp.laboratory.base_record import BaseRecord, read_base_record
 from vinesexp.laboratory.bench import Scene, Test
 from vinesexp.laboratory.instrument_files import FORMATS
-from vinesexp.laboratory.modes import Mode
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
 from vinesexp.laboratory.scene_layers import Layers, refuse_unknown
-from vinesexp.laboratory.sensors import Accelerometer, Laser, Sensor
+from vinesexp.laboratory.sensors import Accelerometer, Laser, Mode, Sensor
 from vinesexp.laboratory.sheet import read_sheet
 from vinesexp.records.campaign.problems import Problems
 from vinesexp.records.campaign.schema import MOTIONS

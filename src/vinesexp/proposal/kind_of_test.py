@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.identification.heard_bounces import bounces_heard
+from vinesexp.identification.bounces import bounces_heard
 from vinesexp.proposal.roles import Guess, label_of
 from vinesexp.proposal.survey import ColumnView, FileView
 from vinesexp.proposal.traits import common_frequency, envelope, stands_out

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vinesexp.identification.heard_bounces import bounces_heard
+from vinesexp.identification.bounces import bounces_heard
 from vinesexp.proposal.survey import SLOWEST, ColumnView, FileView, is_called_time
 from vinesexp.proposal.traits import (
     Traits,

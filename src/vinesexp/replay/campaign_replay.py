@@ -17,9 +17,15 @@ from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Value
-from vinesexp.replay.drives import BaseSamples, base_samples, drive_of
 from vinesexp.replay.measures import Measures, decay_time, is_steady, measures_of
-from vinesexp.replay.motions import TESTS, replays, with_other_clearance
+from vinesexp.replay.motions import (
+    TESTS,
+    BaseSamples,
+    base_samples,
+    drive_of,
+    replays,
+    with_other_clearance,
+)
 from vinesexp.replay.replay_table import Compared, compared
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.signals.cycles import cycle_amplitudes

@@ -1,7 +1,7 @@
 """A record simulated again from several starts.
 
 Nobody measures where the ball was when a record began, and some motions depend on it. So a record
-is replayed from several starts, each with its name.
+is replayed from several starts, each with its name, on the base that it was driven by.
 """
 
 from __future__ import annotations
@@ -11,10 +11,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
-from vinesexp.excitation import Harmonic, Release, WeakDamping
-from vinesexp.replay.drives import Drive
+from vinesexp.excitation import Base, Harmonic, Measured, Release, Sweep, WeakDamping
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.store import RecordView
 from vinesexp.rig import Rig
+from vinesexp.signals.means import channel_means
 
 if TYPE_CHECKING:
     from vinesexp.solver.motion import Motion
@@ -43,6 +49,140 @@ RELEASE_STARTS = {
     f"ball at {place:+.2f} b": (place, 0.0)
     for place in (0.999 * (2 * i / (_PLACES - 1) - 1) for i in range(_PLACES))
 }
+
+
+# What drives a replay: the base as it was measured, else as the test log says.
+#
+# A steady sine stands for a base that was one; a base that wanders, has another component or
+# sweeps is taken sample by sample. Nobody saw how a test was started, so a periodic replay runs
+# until its own start is forgotten, on a sine that goes over into the measured base.
+_SETTLES = 5.0  # decay times of the oscillator before a periodic replay is judged
+_FEWEST_CYCLES = 40
+_POINTS = 48  # a cycle, of a base that is taken sample by sample
+_OVER = 4.0  # cycles in which the sine goes over into the measured base
+#: Amplitude of what is no sine, over that of the sine, from which on the base is taken as measured.
+NO_SINE = 0.01
+_SAME = 1e-3  # of an amplitude: what two ways of reading one channel differ by
+#: A periodic replay goes on for this many lengths of the record: where motion is chaotic, a record
+#: is one draw of many.
+WINDOWS = 3
+
+
+@dataclass(frozen=True)
+class BaseSamples:
+    """Displacement of the base, m, from its own channel: rate in Hz, its mean taken off."""
+
+    x: FloatArray
+    rate: float
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Motion of the base, and when stretches as long as the record begin, s.
+
+    Attributes
+    ----------
+    sine : Harmonic or None
+        The steady base, where there is one: the predicted orbit is of it.
+    """
+
+    base: Base | None
+    begins: tuple[float, ...]
+    length: float
+    sine: Harmonic | None = None
+
+
+def base_samples(view: RecordView, *, frequency: float) -> BaseSamples | None:
+    """The base channel of a record, thinned; None where it does not measure displacement.
+
+    Parameters
+    ----------
+    view : RecordView
+        What was measured.
+    frequency : float
+        About that of the oscillation, Hz.
+    """
+    if view.refused is not None or "base" not in view.roles:
+        return None
+    if view.quantity("base") != "displacement":
+        return None
+    k = max(1, int(view.sample_rate / (_POINTS * frequency)))
+    x = channel_means(view, "base", k)
+    # What means over k samples leave of a sine of this frequency.
+    return BaseSamples((x - x.mean()) / float(np.sinc(frequency * k / view.sample_rate)),
+                       view.sample_rate / k)  # fmt: skip
+
+
+def drive_of(
+    record: Record, rig: Rig, *, base: LevelBase | None, samples: BaseSamples | None, length: float
+) -> Drive:
+    """The drive of a record.
+
+    Parameters
+    ----------
+    base : LevelBase or None
+        Amplitude and frequency of a periodic test.
+    samples : BaseSamples or None
+        Where the base channel measures displacement.
+    length : float
+        Of the record, s.
+
+    Raises
+    ------
+    AnalysisError
+        Neither sheet nor channel says how the base moved.
+    """
+    if record.test == "sweep":
+        return _swept(record, samples, length)
+    if record.test != "periodic":
+        return Drive(None, (0.0,), length)
+    if base is None or base.frequency is None:
+        raise AnalysisError("no replay without amplitude and frequency of the base")
+    decay = 1.0 / (rig.oscillator.zeta * 2.0 * math.pi * rig.oscillator.f0)
+    settle = max(_SETTLES * decay, _FEWEST_CYCLES / base.frequency.value)
+    sine = Harmonic(base.G.value, base.frequency.value)
+    if samples is not None:
+        fitted, _ = _sine_and_rest(samples, sine.frequency)
+        if (
+            abs(base.G.value / max(fitted.amplitude, 1e-300) - 1.0) > _SAME
+        ):  # the shape is the channel's, the amplitude that of all records
+            samples = replace(samples, x=samples.x * (base.G.value / fitted.amplitude))
+        fitted, rest = _sine_and_rest(samples, sine.frequency)
+        if rest > NO_SINE * sine.amplitude:
+            moved, begin = _led_in(samples, fitted, settle)
+            return Drive(moved, (begin,), min(length, moved.duration - begin))
+    return Drive(sine, tuple(settle + i * length for i in range(WINDOWS)), length, sine)
+
+
+def _swept(record: Record, samples: BaseSamples | None, length: float) -> Drive:
+    if samples is not None:
+        moved = Measured(samples.x, samples.rate)
+        return Drive(moved, (0.0,), min(length, moved.duration))
+    if not record.base_amplitude or record.frequency is None:
+        raise AnalysisError("no replay without amplitude and frequencies of the base")
+    return Drive(Sweep(record.base_amplitude, *record.frequency, length), (0.0,), length)
+
+
+def _sine_and_rest(samples: BaseSamples, frequency: float) -> tuple[Harmonic, float]:
+    """The sine of a frequency that fits best, and the amplitude of what it leaves."""
+    t = np.arange(samples.x.size) / samples.rate
+    w = 2.0 * math.pi * frequency
+    columns = np.stack([np.sin(w * t), np.cos(w * t), np.ones_like(t), t], axis=1)
+    solved = np.linalg.lstsq(columns, samples.x, rcond=None)[0]
+    rest = samples.x - columns @ solved
+    own = Harmonic(math.hypot(*solved[:2]), frequency, math.atan2(solved[1], solved[0]))
+    return own, math.sqrt(2.0) * float(rest.std())
+
+
+def _led_in(samples: BaseSamples, sine: Harmonic, settle: float) -> tuple[Measured, float]:
+    """The measured base after `settle` s of the sine that fits it, and when it begins, s."""
+    before = math.ceil(settle * samples.rate)
+    t = np.arange(-before, samples.x.size) / samples.rate
+    steady = sine.amplitude * np.sin(2.0 * math.pi * sine.frequency * t + sine.phase)
+    share = np.clip(t * sine.frequency / _OVER, 0.0, 1.0)
+    share = share * share * (3.0 - 2.0 * share)
+    x = np.concatenate([np.zeros(before), samples.x])
+    return Measured(share * x + (1.0 - share) * steady, samples.rate), before / samples.rate
 
 
 @dataclass(frozen=True)

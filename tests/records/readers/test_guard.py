@@ -16,7 +16,7 @@ import pytest
 
 from vinesexp.errors import RecordError
 from vinesexp.records import readers
-from vinesexp.records.readers import fork_server, guard, open_source
+from vinesexp.records.readers import guard, open_source
 from vinesexp.records.readers.guard import GuardedSource, Limits
 from vinesexp.records.readers.source import Column, TableSource
 
@@ -169,7 +169,7 @@ def test_no_library_brings_threads_into_the_process_that_is_forked(reader):
     done = subprocess.run(
         [sys.executable, "-c", code, *getattr(reader, "LIBRARIES", ())],
         capture_output=True, text=True, check=True,
-        env={**os.environ, **fork_server.ONE_THREAD},
+        env={**os.environ, **guard.ONE_THREAD},
     )  # fmt: skip
     assert done.stdout.strip() == "1"
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vinesexp.settings.stages import AttributionSettings
-from vinesexp.signals.impacts.attribution import _advanced, _Beam, _Rig
+from vinesexp.signals.impacts.find import _advanced, _Beam, _Rig
 
 
 def test_the_ball_leaves_with_the_relative_velocity_that_restitution_leaves():
