@@ -12,6 +12,7 @@ from vinesexp.identification.driven_motion import DRIVEN, driven_from
 from vinesexp.identification.estimate import COMBINED, INTEGRATED, NOTHING, Estimate, is_known
 from vinesexp.identification.joint.unknowns import Posterior
 from vinesexp.identification.joint.whole import (
+    HIDDEN,
     Answer,
     RigPosterior,
     answer_of,
@@ -526,10 +527,11 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
             rows.append(Estimate("r_speed", speed, 0.0, "m/s", _IMPACTS, ids))
     ball = "ln_m" if "ln_m" in posterior else "ln_m:1"
     of_r, of_m = effective(answer, ball)
-    if len(of_r) > 1:
+    named = [name for name in HIDDEN if answer.effect(name) is not None]
+    if named:
         value, error = posterior.of(of_r)
         rows.append(Estimate("r_effective", value, error, "1", _IMPACTS, ids))
-    if len(of_m) > 1 and campaign.known.nes_mass:
+    if set(named) - {"friction"} and campaign.known.nes_mass:
         value, error = posterior.of(of_m)
         size = campaign.known.nes_mass[0].value * math.exp(value)
         rows.append(Estimate("nes_mass_effective", size, size * error, "kg", _IMPACTS, ids))

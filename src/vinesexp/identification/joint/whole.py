@@ -48,7 +48,7 @@ _FAR_WORSE = 20.0  # mean square residual over the usual one from which a record
 _JUDGED = 4  # records with flights from which on one of them can be judged by the others
 #: Share of a law's correction that no law of friction or of a contact is truer than.
 _LAW = 0.1
-_HIDDEN = ("friction", "contact", "hollow")  # effects that r and the ball's mass can stand for
+HIDDEN = ("friction", "contact", "hollow")  # effects that r and the ball's mass can stand for
 
 #: Inputs by the unknowns that they are a prior of.
 INPUTS = {
@@ -296,7 +296,7 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
     found = judged.posterior
     covariance = found.covariance
     for one in judged.found:
-        if one.cause.kind != "effect" or one.cause.about not in _HIDDEN:
+        if one.cause.kind != "effect" or one.cause.about not in HIDDEN:
             continue
         causes = {k: d for k, d in judged.beliefs.causes.items() if k != one.cause.key}
         plain = Beliefs(judged.beliefs.priors, causes)
@@ -310,7 +310,8 @@ def effective(answer: Answer, ball: str) -> tuple[dict[str, float], dict[str, fl
     """r and ln m with which a plain rig moves as this one, as sums of unknowns.
 
     What friction and a contact that lasts take from the ball is in its apparent r and mass: the
-    values that a fit without these effects would give.
+    values that a fit without these effects would give. So it is of effects that are too small to
+    be named: r itself is less sure for them, what moves the rig is not.
     """
     r, m = {"r": 1.0}, {ball: 1.0}
     index = answer.data.index
@@ -322,8 +323,8 @@ def effective(answer: Answer, ball: str) -> tuple[dict[str, float], dict[str, fl
     inner = H[np.ix_(two, two)]
     if not np.linalg.cond(inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)))) < 1e8:
         return r, m
-    for name in _HIDDEN:
-        if answer.effect(name) is not None:
+    for name in HIDDEN:
+        if name in index:
             by_r, by_m = np.linalg.solve(inner, H[two, index[name]])
             r[name] = float(by_r)
             if name != "friction":
