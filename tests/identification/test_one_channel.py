@@ -46,7 +46,7 @@ def test_an_accelerometer_alone_gives_f0_and_zeta(tmp_path, offset):
     f0, zeta = found["f0", "likelihood"], found["zeta", "likelihood"]
     assert abs(f0.value - F0) < 4 * f0.std_error < 1e-3
     assert abs(zeta.value - ZETA) < 4 * zeta.std_error < 1e-4
-    assert f0.amplitude == pytest.approx(0.0137, rel=0.1)  # m, though nothing measured it
+    assert f0.amplitude == pytest.approx(0.0089, rel=0.1)  # m, though nothing measured it
 
 
 def test_a_displacement_alone_gives_the_same(tmp_path):

@@ -73,7 +73,8 @@ def test_the_law_of_damping_is_chosen_by_evidence(alpha, beta, gamma, form) -> N
     t = np.arange(4000) / RATE
     x = motion(t, Decay(LOG_A, 0.3, W, alpha=alpha, beta=beta, gamma=gamma))
     best = ring_down(x, 1 / RATE, frequency=7.8)[-1]
-    assert best.decay.form == form or (form == "Coulomb" and "Coulomb" in best.decay.form)
+    # Viscous damping needs no evidence: as little as noise shows may be named beside another.
+    assert best.decay.form.removeprefix("viscous and ") == form.removeprefix("viscous and ")
     scale = {"alpha": 0.005, "beta": 0.3, "gamma": 1e-5}  # all far below what matters
     for name, value in (("alpha", alpha), ("beta", beta), ("gamma", gamma)):
         assert getattr(best.decay, name) == pytest.approx(value, rel=0.03, abs=scale[name])

@@ -25,7 +25,11 @@ def regime(channels: dict[str, np.ndarray], rate: float, folder: Path, *, b: flo
     shown = shown_by_record(
         record, measured=folder / "r.nc", conditioned=folder / "c.nc", impacts=found
     )
+    said[:] = [check for check, _, _ in shown.checks]
     return shown.regime, found
+
+
+said: list[str] = []  # the kinds of check of the last record
 
 
 def driven(measure) -> dict[str, np.ndarray]:
@@ -56,11 +60,13 @@ def test_hidden_in_noise(measure, tmp_path: Path) -> None:
     row, found = regime(channels, 1e4, tmp_path)
     assert found.n < 30
     assert row["regime"] is None
+    assert ("ball" in said) == (found.n == 0)
 
 
 def test_without_an_acceleration(measure, tmp_path: Path) -> None:
     row, _ = regime({"displacement": driven(measure)["displacement"]}, 1e4, tmp_path)
     assert row["regime"] is None
+    assert "ball" not in said  # nothing could have heard it
     assert row["amplitude_max_m"] is not None
 
 

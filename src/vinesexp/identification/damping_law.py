@@ -203,17 +203,21 @@ def covariance_with(
     return covariance_of((misfits[1:] - misfits[0]).T / changes)
 
 
-def with_next_terms(free: tuple[str, ...], amplitude: bool, phase: bool) -> tuple[str, ...]:
-    """The parameters and the first of damping, and of stiffness, that is not among them.
+def with_next_terms(free: tuple[str, ...], *, spring: bool) -> tuple[str, ...]:
+    """The parameters and the first term of damping, and of stiffness, that is not among them.
+
+    Damping that a record does not show may still be there, as far as its noise would hide it. A
+    spring is straight unless the phase shows something else (`spring`), which may be either term.
 
     Examples
     --------
-    >>> with_next_terms(("log_A", "phase", "w", "alpha"), True, True)[4:]
+    >>> with_next_terms(("log_A", "phase", "w", "alpha"), spring=True)[4:]
     ('beta', 'kappa')
     """
-    damping = [name for name in ("alpha", "beta", "gamma") if name not in free][:amplitude]
-    spring = [name for name in ("kappa", "mu") if name not in free][:phase]
-    return (*free, *damping, *spring)
+    spring = spring or not {"mu", "kappa"}.isdisjoint(free)
+    damping = [name for name in ("alpha", "beta", "gamma") if name not in free][:1]
+    stiffness = [name for name in ("kappa", "mu") if name not in free][:spring]
+    return (*free, *damping, *stiffness)
 
 
 def _nudged(

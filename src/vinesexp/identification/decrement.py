@@ -38,12 +38,23 @@ def log_decrement(p: Phasors) -> RingDown:
     covariance = np.diag([turned**2, spread**2]) / lever**2
     residual = float(np.sqrt((np.abs(p.z - fitted) ** 2).sum() / weight.sum()))
     window = (float(p.t[0] - 0.5 * p.span), float(p.t[-1] + 0.5 * p.span))
-    return ring_down_by(
-        "log decrement", decay, ("w", "alpha"), covariance, mean_amplitude(p), residual, window
-    )
+    told = telling_amplitude(np.abs(fitted), p.t)
+    return ring_down_by("log decrement", decay, ("w", "alpha"), covariance, told, residual, window)
 
 
-def mean_amplitude(p: Phasors) -> float:
-    """Mean of A weighted with A^2, as the information on f0 and zeta is, m."""
-    size = np.abs(p.z)
-    return float((size**3).sum() / (size**2).sum())
+def telling_amplitude(A: FloatArray, t: FloatArray) -> float:
+    """Amplitude at which amplitudes A at times t say most about frequency and damping.
+
+    All are as sure. A slope between two times counts as what lies before it is known from what
+    lies after it. There a law that is wrong gives nearly the same damping as the true one.
+
+    Examples
+    --------
+    >>> t = np.linspace(0.0, 20.0, 20001)
+    >>> round(telling_amplitude(np.exp(-t), t), 2)  # 4/9
+    0.44
+    """
+    power = A**2
+    lever = power * (t - (power * t).sum() / power.sum())
+    weight = np.cumsum(lever[::-1])[::-1][1:] * np.diff(t)
+    return float((weight * np.sqrt(A[1:] * A[:-1])).sum() / weight.sum())

@@ -27,7 +27,7 @@ from vinesexp.identification.damping_law import (
     logs_and_phases,
     with_next_terms,
 )
-from vinesexp.identification.decrement import log_decrement, mean_amplitude, straight_line
+from vinesexp.identification.decrement import log_decrement, straight_line, telling_amplitude
 from vinesexp.identification.estimate import is_known
 from vinesexp.identification.least_squares import Solution
 from vinesexp.identification.oscillation import POINTS, fewer
@@ -123,7 +123,7 @@ def likelihood(x: FloatArray, t: FloatArray, p: Phasors, envelope: RingDown) -> 
     decay = decay_of(fit.vector, start.form, start.start)
     even = np.asarray(t[0] + step * np.arange(rest.size), dtype=np.float64)
     by = _lasting(rest, even, decay, sigma, round(p.span / step), counts(terms))
-    free = with_next_terms(terms, by[0] > 1.0, by[1] > 1.0)
+    free = with_next_terms(terms, spring=by[1] > 1.0)
     covariance = fit.covariance if free == terms else fit.covariance_with(free)
     covariance = grown(covariance * (sigma / noise) ** 2, free, by)
     found = ring_down_by(
@@ -216,11 +216,12 @@ def _trusted(
 
 
 def _drift(t: FloatArray, f0: float) -> FloatArray:
-    """Constant, slope and slow cosines, all well below f0."""
+    """Constant, slope, bend and slow cosines, all well below f0."""
     span = float(t[-1] - t[0])
     count = min(_MOST_DRIFT, int(2.0 * span * f0 / 8.0))
     phase = (t - t[0]) / span
-    columns = [np.ones_like(t), phase, *(np.cos(np.pi * k * phase) for k in range(1, count + 1))]
+    columns = [phase**k for k in range(3)]  # they take what does not end level as cosines do
+    columns += [np.cos(np.pi * k * phase) for k in range(1, count + 1)]
     return np.stack(columns, axis=1)
 
 
@@ -312,12 +313,17 @@ def envelope(p: Phasors, start: Decay) -> RingDown:
         if min(vector[3:6]) < 0.0:  # a damping that gives energy
             return None
         # The noise inside the windows may miss what differs from window to window (steps of the
-        # converter, drift): beyond its expectation chi^2 counts by its logarithm only.
-        evidence = n * math.log(max(found.chi2 / n, 1.0)) + len(free) * math.log(n)
+        # converter, drift): it may be larger than stated, not smaller, and is what is likeliest.
+        left = found.chi2 / n
+        evidence = n * (math.log(max(left, 1.0)) + min(left, 1.0)) + cost(free)
         return evidence, decay_of(vector, form, start.start), free
 
+    def cost(free: tuple[str, ...]) -> float:
+        """Of parameters: as in BIC; of viscous damping, taken for granted, as in AIC."""
+        return sum(2.0 if name == "alpha" else math.log(n) for name in free)
+
     def settled(misfit: _Misfit) -> tuple[Decay, tuple[str, ...], Solution]:
-        _, decay, free = _selected(partial(tried, misfit), least=4 * math.log(n))
+        _, decay, free = _selected(partial(tried, misfit), least=cost((*_ALWAYS, "alpha")))
         vector, found = fitted_decay(
             decay.vector(), free, straight(fine), span=float(p.t[-1] - p.t[0])
         )
@@ -338,33 +344,34 @@ def envelope(p: Phasors, start: Decay) -> RingDown:
     left = float(np.linalg.norm(rest))
     noise = left / math.sqrt(max(1, n - len(free)))
     by = lasting(rest, np.exp(log_A), noise, fitted=counts(free))
-    free = with_next_terms(free, by[0] > 1.0, by[1] > 1.0)
+    free = with_next_terms(free, spring=by[1] > 1.0)
     covariance = covariance_with(decay.vector(), free, straight(fine), span=float(np.ptp(p.t)))
     covariance = grown(covariance * max(1.0, (noise / float(fine[0])) ** 2), free, by)
     residual = left / float(np.linalg.norm(p.z))
     window = (float(p.t[0] - 0.5 * p.span), float(p.t[-1] + 0.5 * p.span))
-    return ring_down_by("envelope", decay, free, covariance, mean_amplitude(p), residual, window)
+    told = telling_amplitude(np.exp(log_A), p.t)
+    return ring_down_by("envelope", decay, free, covariance, told, residual, window)
 
 
 def _selected(tried: Callable[[str, tuple[str, ...]], _Tried | None], *, least: float) -> _Tried:
-    """The form with the best evidence: single terms, then more as long as each is worth it.
+    """The form with the best evidence: viscous, then with one more term and with two.
 
-    `least` is the evidence of one term that leaves nothing: where viscous damping has it, there
-    is nothing to be gained by another form.
+    Each has to be worth it, and one alone in the place of viscous damping as much as beside it.
+    `least` is the evidence of viscous damping that leaves nothing: where it is near that, there is
+    nothing to be gained by another form.
     """
     best = tried("viscous", FORMS["viscous"])
-    if best and best[0] <= least * (1.0 + 1e-12):
+    if best and best[0] <= least + _EVIDENCE:
         return best
     best = None
     bent: tuple[str, ...] = ()  # a frequency that depends on amplitude shows whatever the damping
-    for count in (1, 2, 3):
-        richer: _Tried | None = None
-        for form, terms in FORMS.items():
-            known: set[str] = set(best[2]) - {"mu", "kappa"} if best else set()
-            if len(terms) == count and known <= {*_ALWAYS, *terms}:
-                candidate = tried(form, (*terms, *bent))
-                if candidate and (richer is None or candidate[0] < richer[0]):
-                    richer = candidate
+    for count in (0, 1, 2):
+        candidates = [
+            tried(form, (*terms, *bent))
+            for form, terms in FORMS.items()
+            if len({*terms} - {"alpha"}) == count
+        ]
+        richer = min((one for one in candidates if one), key=lambda one: one[0], default=None)
         if richer and not bent:
             terms = tuple(name for name in richer[2] if name not in _ALWAYS)
             for springs in (("kappa",), ("mu",), ("mu", "kappa")):
@@ -372,20 +379,21 @@ def _selected(tried: Callable[[str, tuple[str, ...]], _Tried | None], *, least: 
                 worth = _EVIDENCE if len(springs) > len(bent) else 0.0
                 if candidate and candidate[0] < richer[0] - worth:
                     richer, bent = candidate, springs
-        if richer is None or (best is not None and richer[0] > best[0] - _EVIDENCE):
+        if best and (richer is None or richer[0] > best[0] - _EVIDENCE):
             break
-        best = richer
+        best = richer or best
     if best is None:
         raise AnalysisError("the amplitude does not decay; a free decay is expected")
     return best
 
 
 def _started(start: Decay, terms: tuple[str, ...], p: Phasors) -> Decay:
-    """The straight-line decay shared out over the terms of a form."""
-    A, rate = mean_amplitude(p), max(start.alpha, 0.0) / len(terms)
+    """The damping of a decay shared out over the terms of a form; what is no term is zero."""
+    A, rate = telling_amplitude(np.abs(p.z), p.t), max(start.alpha, 0.0) / len(terms)
     given = {"alpha": rate, "beta": rate / A, "gamma": rate * A}
-    alpha, beta, gamma = (given[name] if name in terms else 0.0 for name in given)
-    return replace(start, alpha=alpha, beta=beta, gamma=gamma)
+    given |= {"mu": start.mu, "kappa": start.kappa}
+    alpha, beta, gamma, mu, kappa = (given[name] if name in terms else 0.0 for name in given)
+    return replace(start, alpha=alpha, beta=beta, gamma=gamma, mu=mu, kappa=kappa)
 
 
 def fit_ringdown(
@@ -485,10 +493,10 @@ def ring_down(
             f"{100 * abs(best.fallen):.2g} % in {best.end - best.start:.3g} s only: "
             "a steady drive, no free decay"
         )
-    if best.residual > _DRIVEN:
+    if (left := min(best.residual, _unexplained(phasors, best.decay))) > _DRIVEN:
         raise AnalysisError(
-            f"the best decay leaves {100 * best.residual:.2g} % of the motion: something drives "
-            "it, no free decay"
+            f"the best decay leaves {100 * left:.2g} % of the motion: something drives it, "
+            "no free decay"
         )
     if (wider := widened(whole, phasors, best, resolution)) is not None:
         with suppress(AnalysisError):
@@ -546,6 +554,17 @@ def widened(whole: Phasors, p: Phasors, found: RingDown, resolution: float) -> P
     if told[0] < _MORE * told[1]:
         return None
     return one_decay(replace(whole, t=whole.t[begin:end], z=whole.z[begin:end]))
+
+
+def _unexplained(p: Phasors, decay: Decay) -> float:
+    """What a decay leaves of the motion, beyond the noise in every period."""
+    decay = begun_at(decay, min(float(p.t[0]), decay.start))
+    log_A, phase = (
+        one[0] for one in logs_and_phases(decay.vector()[np.newaxis], p.t, start=decay.start)
+    )
+    rest = np.abs(p.z - np.exp(log_A + 1j * (phase - p.w * p.t))) ** 2
+    noise = 2.0 * p.error**2
+    return math.sqrt(max(float((rest - noise).sum()), 0.0) / float((np.abs(p.z) ** 2).sum()))
 
 
 def _information(A: FloatArray, t: FloatArray) -> float:

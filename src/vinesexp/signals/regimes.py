@@ -311,6 +311,7 @@ def shown_by_record(
         if view.refused is not None or "displacement" not in view.roles or not frequency:
             return Shown(row)
         time, amplitude = _amplitudes(view, float(frequency))
+        heard = "acceleration" in view.roles
         length, start, free = view.n / view.sample_rate, view.start, _free(view)
         base = swept(view, float(frequency)) if record.test == "sweep" else None
     if amplitude.size == 0:
@@ -337,7 +338,11 @@ def shown_by_record(
     decay = start + time, amplitude
     if base is not None:
         row["amplitude_running_max_m"] = largest_running_mean(base, decay, width=RUNNING)
-    if not record.clearance or not _seen(record, measured, conditioned, impacts, length / period):
+    if not record.clearance:
+        return Shown(row, checks=checks)
+    if not _seen(record, measured, conditioned, impacts, length / period):
+        if heard and not impacts.n and record.test != "sweep":
+            checks += _nothing_seen()
         return Shown(row, checks=checks)
     end = length
     if record.test == "transient":
@@ -406,6 +411,14 @@ def _did_not_work(b: float, amplitude: float) -> tuple[tuple[str, str, str], ...
         f"no impact: the ball did not move, stuck or never met by a wall (the mass swings by "
         f"{1e3 * amplitude:.3g} mm, the clearance is {1e3 * b:.3g} mm); the test says nothing of "
         "the NES. Free the ball, or start it with a push",
+    ),)  # fmt: skip
+
+
+def _nothing_seen() -> tuple[tuple[str, str, str], ...]:
+    return ((
+        "ball", "warning",
+        "no impact was found: the ball did not move, or those of a light ball are lost in the "
+        "noise or the sampling of this record; the test says nothing of the NES",
     ),)  # fmt: skip
 
 
