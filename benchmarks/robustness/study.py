@@ -155,7 +155,11 @@ def scored(
         else Value(name, math.nan, math.nan, true[name])
         for name in PARAMETERS
     )
-    warnings = tuple(c.detail for c in found.checks if c.outcome in ("warning", "refused"))
+    warnings = tuple(
+        c.detail.replace(f"{campaign.folder}/", "")
+        for c in found.checks
+        if c.outcome in ("warning", "refused")
+    )
     row = _end_row(found.clearances)
     measured = _measured(row)
     off = departure.sheet.clearance

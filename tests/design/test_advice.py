@@ -193,11 +193,14 @@ def test_den_hartog_levels_the_two_peaks_of_an_undamped_host() -> None:
     best = equal_mass_optimal(task)
     assert best.detuned <= found.detuned
     assert found.detuned > found.amplitude
+    assert 0.3 * found.amplitude < found.mean < 0.95 * found.amplitude, "a mean over the band"
+    assert found.mean_detuned > found.mean
 
 
 def test_an_undamped_absorber_at_one_frequency_is_not_called_best() -> None:
     best = equal_mass_optimal(task_at(8.0))
     assert best.zeta > 1e-4
+    assert best.mean == pytest.approx(best.amplitude), "of one level and frequency"
     assert best.detuned < equal_mass_den_hartog(task_at(8.0)).detuned
 
 

@@ -14,7 +14,7 @@ from vinesexp.design import best_clearance
 from vinesexp.design.advice import advise
 from vinesexp.design.around import cliffs_of
 from vinesexp.design.best_clearance import Effort
-from vinesexp.design.headline import Answer, build_this, nothing_helps
+from vinesexp.design.headline import Answer, build_this, headline_of, nothing_helps
 from vinesexp.design.released import released
 from vinesexp.design.shown import from_random, from_rest
 from vinesexp.design.task import Task, random_starts, wall_starts
@@ -115,10 +115,24 @@ def test_what_to_build_has_tolerance_cliff_and_damper_in_words() -> None:
     assert "+- 1 %" in words
     assert "A tuned mass damper of the same mass would leave" in words
     assert "less than the ball" in words
-    assert "rises by less than a quarter" in words or "jumps by a quarter" in words
+    assert "clearances tried on either side" in words or "jumps by a quarter" in words
     low = {one.random_p90 for one in (advice.least_mean, advice.least_max)}
     error = advice.robust.random_error
     assert advice.robust.random_p90 <= min(low) + 3.0 * error, "its definition is the least"
+
+
+@pytest.mark.usefixtures("small")
+def test_a_gain_from_the_wall_alone_is_not_called_what_to_build() -> None:
+    o = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.01)
+    advice = advise(Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01))
+    robust = replace(advice.robust, random_mean=0.98 * advice.robust.random_bare)
+    poor = replace(advice, robust=robust)
+    assert not poor.hopeless
+    given = vinesexp.design(**TABLE_2, restitution=0.6, base_amplitude=2e-4, simulate=False)
+    words = headline_of(replace(given, advice=poor))
+    assert words.startswith("No clearance helps whatever the start: the best takes 2 % off")
+    assert f"leaves {1e3 * poor.least_mean.rest_mean:.3g} mm" in words
+    assert "Build" not in words
 
 
 def test_the_answer_is_an_object_with_the_values_that_were_given() -> None:

@@ -43,3 +43,14 @@ def test_an_undamped_release_may_never_reach_its_level() -> None:
     falls = released(undamped, [(0.032, 1.0, 1.0)], x0=0.02, v0=0.0, levels=(0.002,))
     assert np.isinf(falls.found[0].times).all()
     assert falls.found[0].dissipated == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_lightly_damped_oscillator_alone_reaches_its_levels_late_and_not_never() -> None:
+    """exp(-zeta w0 t) from 20 mm: 2,400 to 5,500 cycles, where balls are followed for 600."""
+    light = Oscillator.from_modal(M=4.7, f0=8.0, zeta=1e-4)
+    levels = (0.009, 0.002, 0.0004)
+    falls = released(light, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=levels)
+    expected = [np.log(0.02 / level) / (1e-4 * light.w0) for level in levels]
+    assert falls.bare == pytest.approx(expected, rel=2e-3)
+    assert falls.followed == pytest.approx(600.0 / 8.0)
+    assert falls.bare[1] > falls.followed

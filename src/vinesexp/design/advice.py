@@ -66,12 +66,15 @@ class Absorber:
     tuning, zeta : its own frequency over f0, and damping ratio.
     amplitude : of the host, the largest over the levels and frequencies designed for.
     detuned : the same with the absorber's frequency 5 % off, the worse of both sides.
+    mean, mean_detuned : the same as means over the levels and frequencies, as the ball's is.
     """
 
     tuning: float
     zeta: float
     amplitude: float
     detuned: float
+    mean: float
+    mean_detuned: float
 
 
 def host_gain(
@@ -127,13 +130,14 @@ def _frequencies(task: Task) -> FloatArray:
 
 def _rated(task: Task, tuning: float, zeta: float) -> Absorber:
     mass = sum(task.masses)
-    worst = []
+    worst, mean = [], []
     for off in (1.0, 1.0 - DETUNING, 1.0 + DETUNING):
         gain = host_gain(
             task.oscillator, mass=mass, tuning=tuning * off, zeta=zeta, frequency=_frequencies(task)
         )
         worst.append(task.levels[1] * float(gain.max()))
-    return Absorber(tuning, zeta, worst[0], max(worst))
+        mean.append(float(np.mean(task.levels) * gain.mean()))
+    return Absorber(tuning, zeta, worst[0], max(worst), mean[0], max(mean))
 
 
 def equal_mass_den_hartog(task: Task) -> Absorber:
@@ -311,7 +315,12 @@ class Advice:
     def gain(self) -> float:
         """Share of the bare amplitude that the best clearance takes, from rest or anywhere."""
         rest = 1.0 - min(self.least_mean.rest_mean, self.robust.rest_mean) / self.bare_mean
-        return max(rest, 1.0 - self.robust.random_mean / self.robust.random_bare)
+        return max(rest, self.random_gain)
+
+    @property
+    def random_gain(self) -> float:
+        """Share of the bare amplitude that the robust clearance takes over random starts."""
+        return 1.0 - self.robust.random_mean / self.robust.random_bare
 
     @property
     def hopeless(self) -> bool:

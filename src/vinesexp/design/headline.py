@@ -9,13 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from vinesexp.design.advice import WORTH, Advice
-from vinesexp.design.around import Side
+from vinesexp.design.around import STEPS, Side
 from vinesexp.design.best_clearance import Race
 from vinesexp.design.inputs import BEYOND, Given
 from vinesexp.design.predictions import Theory
 from vinesexp.design.recorded import UnderRecord
 from vinesexp.design.released import Falls
 from vinesexp.design.task import Task, mean_of_cycle
+from vinesexp.excitation import WeakDamping
 from vinesexp.theory.multiple import gaps
 from vinesexp.units import with_error
 
@@ -79,8 +80,13 @@ def headline_of(answer: Answer) -> str:
     """One paragraph: what to build, or that nothing helps, and why."""
     said = []
     if answer.advice is not None:
+        advice = answer.advice
         said += (
-            nothing_helps(answer.advice) if answer.advice.hopeless else build_this(answer.advice)
+            nothing_helps(advice)
+            if advice.hopeless
+            else from_the_wall_alone(advice)
+            if advice.random_gain < WORTH
+            else build_this(advice)
         )
     if answer.driven is not None:
         said += driven(answer.driven)
@@ -138,6 +144,22 @@ def build_this(advice: Advice) -> list[str]:
     return [*said, damper(advice)]
 
 
+def from_the_wall_alone(advice: Advice) -> list[str]:
+    """That a clearance takes a twentieth only from tests that start with the ball at a wall."""
+    best, task = advice.least_mean, advice.task
+    if advice.robust.rest_mean < best.rest_mean:
+        best = advice.robust
+    each = "; ".join(clearance(best.b * ratio) for ratio in dict.fromkeys(task.ratios))
+    return [
+        f"No clearance helps whatever the start: the best takes "
+        f"{percent(max(advice.random_gain, 0.0))} off the bare amplitude of "
+        f"{brief(advice.robust.random_bare)} mm over random starts.",
+        f"If every test starts at rest with the ball at a wall, b = {each} mm leaves "
+        f"{brief(best.rest_mean)} mm of {brief(advice.bare_mean)} mm.",
+        damper(advice),
+    ]
+
+
 def nothing_helps(advice: Advice) -> list[str]:
     """That no clearance takes a twentieth off the bare amplitude."""
     grid, best = advice.found.grid, advice.robust
@@ -163,7 +185,10 @@ def _cliff(advice: Advice) -> str:
     words = [_side(name, side) for name, side in sides if side.jump is not None]
     if not words:
         least = min(side.clear for _, side in sides)
-        return f"Within {percent(least)} on either side the amplitude rises by less than a quarter."
+        return (
+            f"At {sum(step <= least for step in STEPS)} clearances tried on either side, up to "
+            f"{percent(least)} away, the amplitude rises by less than a quarter."
+        )
     clear = [name for name, side in sides if side.jump is None]
     rest = f"; {clear[0]} it does not within 10 %" if clear else ""
     return f"The amplitude jumps by a quarter or more {' and '.join(words)}{rest}."
@@ -180,13 +205,16 @@ def damper(advice: Advice) -> str:
     optimal, ball = advice.optimal, advice.robust.random_mean
     if min(advice.den_hartog.detuned, optimal.detuned) >= advice.bare:
         return "A tuned mass damper of the same mass does not help either."
-    exact, off = min(optimal.amplitude, advice.den_hartog.amplitude), optimal.detuned
+    exact, off = min(optimal.mean, advice.den_hartog.mean), optimal.mean_detuned
+    law = ""
+    if advice.task.damping != WeakDamping():
+        law = " (on an oscillator that c1 alone damps, the ball's has its damping law too)"
     word = "less than the ball" if off < ball else "more than the ball"
     if exact < ball <= off:
         word = "less than the ball if its tuning is kept, more if not"
     return (
         f"A tuned mass damper of the same mass would leave {brief(exact)} mm, {brief(off)} mm when "
-        f"5 % detuned: {word}."
+        f"5 % detuned: {word}{law}."
     )
 
 
@@ -214,9 +242,12 @@ def releases(falls: Falls) -> list[str]:
     """
     if said := _ways(falls, "three of four balls at rest somewhere bring", at_wall=False):
         return said
+    followed = ""
+    if max(falls.bare) > falls.followed:
+        followed = f" in the {falls.followed:.3g} s for which they were followed"
     return [
         "Released, three of four balls at rest somewhere in their cavity are no faster than none "
-        "at any clearance.",
+        f"at any clearance{followed}.",
         *_ways(falls, "a ball put at the wall that will push it brings", at_wall=True),
     ]
 

@@ -33,6 +33,9 @@ OFF_WALL = 0.02
 CAPTURED = 0.9
 #: A release is followed for this many times 1/(zeta w0), and at most for so many cycles.
 FOLLOWED, LONGEST = 3.5, 600.0
+#: The oscillator alone is followed further, for at most so many cycles: beyond, what c1 damps is
+#: known in closed form.
+LONGEST_BARE = 2e4
 #: Percentile of the times that the fastest clearance makes least, and that is printed: with twelve
 #: balls, or four, the next one above it is three of four; the median of others is then no later.
 SURE = 65.0
@@ -99,6 +102,8 @@ class Falls:
     fastest, fastest_at_wall : for each level the fastest clearance for three of four balls at rest
         anywhere, and of those at a wall, as its index.
     bare : time to each level without a ball, s; infinite where it is not reached.
+    followed : how long each release with balls was simulated, s: an infinite time of a ball is
+        later than that.
     asked : index of a clearance that was asked for, if any.
     """
 
@@ -107,6 +112,7 @@ class Falls:
     fastest: tuple[int, ...]
     fastest_at_wall: tuple[int, ...]
     bare: tuple[float, ...]
+    followed: float
     asked: int | None = None
 
     def helps(self, level: int, *, at_wall: bool = False) -> bool:
@@ -181,9 +187,26 @@ def released(
         found=found,
         fastest=_fastest(found, at_wall=False),
         fastest_at_wall=_fastest(found, at_wall=True),
-        bare=tuple(_measures(moving((), ()), levels)[0]),
+        bare=_bare_times(oscillator, x0, v0, levels, damping),
+        followed=duration,
         asked=mine,
     )
+
+
+def _bare_times(
+    oscillator: Oscillator, x0: float, v0: float, levels: Sequence[float], damping: WeakDamping
+) -> tuple[float, ...]:
+    """Time to each level of the oscillator alone, s."""
+    x_m, decay = float(np.hypot(x0, v0 / oscillator.w0)), oscillator.zeta * oscillator.w0
+    by_c1 = np.log(x_m / np.array(levels)) / decay if decay > 0.0 else np.full(len(levels), np.inf)
+    longest = LONGEST_BARE if decay > 0.0 or damping != VISCOUS else LONGEST
+    duration = min(1.02 * float(by_c1.max()) + 2.0 / oscillator.f0, longest / oscillator.f0)
+    start = Release(x0, v0)
+    alone = simulate(Rig(oscillator), None, start, duration=duration, damping=damping)
+    times = np.array(_measures(alone, levels)[0])
+    if damping == VISCOUS:
+        times = np.where(np.isfinite(times), times, by_c1)
+    return tuple(times.tolist())
 
 
 def _places(balls: int, heading: float, rng: np.random.Generator) -> tuple[FloatArray, BoolArray]:

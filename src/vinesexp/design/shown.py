@@ -322,9 +322,17 @@ def of_theory(given: Given, theory: Theory) -> Table:
     return Table("Clearances of theory (one-sided b, mm)", heads, rows, " ".join(below))
 
 
-def seconds(time: float) -> str:
-    """A time of a release, s."""
-    return f"{time:.2f}" if math.isfinite(time) else "never"
+def seconds(time: float, followed: float = math.inf) -> str:
+    """A time of a release, s; of one that was not there while it was followed, that.
+
+    Examples
+    --------
+    >>> seconds(0.731), seconds(math.inf), seconds(math.inf, 60.0)
+    ('0.73', 'never', '> 60')
+    """
+    if math.isfinite(time):
+        return f"{time:.2f}"
+    return "never" if math.isinf(followed) else f"> {followed:.3g}"
 
 
 def fastest(falls: Falls, theory: Theory) -> Table:
@@ -336,7 +344,7 @@ def fastest(falls: Falls, theory: Theory) -> Table:
         for at_wall, index in ((False, falls.fastest[k]), (True, falls.fastest_at_wall[k])):
             best = falls.found[index]
             if falls.helps(k, at_wall=at_wall):
-                time = seconds(best.sure(k, at_wall=at_wall))
+                time = seconds(best.sure(k, at_wall=at_wall), falls.followed)
                 cells += [mm(best.b), time, percent(best.captured_share(at_wall=at_wall))]
             else:
                 cells += ["none faster", "", ""]
@@ -367,7 +375,7 @@ def by_clearance(falls: Falls) -> Table:
         rows.append(
             (
                 f"b = {mm(one.b)} mm" + (", as given" if i == falls.asked else ""),
-                "; ".join(seconds(one.sure(k)) for k in range(len(falls.levels))),
+                "; ".join(seconds(one.sure(k), falls.followed) for k in range(len(falls.levels))),
                 percent(one.share),
                 f"{np.median(one.pumping):.2f}",
                 *(percent(float(np.median(v))) for v in (one.dissipated, one.left)),
