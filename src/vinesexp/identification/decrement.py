@@ -46,7 +46,9 @@ def telling_amplitude(A: FloatArray, t: FloatArray) -> float:
     """Amplitude at which amplitudes A at times t say most about frequency and damping.
 
     All are as sure. A slope between two times counts as what lies before it is known from what
-    lies after it. There a law that is wrong gives nearly the same damping as the true one.
+    lies after it. There a law that is wrong is off least: by 1
+    to 4 % in a decay by a factor of 2 to 3, where it is off by 3 to 10 % at the mean amplitude; in
+    deep decays by as much as there.
 
     Examples
     --------
