@@ -54,3 +54,18 @@ def test_a_lightly_damped_oscillator_alone_reaches_its_levels_late_and_not_never
     assert falls.bare == pytest.approx(expected, rel=2e-3)
     assert falls.followed == pytest.approx(600.0 / 8.0)
     assert falls.bare[1] > falls.followed
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.01, 3.0])
+def test_a_level_above_the_release_is_reached_at_once(zeta: float) -> None:
+    alone = Oscillator.from_modal(M=4.7, f0=8.0, zeta=zeta)
+    falls = released(alone, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=(0.03,))
+    assert falls.bare == (0.0,)
+
+
+def test_an_oscillator_beyond_critical_damping_creeps_with_its_slower_decay() -> None:
+    """zeta = 3: exp(-w0 t/(3 + sqrt(8))), from nearly all of the release on."""
+    heavy = Oscillator.from_modal(M=4.7, f0=8.0, zeta=3.0)
+    falls = released(heavy, [(0.032, 0.6, 1.0)], x0=0.02, v0=0.0, levels=(0.01, 0.002))
+    between = np.log(5.0) * (3.0 + np.sqrt(8.0)) / heavy.w0
+    assert falls.bare[1] - falls.bare[0] == pytest.approx(between, abs=1.0 / (8.0 * 8.0))

@@ -255,8 +255,11 @@ def test_a_pendulum_that_is_taken_up_at_its_end_is_a_ringdown(tmp_path, capsys, 
     values = {(e.parameter, e.method): e for e in found.identified}
     f0, zeta = values["f0", "combined"], values["zeta", "combined"]
     assert f0.value == pytest.approx(0.62, rel=1e-3)
-    # Six times the first swing stays in the window: the error says what that leaves.
-    assert abs(zeta.value - 0.004) < max(3.0 * zeta.std_error, 0.05 * 0.004)
+    off = abs(zeta.value - 0.004)
+    if strength == 6.0:  # it stays in the window: the error says what that leaves
+        assert off < min(3.0 * zeta.std_error, 0.15 * 0.004)
+    else:
+        assert off < 0.05 * 0.004
     assert zeta.std_error < 0.15 * 0.004
 
 

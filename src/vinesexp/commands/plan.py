@@ -14,7 +14,7 @@ from vinesexp.design.inputs import EXCITATION, RIG, gather
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.planning.campaign_plan import LevelPlan, Needs, needs_of, plan_levels
 from vinesexp.planning.expected_valley import Valley
-from vinesexp.planning.other_tests import (
+from vinesexp.planning.planned_tests import (
     OtherPlan,
     PlannedTest,
     first_tests,

@@ -80,14 +80,7 @@ def headline_of(answer: Answer) -> str:
     """One paragraph: what to build, or that nothing helps, and why."""
     said = []
     if answer.advice is not None:
-        advice = answer.advice
-        said += (
-            nothing_helps(advice)
-            if advice.hopeless
-            else from_the_wall_alone(advice)
-            if advice.random_gain < WORTH
-            else build_this(advice)
-        )
+        said += _clearances(answer.advice)
     if answer.driven is not None:
         said += driven(answer.driven)
     if answer.falls is not None:
@@ -112,10 +105,18 @@ def headline_of(answer: Answer) -> str:
     return " ".join(said)
 
 
+def _clearances(advice: Advice) -> list[str]:
+    if advice.hopeless:
+        return nothing_helps(advice)
+    if advice.random_gain < WORTH:
+        return from_the_wall_alone(advice)
+    return build_this(advice)
+
+
 def build_this(advice: Advice) -> list[str]:
     """A clearance with its tolerance, what it gives, how far the cliff, what else there is."""
     best, task = advice.robust, advice.task
-    each = "; ".join(clearance(best.b * ratio) for ratio in dict.fromkeys(task.ratios))
+    each = _each(task, best.b)
     tolerance = f" +- {100.0 * task.tolerance:.2g} %" if task.tolerance else ""
     at = _between(task.levels, 1e3, "mm"), _between(task.frequencies, 1.0, "Hz")
     p90, error = 1e3 * best.random_p90, 2e3 * best.random_error
@@ -146,18 +147,20 @@ def build_this(advice: Advice) -> list[str]:
 
 def from_the_wall_alone(advice: Advice) -> list[str]:
     """That a clearance takes a twentieth only from tests that start with the ball at a wall."""
-    best, task = advice.least_mean, advice.task
-    if advice.robust.rest_mean < best.rest_mean:
-        best = advice.robust
-    each = "; ".join(clearance(best.b * ratio) for ratio in dict.fromkeys(task.ratios))
+    best = min(advice.least_mean, advice.robust, key=lambda one: one.rest_mean)
     return [
         f"No clearance helps whatever the start: the best takes "
         f"{percent(max(advice.random_gain, 0.0))} off the bare amplitude of "
         f"{brief(advice.robust.random_bare)} mm over random starts.",
-        f"If every test starts at rest with the ball at a wall, b = {each} mm leaves "
-        f"{brief(best.rest_mean)} mm of {brief(advice.bare_mean)} mm.",
+        f"If every test starts at rest with the ball at a wall, b = {_each(advice.task, best.b)} "
+        f"mm leaves {brief(best.rest_mean)} mm of {brief(advice.bare_mean)} mm.",
         damper(advice),
     ]
+
+
+def _each(task: Task, b: float) -> str:
+    """Clearances (mm) that balls of unlike ones have."""
+    return "; ".join(clearance(b * ratio) for ratio in dict.fromkeys(task.ratios))
 
 
 def nothing_helps(advice: Advice) -> list[str]:
@@ -184,10 +187,9 @@ def _cliff(advice: Advice) -> str:
     sides = (("narrower", advice.cliffs.narrower), ("wider", advice.cliffs.wider))
     words = [_side(name, side) for name, side in sides if side.jump is not None]
     if not words:
-        least = min(side.clear for _, side in sides)
         return (
-            f"At {sum(step <= least for step in STEPS)} clearances tried on either side, up to "
-            f"{percent(least)} away, the amplitude rises by less than a quarter."
+            f"At {len(STEPS)} clearances tried on either side, up to {percent(STEPS[-1])} away, "
+            "the amplitude rises by less than a quarter."
         )
     clear = [name for name, side in sides if side.jump is None]
     rest = f"; {clear[0]} it does not within 10 %" if clear else ""
@@ -213,8 +215,8 @@ def damper(advice: Advice) -> str:
     if exact < ball <= off:
         word = "less than the ball if its tuning is kept, more if not"
     return (
-        f"A tuned mass damper of the same mass would leave {brief(exact)} mm, {brief(off)} mm when "
-        f"5 % detuned: {word}{law}."
+        f"A tuned mass damper of the same mass would leave a mean of {brief(exact)} mm, "
+        f"{brief(off)} mm when 5 % detuned: {word}{law}."
     )
 
 

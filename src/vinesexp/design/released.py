@@ -197,14 +197,16 @@ def _bare_times(
     oscillator: Oscillator, x0: float, v0: float, levels: Sequence[float], damping: WeakDamping
 ) -> tuple[float, ...]:
     """Time to each level of the oscillator alone, s."""
-    x_m, decay = float(np.hypot(x0, v0 / oscillator.w0)), oscillator.zeta * oscillator.w0
-    by_c1 = np.log(x_m / np.array(levels)) / decay if decay > 0.0 else np.full(len(levels), np.inf)
-    longest = LONGEST_BARE if decay > 0.0 or damping != VISCOUS else LONGEST
-    duration = min(1.02 * float(by_c1.max()) + 2.0 / oscillator.f0, longest / oscillator.f0)
+    x_m, zeta = float(np.hypot(x0, v0 / oscillator.w0)), oscillator.zeta
+    slowest = zeta if zeta <= 1.0 else 1.0 / (zeta + np.sqrt(zeta * zeta - 1.0))  # of both decays
+    fall = np.log(x_m / np.array(levels))
+    with np.errstate(divide="ignore", invalid="ignore"):  # undamped: never
+        by_c1 = np.where(fall > 0.0, fall / (slowest * oscillator.w0), 0.0)
+    wanted, longest = 1.02 * float(by_c1.max()) + 2.0 / oscillator.f0, LONGEST_BARE / oscillator.f0
     start = Release(x0, v0)
-    alone = simulate(Rig(oscillator), None, start, duration=duration, damping=damping)
+    alone = simulate(Rig(oscillator), None, start, duration=min(wanted, longest), damping=damping)
     times = np.array(_measures(alone, levels)[0])
-    if damping == VISCOUS:
+    if damping == VISCOUS and wanted > longest:
         times = np.where(np.isfinite(times), times, by_c1)
     return tuple(times.tolist())
 

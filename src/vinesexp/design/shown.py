@@ -344,7 +344,7 @@ def fastest(falls: Falls, theory: Theory) -> Table:
         for at_wall, index in ((False, falls.fastest[k]), (True, falls.fastest_at_wall[k])):
             best = falls.found[index]
             if falls.helps(k, at_wall=at_wall):
-                time = seconds(best.sure(k, at_wall=at_wall), falls.followed)
+                time = seconds(best.sure(k, at_wall=at_wall))
                 cells += [mm(best.b), time, percent(best.captured_share(at_wall=at_wall))]
             else:
                 cells += ["none faster", "", ""]

@@ -202,7 +202,7 @@ def look_at_campaign(
     """
     from vinesexp.pipeline import collect_regimes, compare_clearances, write_identification
     from vinesexp.planning.campaign_plan import needs_of, plan_levels
-    from vinesexp.planning.other_tests import plan_others
+    from vinesexp.planning.planned_tests import plan_others
     from vinesexp.records.campaign.missing_cells import missing_cells, read_evidence
     from vinesexp.report.tables_shown import (
         PARAMETERS,

@@ -7,7 +7,7 @@ import pytest
 from vinesexp.clearance.levels import ReleaseLevel, Tested
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.planning.campaign_plan import Needs
-from vinesexp.planning.other_tests import plan_drops, plan_releases, plan_ring_downs
+from vinesexp.planning.planned_tests import plan_drops, plan_releases, plan_ring_downs
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.units import Quantity
 
