@@ -407,3 +407,27 @@ def test_levels_are_apart_unless_they_differ_by_rounding():
     regimes = [regime_row(record.id, 5.0, "two symmetric") for record in records]
     levels = periodic_levels(campaign(records), regimes, [])
     assert [[test.record for test in level.tests] for level in levels] == [["r0", "r1"], ["r2"]]
+
+
+def test_b_c_of_a_ball_with_friction_and_contacts_that_last_has_both():
+    """Another simulation of both at once loses the orbit at 33.232 mm; of a plain ball 33.907."""
+    found = combined(TABLE_2) + [
+        {"parameter": name, "method": "impacts", "value": str(value), "std_error": "0"}
+        for name, value in (("friction", 0.2), ("contact_time", 0.9e-3))
+    ]
+    both = identified_rig(found, Known(nes_mass=(Quantity(0.032),)))
+    base = LevelBase(Quantity(0.25e-3), Quantity(7.862))
+    assert predicted_b_c(both, base=base).exact == pytest.approx(33.232e-3, rel=1e-3)
+    b, swing = amplitude_curve(both, G=0.25e-3, frequency=7.862, low=0.02, high=0.04)
+    assert b[-1] == pytest.approx(predicted_b_c(both, base=base).exact)
+    assert np.isfinite(swing).all()
+
+
+def test_a_pull_to_the_middle_stays_in_the_effective_values():
+    found = combined(TABLE_2) + [
+        {"parameter": name, "method": "impacts", "value": str(value), "std_error": "0"}
+        for name, value in (("hollow", 20.0), ("r_effective", 0.61), ("friction", 0.1))
+    ]
+    drawn = identified_rig(found, Known(nes_mass=(Quantity(0.032),)))
+    assert drawn.balls == ()
+    assert drawn.values["r"].value == 0.61

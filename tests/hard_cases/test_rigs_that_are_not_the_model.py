@@ -202,26 +202,33 @@ def test_a_wrong_accelerometer_gain_is_found_by_the_added_masses():
     assert abs(row["found"] - 1.03) < 4.0 * row["found_error"]
 
 
-def test_b_c_of_a_ball_that_rubs_takes_the_effective_r():
-    """The simulated end of two impacts per cycle moves by as much as b_c with r_effective."""
-    from vinesexp.clearance.predicted import identified_rig
+@pytest.mark.parametrize(
+    ("body", "end"),
+    [
+        ({"body_friction": 0.3}, 33.592e-3),
+        ({"body_r": 0.65, "body_r_minus": 0.55}, 33.867e-3),
+        ({"body_r_slope": -0.15}, 34.447e-3),
+    ],
+)
+def test_b_c_is_that_of_the_ball_as_it_was_found(body, end):
+    """Within 2e-3 of where the simulated orbit ends: 33.907 of a plain ball."""
+    from vinesexp.clearance.level_base import LevelBase
+    from vinesexp.clearance.predicted import identified_rig, predicted_b_c
     from vinesexp.records.campaign.load import Known
-    from vinesexp.theory.optimal_clearance import b_c_exact
     from vinesexp.units import Quantity
 
     rows = [
-        {"parameter": name, "method": "combined", "value": str(value), "std_error": "0"}
-        for name, value in (("M", M), ("c1", 3.02), ("k1", 1.147e4), ("r", R))
+        {"parameter": e.parameter, "method": e.method, "value": str(e.value), "std_error": "0"}
+        for e in consistent(**body).rows
+        if e.parameter not in ("M", "c1", "k1", "m")
     ]
     rows += [
-        {"parameter": e.parameter, "method": e.method, "value": str(e.value), "std_error": "0"}
-        for e in consistent(body_friction=0.3).rows
-        if e.parameter in ("friction", "r_effective", "nes_mass_effective")
+        {"parameter": name, "method": "combined", "value": str(value), "std_error": "0"}
+        for name, value in (("M", M), ("c1", 3.02), ("k1", 1.147e4), ("m", 0.032))
     ]
     rig = identified_rig(rows, Known(nes_mass=(Quantity(0.032),)))
-    values = {name: quantity.value for name, quantity in rig.values.items()}
-    end = float(b_c_exact(G=0.25e-3, frequency=7.862, **values))
-    assert end == pytest.approx(33.60e-3, rel=2e-3)  # simulated; 33.92 without rubbing
+    found = predicted_b_c(rig, base=LevelBase(Quantity(0.25e-3), Quantity(7.862)))
+    assert found.exact == pytest.approx(end, rel=2e-3)
 
 
 def test_the_simulator_agrees_with_the_exact_solver():

@@ -9,7 +9,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.level_base import LevelBase
-from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, predicted_b_c
+from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, end_over_plain, predicted_b_c
 from vinesexp.errors import AnalysisError
 from vinesexp.units import Quantity
 
@@ -23,7 +23,8 @@ def amplitude_curve(
     """Predicted swing of the mass over clearance, m, in permanent two impacts per cycle.
 
     Half the swing of the exact symmetric orbit over one period, which is what the amplitude of a
-    record is, from `low` up to the exact b_c; empty where that is below `low` or unknown.
+    record is, from `low` up to the exact b_c; empty where that is below `low` or unknown. Of a ball
+    that is more than m and r it is the curve of the plain model, stretched to its b_c.
     """
     from vinesexp.theory.optimal_clearance import b_c_exact
     from vinesexp.theory.orbits import Reduced
@@ -32,14 +33,16 @@ def amplitude_curve(
         return np.empty(0), np.empty(0)
     values = {name: rig.values[name].value for name in NEEDED}
     try:
-        end = (1.0 - rig.rolling) * float(b_c_exact(G=G, frequency=frequency, **values))
+        plain = float(b_c_exact(G=G, frequency=frequency, **values))
+        stretch = (1.0 - rig.rolling) * end_over_plain(rig, G=G, frequency=frequency)
     except AnalysisError:
         return np.empty(0), np.empty(0)
+    end = stretch * plain
     if end <= low:
         return np.empty(0), np.empty(0)
     b = np.linspace(low, min(high, end), 60)
     p = Reduced.of_rig(frequency=frequency, **values)
-    return b, G * orbit_swing(b / (1.0 - rig.rolling) / G, p)
+    return b, G * orbit_swing(b / stretch / G, p)
 
 
 def predicted_lowest(rig: IdentifiedRig, *, G: float, frequency: float | None) -> float | None:

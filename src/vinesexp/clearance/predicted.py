@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +22,7 @@ from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
 from vinesexp.identification.joint.whole import RigPosterior
 from vinesexp.records.campaign.load import Known
 from vinesexp.records.campaign.uncertainties import EXACT, Uncertainties
-from vinesexp.rig import RIG_VALUES
+from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
 from vinesexp.units import COVERAGE_95, Quantity
 
 if TYPE_CHECKING:
@@ -57,6 +58,8 @@ class IdentifiedRig:
         periodic tests.
     inputs : what the lab set, and how well: the release of a transient test.
     effective : of `values`, those that stand for friction or a contact that lasts.
+    balls : what b_c is simulated with where the ball is more than m and r: what each of these moves
+        it by, all together.
     rolling : share s of the floor's motion that a ball takes which rolls. It moves as one of mass
         m (1 - s) that slides in a cavity of clearance b/(1 - s) on a mass M + s m: exactly, as the
         ball's place less s times that of the mass, over 1 - s, moves uniformly between the walls.
@@ -69,6 +72,7 @@ class IdentifiedRig:
     zeta: Quantity | None = None
     inputs: Uncertainties = EXACT
     effective: tuple[str, ...] = ()
+    balls: tuple[NES, ...] = ()
     rolling: float = 0.0
     joint: RigPosterior | None = None
 
@@ -114,7 +118,7 @@ def identified_rig(
     """The `combined` rows of identified.csv and the weighed ball.
 
     With friction, or where a contact lasts, the effective r and mass of the ball take their places:
-    with these the model moves as the rig does.
+    with these the plain model moves much as the rig does. b_c is simulated with the ball as it is.
     """
     found = {
         row["parameter"]: Quantity(float(row["value"]), float(row["std_error"] or 0.0))
@@ -126,6 +130,10 @@ def identified_rig(
     }
     if known.nes_mass:
         values["m"] = found.get("m", known.nes_mass[0])
+    effects = ball_effects(identified)
+    balls: tuple[NES, ...] = ()
+    if effects and {"r", "m"} <= set(values):
+        balls = _as_simulated(values["m"].value, values["r"].value, effects)
     effective = []
     for row in identified:
         name = {"r_effective": "r", "nes_mass_effective": "m"}.get(row["parameter"])
@@ -139,9 +147,100 @@ def identified_rig(
         values["m"] = Quantity((1.0 - rolling) * m.value, (1.0 - rolling) * m.std_error)
         effective += ["M", "m"]
     return IdentifiedRig(
-        values, found.get("f0"), found.get("zeta"), known.uncertainties, tuple(effective), rolling,
-        joint,
+        values, found.get("f0"), found.get("zeta"), known.uncertainties, tuple(effective), balls,
+        rolling, joint,
     )  # fmt: skip
+
+
+#: Rows of identified.csv on the ball beyond its mass and r.
+OF_BALL = (
+    "friction", "tilt", "r_wall_plus", "r_wall_minus", "r_speed_slope", "r_speed",
+    "contact_time", "r_effective", "nes_mass_effective", "rolling", "hollow",
+)  # fmt: skip
+
+
+def ball_effects(identified: Sequence[Mapping[str, str]]) -> dict[str, float]:
+    """What identified.csv says of the ball beyond its mass and r, SI."""
+    rows = (row for row in identified if row["parameter"] in OF_BALL)
+    return {row["parameter"]: float(row["value"]) for row in rows}
+
+
+def ball_of(m: float, b: float, r: float, effects: Mapping[str, float]) -> NES:
+    """A ball with the effects that were found, all but a pull to the middle of its cavity.
+
+    Examples
+    --------
+    >>> ball = ball_of(0.032, 0.03, 0.6, {"r_wall_plus": 0.62, "r_wall_minus": 0.58, "tilt": 0.1})
+    >>> round(ball.r, 3), round(ball.r_minus, 3), ball.tilt
+    (0.62, 0.58, 0.1)
+    """
+    # A ball that rolls moves as a lighter one that slides in a longer cavity.
+    slides = 1.0 - effects.get("rolling", 0.0)
+    slope = effects.get("r_speed_slope", 0.0)
+    half = 0.5 * (effects.get("r_wall_plus", 0.0) - effects.get("r_wall_minus", 0.0))
+    r = r - slope * effects.get("r_speed", 0.0)
+    return NES(
+        m=slides * m,
+        b=b / slides,
+        r=_share(r + half),
+        r_minus=_share(r - half) if half else None,
+        r_slope=slope,
+        friction=max(effects.get("friction", 0.0), 0.0),
+        tilt=effects.get("tilt", 0.0),
+        contact_time=max(effects.get("contact_time", 0.0), 0.0),
+    )
+
+
+def _share(r: float) -> float:
+    return min(max(r, 0.0), 1.0)
+
+
+def _as_simulated(m: float, r: float, effects: Mapping[str, float]) -> tuple[NES, ...]:
+    """The ball as the simulation can have it: friction and a contact that lasts one by one.
+
+    None with a pull to the middle: there the effective r and mass remain.
+    """
+    if "hollow" in effects:
+        return ()
+    ball = ball_of(m, 1.0, r, effects)
+    if ball.friction and ball.contact_time:
+        lasting = NES(ball.m, ball.b, r, contact_time=ball.contact_time)
+        return replace(ball, contact_time=0.0), lasting
+    return () if ball == NES(ball.m, ball.b, r) else (ball,)
+
+
+def end_over_plain(rig: IdentifiedRig, *, G: float, frequency: float | None) -> float:
+    """b_c of the ball as it is over that of the plain model with its effective values.
+
+    Raises
+    ------
+    AnalysisError
+        The orbit of a plain ball cannot be followed to that of the ball as it is.
+    """
+    if not rig.balls or rig.missing:
+        return 1.0
+    values = {name: rig.values[name].value for name in NEEDED}
+    return _end_over_plain(rig.balls, tuple(values.items()), G, frequency)
+
+
+@cache
+def _end_over_plain(
+    balls: tuple[NES, ...], plain: tuple[tuple[str, float], ...], G: float, frequency: float | None
+) -> float:
+    from vinesexp.theory.optimal_clearance import b_c_exact
+    from vinesexp.theory.simulated_orbit import simulated_end
+
+    values = dict(plain)
+    oscillator = Oscillator(values["M"], values["c1"], values["k1"])
+    f = frequency or oscillator.f0
+
+    def end_of(m: float, r: float) -> float:
+        return float(b_c_exact(G=G, frequency=f, **{**values, "m": m, "r": r}))
+
+    end = math.prod(simulated_end(Rig(oscillator, [b]), G=G, frequency=f) for b in balls)
+    for ball in balls[1:]:  # what a second one has moves what the first one gives
+        end /= end_of(ball.m, ball.r)
+    return end / end_of(values["m"], values["r"])
 
 
 def found_rolling(identified: Sequence[Mapping[str, str]]) -> float:
@@ -185,6 +284,14 @@ class Predicted:
     #: Identified value or input to the standard error of `exact` from it alone, m.
     parts: Mapping[str, float] = field(default_factory=dict)
 
+    def times(self, ratio: float) -> Predicted:
+        """All lengths in the same ratio."""
+        parts = {name: ratio * part for name, part in self.parts.items()}
+        published, exact, low, high = (
+            ratio * b for b in (self.published, self.exact, self.low, self.high)
+        )
+        return Predicted(published, exact, low, high, parts)
+
 
 def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float | None = None) -> Predicted:
     """b_c for the base of a level; the errors of the base are part of the interval.
@@ -223,9 +330,13 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float | None = 
         moves[FREQUENCY] = abs(exact(base.G.value, f.value + f.std_error) - found.exact)
     by_G = (exact(base.G.value * (1.0 + _STEP), at) - found.exact) / _STEP
     if rig.joint is not None and level is not None:
-        return _of_joint(found, rig, rig.joint, level=level, by_G=by_G, moves=moves)
-    parts = {**_parts(rig, found.gradient), **moves}
-    return _of_cavity(found, rig, error=math.hypot(*moves.values()), parts=parts)
+        plain = _of_joint(found, rig, rig.joint, level=level, by_G=by_G, moves=moves)
+    else:
+        parts = {**_parts(rig, found.gradient), **moves}
+        plain = _with_error(found, error=math.hypot(*moves.values()), parts=parts)
+    moved = end_over_plain(rig, G=base.G.value, frequency=at)
+    slides = replace(plain.times(moved), published=plain.published)
+    return slides.times(1.0 - rig.rolling)  # one that rolls moves so in a shorter cavity
 
 
 _STEP = 1e-3  # of G, for its derivative
@@ -263,30 +374,26 @@ def _of_joint(
         parts = {label: part * math.sqrt(variance) / inputs for label, part in parts.items()}
     rest = math.sqrt(max(variance - sum(part**2 for part in parts.values()), 0.0))
     error = math.hypot(math.sqrt(variance), frequency)
-    s = 1.0 - rig.rolling
     return Predicted(
-        s * found.published,
-        s * found.exact,
-        s * max(found.exact - COVERAGE_95 * error, 0.0),
-        s * (found.exact + COVERAGE_95 * error),
-        {name: s * part for name, part in {**parts, RECORDS: rest, FREQUENCY: frequency}.items()},
+        found.published,
+        found.exact,
+        max(found.exact - COVERAGE_95 * error, 0.0),
+        found.exact + COVERAGE_95 * error,
+        {**parts, RECORDS: rest, FREQUENCY: frequency},
     )
 
 
-def _of_cavity(
-    found: ClearancePrediction, rig: IdentifiedRig, *, error: float, parts: Mapping[str, float]
+def _with_error(
+    found: ClearancePrediction, *, error: float, parts: Mapping[str, float]
 ) -> Predicted:
-    """Clearance of the cavity that is there, with an error of the excitation in its interval.
-
-    `found` is of a ball that slides; one that rolls moves as that one does in a longer cavity.
-    """
-    s, more = 1.0 - rig.rolling, COVERAGE_95 * error
+    """With an error of the excitation in its interval."""
+    more = COVERAGE_95 * error
     return Predicted(
-        s * found.published,
-        s * found.exact,
-        s * (found.exact - math.hypot(found.exact - found.low, more)),
-        s * (found.exact + math.hypot(found.high - found.exact, more)),
-        {name: s * part for name, part in parts.items()},
+        found.published,
+        found.exact,
+        found.exact - math.hypot(found.exact - found.low, more),
+        found.exact + math.hypot(found.high - found.exact, more),
+        parts,
     )
 
 
@@ -317,7 +424,8 @@ def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
     # b_t is in proportion to the release.
     release = found.exact * rig.inputs.release.of(x0) / x0 if x0 else 0.0
     r = abs(found.gradient["r"]) * rig.values["r"].std_error
-    return _of_cavity(found, rig, error=release, parts={"r": r, RELEASE: release})
+    slides = _with_error(found, error=release, parts={"r": r, RELEASE: release})
+    return slides.times(1.0 - rig.rolling)
 
 
 def _require(rig: IdentifiedRig, names: Sequence[str]) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.level_base import LevelBase, base_of_level, found_base
+from vinesexp.clearance.predicted import OF_BALL, ball_of
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
 from vinesexp.records.campaign.load import Campaign, Record
@@ -46,11 +47,7 @@ _OFF = 2.0
 # Friction, tilt, walls that differ, r over speed and a clearance off the test log come from the
 # impacts; quadratic and Coulomb damping and a spring that stiffens from the ring-downs. What no
 # record shows is absent, and a rig without effects is the plain one.
-#: Rows of identified.csv on ball and contact, and on damping and spring.
-OF_BALL = (
-    "r_wall_plus", "r_wall_minus", "r_speed_slope", "r_speed", "friction", "tilt",
-    "contact_time", "r_effective", "nes_mass_effective", "rolling", "hollow",
-)  # fmt: skip
+#: Rows of identified.csv on damping and spring.
 OF_OSCILLATOR = (
     "damping_linear", "damping_quadratic", "damping_coulomb", "stiffening", "f0_small",
 )  # fmt: skip
@@ -149,27 +146,10 @@ def _oscillator(record: Record, model: Model) -> Oscillator:
 
 def _ball(m: float, b: float, r: float, of: Mapping[str, float]) -> NES:
     """A ball with the effects that were chosen; contact and hollow by its effective values."""
-    lasting = ("contact_time" in of or "hollow" in of) and "r_effective" in of
-    if lasting:
+    if ("contact_time" in of or "hollow" in of) and "r_effective" in of:
         r, m = of["r_effective"], of.get("nes_mass_effective", m)
-    # A ball that rolls moves as a lighter one that slides in a longer cavity.
-    slides = 1.0 - of.get("rolling", 0.0)
-    slope = of.get("r_speed_slope", 0.0)
-    half = 0.5 * (of.get("r_wall_plus", 0.0) - of.get("r_wall_minus", 0.0))
-    r = r - slope * of.get("r_speed", 0.0)
-    return NES(
-        m=slides * m,
-        b=b / slides,
-        r=_share(r + half),
-        r_minus=_share(r - half) if half else None,
-        r_slope=slope,
-        friction=0.0 if lasting else max(of.get("friction", 0.0), 0.0),
-        tilt=of.get("tilt", 0.0),
-    )
-
-
-def _share(r: float) -> float:
-    return min(max(r, 0.0), 1.0)
+        return replace(ball_of(m, b, r, of), friction=0.0, contact_time=0.0)
+    return ball_of(m, b, r, of)
 
 
 @dataclass(frozen=True)

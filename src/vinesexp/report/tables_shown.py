@@ -361,8 +361,8 @@ EFFECTS = {
     "contact_time": "time of a contact in which the ball gets no further",
     "rolling": "share of the floor's motion that takes a rolling ball along",
     "hollow": "pull to the middle of the cavity for every metre from it (hollow floor, magnet)",
-    "r_effective": "restitution of the plain model that moves alike; b_c is predicted with it",
-    "nes_mass_effective": "ball of the plain model that moves alike; b_c is predicted with it",
+    "r_effective": "restitution of the plain model that moves much alike",
+    "nes_mass_effective": "ball of the plain model that moves much alike",
 }
 
 _BALL = 0.2  # kg

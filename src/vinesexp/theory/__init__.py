@@ -12,6 +12,7 @@ __all__, __getattr__, __dir__ = lazy(
         "predict_periodic": "vinesexp.theory.intervals",
         "predict_transient": "vinesexp.theory.intervals",
         "symmetric_orbits": "vinesexp.theory.rig_orbits",
+        "simulated_end": "vinesexp.theory.simulated_orbit",
         "fixed_points": "vinesexp.theory.slowflow",
         "amplitude": "vinesexp.theory.manifold",
         "best_clearance": "vinesexp.theory.transient",

@@ -199,15 +199,15 @@ def _drift(cause: Cause, value: float, error: float) -> str:
 _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     "wall": lambda v, e: (
         f"the two walls differ: r at the wall where x - y = +b is larger than at the other by "
-        f"{with_error(v, e)}; r is their mean, which is what b_c takes"
+        f"{with_error(v, e)}; r is their mean, and b_c is simulated with both"
     ),
     "slope": lambda v, e: (
         f"r depends on impact speed: it changes by {with_error(v, e)} for every m/s; r holds at "
-        "the usual speed of these tests"
+        "the usual speed of these tests, and b_c is simulated with the change"
     ),
     "friction": lambda v, e: (
         f"friction on its floor slows the ball by mu g = {with_error(v, e)} m/s^2 between "
-        "the walls; r allows for it, and b_c is predicted with r_effective, in which it is"
+        "the walls; r allows for it, and b_c is that of a ball with friction, simulated"
     ),
     "tilt": lambda v, e: (
         f"the cavity slopes: the ball is pulled along it by {with_error(v, e)} m/s^2 (tilt of "
@@ -215,7 +215,7 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     ),
     "contact": lambda v, e: (
         f"a contact lasts {with_error(1e3 * v, 1e3 * e)} ms in which the ball gets no further; r "
-        "allows for it, and b_c is predicted with r_effective and nes_mass_effective"
+        "allows for it, and b_c is that of such contacts, simulated"
     ),
     "rolling": lambda v, e: (
         f"the ball rolls: its floor takes it along by {with_error(v, e)} of the floor's own motion "
