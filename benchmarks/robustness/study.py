@@ -9,6 +9,7 @@ from pathlib import Path
 
 from benchmarks.robustness.campaigns import Departure, write_campaign
 from benchmarks.robustness.end_of_orbit import stays, true_end
+from benchmarks.robustness.rig import WORKING_SPEED
 
 from vinesexp.clearance.comparison import END, Comparison
 from vinesexp.identification.estimate import COMBINED, Estimate
@@ -149,6 +150,8 @@ def scored(
     """Hold the results of a campaign against the truth."""
     combined = {e.parameter: e for e in found.identified if e.method == COMBINED}
     true = departure.body.truth()
+    speed = next((e.value for e in found.identified if e.parameter == "r_speed"), WORKING_SPEED)
+    true["r"] += departure.body.r_slope * (speed - WORKING_SPEED)
     values = tuple(
         Value(name, combined[name].value, combined[name].std_error, true[name])
         if name in combined

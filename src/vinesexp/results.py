@@ -21,6 +21,7 @@ from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel, periodic_leve
 from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
 from vinesexp.errors import RecordError, nearest
 from vinesexp.identification.estimate import COMBINED, NOTHING, read_estimates
+from vinesexp.identification.joint.whole import read_rig
 from vinesexp.records.campaign.load import Campaign
 from vinesexp.records.stored.result_columns import IMPACTS, TABLES, WHERE
 from vinesexp.records.stored.result_paths import ResultPaths
@@ -299,7 +300,9 @@ class CampaignResults(Results):
     @cached_property
     def rig(self) -> IdentifiedRig:
         """The combined values and the weighed ball."""
-        return identified_rig(self.rows("identified"), self.campaign.known)
+        path = ResultPaths(self.folder).rig
+        joint = read_rig(path) if path.is_file() else None
+        return identified_rig(self.rows("identified"), self.campaign.known, joint)
 
     def rig_at(self, level: PeriodicLevel) -> IdentifiedRig:
         """The rig at the amplitude at which a level works."""

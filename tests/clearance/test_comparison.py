@@ -431,3 +431,19 @@ def test_a_pull_to_the_middle_stays_in_the_effective_values():
     drawn = identified_rig(found, Known(nes_mass=(Quantity(0.032),)))
     assert drawn.balls == ()
     assert drawn.values["r"].value == 0.61
+
+
+def test_b_c_takes_the_r_with_what_is_too_small_to_be_named():
+    """A contact of odds that name nothing lowers r; b_c of a plain ball needs the apparent one."""
+    from vinesexp.identification.joint.whole import RigPosterior
+
+    known = Known(nes_mass=(Quantity(0.032),))
+    names = ("M", "f0", "zeta", "r", "m")
+    values = np.array([4.7, 7.8623, 0.0065035, 0.6, 0.032])
+    joint = RigPosterior(names, values, np.diag([1e-8] * 5), {}, (0.6, 0.032))
+    averaged = combined({**TABLE_2, "r": 0.597})
+    base = LevelBase(Quantity(0.25e-3), Quantity(7.862))
+    plain = predicted_b_c(rig(), base=base).exact
+    apparent = identified_rig(averaged, known, joint)
+    assert predicted_b_c(apparent, base=base, level=0.25e-3).exact == pytest.approx(plain, rel=1e-5)
+    assert abs(predicted_b_c(identified_rig(averaged, known), base=base).exact / plain - 1.0) > 1e-3

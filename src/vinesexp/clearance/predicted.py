@@ -133,13 +133,20 @@ def identified_rig(
     effects = ball_effects(identified)
     balls: tuple[NES, ...] = ()
     if effects and {"r", "m"} <= set(values):
-        balls = _as_simulated(values["m"].value, values["r"].value, effects)
+        own = values["r"].value, values["m"].value
+        if joint is not None and joint.ball is not None:
+            own = joint.ball
+        balls = _as_simulated(*own, effects)
     effective = []
     for row in identified:
         name = {"r_effective": "r", "nes_mass_effective": "m"}.get(row["parameter"])
         if name is not None and name in values:
             values[name] = Quantity(float(row["value"]), float(row["std_error"] or 0.0))
             effective.append(name)
+    if joint is not None and joint.ball is not None:  # with what is too small to be named
+        for name in {"r", "m"} & set(values):
+            shown = joint.of(name)
+            values[name] = values[name] if shown is None else Quantity(*shown)
     rolling = found_rolling(identified)
     if rolling and {"M", "m"} <= set(values):
         M, m = values["M"], values["m"]
@@ -195,7 +202,7 @@ def _share(r: float) -> float:
     return min(max(r, 0.0), 1.0)
 
 
-def _as_simulated(m: float, r: float, effects: Mapping[str, float]) -> tuple[NES, ...]:
+def _as_simulated(r: float, m: float, effects: Mapping[str, float]) -> tuple[NES, ...]:
     """The ball as the simulation can have it: friction and a contact that lasts one by one.
 
     None with a pull to the middle: there the effective r and mass remain.

@@ -80,3 +80,16 @@ def test_impacts_are_not_grouped_by_what_their_own_restitution_did():
     z = rest[used] / grouped.sigma[0][used]
     assert used.sum() >= 6
     assert np.sqrt(np.mean(z**2)) < 1.6
+
+
+def test_a_jump_that_is_read_too_large_is_not_known_better():
+    """Scaled down with the mass ratio, noise of the displacement would else count for less."""
+    c = collisions(0.0)
+    left_over = []
+    for reading in (0.0, 0.3):
+        p = np.zeros((len(LOCALS), 1), dtype=np.complex128)
+        for name, value in {"r": R, "b": B, "ln_eps": -5.0 - reading, "reading": reading}.items():
+            p[LOCALS.index(name)] = value
+        left_over.append(c.rest(p)[1].real)
+    assert np.abs(left_over[0]).max() > 1e-4
+    np.testing.assert_allclose(left_over[1], left_over[0], rtol=1e-9)

@@ -60,6 +60,7 @@ _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 #: What none of the causes would explain: scatter from record to record, as standard deviations.
 _SCATTER = {"own r": (3e-3, 3e-2), "own momentum": (1e-2, 1e-1), "clearance": (3e-4, 3e-3),
             "own base": (1e-2, 1e-1), "own f0": (1e-3, 1e-2), "own zeta": (0.05, 0.3)}  # fmt: skip
+_MOUNT = 0.05  # what the displacement may read a jump off by where the accelerometer does
 #: Prior odds of an effect of ball and contact, of a mistake, of a scatter without a cause.
 _ODDS = {"effect": 0.05, "mistake": 0.01, "drift": 0.01, "scatter": 0.003}
 _ENOUGH = 3.0  # natural logarithm of the odds from which on a cause is believed
@@ -86,7 +87,7 @@ class Cause:
     direction : where it moves the unknowns; None for scatter.
     members : how many causes of this family there are: they share its prior odds.
     positive : whether its coefficient cannot be negative.
-    wider : unknowns whose prior a scatter widens, and by how much.
+    wider : unknowns whose prior it widens, and by how much: all that a scatter does.
     records : those it concerns; empty: all.
     factor : stated over true, where it is a factor.
     """
@@ -156,9 +157,9 @@ class Judged:
 
 def believed(beliefs: Beliefs, cause: Cause) -> Beliefs:
     """Priors with one more cause."""
-    if cause.direction is None:
-        return beliefs.wider(cause.wider)
-    return beliefs.believing(cause.key, cause.direction)
+    if cause.wider:
+        beliefs = beliefs.wider(cause.wider)
+    return beliefs if cause.direction is None else beliefs.believing(cause.key, cause.direction)
 
 
 def judge(data: Quadratic, observed: Observed, possible: Sequence[Cause]) -> Judged:
@@ -567,7 +568,8 @@ def _of_gains(o: Observed) -> list[Cause]:
     if "pulse area" in o.names:
         found.append(
             Cause("pulse area +", "effect", "pulse area",
-                  Direction({"pulse area": 1.0}, Prior(0.0, 0.2)))
+                  Direction({"pulse area": 1.0}, Prior(0.0, 0.2)),
+                  wider={"jump reading": _MOUNT})
         )  # fmt: skip
     return found
 

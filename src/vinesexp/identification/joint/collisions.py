@@ -156,8 +156,8 @@ class Collisions:
         # in the units of the readings, whose noise it is: a gain of zero would else explain all
         laser, pulse = np.exp(g_x), np.exp(g_a)
         return np.stack(
-            [(after + own_r * before - moved) * laser, (by_laser + gained) * laser,
-             (by_pulse + gained) * pulse]
+            [(after + own_r * before - moved) * laser,
+             (by_laser + gained) * laser * np.exp(reading), (by_pulse + gained) * pulse]
         )  # fmt: skip
 
     @cached_property

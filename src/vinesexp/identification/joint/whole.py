@@ -83,12 +83,15 @@ class RigPosterior:
     values : of the quantities themselves, SI.
     covariance : of their logarithms, of r itself.
     parts : input to the covariance that would go if this input were exact.
+    ball : r and m (kg) of a ball that has the named effects beside them: only what is too small to
+        be named is in these.
     """
 
     names: tuple[str, ...]
     values: FloatArray
     covariance: FloatArray
     parts: Mapping[str, FloatArray]
+    ball: tuple[float, float] | None = None
 
     def part(self, gradient: Mapping[str, float], covariance: FloatArray | None = None) -> float:
         """Variance of a function whose derivatives by these (by logarithms, by r) are given."""
@@ -108,7 +111,7 @@ def write_rig(path: Path, rig: RigPosterior | None) -> None:
     """steps/rig.json; an empty object where nothing is known."""
     found = {} if rig is None else {
         "names": rig.names, "values": rig.values.tolist(), "covariance": rig.covariance.tolist(),
-        "parts": {name: part.tolist() for name, part in rig.parts.items()},
+        "parts": {name: part.tolist() for name, part in rig.parts.items()}, "ball": rig.ball,
     }  # fmt: skip
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(found) + "\n", encoding="utf-8")
@@ -129,6 +132,7 @@ def read_rig(path: Path) -> RigPosterior | None:
         return RigPosterior(
             tuple(found["names"]), np.array(found["values"]), np.array(found["covariance"]),
             {name: np.array(part) for name, part in found["parts"].items()},
+            tuple(found["ball"]) if found["ball"] else None,
         )  # fmt: skip
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise RecordError(
@@ -306,8 +310,10 @@ def _only_so_true(data: Quadratic, observed: Observed, judged: Judged) -> Poster
     return replace(found, covariance=covariance)
 
 
-def effective(answer: Answer, ball: str) -> tuple[dict[str, float], dict[str, float]]:
-    """r and ln m with which a plain rig moves as this one, as sums of unknowns.
+def effective(
+    answer: Answer, ball: str, effects: Sequence[str] = HIDDEN
+) -> tuple[dict[str, float], dict[str, float]]:
+    """r and ln m with which a rig without these effects moves as this one, as sums of unknowns.
 
     What friction and a contact that lasts take from the ball is in its apparent r and mass: the
     values that a fit without these effects would give. So it is of effects that are too small to
@@ -323,7 +329,7 @@ def effective(answer: Answer, ball: str) -> tuple[dict[str, float], dict[str, fl
     inner = H[np.ix_(two, two)]
     if not np.linalg.cond(inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)))) < 1e8:
         return r, m
-    for name in HIDDEN:
+    for name in effects:
         if name in index:
             by_r, by_m = np.linalg.solve(inner, H[two, index[name]])
             r[name] = float(by_r)
@@ -360,7 +366,12 @@ def rig_posterior(answer: Answer, campaign: Campaign) -> RigPosterior:
     for i, name in enumerate(wanted):
         values[i] = values[i] if name == "r" else math.exp(values[i])
     parts = {name: T @ whole @ T.T for name, whole in answer.parts.items()}
-    return RigPosterior(tuple(wanted), values, T @ posterior.covariance @ T.T, parts)
+    own = None
+    if "r" in wanted and "m" in wanted:
+        unnamed = [name for name in HIDDEN if answer.effect(name) is None]
+        own_r, own_m = effective(answer, ball, unnamed)
+        own = posterior.of(own_r)[0], math.exp(stated + posterior.of(own_m)[0])
+    return RigPosterior(tuple(wanted), values, T @ posterior.covariance @ T.T, parts, own)
 
 
 def _parts(answer: Answer) -> dict[str, FloatArray]:
