@@ -109,7 +109,8 @@ STEPS: Mapping[str, Step] = {
     "identify": Step("vinesexp.pipeline:identify", ("impacts", "estimate")),
     "compare": Step("vinesexp.pipeline:compare_clearances", ("identify", "regimes")),
     "replay": Step(
-        "vinesexp.pipeline:replay_records", ("ingest", "condition", "identify", "regimes")
+        "vinesexp.pipeline:replay_records",
+        ("ingest", "condition", "impacts", "identify", "regimes"),
     ),
     "checks": Step(
         "vinesexp.pipeline:collect_checks", ("ingest", "impacts", "identify", "compare", "replay")

@@ -17,10 +17,11 @@ from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import create_record
 from vinesexp.replay.campaign_replay import Model, replay_campaign, rig_of
 from vinesexp.replay.measures import Measures, decay_time, measures_of
-from vinesexp.replay.motions import ON_ORBIT, Replayed, drive_of, replays
+from vinesexp.replay.motions import AS_RECORDED, ON_ORBIT, Replayed, begun, drive_of, replays
 from vinesexp.replay.replay_table import compared, replay_checks
 from vinesexp.signals.condition import condition
 from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts, write_impacts
 from vinesexp.signals.steady_part import steady_part
 from vinesexp.theory.regime_definitions import regime_of
 from vinesexp.units import Quantity
@@ -36,7 +37,7 @@ def periodic(b: float, **changed) -> Record:
 
 
 def motion_of(record: Record, values=TABLE_2, duration=30.0, settle=20.0):
-    """Displacement and row of regimes.csv of a test, as a perfect measurement gives them."""
+    """Displacement, impacts and row of regimes.csv, as a perfect measurement gives them."""
     rig = rig_of(record, Model(values, (0.032,)))
     drive, x0 = None, record.release or 0.0
     if record.test == "periodic":
@@ -54,13 +55,27 @@ def motion_of(record: Record, values=TABLE_2, duration=30.0, settle=20.0):
                           end=settle + duration)  # fmt: skip
         row |= {"regime": count.regime.value, "impacts_per_cycle": str(count.impacts_per_cycle)}
     row["amplitude_mean_m"] = str(float(swing[time > 0.2 * duration].mean()))
-    return x, row
+    return x, impacts_in(motion, settle), row
+
+
+def impacts_in(motion, since: float) -> Impacts:
+    """Impacts from a time on, s, as they are."""
+    hits = motion.impacts
+    late = hits["time"] > since
+    x, v = motion.at(hits["time"][late] + 1e-9)
+    whole = ("crowded", "clipped")
+    columns = {name: np.zeros(x.size, int if name in whole else float) for name in COLUMNS} | {
+        "time_s": hits["time"][late] - since, "side": hits["side"][late], "x_m": x,
+        "nes": hits["nes"][late] + 1, "v_before_m_s": v,
+    }  # fmt: skip
+    return Impacts(**columns)
 
 
 def replayed(folder: Path, records: list[Record], *, truth=TABLE_2, identified=TABLE_2):
     regimes, paths = [], ResultPaths(folder)
     for record in records:
-        x, row = motion_of(record, truth)
+        x, impacts, row = motion_of(record, truth)
+        write_impacts(paths.impacts(record.id), impacts)
         regimes.append(row)
         for path in (paths.conditioned(record.id), paths.record(record.id)):
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -132,6 +147,39 @@ def test_another_rig_does_not(tmp_path, wrong, record, words):
     (check,) = replay_checks(rows)
     assert (check.record, check.check, check.outcome) == (record.id, "replay", "warning")
     assert re.match(f"the identified rig does not move as this record: {words}", check.detail)
+
+
+def test_a_record_shows_how_it_begins():
+    """Mass and balls at the first moment at which all that move have met a wall."""
+    balls = [NES(m=0.01, b=b, r=0.6) for b in (0.02, 0.025, 0.03)]
+    rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=balls)
+    start = Release(y0=[0.0199, 0.0, 0.0299])  # the middle one stays where it lies
+    motion = simulate(rig, Harmonic(G, F), start, duration=8.0)
+    found = begun(impacts_in(motion, 0.0), [0.02, 0.025, 0.03])
+    assert found is not None
+    assert found.time < 0.5
+    x, v = (row[0] for row in motion.at([found.time + 1e-9]))
+    y, u = (rows[:, 0] for rows in motion.ball([found.time + 1e-9]))
+    assert (found.x, found.v) == pytest.approx((x, v), rel=1e-6)
+    assert found.y[::2] == pytest.approx(y[::2], abs=1e-6)
+    assert found.u[::2] == pytest.approx(u[::2], abs=1e-5)
+    assert (found.y[1], found.u[1]) == (found.x, 0.0)
+    late = impacts_in(motion, 0.0)
+    late.time_s[:] += 20.0  # nothing of the beginning is seen
+    assert begun(late, [0.02, 0.025, 0.03]) is None
+
+
+def test_a_record_in_which_one_ball_of_three_moves_is_replayed(tmp_path):
+    record = periodic(30.0, clearance=(0.03, 0.06, 0.07), id="three")
+    rows, _ = replayed(tmp_path, [record])
+    assert replay_checks(rows) == []
+    rig = rig_of(record, Model(TABLE_2, (0.032,)))
+    base = LevelBase(Quantity(G), Quantity(F))
+    drive = drive_of(record, rig, base=base, samples=None, length=20.0)
+    state = begun(motion_of(record)[1], record.clearance)
+    assert state is not None
+    found = [one for one in replays(rig, drive, plain=rig, state=state) if one.start == AS_RECORDED]
+    assert len(found) == 8  # phases of a base that no channel shows
 
 
 def test_an_excluded_record_and_unknown_values_are_left_out(tmp_path):

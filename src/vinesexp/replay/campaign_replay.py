@@ -22,7 +22,9 @@ from vinesexp.replay.measures import Measures, decay_time, is_steady, measures_o
 from vinesexp.replay.motions import (
     TESTS,
     BaseSamples,
+    Begun,
     base_samples,
+    begun,
     drive_of,
     replays,
     with_other_clearance,
@@ -31,6 +33,7 @@ from vinesexp.replay.replay_table import Compared, compared
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.free_from import FREE_FROM
+from vinesexp.signals.impacts.impact_table import read_impacts
 
 Rows = Sequence[Mapping[str, str]]
 
@@ -163,6 +166,7 @@ class Seen:
         before a release ends.
     x0, v0 : of the mass there, m and m/s.
     base : from the base channel, where it measures displacement.
+    state : of mass and balls, where the impacts of a periodic test show it.
     """
 
     frequency: float
@@ -172,6 +176,7 @@ class Seen:
     x0: float
     v0: float
     base: BaseSamples | None
+    state: Begun | None
 
 
 def replay_campaign(
@@ -270,7 +275,10 @@ def _seen(paths: ResultPaths, record: Record) -> Seen | None:
         with open_record(paths.record(record.id)) as view:
             base = base_samples(view, frequency=f)
     x0, v0 = _beginning(x[: max(int(rate / f), 8)], rate, f)
-    return Seen(f, min(length, _LONGEST), time[known], amplitude[known], x0, v0, base)
+    state = None
+    if record.clearance and record.test == "periodic":
+        state = begun(read_impacts(paths.impacts(record.id)), record.clearance)
+    return Seen(f, min(length, _LONGEST), time[known], amplitude[known], x0, v0, base, state)
 
 
 def _beginning(x: FloatArray, rate: float, frequency: float) -> tuple[float, float]:
@@ -319,7 +327,9 @@ def _replayed(
         frequency = base.frequency.value
     found = [
         measures
-        for one in replays(rig, drive, plain=plain, x0=x0, v0=v0, damping=model.damping)
+        for one in replays(
+            rig, drive, plain=plain, x0=x0, v0=v0, damping=model.damping, state=seen.state
+        )
         for measures in measures_of(one, test=record.test, frequency=frequency, apart=apart)
     ]
     if not share:

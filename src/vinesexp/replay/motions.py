@@ -1,13 +1,14 @@
 """A record simulated again from several starts.
 
-Nobody measures where the ball was when a record began, and some motions depend on it. So a record
-is replayed from several starts, each with its name, on the base that it was driven by.
+Nobody measures where the ball was when a test began, and some motions depend on it. So a record
+is replayed from several starts, each with its name, on the base that it was driven by. One of them
+is how the record itself begins, where its impacts show how each ball flies (`begun`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ from vinesexp.excitation import Base, Harmonic, Measured, Release, Sweep, WeakDa
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView
 from vinesexp.rig import Rig
+from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.means import channel_means
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 #: Tests that are replayed.
 TESTS = ("periodic", "transient", "ringdown", "sweep")
 ON_ORBIT = "on the orbit"
+AS_RECORDED = "as the record begins"
 #: Starts of the ball in a test whose base moves: place in clearances from the middle, speed in
 #: clearances a radian of the oscillator.
 BALL_STARTS = {
@@ -70,10 +73,14 @@ WINDOWS = 3
 
 @dataclass(frozen=True)
 class BaseSamples:
-    """Displacement of the base, m, from its own channel: rate in Hz, its mean taken off."""
+    """Displacement of the base, m, from its own channel: rate in Hz, its mean taken off.
+
+    Its samples are means: the first belongs to the time `first`, s.
+    """
 
     x: FloatArray
     rate: float
+    first: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -84,12 +91,70 @@ class Drive:
     ----------
     sine : Harmonic or None
         The steady base, where there is one: the predicted orbit is of it.
+    samples : BaseSamples or None
+        What the base's channel shows of a periodic test.
     """
 
     base: Base | None
     begins: tuple[float, ...]
     length: float
     sine: Harmonic | None = None
+    samples: BaseSamples | None = None
+
+
+@dataclass(frozen=True)
+class Begun:
+    """Mass and balls at the first moment at which a record shows them all: s, m, m/s."""
+
+    time: float
+    x: float
+    v: float
+    y: tuple[float, ...]
+    u: tuple[float, ...]
+
+
+_EARLY = 0.2  # of a record: by then each ball that moves has to have met a wall
+_INSIDE = 0.999  # of the clearance, where errors of reading put a ball beyond its wall
+_PHASES = 8  # of a base that no channel shows
+
+
+def begun(impacts: Impacts, clearance: Sequence[float]) -> Begun | None:
+    """How a record begins, by its impacts; None where they do not show it.
+
+    Between two impacts a ball flies from wall to wall, and both are known: x - y = side b. One that
+    meets no wall lies still in the middle.
+
+    Parameters
+    ----------
+    impacts : Impacts
+        Of the whole record.
+    clearance : sequence of float
+        Of each ball, m.
+    """
+    time, number = impacts.time_s, impacts.nes
+    if len(clearance) == 1:
+        number = np.ones_like(number)
+    own = [np.flatnonzero(number == i + 1) for i in range(len(clearance))]
+    own = [i if i.size > 1 else i[:0] for i in own]
+    firsts = [int(i[0]) for i in own if i.size]
+    if not firsts or time[max(firsts)] > _EARLY * time[-1]:
+        return None
+    now = max(firsts)
+    t, x = float(time[now]), float(impacts.x_m[now])
+    v = float(impacts.v_before_m_s[now] + impacts.velocity_jump_m_s[now])
+    y, u = [], []
+    for b, rows in zip(clearance, own, strict=True):
+        place, speed = x, 0.0
+        if rows.size and (after := rows[rows > now]).size:
+            last, following = rows[rows <= now][-1], after[0]
+            ends = impacts.x_m[[last, following]] - b * impacts.side[[last, following]]
+            speed = float((ends[1] - ends[0]) / (time[following] - time[last]))
+            place = float(ends[0] + speed * (t - time[last]))
+        y.append(place)
+        u.append(speed)
+    if not np.all(np.isfinite([x, v, *y, *u])):
+        return None
+    return Begun(t, x, v, tuple(y), tuple(u))
 
 
 def base_samples(view: RecordView, *, frequency: float) -> BaseSamples | None:
@@ -110,7 +175,7 @@ def base_samples(view: RecordView, *, frequency: float) -> BaseSamples | None:
     x = channel_means(view, "base", k)
     # What means over k samples leave of a sine of this frequency.
     return BaseSamples((x - x.mean()) / float(np.sinc(frequency * k / view.sample_rate)),
-                       view.sample_rate / k)  # fmt: skip
+                       view.sample_rate / k, 0.5 * (k - 1) / view.sample_rate)  # fmt: skip
 
 
 def drive_of(
@@ -150,8 +215,10 @@ def drive_of(
         fitted, rest = _sine_and_rest(samples, sine.frequency)
         if rest > NO_SINE * sine.amplitude:
             moved, begin = _led_in(samples, fitted, settle)
-            return Drive(moved, (begin,), min(length, moved.duration - begin))
-    return Drive(sine, tuple(settle + i * length for i in range(WINDOWS)), length, sine)
+            length = min(length, moved.duration - begin)
+            return Drive(moved, (begin,), length, samples=samples)
+    begins = tuple(settle + i * length for i in range(WINDOWS))
+    return Drive(sine, begins, length, sine, samples)
 
 
 def _swept(record: Record, samples: BaseSamples | None, length: float) -> Drive:
@@ -203,6 +270,7 @@ def replays(
     x0: float = 0.0,
     v0: float = 0.0,
     damping: WeakDamping | None = None,
+    state: Begun | None = None,
 ) -> list[Replayed]:
     """Simulate a record from every start.
 
@@ -216,6 +284,8 @@ def replays(
         Of the mass where the replay begins: m, m/s.
     damping : WeakDamping, optional
         Of the oscillator, beside c1.
+    state : Begun, optional
+        How the record begins.
     """
     from vinesexp.solver.simulation import simulate
 
@@ -224,18 +294,53 @@ def replays(
     for name, (place, speed) in _starts(rig, drive).items():
         # Two balls start apart, so that they do not move as one.
         signs = [(-1) ** i for i in range(len(rig.nes))]
-        state = Release(
+        start = Release(
             x0,
             v0,
             [x0 + sign * place * ball.b for sign, ball in zip(signs, rig.nes, strict=True)],
             [v0 + sign * speed * w0 * ball.b for sign, ball in zip(signs, rig.nes, strict=True)],
         )
         duration = drive.begins[-1] + drive.length
-        motion = simulate(rig, drive.base, state, duration=duration, damping=damping)
+        motion = simulate(rig, drive.base, start, duration=duration, damping=damping)
         found.append(Replayed(name, motion, drive.begins, drive.length))
     if drive.sine is not None and len(rig.nes) == 1:
         found += _on_orbit(rig, plain, drive.sine, drive.length, damping)
+    if state is not None:
+        start = _inside(state, rig)
+        for base, length in _from_there(drive, state):
+            motion = simulate(rig, base, start, duration=length, damping=damping)
+            found.append(Replayed(AS_RECORDED, motion, (0.0,), length))
     return found
+
+
+def _from_there(drive: Drive, state: Begun) -> Iterator[tuple[Base, float]]:
+    """The base from the moment of a state on, and how long it is known, s.
+
+    Where no channel shows its phase, in phases all around.
+    """
+    length, samples, sine = drive.length - state.time, drive.samples, drive.sine
+    if samples is None and sine is not None:
+        for i in range(_PHASES):
+            yield replace(sine, phase=2.0 * math.pi * i / _PHASES), length
+    if samples is None:
+        return
+    since = state.time - samples.first
+    if sine is not None:
+        shown, _ = _sine_and_rest(samples, sine.frequency)
+        turned = 2.0 * math.pi * sine.frequency * since
+        yield replace(sine, phase=shown.phase + turned), length
+    else:
+        moved = Measured(samples.x[max(round(since * samples.rate), 0) :], samples.rate)
+        yield moved, min(length, moved.duration)
+
+
+def _inside(state: Begun, rig: Rig) -> Release:
+    """A state with each ball within its cavity, as the clearances of this rig are."""
+    y = [
+        min(max(y, state.x - _INSIDE * ball.b), state.x + _INSIDE * ball.b)
+        for y, ball in zip(state.y, rig.nes, strict=True)
+    ]
+    return Release(state.x, state.v, y, state.u)
 
 
 def _starts(rig: Rig, drive: Drive) -> Mapping[str, tuple[float, float]]:
