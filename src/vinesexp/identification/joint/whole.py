@@ -132,7 +132,7 @@ def read_rig(path: Path) -> RigPosterior | None:
         return RigPosterior(
             tuple(found["names"]), np.array(found["values"]), np.array(found["covariance"]),
             {name: np.array(part) for name, part in found["parts"].items()},
-            tuple(found["ball"]) if found["ball"] else None,
+            tuple(found["ball"]) if found.get("ball") else None,
         )  # fmt: skip
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise RecordError(
