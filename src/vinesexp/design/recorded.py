@@ -12,12 +12,14 @@ from itertools import pairwise
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.design.released import judged
 from vinesexp.excitation import Measured, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.solver.simulation import simulate
 
-#: Clearances tried at first, and between neighbours of the best; balls anywhere, and at a wall.
-CLEARANCES, CLOSER, STARTS, AT_WALL = 12, 2, 6, 2
+#: Clearances tried at first, and between neighbours of the best; balls anywhere, and at a wall; and
+#: balls anywhere that judge the best anew.
+CLEARANCES, CLOSER, STARTS, AT_WALL, FRESH = 12, 2, 6, 2, 24
 #: Ends of the clearances tried, shares of the peak deflection without a ball.
 ENDS = (0.1, 4.0)
 #: Points a cycle of the natural frequency at which the motion is looked at, and fewest in all.
@@ -54,7 +56,7 @@ class UnderRecord:
     ----------
     duration, rate : of the record, s and Hz. base_rms, base_peak : m.
     bare : without a ball.
-    found : one entry per clearance, sorted.
+    found : one entry per clearance, sorted; of the best, starts drawn anew.
     least_rms, least_peak : index of the clearance with the least median rms, and of that with the
         least 90th percentile of the peak.
     asked : index of a clearance that was asked for, if any.
@@ -108,11 +110,15 @@ def under_record(
         Of the ball positions: the same at every clearance.
     """
     rng, n = np.random.default_rng(seed), len(balls)
-    strata = (np.arange(STARTS)[:, None] + rng.uniform(size=(STARTS, n))) / STARTS
-    places = [*(2.0 * rng.permuted(strata, axis=0) - 1.0)]
-    places += [np.full(n, side) for side in np.linspace(1.0, -1.0, AT_WALL)]
 
-    def tried(b: float) -> Driven:
+    def drawn(starts: int, at_wall: int) -> list[FloatArray]:
+        strata = (np.arange(starts)[:, None] + rng.uniform(size=(starts, n))) / starts
+        places = [*(2.0 * rng.permuted(strata, axis=0) - 1.0)]
+        return places + [np.full(n, side) for side in np.linspace(1.0, -1.0, at_wall)]
+
+    few, many = drawn(STARTS, AT_WALL), drawn(FRESH, FRESH * AT_WALL // STARTS)
+
+    def tried(b: float, places: Sequence[FloatArray] = few) -> Driven:
         nes = [NES(m=m, b=b * part, r=r, friction=friction) for m, r, part in balls]
         starts = [
             Release(y0=[float(u) * one.b for u, one in zip(p, nes, strict=True)]) for p in places
@@ -125,11 +131,12 @@ def under_record(
     found = [tried(float(b)) for b in np.unique(grid)]
     near = {
         float(b)
-        for best in (_least_rms(found), _least_peak(found))
+        for best in (int(np.argmin([value(one) for one in found])) for value in (_rms, _peak))
         for low, high in pairwise([one.b for one in found][max(best - 1, 0) : best + 2])
         for b in np.geomspace(low, high, CLOSER + 2)[1:-1]
     }
     found = sorted([*found, *map(tried, near)], key=lambda one: one.b)
+    least_rms, least_peak = judged(found, [_rms, _peak], lambda one: tried(one.b, many))
     samples = np.asarray(base.samples)
     return UnderRecord(
         duration=base.duration,
@@ -138,18 +145,18 @@ def under_record(
         base_peak=float(np.abs(samples).max()),
         bare=bare,
         found=found,
-        least_rms=_least_rms(found),
-        least_peak=_least_peak(found),
+        least_rms=least_rms,
+        least_peak=least_peak,
         asked=None if asked is None else int(np.argmin([abs(one.b - asked) for one in found])),
     )
 
 
-def _least_rms(found: Sequence[Driven]) -> int:
-    return int(np.argmin([np.median(one.rms) for one in found]))
+def _rms(one: Driven) -> float:
+    return float(np.median(one.rms))
 
 
-def _least_peak(found: Sequence[Driven]) -> int:
-    return int(np.argmin([np.percentile(one.peak, 90.0) for one in found]))
+def _peak(one: Driven) -> float:
+    return float(np.percentile(one.peak, 90.0))
 
 
 def _driven(
