@@ -103,3 +103,29 @@ def test_any_console_shows_it(encoding, tmp_path):
     assert (done.returncode, done.stderr) == (0, b"")
     assert b"strongest at" in done.stdout
     assert b"@" in done.stdout  # for the blocks that such a console does not have
+
+
+def test_the_picture_has_spectrum_and_phase_plane_of_each_channel(file, tmp_path, monkeypatch):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    from vinesexp.commands.look import draw
+    from vinesexp.proposal.survey import view_file
+
+    monkeypatch.setattr(pyplot, "close", lambda figure: None)
+    draw([view_file(file)], tmp_path / "a.png")
+    axes = np.array(pyplot.gcf().axes).reshape(3, 3)  # P, Q, R; time, spectrum, phase plane
+    for name, (_, spectrum, plane) in zip("PQR", axes, strict=True):
+        (line,) = spectrum.lines
+        frequency, amplitude = line.get_data()
+        assert frequency[np.argmax(amplitude)] == pytest.approx(8.0, abs=0.13)
+        (path,) = plane.lines
+        signal, rate = path.get_data()
+        # The rate is over 2 pi f: a sine is a circle; shocks are faster.
+        assert np.std(rate) == pytest.approx(np.std(signal), rel=0.6 if name == "P" else 0.25)
+        assert abs(np.corrcoef(signal, rate)[0, 1]) < 0.1
+    assert axes[-1][1].get_xlabel() == "frequency (Hz)"
+    monkeypatch.undo()
+    pyplot.close("all")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from vinesexp.cli import main
 from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles, weighed_roles
@@ -246,3 +247,41 @@ def test_a_power_is_no_motion_and_a_list_of_means_no_displacement(tmp_path):
     head = "time [s],displacement min [\u00c2\u00b0],wind [m/s]"
     _, roles = looked_at(tmp_path / "b.csv", head, T[:60] * 30.0, *means)
     assert roles == {}
+
+
+def frequency_response() -> tuple[np.ndarray, np.ndarray]:
+    f = 0.5 * np.arange(1, 2001)
+    return f, -(f**2) / (210.0**2 - f**2 + 2j * 0.02 * 210.0 * f)
+
+
+@pytest.mark.parametrize("names", [("f", "re", "im"), ("Frequency", "H1", "H2")])
+def test_a_frequency_response_in_a_mat_file_is_no_record_in_time(names, tmp_path):
+    from scipy.io import savemat
+
+    f, h = frequency_response()
+    savemat(tmp_path / "a.mat", dict(zip(names, (f, h.real, h.imag), strict=True)))
+    view = view_file(tmp_path / "a.mat")
+    assert {column.kind for column in view.columns} == {"frequency", "spectrum"}
+    assert guess_roles([view]) == {}
+    assert view.rate is None
+    test, _, why = describe_test(view, {})
+    assert test == OPEN
+    assert "frequency response" in why
+
+
+@pytest.mark.parametrize("function", [2, 4])
+def test_functions_of_frequency_in_a_universal_file_are_called_so(function, tmp_path, capsys):
+    pyuff = pytest.importorskip("pyuff")
+    f, h = frequency_response()
+    one = pyuff.prepare_58(
+        func_type=function, rsp_node=1, rsp_dir=3, ref_node=2, ref_dir=3, data=h, x=f,
+        abscissa_spacing=1, abscissa_min=float(f[0]), abscissa_inc=0.5, num_pts=f.size,
+        abscissa_spec_data_type=18, id1="point 1", ord_data_type=6, binary=0,
+        return_full_dict=True,
+    )  # fmt: skip
+    one = {key: 0 if value is None else value for key, value in one.items()}
+    pyuff.UFF(str(tmp_path / "a.uff")).write_sets(one, "overwrite")
+    assert main(["look", str(tmp_path / "a.uff")]) == 1
+    said = capsys.readouterr()
+    held = {2: "auto spectra", 4: "frequency responses"}[function]
+    assert f"holds no time records ({held}); export time histories" in said.out + said.err
