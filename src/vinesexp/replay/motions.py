@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.clearance.level_base import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Base, Harmonic, Measured, Release, Sweep, WeakDamping
@@ -135,26 +135,34 @@ def begun(impacts: Impacts, clearance: Sequence[float]) -> Begun | None:
     if len(clearance) == 1:
         number = np.ones_like(number)
     own = [np.flatnonzero(number == i + 1) for i in range(len(clearance))]
-    own = [i if i.size > 1 else i[:0] for i in own]
-    firsts = [int(i[0]) for i in own if i.size]
-    if not firsts or time[max(firsts)] > _EARLY * time[-1]:
+    own = [rows if rows.size > 1 else rows[:0] for rows in own]
+    firsts = [int(rows[0]) for rows in own if rows.size]
+    if not firsts:
         return None
-    now = max(firsts)
-    t, x = float(time[now]), float(impacts.x_m[now])
-    v = float(impacts.v_before_m_s[now] + impacts.velocity_jump_m_s[now])
+    late = range(max(firsts), int(np.searchsorted(time, _EARLY * time[-1])))
+    states = (_state(impacts, now, own, clearance) for now in late)
+    return next((one for one in states if one is not None), None)
+
+
+def _state(
+    impacts: Impacts, now: int, own: Sequence[IntArray], clearance: Sequence[float]
+) -> Begun | None:
+    """Mass and balls just after one impact; None where a reading is missing."""
+    time, x = impacts.time_s, impacts.x_m
+    v = impacts.v_before_m_s[now] + impacts.velocity_jump_m_s[now]
     y, u = [], []
     for b, rows in zip(clearance, own, strict=True):
-        place, speed = x, 0.0
+        place, speed = x[now], 0.0
         if rows.size and (after := rows[rows > now]).size:
             last, following = rows[rows <= now][-1], after[0]
-            ends = impacts.x_m[[last, following]] - b * impacts.side[[last, following]]
-            speed = float((ends[1] - ends[0]) / (time[following] - time[last]))
-            place = float(ends[0] + speed * (t - time[last]))
-        y.append(place)
-        u.append(speed)
-    if not np.all(np.isfinite([x, v, *y, *u])):
+            ends = x[[last, following]] - b * impacts.side[[last, following]]
+            speed = (ends[1] - ends[0]) / (time[following] - time[last])
+            place = ends[0] + speed * (time[now] - time[last])
+        y.append(float(place))
+        u.append(float(speed))
+    if not np.all(np.isfinite([x[now], v, *y, *u])):
         return None
-    return Begun(t, x, v, tuple(y), tuple(u))
+    return Begun(float(time[now]), float(x[now]), float(v), tuple(y), tuple(u))
 
 
 def base_samples(view: RecordView, *, frequency: float) -> BaseSamples | None:
