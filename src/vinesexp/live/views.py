@@ -25,6 +25,7 @@ from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Row
 from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import read_impacts
+from vinesexp.theory.regime_definitions import Regime
 from vinesexp.whole_files import write_whole
 
 if TYPE_CHECKING:
@@ -91,6 +92,8 @@ def _of_ball(record: Record, regime: dict[str, object], impacts: int) -> list[st
         return [] if impacts > 2 else [f"{impacts} hits found: drop the ball again, from higher"]
     if not record.clearance:
         return []
+    if regime.get("regime") == Regime.NO_IMPACT.value:
+        return []  # which the impacts step has said, with its cause
     if regime.get("regime") is None:
         return ["impacts could not be seen in this record: too noisy, or sampled too slowly"]
     if isinstance(per_cycle, float) and per_cycle < _STILL and record.test == "periodic":

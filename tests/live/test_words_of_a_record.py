@@ -1,0 +1,68 @@
+"""What is wrong with the newest record, in words: each fault that a bench makes, said once."""
+
+import io
+
+import pandas as pd
+import pytest
+from benchmarks.watching import record_text
+
+from vinesexp.live.views import RecordView, look_at_record
+from vinesexp.pipeline import analyse_record
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
+
+GOOD = {"b": 0.030, "G": 2.5e-4, "wait": 20.0, "seconds": 8.0, "seed": 3}
+ACCELERATION = "Acc (m/s^2)"
+
+
+def clipped(table: pd.DataFrame) -> pd.DataFrame:
+    largest = 0.4 * table[ACCELERATION].abs().max()
+    return table.assign(**{ACCELERATION: table[ACCELERATION].clip(-largest, largest)})
+
+
+def with_lost_samples(table: pd.DataFrame) -> pd.DataFrame:
+    return table.drop(index=range(6000, 6300))
+
+
+def with_a_ball_that_sticks(table: pd.DataFrame) -> pd.DataFrame:
+    """The mass as the base drives it, without an impact."""
+    alone = pd.read_csv(io.StringIO(record_text(**{**GOOD, "b": None})))
+    return alone.assign(**{"Time (s)": table["Time (s)"]})
+
+
+def looked_at(bench, results, text: str) -> RecordView:
+    (bench / "raw/a.csv").write_text(text)
+    (bench / "records.csv").write_text(
+        "record,file,test,clearance_mm,base_amplitude_mm,frequency_hz\n"
+        "a,raw/a.csv,periodic,30,0.25,7.862\n"
+    )
+    campaign, paths = load_campaign(bench), ResultPaths(results)
+    analyse_record(campaign, campaign.record("a"), paths=paths)
+    return look_at_record(campaign.record("a"), paths=paths)
+
+
+@pytest.mark.parametrize(
+    ("change", "test", "said"),
+    [
+        (clipped, {}, "clipped"),
+        (with_lost_samples, {}, "the times pause 1 time"),
+        (with_a_ball_that_sticks, {}, "is the ball stuck"),
+        (None, {"wait": 0.0, "seconds": 2.5}, "the ball did not move"),
+        (None, {"seconds": 2.0}, "too short"),
+        (None, {"wait": 0.0, "release": 0.020, "seconds": 6.0}, "not settled"),
+    ],
+    ids=["clipped", "lost samples", "stuck", "not moved", "short", "not settled"],
+)
+def test_what_is_wrong_is_said_in_words(bench, tmp_path, change, test, said):
+    text = record_text(**{**GOOD, **test})
+    if change:
+        text = change(pd.read_csv(io.StringIO(text))).to_csv(index=False)
+    view = looked_at(bench, tmp_path / "results", text)
+    assert view.verdict == "look"
+    assert sum(said in words for words in view.words) == 1, view.words
+    assert sum("the ball" in words for words in view.words) <= 1  # one cause is said once
+
+
+def test_a_good_record_needs_no_word(bench, tmp_path):
+    view = looked_at(bench, tmp_path / "results", record_text(**GOOD))
+    assert (view.verdict, view.words) == ("good", ())
