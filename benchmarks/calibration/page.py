@@ -41,22 +41,18 @@ its own width. What is named is read from the texts of warnings
 Half of the mistakes are held back: the package was not tuned with them."""
 
 
+#: Campaigns from this one on were new to the package.
+_LOOKED_AT = 300
 _SEEN = """\
-Campaigns 0 to 182 were looked at while the model was made. 183 to 299 were new to it: in 116 of
-them no value was off by more than 3.7 of its errors (rms z of f0 0.98, zeta 0.94, M 0.97, r 0.91,
-b_c 0.78), and three were told of a cause that is not there: a slope beside a local mode, and twice
-a ball that did not move, once because impacts that ring beyond the next were missed. In the other,
-209, the simulator gave both walls one r. What they showed was mended, so that all are seen now.
-Samples were kept from that version (`--reuse`); impacts and what follows them are of this one. 209
-and the seven campaigns in which a contact rings were simulated anew. Warnings on plain campaigns
-say that a test had not settled or was recorded from rest, which is so. One campaign with a magnet
-and little friction (135) has r 7 of its errors off: the pull is named, the friction beside it too
-small to be seen. b_c and r of plain rigs are stated wider than they scatter: what a pulse's area,
-the lag of a channel and further causes may be off by is in the errors and was not drawn. Mistakes
-are of two draws; those of the first kept their samples and impacts from the version before, in
-which the signs of channels were not kept. Two changes came after this run, of the errors of
-ring-downs and of the apparent r in b_c: 40 and 19 campaigns measured again with them differ by less
-than a tenth of an error."""
+Campaigns 0 to 299 were looked at while the model was made. 300 to 351 were drawn and analysed once
+by a version that had not seen them: no value was off by more than 3 of its errors, and nothing was
+named that is not there. The table is of 0 to 299, the second one of 300 to 351 by this version.
+Samples and impacts of 0 to 299 were kept from earlier versions (`--reuse`); all that follows is of
+this one. Warnings on plain campaigns say that a test had not settled or was recorded from rest,
+which is so. One campaign with a magnet and little friction (135) has r 8 of its errors off: the
+pull is named, the friction beside it too small to be seen. b_c of plain rigs is stated wider than
+it scatters: what a pulse's area, the lag of a channel and further causes may be off by is in the
+errors and was not drawn. Mistakes are of two draws."""
 
 
 _RULE = "|---|---|---|---|---|---|"
@@ -240,6 +236,8 @@ def _far(outcome: Outcome, name: str) -> str:
 
 def page(found: Sequence[Outcome], before: Sequence[Outcome]) -> str:
     """The page in Markdown."""
+    new = [o for o in found if o["family"] in _DRAWN and o["seed"] >= _LOOKED_AT]
+    found = [o for o in found if o not in new]
     drawn = [o for o in found if o["family"] in _DRAWN]
     measured = f"{len(drawn)} campaigns by the joint model of the campaign"
     if len(drawn) < 300:
@@ -257,6 +255,8 @@ def page(found: Sequence[Outcome], before: Sequence[Outcome]) -> str:
         summary(found),
         "",
     ]
+    if new:
+        parts += ["## Campaigns that were new", "", summary(new), ""]
     if before:
         count = sum(o["family"] in _DRAWN for o in before)
         parts += [
