@@ -14,8 +14,10 @@ from vinesexp.figures.methods import estimates_by_method
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.figures.regime_strips import Strip, cycle_edges, regime_strips
 from vinesexp.figures.single_records import (
+    Loaded,
     Marks,
     Trace,
+    added_mass_line,
     amplitude,
     band,
     columns_of,
@@ -212,3 +214,15 @@ def test_a_drop_is_drawn_with_the_scale_that_its_sensor_has(role):
     figure = impacts_on_acceleration(*traces, marks, title="d: drop, 4 impacts")
     labels = " ".join(axis.get_ylabel() for axis in figure.axes)
     assert labels == " ".join([shown.replace(" (", "\n(")] * 2)
+
+
+def test_an_added_mass_that_is_wrong_by_10_g_is_seen():
+    """Residuals have an axis of their own; on the line itself 10 g of 5 kg are no width of it."""
+    M, k1, stated, true = 4.7, 1e4, np.array([0.0, 0.2, 0.4]), np.array([0.0, 0.2, 0.39])
+    loaded = Loaded(["a", "b", "c"], stated, (M + true) / k1, np.full(3, 0.001), M, k1)
+    assert loaded.off == pytest.approx([0.0, 0.0, -0.010], abs=1e-12)
+    residuals = added_mass_line(loaded, title="M = 4.7 kg").axes[1]
+    drawn = sorted(float(bar.lines[0].get_ydata()[0]) for bar in residuals.containers)
+    assert drawn == pytest.approx([-10.0, 0.0, 0.0], abs=1e-9)
+    low, high = residuals.get_ylim()
+    assert high - low < 20.0

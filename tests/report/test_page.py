@@ -167,6 +167,10 @@ def test_combined_value_first_and_methods_folded(full):
     )
 
 
+def test_the_page_says_what_plus_minus_is(page):
+    assert "± everywhere: half of a 95 % interval (coverage factor k = 2)" in text_of(page)
+
+
 def test_what_goes_beyond_the_plain_model_is_named_with_its_value(tmp_path, full):
     assert {parameter for parameter, _ in EFFECT_ROWS.values()} <= set(EFFECTS)
     assert "differ from the plain model" not in full.html

@@ -129,6 +129,18 @@ def test_a_detector_is_imported_by_its_name(tmp_path: Path, monkeypatch) -> None
     assert detect(stream_of(trace(TIMES, seconds=4.0), RATE), settings.impacts).time.size == 0
 
 
+def test_a_package_offers_a_detector_by_an_entry_point(tmp_path: Path, monkeypatch) -> None:
+    """As an installed package has it: its module, and entry_points.txt beside it."""
+    (tmp_path / "theirs.py").write_text("def never(a, rate):\n    return []\n")
+    about = tmp_path / "theirs-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: theirs\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[vinesexp.detectors]\nquiet = theirs:never\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    settings = changed_by_text(Settings(), "impacts.detector = quiet")
+    assert detect(stream_of(trace(TIMES, seconds=4.0), RATE), settings.impacts).time.size == 0
+
+
 @pytest.mark.parametrize(
     ("name", "says"),
     [("nowhere.at_all:mine", "cannot be imported"), ("math:nothing", "cannot be imported")],
