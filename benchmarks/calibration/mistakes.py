@@ -36,24 +36,30 @@ def mistakes(which: str = "all") -> list[Mistake]:
 
 def mistaken(name: str, seed: int) -> Scene:
     """The campaign of a mistake."""
-    mistake = next(m for m in _ALL if m.name == name)
-    rng = np.random.default_rng([seed, 23])
-    scene = plain(_SEEDS + seed).with_sensors(base=True)
-    changed = mistake.make(scene, rng)
-    return replace(
-        changed, name=name, seed=seed, causes=mistake.causes,
-        family="held mistake" if mistake.held else "open mistake",
-    )  # fmt: skip
+    return _made(name, seed, _plain(seed))
 
 
 def small(name: str, seed: int) -> Scene:
-    """The campaign of a mistake with two ring-downs, one load, four periodic tests, one release."""
-    scene = mistaken(name, seed)
+    """The same with two ring-downs, one load, four periodic tests and one release."""
+    scene = _plain(seed)
     own = {kind: [t for t in scene.tests if t.kind == kind] for kind in _KINDS}
     bare = [t for t in own["ringdown"] if not t.load][:2]
     loaded = [t for t in own["ringdown"] if t.load][-1:]
     kept = [*bare, *loaded, *own["periodic"][:4], *own["transient"][:1]]
-    return replace(scene, tests=tuple(kept))
+    return _made(name, seed, replace(scene, tests=tuple(kept)))
+
+
+def _plain(seed: int) -> Scene:
+    return plain(_SEEDS + seed).with_sensors(base=True)
+
+
+def _made(name: str, seed: int, scene: Scene) -> Scene:
+    mistake = next(m for m in _ALL if m.name == name)
+    changed = mistake.make(scene, np.random.default_rng([seed, 23]))
+    return replace(
+        changed, name=name, seed=seed, causes=mistake.causes,
+        family="held mistake" if mistake.held else "open mistake",
+    )  # fmt: skip
 
 
 def _typed(column: str, change: Callable[[float], float], kinds: str) -> Change:
