@@ -9,7 +9,7 @@ import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.clearance.comparison import may_not_have_settled, settling_check, start_checks
-from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested, _waited
+from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested, waited
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.steady_part import steady_part
@@ -87,11 +87,11 @@ def test_a_lightly_damped_mass_recorded_from_rest_is_warned_of_and_not_after_a_w
     soon = row_from_rest(b, 2e-3, 10.0, 0.0)
     settled = float(row_from_rest(b, 2e-3, 100.0, 200.0)["amplitude_mean_m"])
     assert abs(float(soon["amplitude_mean_m"]) / settled - 1.0) > 0.04  # what the warning is for
-    assert _waited(soon) < 2.0 * forgets
-    assert _waited(row_from_rest(b, 2e-3, 10.0, 200.0)) == math.inf
+    assert waited(soon) < 2.0 * forgets
+    assert waited(row_from_rest(b, 2e-3, 10.0, 200.0)) == math.inf
     # 39.1 mm at the damping of the paper: the start is left out, and nothing is to be said.
     usual = row_from_rest(b, 6.5e-3, 60.0, 0.0)
-    assert _waited(usual) > 2.0 / (2.0 * math.pi * 7.862 * 6.5e-3)
+    assert waited(usual) > 2.0 / (2.0 * math.pi * 7.862 * 6.5e-3)
     later = row_from_rest(b, 6.5e-3, 150.0, 150.0)
     mean, other = (float(row["amplitude_mean_m"]) for row in (usual, later))
     error = math.hypot(*(float(row["amplitude_error_m"]) for row in (usual, later)))

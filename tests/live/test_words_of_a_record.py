@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 from benchmarks.watching import record_text
 
+from vinesexp.identification.estimate import Estimate, write_identified
 from vinesexp.live.views import RecordView, look_at_record
 from vinesexp.pipeline import analyse_record
 from vinesexp.records.campaign.load import load_campaign
@@ -66,3 +67,21 @@ def test_what_is_wrong_is_said_in_words(bench, tmp_path, change, test, said):
 def test_a_good_record_needs_no_word(bench, tmp_path):
     view = looked_at(bench, tmp_path / "results", record_text(**GOOD))
     assert (view.verdict, view.words) == ("good", ())
+
+
+@pytest.mark.parametrize(("seconds", "zeta", "said"), [
+    (6.0, None, "how long it lasts shows a ring-down only"),
+    (6.0, 0.0065, "the start, which lasts 6.23 s"),
+    (10.0, 0.0065, "the start, which lasts 6.23 s"),
+    (20.0, 0.0065, ""),
+])  # fmt: skip
+def test_a_test_from_rest_is_good_once_its_start_is_over(bench, tmp_path, seconds, zeta, said):
+    """The amplitude of the short ones is twice what the mass settles to, 5.9 mm."""
+    results = tmp_path / "results"
+    if zeta:
+        found = [Estimate(name, value, 0.0, "1", "combined", ("a",))
+                 for name, value in (("f0", 7.862), ("zeta", zeta))]  # fmt: skip
+        write_identified(ResultPaths(results).identified, found)
+    view = looked_at(bench, results, record_text(**{**GOOD, "wait": 0.0, "seconds": seconds}))
+    assert view.verdict == ("look" if said else "good"), view
+    assert not said or any(said in words for words in view.words), view

@@ -111,10 +111,17 @@ def settling_check(level: str, tests: Sequence[Tested], rig: IdentifiedRig) -> C
 _WAITED = 2.0
 
 
+def start_lasts(*, f0: float, zeta: float) -> float:
+    """Time after which a start from rest no longer shows, s."""
+    return _WAITED / (2.0 * math.pi * f0 * zeta)
+
+
 def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     """What to say of tests whose counted cycles come too soon after a start from rest."""
-    forgets = _decay_time(rig)
-    soon = [t for t in level.tests if forgets is not None and t.waited < _WAITED * forgets]
+    if rig.f0 is None or rig.zeta is None or rig.zeta.value <= 0.0:
+        return []
+    lasts = start_lasts(f0=rig.f0.value, zeta=rig.zeta.value)
+    soon = [t for t in level.tests if t.waited < lasts]
     if not soon:
         return []
     names = ", ".join(test.record for test in soon)
@@ -122,7 +129,7 @@ def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
         "", "settling", "warning",
         f"{level.name}: {names}: recorded from rest; the counted cycles begin "
         f"{min(test.waited for test in soon):.3g} s after the start, and the start of this mass "
-        f"lasts {_WAITED * (forgets or 0.0):.3g} s: the mean amplitudes may hold a part of it; "
+        f"lasts {lasts:.3g} s: the mean amplitudes may hold a part of it; "
         "wait longer before recording, or record longer",
     )]  # fmt: skip
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from vinesexp.clearance.level_base import LevelBase, base_of_level, found_base
 from vinesexp.records.campaign.load import Campaign, Record
@@ -115,7 +115,7 @@ def periodic_levels(
                 record.id,
                 Swing(*(math.nan if one is None else one for one in halves)),
                 number(row.get("length_s", "")) or math.inf,
-                _waited(row),
+                waited(row),
             )
             _group(groups, record.base_amplitude).append((record, tested))
     levels = []
@@ -132,7 +132,7 @@ def periodic_levels(
     return levels
 
 
-def _waited(row: Mapping[str, str]) -> float:
+def waited(row: Mapping[str, Any]) -> float:
     """`Tested.waited`: the first cycles of a start at rest are below half of the mean."""
     start, since = (number(row.get(name, "")) for name in ("amplitude_start_m", "steady_from_s"))
     if start is None or since is None or start > 0.5 * float(row["amplitude_mean_m"]):

@@ -17,12 +17,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vinesexp.clearance.comparison import start_lasts
+from vinesexp.clearance.levels import waited
 from vinesexp.figures.numbers import plus_minus_brief
+from vinesexp.identification.estimate import COMBINED
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import checks_of_regime, read_checks
+from vinesexp.records.stored.result_columns import IDENTIFIED
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
-from vinesexp.records.stored.tables import Row
+from vinesexp.records.stored.tables import Row, read_rows
 from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.theory.regime_definitions import Regime
@@ -68,6 +72,8 @@ def look_at_record(record: Record, *, paths: ResultPaths) -> RecordView:
         length, rate, roles = view.n / view.sample_rate, view.sample_rate, ", ".join(view.roles)
     words = [check.detail for check in checks if check.outcome == "warning"]
     words += _of_ball(record, regime, impacts.n)
+    if record.test == "periodic" and regime.get("amplitude_mean_m") is not None:
+        words += _of_start(waited(regime), paths)
     clipped = int(impacts.clipped.sum())
     if clipped:
         words.append(
@@ -99,6 +105,20 @@ def _of_ball(record: Record, regime: dict[str, object], impacts: int) -> list[st
     if isinstance(per_cycle, float) and per_cycle < _STILL and record.test == "periodic":
         return ["hardly any impacts: is the ball stuck, or lying in the middle of its cavity?"]
     return []
+
+
+def _of_start(since: float, paths: ResultPaths) -> list[str]:
+    """Whether the counted cycles of a test from rest may hold a part of how it began."""
+    if not math.isfinite(since):
+        return []
+    begun = f"recorded from rest: the counted cycles begin {since:.3g} s after the start"
+    advice = "wait longer before recording, or record longer"
+    rows = read_rows(paths.identified, IDENTIFIED) if paths.identified.is_file() else []
+    found = {row["parameter"]: row["value"] for row in rows if row["method"] == COMBINED}
+    if not {"f0", "zeta"} <= set(found):
+        return [f"{begun}, and how long it lasts shows a ring-down only: {advice}"]
+    lasts = start_lasts(f0=found["f0"], zeta=found["zeta"])
+    return [f"{begun}, which lasts {lasts:.3g} s: {advice}"] if since < lasts else []
 
 
 def _numbers(regime: dict[str, object], base: list[dict[str, float]]) -> list[tuple[str, str]]:
