@@ -23,11 +23,10 @@ from vinesexp.figures.numbers import plus_minus_brief
 from vinesexp.identification.estimate import COMBINED
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import checks_of_regime, read_checks
-from vinesexp.records.stored.result_columns import IDENTIFIED
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
-from vinesexp.records.stored.tables import Row, read_rows
-from vinesexp.results import CampaignResults
+from vinesexp.records.stored.tables import Row
+from vinesexp.results import CampaignResults, open_results
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.theory.regime_definitions import Regime
 from vinesexp.whole_files import write_whole
@@ -113,7 +112,8 @@ def _of_start(since: float, paths: ResultPaths) -> list[str]:
         return []
     begun = f"recorded from rest: the counted cycles begin {since:.3g} s after the start"
     advice = "wait longer before recording, or record longer"
-    rows = read_rows(paths.identified, IDENTIFIED) if paths.identified.is_file() else []
+    known = paths.identified.is_file()
+    rows = open_results(paths.folder).rows("identified") if known else []
     found = {row["parameter"]: row["value"] for row in rows if row["method"] == COMBINED}
     if not {"f0", "zeta"} <= set(found):
         return [f"{begun}, and how long it lasts shows a ring-down only: {advice}"]
