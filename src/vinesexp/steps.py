@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import atexit
+import gc
 import json
 import os
 import signal
@@ -53,12 +54,15 @@ class Step:
         The files of a step on one record; None for a step on all of them.
     reads : function of campaign and record
         Files that it reads besides results.
+    loads : tuple of str
+        Modules that it imports only where it uses them, and most often does: `Forks` loads them.
     """
 
     call: str
     follows: tuple[str, ...] = ()
     writes: Callable[[ResultPaths, str], list[Path]] | None = None
     reads: Callable[[Campaign, Record | None], list[Path]] = lambda campaign, record: []
+    loads: tuple[str, ...] = ("h5py",)
 
     @property
     def each(self) -> bool:
@@ -83,12 +87,18 @@ def _truth(campaign: Campaign, _: Record | None) -> list[Path]:
 
 _EACH = ("ingest", "condition", "impacts", "estimate")
 _TABLES = ("regimes", "identify", "compare", "replay")
+_NUMBA = ("h5py", "vinesexp.solver.ready")
+_MATPLOTLIB = (
+    *("h5py", "matplotlib.figure"),
+    *("matplotlib.backends.backend_svg", "matplotlib.backends.backend_pdf"),
+)
 
 STEPS: Mapping[str, Step] = {
     "ingest": Step(
         "vinesexp.pipeline:ingest_record",
         writes=lambda paths, id: [paths.record(id), paths.ingest_checks(id)],
         reads=_instrument_files,
+        loads=("h5py", "pandas"),
     ),
     "condition": Step(
         "vinesexp.pipeline:condition_record",
@@ -104,6 +114,7 @@ STEPS: Mapping[str, Step] = {
         "vinesexp.pipeline:estimate_from_record",
         ("ingest", "condition", "impacts"),
         writes=lambda paths, id: [paths.estimates(id), paths.decay(id)],
+        loads=_NUMBA,
     ),
     "regimes": Step("vinesexp.pipeline:collect_regimes", ("impacts",)),
     "identify": Step("vinesexp.pipeline:identify", ("impacts", "estimate")),
@@ -111,22 +122,32 @@ STEPS: Mapping[str, Step] = {
     "replay": Step(
         "vinesexp.pipeline:replay_records",
         ("ingest", "condition", "impacts", "identify", "regimes"),
+        loads=_NUMBA,
     ),
     "checks": Step(
         "vinesexp.pipeline:collect_checks", ("ingest", "impacts", "identify", "compare", "replay")
     ),
     "score": Step("vinesexp.showing:score", ("impacts", "identify"), reads=_truth),
     "figures_results": Step(
-        "vinesexp.showing:figures_of_results", ("condition", "impacts", "estimate", *_TABLES)
+        "vinesexp.showing:figures_of_results",
+        ("condition", "impacts", "estimate", *_TABLES),
+        loads=_MATPLOTLIB,
     ),
     "figures_records": Step(
-        "vinesexp.showing:figures_of_records", ("ingest", "condition", "impacts")
+        "vinesexp.showing:figures_of_records",
+        ("ingest", "condition", "impacts"),
+        loads=_MATPLOTLIB,
     ),
-    "pages": Step("vinesexp.showing:pages", (*_EACH, "identify", "regimes", "replay", "checks")),
+    "pages": Step(
+        "vinesexp.showing:pages",
+        (*_EACH, "identify", "regimes", "replay", "checks"),
+        loads=("h5py", "jinja2"),
+    ),
     "report": Step(
         "vinesexp.showing:report",
         (*_EACH[:3], *_TABLES, "checks", "figures_results", "figures_records"),
         reads=_description,
+        loads=("h5py", "jinja2"),
     ),
     "bundle": Step("vinesexp.showing:bundle", (*_EACH, *_TABLES, "checks", "pages", "report")),
 }
@@ -248,7 +269,8 @@ class Study:
         return self._outcomes[step]
 
 
-_SIMULATE = "vinesexp.showing:simulate"
+#: Where no results are: it makes files of the campaign.
+_SIMULATE = Step("vinesexp.showing:simulate", loads=_NUMBA)
 
 #: Code that has files of its own besides those of a step.
 _PARTS = ("vinesexp.record_pages.build", "vinesexp.laboratory.scene")
@@ -384,9 +406,11 @@ def _fork(asked: socket.socket) -> None:
         if not text:
             return
         words = json.loads(text)
-        for name in named_modules(STEPS[words[0]].call if words[0] in STEPS else _SIMULATE):
+        step = STEPS.get(words[0], _SIMULATE)
+        for name in (*named_modules(step.call), *step.loads):
             with suppress(ModuleNotFoundError):  # some are names in a module
                 import_module(name)
+        gc.freeze()  # what is loaded stays, and forks share its memory
         with socket.socket(fileno=fds[0]) as answer:
             answer.send(b"-")
             if not (pid := os.fork()):
