@@ -101,11 +101,11 @@ def _compared(view: FileView, column: ColumnView, shown: str) -> Line:
             view.path, {role: channel}, time=time, sample_rate=None if time else view.rate
         )
         x = values[role]
-    peer = fit(t, x)
     try:
         found = fit_ringdown(x, times=t, frequency=column.peak()[0])
     except VinesexpError as error:
         return Line("refused", f"{shown}; {error.problem}")
+    peer = fit(t, x, at=found.reference)
     value = (
         f"f0 {found.f0:.5g} +- {found.f0_error:.1g} Hz, zeta {found.zeta:.3g} +- "
         f"{found.zeta_error:.1g}"

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 _NOISE = 4.0  # times the scatter at the end of a record that a turning point stands out by
 _FEWEST = 5  # periods
+_NEAR = 1.4  # times the amplitude that values are compared at: those above and below it
 
 
 @dataclass(frozen=True)
@@ -23,8 +24,13 @@ class Fit:
     periods: int
 
 
-def fit(times: NDArray[np.float64], values: NDArray[np.float64]) -> Fit | None:
-    """Periods by zero crossings, damping by the logarithm of half swings; None without a decay."""
+def fit(
+    times: NDArray[np.float64], values: NDArray[np.float64], *, at: float | None = None
+) -> Fit | None:
+    """Periods by zero crossings, damping by the logarithm of half swings; None without a decay.
+
+    A frequency or a damping that moves with amplitude is compared near the amplitude `at`.
+    """
     good = np.isfinite(times) & np.isfinite(values)
     t, x = times[good], values[good]
     if t.size < 50 or not np.all(np.diff(t) >= 0.0) or np.ptp(x) == 0.0:
@@ -47,15 +53,19 @@ def fit(times: NDArray[np.float64], values: NDArray[np.float64]) -> Fit | None:
     spectrum[(frequency < 0.5 * f) | (frequency > 1.6 * f)] = 0.0
     y = np.fft.irfft(spectrum, y.size)
     signs = np.signbit(y)
-    at = np.flatnonzero(signs[1:] != signs[:-1])
-    crossings = even[at] + step * y[at] / (y[at] - y[at + 1])
-    tops = np.array([np.abs(y[a + 1 : b + 1]).max() for a, b in pairwise(at)])
+    turn = np.flatnonzero(signs[1:] != signs[:-1])
+    crossings = even[turn] + step * y[turn] / (y[turn] - y[turn + 1])
+    tops = np.array([np.abs(y[a + 1 : b + 1]).max() for a, b in pairwise(turn)])
     if tops.size < 4 * _FEWEST:
         return None
     begin = int(np.argmax(tops[: tops.size // 2])) + 2
     floor = _NOISE * float(np.median(tops[-max(tops.size // 10, 3) :]))
     below = np.flatnonzero(tops[begin:] < min(floor, 0.5 * tops[begin]))
     end = begin + int(below[0]) if below.size else tops.size
+    if at is not None:
+        near = np.flatnonzero(np.abs(np.log(tops[begin:] / at)) < np.log(_NEAR)) + begin
+        if near.size >= 2 * _FEWEST:
+            begin, end = int(near[0]), int(near[-1]) + 1
     if end - begin < 2 * _FEWEST:
         return None
     parts = [(begin, end), (begin, (begin + end) // 2), ((begin + end) // 2, end)]

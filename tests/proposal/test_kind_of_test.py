@@ -9,6 +9,9 @@ import scipy.io.wavfile
 
 from vinesexp.cli import main
 from vinesexp.pipeline import analyse_campaign
+from vinesexp.proposal.kind_of_test import OPEN, describe_test
+from vinesexp.proposal.roles import guess_roles
+from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.instrument.ingest import ingest
 from vinesexp.records.stored.result_paths import ResultPaths
@@ -315,11 +318,36 @@ def test_files_whose_columns_have_other_names_are_said_to_need_a_setup(tmp_path,
     assert any("columns ('Accel') are none of the channels" in row["note"] for row in rows)
 
 
-@pytest.mark.parametrize("unit", ["rad", "deg"])
+def described(path):
+    view = view_file(path)
+    return describe_test(view, guess_roles([view]))
+
+
+def test_columns_without_a_vibration_are_not_said_to_lack_a_setup(tmp_path):
+    table(tmp_path / "a.csv", "length,count", np.linspace(1.0, 9.0, 40), np.arange(40.0) ** 2)
+    test, cells, why = described(tmp_path / "a.csv")
+    assert (test, cells) == (OPEN, {})
+    assert "is a vibration recognised" in why
+
+
+def test_what_falls_and_is_loud_again_is_no_decay(tmp_path):
+    # Speech: one pitch in words that come and go, and less of it at the end.
+    t = np.arange(8000) / 4000.0
+    words = sum(a * np.exp(-(((t - at) / 0.12) ** 2)) for a, at in ((1.0, 0.4), (0.8, 1.1)))
+    for motion, test in (
+        (words * np.sin(2 * np.pi * 150.0 * t), OPEN),
+        (decay((t - 0.4).clip(0.0), 150.0, 0.005) * (t > 0.4), "ringdown"),
+    ):
+        table(tmp_path / "a.csv", "Time (s),Laser (mm)", t, motion)
+        assert described(tmp_path / "a.csv")[0] == test
+
+
+@pytest.mark.parametrize("unit", ["rad", "deg", "radians", "degrees"])
 def test_an_angle_is_a_displacement_along_its_arc(tmp_path, capsys, unit):
     t = np.arange(3000) / 50.0
-    angle = 0.2 * decay(t, 0.9, 0.004) * (1.0 if unit == "rad" else 180.0 / np.pi)
+    angle = 0.2 * decay(t, 0.9, 0.004) * (180.0 / np.pi if unit.startswith("deg") else 1.0)
     table(tmp_path / "a.csv", f"Time (s),Angle ({unit})", t, angle)
+    unit = unit[:3]
     channels, rows, text = proposed(tmp_path)
     assert f'unit: "{unit}", radius: "? m"' in channels["displacement"]
     assert rows[0]["test"] == "ringdown"

@@ -22,6 +22,7 @@ _TONE = 0.05  # by which zero crossings and spectrum of one tone differ at most,
 _OFF_BEAT = 0.25  # cycles that the zero crossings of a sine scatter by
 _SCATTER = 0.1  # of the logarithm of a sweep's frequency from cycle to cycle
 _PIECES, _ENDS = 48, 12  # of a record; those at either end that a hand may be in
+_AGAIN = 2.0  # times the least since its largest: a motion that rises to more, and half of that
 _LAST = 0.8  # of a decay: a ball hits before that, too
 _LOUDER = 2.5  # times the usual level of a record
 _FEW_CYCLES, _FALLS, _EVENLY = 6, -0.2, -0.98  # fall of the logarithm, and its correlation
@@ -39,7 +40,7 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
     a = columns.get("acceleration") or x
     base = columns.get("base")
     if x is None or a is None:
-        return OPEN, {}, _without_channels(file)
+        return OPEN, {}, _without_channels(file, elsewhere=bool(guesses))
     if (heard := _bounces(columns)) is not None:
         return "drop", {}, heard
     if columns.get("sound") is x:
@@ -90,7 +91,7 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
     return OPEN, {}, "it neither decays nor follows a base"
 
 
-def _without_channels(file: FileView) -> str:
+def _without_channels(file: FileView, *, elsewhere: bool) -> str:
     """Why a file has no record, though it may have columns."""
     if any(column.kind == "frequency" for column in file.columns):
         return "a spectrum or a frequency response, no record in time"
@@ -99,9 +100,14 @@ def _without_channels(file: FileView) -> str:
     names = ", ".join(f"'{column.name or column.index}'" for column in file.signals[:4])
     if not names:
         return "no channel of the oscillator in it"
+    if elsewhere:
+        return (
+            f"its columns ({names}) are none of the channels that campaign.yaml names; a setup of "
+            "its own may name them"
+        )
     return (
-        f"its columns ({names}) are none of the channels that campaign.yaml names; a setup of its "
-        "own may name them"
+        f"in none of its columns ({names}) is a vibration recognised; if one holds it, name that "
+        "column and the times in campaign.yaml"
     )
 
 
@@ -145,19 +151,22 @@ def _period(file: FileView) -> int:
 def decays(values: FloatArray) -> bool:
     """Whether a motion is clearly less at its end than where it is largest, and before that not.
 
-    A record may begin at rest, before its release.
+    A record may begin at rest, before its release. What falls and is loud again, such as speech,
+    is moved by something.
 
     Examples
     --------
     >>> t = np.arange(4000) / 100.0
     >>> wait = np.where(t < 10.0, 0.0, np.exp(-0.2 * (t - 10.0).clip(0)) * np.cos(9 * t))
-    >>> decays(wait), decays(np.cos(9 * t))
-    (True, False)
+    >>> decays(wait), decays(np.cos(9 * t)), decays(wait + 0.9 * np.roll(wait, 1500))
+    (True, False, False)
     """
     levels = envelope(values)
     top = int(np.argmax(levels))
     if top < 0.75 * len(levels) and bool(levels[-4:].mean() < 0.6 * levels[top]):
-        return True
+        lowest = np.minimum.accumulate(levels[top:])
+        again = (levels[top:] > _AGAIN * lowest) & (levels[top:] > levels[top] / _AGAIN)
+        return not again.any()
     return _falls_evenly(values)
 
 

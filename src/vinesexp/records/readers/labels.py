@@ -48,6 +48,10 @@ _WORDS = {
     "pound": "lbf",
     "pounds": "lbf",
     "gs": "g",
+    "degree": "deg",
+    "degrees": "deg",
+    "radian": "rad",
+    "radians": "rad",
     "sequence": "Sequence",
 }
 _KNOWN = {unit for table in UNITS.values() for unit in table if unit and unit != "1"}
