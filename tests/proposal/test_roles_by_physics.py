@@ -37,6 +37,16 @@ def test_times_printed_to_few_digits_are_no_base(tmp_path):
     assert not any("t" in label for label in guess_roles([view]))
 
 
+def test_the_uncertainty_of_each_value_is_no_base(tmp_path):
+    t = np.arange(600) / 20.0
+    off = 0.004 * np.abs(np.random.default_rng(4).standard_normal(600)) ** 3
+    rows = np.column_stack([t, 0.5 * np.exp(-0.05 * t) * np.cos(6.0 * t), off])
+    path = tmp_path / "swing.csv"
+    np.savetxt(path, rows, delimiter=",", header="X,Y,Y'", comments="")
+    found = guess_roles([view_file(path)])
+    assert [(label, one.role) for label, one in found.items()] == [("Y", "displacement")]
+
+
 def test_the_force_of_a_hammer_is_no_displacement(tmp_path):
     t = np.arange(20000) / 20000.0
     force = 250.0 * np.exp(-(((t - 0.1) / 5e-4) ** 2)) + 0.1 * RNG.standard_normal(t.size)

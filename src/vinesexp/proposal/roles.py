@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vinesexp.arrays import FloatArray
 from vinesexp.identification.bounces import bounces_heard
 from vinesexp.proposal.survey import SLOWEST, ColumnView, FileView, is_called_time
 from vinesexp.proposal.traits import (
@@ -50,6 +51,7 @@ _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)  # nothing before it: 
 _CUT_SHORT = 6  # letters at least of a name that some program cut short
 _MOSTLY = 0.9  # of the steps of times with a mistake among them
 _KEEPS = 0.35  # variation of an amplitude that is kept: a decay to a quarter varies by more
+_SKEWED = 1.0  # skewness; of a steady motion or noise about a level 0
 _AUDIBLE = 8000.0  # Hz: a WAV file sampled faster may be a microphone's
 #: Quantities by whose units a column can have each role.
 _MEASURED = {
@@ -320,8 +322,22 @@ def _voted(
             return  # both ring, one for longer
     else:
         return
-    if may_be(columns[steadiest], "base"):
+    if may_be(columns[steadiest], "base") and not _is_size(columns[steadiest].finite):
         yield "base", steadiest
+
+
+def _is_size(values: FloatArray) -> bool:
+    """Whether values are sizes, as uncertainties are: never negative, and mostly small.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(0).standard_normal(400)
+    >>> _is_size(np.abs(noise) * np.abs(np.roll(noise, 7))), _is_size(5.0 + noise), _is_size(noise)
+    (True, False, False)
+    """
+    spread = float(values.std())
+    skew = float(np.mean((values - values.mean()) ** 3)) / spread**3 if spread > 0.0 else 0.0
+    return bool(values.min() >= 0.0) and skew > _SKEWED
 
 
 def _clearest(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Evidence]:
