@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -11,6 +12,7 @@ from vinesexp.identification.estimate import Estimate, nothing, write_estimates
 from vinesexp.records.stored.checks import Check, write_checks
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import create_record
+from vinesexp.signals.condition import condition
 
 IDENTIFIED = """parameter,value,std_error,ci95_low,ci95_high,unit,method,records
 M,4.71,0.02,4.67,4.75,kg,added mass,decay
@@ -102,6 +104,37 @@ def test_a_record_is_a_mapping_of_its_channels(folder: Path):
     assert list(table.columns) == ["displacement", "displacement_filtered"]
     assert table.index.name == "time"
     assert len(table) == 100
+
+
+def test_arrays_and_tables_of_a_record_hold_the_numbers_of_its_files(folder: Path):
+    """Of a rate and a start whose times no binary number hits, after the step that filters."""
+    paths, rng = ResultPaths(folder), np.random.default_rng(4)
+    x = 1e-3 * np.sin(2.0 * np.pi * 8.0 * np.arange(20_011) / 3333.3) + 1e-6 * rng.normal(
+        size=20_011
+    )
+    with create_record(
+        paths.record("b34"),
+        sample_rate=3333.3,
+        start=12.3456789,
+        quantities={"displacement": "displacement", "acceleration": "acceleration"},
+    ) as writer:
+        writer.append({"displacement": x, "acceleration": 9.0 * rng.normal(size=x.size)})
+    condition(paths.record("b34"), paths.conditioned("b34"), f0_hint=8.0)
+    record = vinesexp.open_results(folder).record("b34")
+    array, table = record.to_xarray(), record.to_dataframe()
+    held = set()
+    for path, ending in ((paths.record("b34"), ""), (paths.conditioned("b34"), "_filtered")):
+        with h5py.File(path) as file:
+            for role in ("displacement", "acceleration"):
+                numbers = file[role][()]
+                assert np.isfinite(numbers).all()
+                np.testing.assert_array_equal(array[role + ending], numbers)
+                np.testing.assert_array_equal(table[role + ending], numbers)
+                held.add(numbers.tobytes())
+            np.testing.assert_array_equal(array["time"], file["time"][()])
+            np.testing.assert_array_equal(table.index, file["time"][()])
+    assert len(held) == len(table.columns) == len(array.data_vars) == 4  # none stands twice
+    np.testing.assert_allclose(table["displacement"], x, atol=1e-9)  # m
 
 
 def test_results_records_rigs_and_motions_show_themselves(folder: Path):
