@@ -107,6 +107,21 @@ def test_samples_of_a_narrow_view_are_those_of_the_record(ask):
     )
 
 
+def test_the_error_of_a_jump_is_written_with_the_digits_that_it_has(ask):
+    script = (
+        READY
+        + """
+    const table = [...document.querySelectorAll("#tables section")].find(
+      one => one.querySelector("h2").textContent.startsWith("Impacts"));
+    return [table.querySelectorAll("tbody td")[3].textContent,
+      withError(0.012345, 2.4e-5), withError(0.0123, 0.0002)];
+    """
+    )
+    shown = [cell.replace("\u00a0", " ") for cell in ask("records.html", script, at="#p_34")]
+    assert shown[0] in ("0.0100 ± 0.0002", "-0.0100 ± 0.0002")
+    assert shown[1:] == ["0.01235 ± 0.00002", "0.0123 ± 0.0002"]
+
+
 def test_keys_move_the_view_and_the_record(ask):
     script = (
         READY

@@ -11,6 +11,7 @@ import pytest
 from vinesexp.clearance.clearance_budget import clearance_budget
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig, predicted_b_c
+from vinesexp.identification.budget import rows_of as rows_of_budget
 from vinesexp.records.campaign.load import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.units import COVERAGE_95, Quantity
@@ -57,6 +58,15 @@ def test_the_parts_of_b_c_make_its_interval():
     assert own == sorted(own, key=lambda row: -row["share"])
     assert "the largest part: " in own[0]["note"]
     assert re.search(r"Without it the 95 % interval is \+- [\d.]+ mm", own[0]["note"])
+
+
+@pytest.mark.parametrize("rest", [0.0, 1e-9, 0.02, 0.3, 1.0])
+def test_no_note_says_that_an_interval_would_become_nothing(rest):
+    """Where one source makes all of the error, what would be left without it is no figure."""
+    (first, *_) = rows_of_budget("r", {"records": 2e-3, "ball mass": 2e-3 * rest})
+    left = re.search(r"Without it the 95 % interval is \+- ([\d.e-]+)", first["note"])
+    assert (left is not None) == (rest > 0.1)
+    assert left is None or float(left[1]) == pytest.approx(COVERAGE_95 * 2e-3 * rest, rel=0.05)
 
 
 def test_b_t_rests_on_r_and_the_release():

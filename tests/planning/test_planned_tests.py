@@ -63,6 +63,8 @@ def test_drops_are_asked_for_until_r_is_known_to_a_percent():
     assert plan_drops(campaign_of(drop), sure).next == ()
     assert len(plan_drops(campaign_of(drop), poor).next) == 3
     assert plan_drops(campaign_of(), sure).state == "none; the impacts give r to 0.5 %"
+    given = IdentifiedRig({"r": Quantity(0.6)})
+    assert plan_drops(campaign_of(), given).state == "0 recorded; r is given"  # not "to 0 %"
 
 
 def test_ring_downs_are_asked_for_with_the_mass_that_was_mounted():

@@ -100,6 +100,13 @@ def test_nothing_undefined_or_numeric_nonsense_reaches_the_reader(page):
     assert "{{" not in text
 
 
+def test_no_sentence_rounds_a_number_to_nothing(page):
+    """Such as "would shrink to 0 at best", "within 0 %", "differs by -0.0 %", "± 0.00"."""
+    zero = r"[+-]?0(?:\.0*)?(?![\d.])"
+    claims = rf"(?:{zero} at best|(?:to|by|within|is) {zero} %|(?:±|\+-) {zero})"
+    assert re.findall(rf".{{0,40}}{claims}", text_of(page)) == []
+
+
 def text_of(html: str) -> str:
     plain = re.sub(r"<(?:svg|style).*?</(?:svg|style)>", "", html, flags=re.DOTALL)
     inline = re.sub(r"</?(?:sub|b|a)\b[^>]*>", "", plain)

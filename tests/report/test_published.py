@@ -85,7 +85,7 @@ def verdict(*fields: object, tables: object = TABLES, **more: object) -> dict[st
         (
             ("largest amplitude", "4.9", "mm"),
             {"clearance_mm": "34;23", "base_amplitude_mm": 0.25},
-            "differs by +37 to +69 %",
+            "differs by +37 % to +69 %",
         ),
         (
             ("largest amplitude", "7.9", "mm"),
@@ -118,6 +118,23 @@ def test_a_value_agrees_where_its_digits_meet_the_interval(
     value: tuple[str, ...], more: dict[str, object], expected: str
 ) -> None:
     assert verdict(*value, **more)["verdict"] == expected
+
+
+def test_a_value_outside_the_interval_that_was_found_does_not_agree() -> None:
+    """34 mm beside 32.88 (31.94 to 33.56): half a printed digit does not reach it."""
+    bracket = {"measured_mm": 32.88, "measured_low_mm": 31.94, "measured_high_mm": 33.56}
+    tables = {**TABLES, "clearances": [{**TABLES["clearances"][0], **bracket}]}
+    for printed, expected in (("34", "differs by -3.3 %"), ("33", "agrees")):
+        row = verdict("best clearance", printed, "mm", base_amplitude_mm=0.25, tables=tables)
+        assert row["own"] == "32.88 (31.94 to 33.56) mm"
+        assert row["verdict"] == expected
+
+
+def test_a_difference_is_not_said_to_be_nothing() -> None:
+    """4.7210 is outside what 4.72 without an interval reaches, by 0.02 %."""
+    exact = {**TABLES["identified"][0], "ci95_low": 4.72, "ci95_high": 4.72}
+    row = verdict("M", "4.7210", "kg", tables={**TABLES, "identified": [exact]})
+    assert row["verdict"] == "differs by less than 0.1 %"
 
 
 def test_a_row_says_what_it_is_of_and_what_was_found() -> None:

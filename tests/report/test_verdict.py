@@ -41,6 +41,14 @@ def test_agreement_is_judged_by_the_gap_that_was_left_between_tests(low, high, s
     assert found is agrees
 
 
+@pytest.mark.parametrize(("low", "side"), [(33.91, "below"), (33.0, "above")])
+def test_a_sharp_prediction_just_outside_the_gap_is_not_said_to_be_off_by_nothing(low, side):
+    sharp = PREDICTED | {"predicted_low_mm": 33.899, "predicted_high_mm": 33.901}
+    text, found = agreement({}, measured(low, low + 0.89) | sharp)
+    assert text.startswith(f"b_c is less than 0.1 % {side} the clearances")
+    assert found
+
+
 def test_without_the_end_the_lowest_amplitude_is_compared():
     text, agrees = agreement(measured(33, 35) | PREDICTED, {})
     assert text == "b_c lies in the gap in which amplitude is lowest"

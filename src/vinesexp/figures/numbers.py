@@ -64,6 +64,27 @@ def difference(value: float, std_error: float, unit: str) -> str:
     return f"{value:+z.{places}f} ± {half:.{places}f} {unit}"
 
 
+def percent(share: float, places: int = 1, *, sign: str = "+") -> str:
+    """A share in percent; one that the last place would hide as what it is below.
+
+    Parameters
+    ----------
+    share : float
+    places : int
+        Behind the point.
+    sign : ``+`` or ``-``
+        Whether a positive share has its sign.
+
+    Examples
+    --------
+    >>> percent(-0.0331), percent(0.6914, 0), percent(-0.0003), percent(0.0)
+    ('-3.3 %', '+69 %', 'less than 0.1 %', '0 %')
+    """
+    if abs(100.0 * share) >= 0.5 * 10.0**-places:
+        return f"{100.0 * share:{sign}.{places}f} %"
+    return f"less than {10.0**-places:g} %" if share else "0 %"
+
+
 def plus_minus_brief(value: float, std_error: float, unit: str = "") -> str:
     """As `plus_minus`, for a line read at a glance: five digits of the value at the most.
 

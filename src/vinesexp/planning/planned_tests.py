@@ -279,8 +279,8 @@ def plan_drops(campaign: Campaign, rig: IdentifiedRig) -> OtherPlan:
     else:
         more = _more(done, error, _ENOUGH_R) if done else int(error > _ENOUGH_R)
         state = f"{done} recorded; r is known to {100.0 * error:.2g} %"
-    if not done and not more:
-        state = f"none; the impacts give r to {100.0 * (error or 0.0):.2g} %"
+    if not done and not more and error is not None:
+        state = f"none; the impacts give r to {100.0 * error:.2g} %"
     tests = [
         planned(f"drop_{done + k + 1}", {"test": "drop"}, "r from successive bounces")
         for k in range(more)

@@ -17,7 +17,7 @@ from vinesexp.clearance.levels import PeriodicLevel, Tested
 from vinesexp.clearance.optimum import UNSEEN
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.errors import VinesexpError
-from vinesexp.figures.numbers import millimetres, outwards, significant, with_interval
+from vinesexp.figures.numbers import millimetres, outwards, percent, significant, with_interval
 from vinesexp.maps.basins import STARTS, Attractor, coexisting
 from vinesexp.records.campaign.load import Record
 from vinesexp.records.campaign.missing_cells import MISSING
@@ -218,7 +218,7 @@ def _within(rows: Sequence[Row]) -> str:
         for quantity, permanent, words in kinds:
             if (row["quantity"], row["record"] in steady) == (quantity, permanent):
                 parts[words] = max(parts.get(words, 0.0), abs(row["deviation"]))
-    shown = [f"{words} within {100.0 * off:.2g} %" for words, off in parts.items()]
+    shown = [f"{words} within {max(100.0 * off, 0.1):.2g} %" for words, off in parts.items()]
     return ", ".join(shown) or "as far as they can be compared"
 
 
@@ -250,7 +250,7 @@ def _compared(row: Row) -> dict[str, str]:
         "quantity": name,
         "measured": significant(row["measured"], factor=factor),
         "replayed": replayed if low == high else f"{replayed} ({low} to {high})",
-        "deviation": f"{100.0 * row['deviation']:+.1f} %" if row["deviation"] is not None else "–",
+        "deviation": "–" if row["deviation"] is None else percent(row["deviation"]),
     }
 
 
@@ -327,11 +327,11 @@ def _verdict(value: PublishedValue, own: Own) -> tuple[str, str]:
             return AGREES, ""
         if own.low < printed < own.high:
             return IN_PART, ": between the two"
-        ends = [f"{100.0 * (end / printed - 1.0):+.0f}" for end in sorted({own.low, own.high})]
-        return DIFFERS, f" by {' to '.join(ends)} %"
+        ends = [percent(end / printed - 1.0, 0) for end in sorted({own.low, own.high})]
+        return DIFFERS, f" by {' to '.join(ends)}"
     if _meets(own.value, own.low, own.high, printed=printed, half=half):
         return AGREES, ""
-    return DIFFERS, f" by {100.0 * (own.value / printed - 1.0):+.1f} %"
+    return DIFFERS, f" by {percent(own.value / printed - 1.0)}"
 
 
 def _meets(value: float, low: float, high: float, *, printed: float, half: float) -> bool:
@@ -588,7 +588,7 @@ def agreement(lowest: Row, end: Row) -> tuple[str, bool | None]:
         return f"b_c lies in the gap in which {what}", True
     apart = exact / low - 1.0 if exact < low else exact / high - 1.0
     side = "below" if apart < 0.0 else "above"
-    share = f"b_c is {100.0 * abs(apart):.1f} % {side}"
+    share = f"b_c is {percent(abs(apart), sign='-')} {side}"
     if bound:
         tried = low if apart < 0.0 else high
         text = f"{share} {tried:.4g} mm, but {what} {within(row)}"

@@ -21,6 +21,12 @@ function table(title, heads, rows, { wide = false, folded = false } = {}) {
 
 const MOST_ROWS = 200;
 
+// As many digits as the error needs to be seen: four to seven.
+function withError(value, error) {
+  const digits = error > 0 ? Math.min(Math.max(4, Math.ceil(-Math.log10(error))), 7) : 4;
+  return `${value.toFixed(digits)}\u00a0±\u00a0${error.toFixed(digits)}`;
+}
+
 function factTables(facts, trace) {
   byId("words").replaceChildren(element("div", [
     table("How it was taken", [], facts.settings),
@@ -29,7 +35,7 @@ function factTables(facts, trace) {
   const impacts = [], m = trace.impacts;
   if (m) for (let i = 0; i < Math.min(m.time.length, MOST_ROWS); i++) {
     impacts.push([m.time[i].toFixed(5), m.nes[i] || "–", m.side[i] > 0 ? "+1" : m.side[i] < 0 ? "−1" : "–",
-      `${m.jump[i].toFixed(4)}\u00a0±\u00a0${m.error[i].toFixed(4)}`, m.confidence[i].toFixed(3), m.notes.get(i) || ""]);
+      withError(m.jump[i], m.error[i]), m.confidence[i].toFixed(3), m.notes.get(i) || ""]);
   }
   const more = m && m.count > impacts.length ? `; the first ${impacts.length} of ${m.count}, all in impacts/${trace.id}.csv` : "";
   byId("tables").replaceChildren(...[
