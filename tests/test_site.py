@@ -5,9 +5,11 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+import yaml
 
 import vinesexp
 from vinesexp.cli import COMMANDS
@@ -106,6 +108,52 @@ def test_no_page_asks_the_network_for_anything(site):
         assert fetched == [], path.relative_to(site)
 
 
+def declared(styles: str, selector: str, name: str) -> str:
+    """What the last rule for just this selector sets, variables resolved among `styles`."""
+    found = ""
+    rules = re.sub(r"/\*.*?\*/", "", styles, flags=re.DOTALL)
+    for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", rules):
+        if selector in [one.strip() for one in selectors.split(",")]:
+            for value in re.findall(rf"(?:^|;|\s){re.escape(name)}:\s*([^;]+)", body):
+                found = value.strip()
+    return found
+
+
+def luminance(colour: Sequence[float]) -> float:
+    """Relative luminance of the contrast that WCAG 2 defines, of red, green, blue from 0 to 1."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in colour]
+    return sum(w * c for w, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+def contrast_of_tabs(styles: str, primary: str) -> float:
+    """Of the words of the tabs on their bar, as the opacity of the words leaves it."""
+
+    def colour(name: str) -> list[float]:
+        variable = declared(styles, ".md-tabs", name).removeprefix("var(").removesuffix(")")
+        text = declared(styles, f"[data-md-color-primary={primary}]", variable).lstrip("#")
+        text = text if len(text) == 6 else "".join(2 * one for one in text)
+        return [int(text[k : k + 2], 16) / 255.0 for k in (0, 2, 4)]
+
+    opacity = float(declared(styles, ".md-tabs__link", "opacity"))
+    bar = colour("background-color")
+    words = [opacity * w + (1.0 - opacity) * b for w, b in zip(colour("color"), bar, strict=True)]
+    light, dark = sorted((luminance(words), luminance(bar)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+def test_the_tabs_of_the_site_can_be_read():
+    """At least 4.5 to 1, what WCAG 2 asks of small text, in the light scheme and in the dark."""
+    material = pytest.importorskip("material", reason="the site's packages are an extra: docs")
+    config = yaml.safe_load((REPOSITORY / "mkdocs.yml").read_text(encoding="utf-8"))
+    own = [REPOSITORY / "docs" / name for name in config["extra_css"]]
+    of_theme = Path(material.__file__).parent / "templates/assets/stylesheets"
+    sheets = [*sorted(of_theme.glob("*.css")), *own]
+    styles = "".join(sheet.read_text(encoding="utf-8") for sheet in sheets)
+    assert {palette["scheme"] for palette in config["theme"]["palette"]} == {"default", "slate"}
+    for palette in config["theme"]["palette"]:
+        assert contrast_of_tabs(styles, palette["primary"].replace(" ", "-")) >= 4.5
+
+
 @pytest.mark.parametrize(
     ("text", "parts"),
     [
@@ -175,7 +223,6 @@ def test_the_citation_names_the_version_that_is_installed():
     """That of the last release; between releases the package counts on from it."""
     from importlib.metadata import version
 
-    import yaml
     from packaging.version import Version
 
     cited = Version(str(yaml.safe_load((REPOSITORY / "CITATION.cff").read_text())["version"]))
