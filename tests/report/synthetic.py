@@ -179,6 +179,8 @@ def _regime(record: Record) -> dict[str, object]:
     row["impacts_per_cycle"] = 2.0 if permanent else 1.6
     mean = 5e-3 + 3e-5 * (b - 0.97 * jump) ** 2 + (0.0 if permanent else 2e-3)
     row |= {"amplitude_mean_m": mean, "amplitude_max_m": 1.3 * mean}
+    if record.test == "periodic":
+        row |= {"amplitude_error_m": 2e-3 * mean, "cycles": 300 + round(b)}
     if record.test == "transient":
         row["captured"] = 0.5
     return row

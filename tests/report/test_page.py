@@ -12,6 +12,8 @@ import pytest
 
 from vinesexp.errors import TableError
 from vinesexp.identification.whole_campaign import _ROWS as EFFECT_ROWS
+from vinesexp.records.stored.result_columns import RECORD_REGIMES
+from vinesexp.records.stored.tables import read_rows
 from vinesexp.report.page import build_report, changed_settings, digest, git_revision, grouped
 from vinesexp.report.rendering import inline_svg
 from vinesexp.report.tables_shown import EFFECTS, coverage_table
@@ -176,6 +178,30 @@ def test_combined_value_first_and_methods_folded(full):
 
 def test_the_page_says_what_plus_minus_is(page):
     assert "± everywhere: half of a 95 % interval (coverage factor k = 2)" in text_of(page)
+
+
+def test_each_amplitude_of_a_periodic_test_has_its_error_and_its_cycles(full):
+    """In the table, and in the figure: a bar, and the same numbers when one points at it."""
+    found = {row["record"]: row for row in read_rows(full.results / "regimes.csv", RECORD_REGIMES)}
+    tested = [r.id for r in full.campaign.records if r.test == "periodic" and found[r.id]["regime"]]
+    section = full.html[full.html.index('<section id="periodic"') :]
+    table = section[section.index("Regime and amplitude of each record") :]
+    heads, *rows = re.findall(r"<tr>(.*?)</tr>", table[: table.index("</table>")], re.DOTALL)
+    names = [text_of(head) for head in re.findall(r"<th>.*?</th>", heads)]
+    amplitude, cycles = names.index("mean amplitude (mm)"), names.index("cycles")
+    figure = full.html[full.html.index('id="figure-clearance_periodic"') :]
+    figure = figure[: figure.index("</figure>")]
+    assert len(rows) == len(tested) == 9
+    for id, row in zip(tested, rows, strict=True):
+        cells = [text_of(cell) for cell in re.findall(r"<td>.*?</td>", row)]
+        assert cells[0] == id
+        mean, half = map(float, cells[amplitude].split(" ± "))
+        assert mean == pytest.approx(1e3 * found[id]["amplitude_mean_m"], abs=0.1 * half)
+        assert half == pytest.approx(1.96e3 * found[id]["amplitude_error_m"], rel=0.05)
+        assert int(cells[cycles]) == found[id]["cycles"] > 300
+        (said,) = re.findall(rf"{id}: b = [^<\"]*? ± ([\d.]+) mm over (\d+) cycles", figure)
+        assert float(said[0]) == pytest.approx(half, rel=0.1)
+        assert int(said[1]) == found[id]["cycles"]
 
 
 def test_what_goes_beyond_the_plain_model_is_named_with_its_value(tmp_path, full):
