@@ -17,7 +17,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -313,6 +313,8 @@ class Session:
         self._rows: dict[RowText, Record] = {}
         self._places: dict[str, list[Path]] = {}  # files of each record, links followed
         self._digests: dict[Path, tuple[tuple[int, int], str]] = {}
+        self._proposed: dict[str, tuple[str, dict[str, str]]] = {}  # digest of the file, and row
+        self._copies: dict[str, list[Path]] = {}  # files left out, by the record they repeat
         self._arrivals = Arrivals(folder, ignored=_is_none, besides=results, quiet=quiet)
         self._pending_files: list[Path] = []
         self.identifying, self.looking = Background(find_values), Background(look_at_campaign)
@@ -396,6 +398,10 @@ class Session:
             record = self._by_file.get(path.resolve())
             if record is not None:
                 analysed = self.seen[record.id].state == "done"
+                if path.exists():
+                    record = self._proposed_anew(record, path)
+                else:  # a copy that was left out may take its place
+                    self._pending_files += self._copies.pop(record.id, [])
                 self._due(record)
                 if analysed and self.seen[record.id].state == "waiting" and path.exists():
                     self.status.newest = record.id  # measured once more
@@ -409,6 +415,7 @@ class Session:
                     self._same_content(path, name, other)
                     return
             self._add(path)
+            self.status.remarks.pop(name, None)
         except (VinesexpError, OSError) as error:
             self._remark(path, str(error))
 
@@ -419,10 +426,37 @@ class Session:
                 change_row(sheet_of(self.folder), other.id, {"file": name})
             self._remark(path, f"is {other.file.name} under a new name: its row names it now")
         else:
+            self._copies.setdefault(other.id, []).append(path)
             self._remark(path, f"holds what {other.file.name} holds: left out")
         self._read_campaign()
 
     def _add(self, path: Path) -> None:
+        row = self._row_for(path)
+        with self._editing:
+            add_row(sheet_of(self.folder), row.cells)
+        self._propose(row.cells["record"], path)
+
+    def _proposed_anew(self, record: Record, path: Path) -> Record:
+        """The record with a new proposal, where its file was cut and nobody touched its row."""
+        digest, cells = self._proposed.get(record.id, ("", {}))
+        if digest in ("", self._digest(path)) or self.row(record.id) != cells:
+            return record
+        with suppress(VinesexpError):  # the analysis says what is wrong with the file
+            row = self._row_for(path, besides=record)
+            new = {c: text for c in EDITABLE if (text := row.cells.get(c, "")) != cells.get(c, "")}
+            with self._editing:
+                change_row(sheet_of(self.folder), record.id, new)
+            self._propose(record.id, path)
+        assert self.campaign is not None
+        return self.campaign.record(record.id)
+
+    def _propose(self, id: str, path: Path) -> None:
+        """Remember what was written of a file, and read the table with it."""
+        self._proposed[id] = self._digest(path), self.row(id)
+        self.status.newest = id
+        self._read_campaign()
+
+    def _row_for(self, path: Path, besides: Record | None = None) -> Row:
         campaign = self.campaign
         assert campaign is not None
         self._say(f"reading {path.name}")
@@ -431,13 +465,10 @@ class Session:
             raise CampaignError(
                 f"holds {len(view.parts)} records; give each its row by hand", file=path
             )
-        row = row_of_file(campaign, view, campaign.records)
+        row = row_of_file(campaign, view, [one for one in campaign.records if one is not besides])
         if "clearance_mm" in row.open and row.cells["test"] in ("periodic", "transient"):
             row = self._with_clearance(campaign, row)
-        with self._editing:
-            add_row(sheet_of(self.folder), row.cells)
-        self.status.newest = row.cells["record"]
-        self._read_campaign()
+        return row
 
     def _with_clearance(self, campaign: Campaign, row: Row) -> Row:
         """The row with the clearance that the flights show, where they do."""
