@@ -19,13 +19,12 @@ from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import checked
-from vinesexp.solver.arrays import ball_table, closed_form, is_plain, parameters
-from vinesexp.solver.chatter import REMAINDER
-from vinesexp.solver.drive import drive_table
+from vinesexp.solver.arrays import ball_table, closed_form, drive_table, is_plain, parameters
+from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.effort import Effort
 from vinesexp.solver.kernel import run
+from vinesexp.solver.lanes import add_amplitudes
 from vinesexp.solver.series import ORDER
-from vinesexp.solver.statistics import add_amplitudes
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep
-from vinesexp.solver.drive import drive_table
+from vinesexp.solver.arrays import drive_table
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 G = 0.25e-3

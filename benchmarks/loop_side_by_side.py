@@ -22,8 +22,8 @@ import numpy as np
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.excitation import WeakDamping
 from vinesexp.solver.arrays import ball_table, closed_form, parameters
-from vinesexp.solver.chatter import REMAINDER
-from vinesexp.solver.drive import drive_table
+from vinesexp.solver.contact import REMAINDER
+from vinesexp.solver.arrays import drive_table
 from vinesexp.solver.kernel import run
 from vinesexp.solver.series import ORDER
 

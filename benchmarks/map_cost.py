@@ -20,9 +20,8 @@ from vinesexp import NES, Harmonic, Oscillator, Release, Rig
 from vinesexp.excitation import WeakDamping
 from vinesexp.maps.map_plan import MapPlan
 from vinesexp.maps.response_map import fill
-from vinesexp.solver.arrays import ball_table, closed_form, parameters
-from vinesexp.solver.chatter import REMAINDER
-from vinesexp.solver.drive import drive_table
+from vinesexp.solver.arrays import ball_table, closed_form, drive_table, parameters
+from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.kernel import run
 from vinesexp.solver.lanes import amplitudes, row_of
 from vinesexp.solver.series import ORDER

@@ -208,9 +208,8 @@ def near_graze() -> list[tuple[str, str]]:
 def kernel_speed() -> list[tuple[str, float, float]]:
     """Table 2 rig: ns and evaluations of the motion per impact, 1000 s, compiled loop only."""
     from vinesexp.excitation import WeakDamping
-    from vinesexp.solver.arrays import ball_table, closed_form, parameters
-    from vinesexp.solver.chatter import REMAINDER
-    from vinesexp.solver.drive import drive_table
+    from vinesexp.solver.arrays import ball_table, closed_form, drive_table, parameters
+    from vinesexp.solver.contact import REMAINDER
     from vinesexp.solver.kernel import run
     from vinesexp.solver.series import ORDER
 

@@ -9,7 +9,7 @@ import pytest
 from vinesexp import Harmonic, Measured, Oscillator, Release, Rig, Sweep, simulate
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import SteppedSweep
-from vinesexp.solver.drive import drive_table
+from vinesexp.solver.arrays import drive_table
 
 TABLE2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 G = 0.25e-3

@@ -11,14 +11,12 @@ import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.excitation import WeakDamping
-from vinesexp.solver.arrays import ball_table, parameters
-from vinesexp.solver.chatter import REMAINDER
-from vinesexp.solver.drive import drive_table
+from vinesexp.solver.arrays import ball_table, drive_table, parameters
+from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.kernel import run
-from vinesexp.solver.lanes import amplitudes, row_of
+from vinesexp.solver.lanes import add_amplitudes, amplitudes, row_of
 from vinesexp.solver.response import prepare
 from vinesexp.solver.series import ORDER
-from vinesexp.solver.statistics import add_amplitudes
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 

@@ -22,16 +22,14 @@ from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import Rig
-from vinesexp.solver.arrays import ball_table, is_plain, parameters
-from vinesexp.solver.chatter import REMAINDER
-from vinesexp.solver.drive import drive_table
+from vinesexp.solver.arrays import ball_table, drive_table, is_plain, parameters
+from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.effort import Effort
 from vinesexp.solver.kernel import run
-from vinesexp.solver.lanes import amplitudes, fits_lanes, row_of
+from vinesexp.solver.lanes import add_amplitudes, amplitudes, fits_lanes, row_of
 from vinesexp.solver.response import H_PHASE, prepare
 from vinesexp.solver.series import ORDER
 from vinesexp.solver.simulation import simulate
-from vinesexp.solver.statistics import add_amplitudes
 
 #: Slow times (see `slow_time`) that a start is given to settle, and over which it is then judged.
 SETTLE, WINDOW = 6.0, 8.0

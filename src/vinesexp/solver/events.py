@@ -1,9 +1,9 @@
 """Event loop on power series: a linear oscillator, any base motion, any number of balls.
 
 State between events: time as a sum of two floats (so that 1e7 flights add up without drift), x, v
-and the table of balls (`contact.py`). One turn of the loop expands the motion at the present state
+and the table of balls (`state.py`). One turn of the loop expands the motion at the present state
 (`series.py`), finds the first contact or release on the segment (`search.py`), moves everything
-there and carries out what happens (`contact.py`, `chatter.py`).
+there and carries out what happens (`contact.py`).
 """
 
 from __future__ import annotations
@@ -11,14 +11,18 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.chatter import close_chatter, release, settle
-from vinesexp.solver.compiled import compiled, entry
-from vinesexp.solver.contact import closing_now, impact, resting_mass
+from vinesexp.solver.compiled import compiled, entry, fused
+from vinesexp.solver.contact import (
+    close_chatter,
+    closing_now,
+    impact,
+    release,
+    resting_mass,
+    settle,
+)
 from vinesexp.solver.flight import expect
-from vinesexp.solver.fused import fused
 from vinesexp.solver.search import EPS, first_root
 from vinesexp.solver.series import (
     ORDER,
@@ -53,12 +57,11 @@ from vinesexp.solver.state import (
     WALL,
     X_NOW,
     D,
+    IntArray,
     U,
     advance_clock,
     write_event,
 )
-
-IntArray = NDArray[np.int32]
 
 
 @compiled

@@ -7,24 +7,37 @@ takes the cautious way (`kernel.fly`); so it is where Newton's rule stops at no 
 
 The proof that nothing came before looks at both ends of a stretch of flight: with the gaps and
 their rates known there, and a bound on the fourth derivative in between, a cubic says whether a
-gap stays open (`walls.clear_between`). A flight is one stretch, or several where one does not do.
+gap stays open (`search.clear_between`). A flight is one stretch, or several where one does not do.
 
 A constant force on the oscillator moves its place of rest by `shift`, and a ball may have a
 constant acceleration A: so balls that rub and floors that are not level (`rubbing.py`) fly by the
 same rules. A ball that rubs keeps its direction if its rate relative to the floor, whose fourth
 derivative is that of x's rate, stays clear of zero in the same way.
+
+`hop`: short flights back to the wall that was just left, the bounces of a chatter.
+
+The ball leaves the wall with the speed w > 0 while the wall follows it. With the Taylor series of x
+at the bounce, X_n = x^(n)/n!, and z = +1 or -1 the side, the gap is s q(s),
+
+    q(s) = w - z (X_2 s + X_3 s^2 + X_4 s^3 + ...),
+
+and nothing large is subtracted, however short the flight. If z X_2 > 2 |X_3| s + 3 |X_4| s^2 + ...
+at a root s, q falls all the way to it: it is the only one up to there, so any rule may find it
+(Newton's here). The other wall is out of reach if w s < b, because the gap is at most w s. The
+other balls are proved to meet no wall before (`search.open_until`). If a proof fails nothing has
+been done, and the general loop takes over.
+
+Flights last up to SHORT radians; the series is cut at order TOP, its remainder is below
+0.3^13/13! = 3e-17 of the amplitude.
 """
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled
-from vinesexp.solver.fused import fused
+from vinesexp.solver.compiled import compiled, fused
+from vinesexp.solver.contact import remaining_time
 from vinesexp.solver.response import (
     H_MISFIT,
     H_P,
@@ -35,7 +48,8 @@ from vinesexp.solver.response import (
     after,
     turned,
 )
-from vinesexp.solver.search import EPS
+from vinesexp.solver.search import EPS, clear_between, open_until
+from vinesexp.solver.series import PER
 from vinesexp.solver.state import (
     CLEARANCE,
     EXPECTED,
@@ -59,11 +73,11 @@ from vinesexp.solver.state import (
     X_NOW,
     A,
     D,
+    IntArray,
     U,
     advance_clock,
     write_event,
 )
-from vinesexp.solver.walls import clear_between
 
 LONG = 4.0  # rad: longer flights are proved in two parts at once
 PARTS = 8
@@ -165,15 +179,13 @@ def parts_are_clear(
     return 1
 
 
-IntArray = NDArray[np.int32]
-
 CLOSE = 0.01  # rad: from here the Taylor polynomial of degree 6 is exact (0.01^7/5040 = 2e-18)
 TRIES = 4
 STEPS = 5  # of Newton's rule at most
 ROUNDED = 0.01 * EPS  # share of the lengths that a gap counts as zero by: well below its rounding
 ALIKE = 0.1  # of a period, by which a contact may be off the time of one a period ago
 STEADY = 0.005  # of a period: flights that differ by less count as alike
-BRIEF = 0.05  # of a period: 0.3 rad, the reach of `hop.py`
+BRIEF = 0.05  # of a period: 0.3 rad, the reach of `hop`
 
 
 @compiled
@@ -316,7 +328,7 @@ def expect(balls: FloatArray, k: int, now: float) -> None:
 
     What followed a period ago, when the ball met the same wall, follows again; without such a
     contact, or where flights are alike, the next goes across and lasts as long as the last. A
-    return to the same wall within BRIEF is left to `hop.py`, which needs no guess.
+    return to the same wall within BRIEF is left to `hop`, which needs no guess.
     """
     period, side = balls[k, PERIOD], balls[k, SIDE]
     flight, heading = 0.0, -side
@@ -357,3 +369,147 @@ def bounce(
         numbers, labels, row, k, balls[k, SIDE], now, state[X_NOW], v, state[V_NOW],
         v - rho, balls[k, U],
     )  # fmt: skip
+
+
+SHORT = 0.3  # rad: flights shorter than this are hops
+TOP = 12
+HOP_BRIEF, HOP_BRIEF_TOP = 0.01, 6  # rad: 0.01^7/7! = 2e-18
+HOP_TRIES, SETTLED = (
+    10,
+    1e-9,
+)  # of s: the error left by Newton's rule is the square of its last step
+
+
+@compiled
+def expand_motion(
+    head: FloatArray, cr: float, ci: float, xh: float, vh: float, top: int, X: FloatArray
+) -> None:
+    """Taylor coefficients of x, of the phasor (cr, ci) and the free motion (xh, vh) together."""
+    w, w0sq, two_alpha = head[H_W], head[H_W0SQ], head[H_TWOALPHA]
+    xp, vp, w2, scale = cr, -w * ci, w * w, 1.0
+    X[0], X[1] = xp + xh, vp + vh
+    for n in range(2, top + 1):
+        # One derivative up: (x, x') becomes (x', x'').
+        xp, vp = vp, -w2 * xp
+        xh, vh = vh, fused(-two_alpha, vh, -w0sq * xh)
+        scale *= PER[n - 1]
+        X[n] = scale * (vp + vh)
+
+
+@compiled
+def returning(balls: FloatArray, a: float, rate: float) -> int:
+    """The ball that comes back first to the wall it is leaving, within SHORT; -1 if none does."""
+    first, soonest = -1, SHORT
+    for i in range(balls.shape[0]):
+        if balls[i, STATE] != FREE:
+            return -1
+        away, push = -balls[i, SIDE] * balls[i, RHO], balls[i, SIDE] * a
+        if balls[i, D] <= 0.0 and away > 0.0 and push > 0.0:
+            back = 2.0 * away * rate / push
+            if back < soonest:
+                first, soonest = i, back
+    return first
+
+
+@compiled
+def hop(
+    head: FloatArray, state: FloatArray, balls: FloatArray, c: FloatArray, X: FloatArray,
+    a: float, longest: float, slowest: float, remainder: float,
+) -> bool:  # fmt: skip
+    """Carry everything to the end of a short flight; False: nothing is changed.
+
+    `c` is the phasor of the particular response, `a` is x'', X (TOP + 1 or longer) scratch space.
+    A chatter whose rest of bounces is to be summed (`contact.close_chatter`) is left alone;
+    `slowest` is the least rate it is measured by.
+    """
+    w, w0sq, rate = head[H_W], head[H_W0SQ], head[H_RATE]
+    k = returning(balls, a, rate)
+    if k < 0:
+        return False
+    xh, vh = state[X_NOW] - c[0], state[V_NOW] + w * c[1]
+    top = HOP_BRIEF_TOP if 2.0 * abs(balls[k, RHO]) * rate < HOP_BRIEF * abs(a) else TOP
+    expand_motion(head, c[0], c[1], xh, vh, top, X)
+    z, away = balls[k, SIDE], -balls[k, SIDE] * balls[k, RHO]
+    own = math.sqrt(w0sq)
+    measure = max(max(own, slowest), abs(3.0 * X[3] / X[2]))
+    if remaining_time(balls[k], 2.0 * z * X[2], own) * measure <= 2.0 * remainder:
+        return False
+    s, step = away / (z * X[2]), math.inf
+    for _ in range(HOP_TRIES):
+        value, slope = X[top], 0.0
+        for n in range(top - 1, 1, -1):
+            slope, value = fused(slope, s, value), fused(value, s, X[n])
+        step = (away - z * value * s) / (z * fused(slope, s, value))
+        s += step
+        if not abs(step) > SETTLED * s:
+            break
+    if not abs(step) <= SETTLED * s:
+        return False
+    fall = 0.0
+    for n in range(top, 2, -1):
+        fall = fused(n - 1, abs(X[n]), fall) * s
+    if not (0.0 < s < longest and s * rate < 1.2 * SHORT and fall < 0.999 * z * X[2]):
+        return False
+    if away * s >= balls[k, CLEARANCE] or not others_stay_clear(head, balls, c, X, xh, vh, k, s):
+        return False
+    return_to_wall(state, balls, c, X, top, w, k, s)
+    return True
+
+
+@compiled
+def others_stay_clear(
+    head: FloatArray, balls: FloatArray, c: FloatArray, X: FloatArray, xh: float, vh: float,
+    k: int, s: float,
+) -> bool:  # fmt: skip
+    """Whether no ball but k meets a wall within s seconds, or a moment after."""
+    if balls.shape[0] == 1:
+        return True
+    w0sq = head[H_W0SQ]
+    a, j = 2.0 * X[2], 6.0 * X[3]
+    # The free motion's fourth derivative and its rate, which never grows together.
+    ah = -head[H_TWOALPHA] * vh - w0sq * xh
+    jh = -head[H_TWOALPHA] * ah - w0sq * vh
+    fh = -head[H_TWOALPHA] * jh - w0sq * ah
+    gh = -head[H_TWOALPHA] * fh - w0sq * jh
+    S = head[H_W] ** 4 * head[H_P] + math.sqrt(fh * fh + gh * gh / w0sq)
+    until = 1.001 * s  # impacts within the resolution of time are one event, for the general rule
+    for i in range(balls.shape[0]):
+        z, g, wide = balls[i, SIDE], balls[i, D], 2.0 * balls[i, CLEARANCE] - balls[i, D]
+        r = balls[i, RHO]
+        clear = open_until(g, -z * r, -z * a, -z * j, S, until)
+        clear = clear and open_until(wide, z * r, z * a, z * j, S, until)
+        if i != k and not clear:
+            return False
+    return True
+
+
+@compiled
+def return_to_wall(
+    state: FloatArray, balls: FloatArray, c: FloatArray, X: FloatArray, top: int, w: float,
+    k: int, s: float,
+) -> None:  # fmt: skip
+    """Set clock, oscillator, phasor and balls to s seconds on, ball k back at its wall."""
+    bend, gain = X[top], top * X[top]  # x - x0 - v0 s over s^2, x' - v0 over s
+    for n in range(top - 1, 1, -1):
+        bend, gain = fused(bend, s, X[n]), fused(gain, s, n * X[n])
+    bend, gain = bend * s * s, gain * s
+    advance_clock(state, s)
+    state[X_NOW] += state[V_NOW] * s + bend
+    state[V_NOW] += gain
+    if w * s < HOP_BRIEF:
+        c[0], c[1] = turned(c[0], c[1], w * s)
+    else:
+        cosine, sine = math.cos(w * s), math.sin(w * s)
+        c[0], c[1] = c[0] * cosine - c[1] * sine, c[0] * sine + c[1] * cosine
+    for i in range(balls.shape[0]):
+        gap = balls[i, D] - balls[i, SIDE] * (balls[i, RHO] * s + bend)
+        # Where x' and y' differ by more than rounding, their difference carries no drift.
+        apart = state[V_NOW] - balls[i, U]
+        clear = abs(apart) > 0.25 * (abs(state[V_NOW]) + abs(balls[i, U]))
+        balls[i, RHO] = apart if clear else balls[i, RHO] + gain
+        if i == k:
+            gap = 0.0
+        elif gap > balls[i, CLEARANCE]:
+            balls[i, SIDE] = -balls[i, SIDE]
+            gap = 2.0 * balls[i, CLEARANCE] - gap
+        balls[i, D] = max(gap, 0.0)

@@ -1,10 +1,10 @@
 """The event loop, and its fast way: harmonic base (or none) and linear damping, in closed form.
 
 Flights between walls are covered in a few evaluations of the closed form (`response.py`) by steps
-that are certain to pass no contact (`walls.py`), the bounces of a chatter by a series each
-(`hop.py`). What is neither, that is the end of a chatter, rest, release, several balls at once and
-starts on a wall, is one turn of the general loop (`events.py`), which holds those rules alone. The
-general loop, which knows nothing of this one, is its test.
+that are certain to pass no contact (`search.py`), the bounces of a chatter by a series each
+(`flight.hop`). What is neither, that is the end of a chatter, rest, release, several balls at once
+and starts on a wall, is one turn of the general loop (`events.py`), which holds those rules alone.
+The general loop, which knows nothing of this one, is its test.
 """
 
 from __future__ import annotations
@@ -12,14 +12,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled, entry
 from vinesexp.solver.contact import closing_now
 from vinesexp.solver.events import turn
-from vinesexp.solver.flight import bounce, cross, first_expected
-from vinesexp.solver.hop import SHORT, hop
+from vinesexp.solver.flight import SHORT, bounce, cross, first_expected, hop
 from vinesexp.solver.response import (
     ENTRIES,
     H_FREQUENCY,
@@ -33,7 +31,7 @@ from vinesexp.solver.response import (
     after,
     phasor,
 )
-from vinesexp.solver.search import EPS
+from vinesexp.solver.search import EPS, certain_step, guess, landing, open_until
 from vinesexp.solver.series import piece_at
 from vinesexp.solver.state import (
     ALLOWANCE,
@@ -54,12 +52,10 @@ from vinesexp.solver.state import (
     WALL,
     X_NOW,
     D,
+    IntArray,
     U,
     advance_clock,
 )
-from vinesexp.solver.walls import certain_step, guess, landing, open_until
-
-IntArray = NDArray[np.int32]
 
 LANDED = 1e-8  # rad: from here one Newton step is exact to rounding (its error is the square)
 LONGEST = 3.0  # rad: no longer step is tried, the bound would only get worse

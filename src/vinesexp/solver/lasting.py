@@ -25,7 +25,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.rig import Rig
@@ -47,6 +46,7 @@ from vinesexp.solver.state import (
     T_HIGH,
     V_NOW,
     X_NOW,
+    IntArray,
     U,
     write_event,
 )
@@ -97,8 +97,6 @@ def touch(rho: float, g: float, r: float, tau: float) -> tuple[float, float, flo
     jump = rho + g * high - overlap_rate(high, rho, g, a, wd)
     return high, high - (rho + 0.5 * g * high) * high / jump, jump
 
-
-IntArray = NDArray[np.int32]
 
 # Columns of the table of balls: mass, half width, middle of the cavity, r of either wall and its
 # slope, tilt, duration of a contact; place x - y from the middle, its rate; what it does, at which

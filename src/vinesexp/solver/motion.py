@@ -13,8 +13,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Release, WeakDamping
 from vinesexp.rig import Rig
-from vinesexp.solver.arrays import parameters
-from vinesexp.solver.drive import base_motion, drive_table
+from vinesexp.solver.arrays import base_motion, drive_table, parameters
 from vinesexp.solver.effort import Effort
 from vinesexp.solver.state import (
     IMPACT,

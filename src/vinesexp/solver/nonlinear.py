@@ -18,8 +18,7 @@ import math
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled, entry
-from vinesexp.solver.fused import fused
+from vinesexp.solver.compiled import compiled, entry, fused
 from vinesexp.solver.search import first_root
 from vinesexp.solver.series import (
     ORDER,

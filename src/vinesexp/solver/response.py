@@ -18,8 +18,7 @@ import math
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled, entry
-from vinesexp.solver.fused import fused
+from vinesexp.solver.compiled import compiled, entry, fused
 
 ENTRIES = 640  # two and a half cycles
 PER_CYCLE = 256

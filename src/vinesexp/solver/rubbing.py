@@ -24,7 +24,7 @@ It is compiled of its own, when it is first asked for: the plain rig pays nothin
 harmonic base, flights in which every ball slides on in its direction are in closed form (`glide`):
 a constant force moves the place of rest of the oscillator, and the rest is `flight.py`.
 
-Chatter is carried to its accumulation point as in `chatter.py`, but away from the wall and back to
+Chatter is carried to its accumulation point as in `contact.py`, but away from the wall and back to
 it the ball has different accelerations
 relative to the wall, because friction turns about at the top of every bounce: `out` and `back` =
 out - 2 mu g (1 + m/M). A bounce that leaves with speed w rises w^2/(2 out) and returns with
@@ -43,15 +43,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.chatter import UNSEEN
-from vinesexp.solver.compiled import compiled, entry
-from vinesexp.solver.contact import closing_now
+from vinesexp.solver.compiled import compiled, entry, fused
+from vinesexp.solver.contact import UNSEEN, closing_now
 from vinesexp.solver.events import collide
 from vinesexp.solver.flight import cross, first_expected
-from vinesexp.solver.fused import fused
 from vinesexp.solver.nonlinear import expand_loaded, is_at_rest, spring_force
 from vinesexp.solver.response import ENTRIES, H_FREQUENCY, H_SPACING, phasor
 from vinesexp.solver.search import EPS, first_root
@@ -104,12 +101,11 @@ from vinesexp.solver.state import (
     X_NOW,
     A,
     D,
+    IntArray,
     U,
     advance_clock,
     write_event,
 )
-
-IntArray = NDArray[np.int32]
 
 REFRESH = 64  # flights after which the turned phasor, which gathers rounding, is taken afresh
 
@@ -378,7 +374,7 @@ def remaining(
     """Time to the accumulation point of one ball's chatter, s, and the acceleration `back`.
 
     `a` is S (x'' - y'') as it is now. The time is no less than that in which the wall gains the
-    speed of the next impact (see `chatter.remaining_time`).
+    speed of the next impact (see `contact.remaining_time`).
     """
     away, r = -balls[i, SIDE] * balls[i, RHO], balls[i, RESTITUTION]
     turned = 2.0 * balls[i, RUB] * (1.0 + balls[i, MASS] / M)

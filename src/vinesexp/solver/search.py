@@ -1,4 +1,4 @@
-"""First root of a power series, by steps that provably cannot jump over it.
+"""The next contact, of a power series or of the closed form, by steps that cannot jump over it.
 
 Let p be the gap to a wall on [0, S], p(0) >= 0. With K >= |p''| on [0, S], Taylor's theorem gives
 for every s in the interval and every step d
@@ -17,7 +17,36 @@ is restarted "a little later", so the next contact may come as soon as it likes.
 
 These steps are the last resort. Mostly p is clear of zero between its two ends, or up to the root
 that Newton's rule finds, and that is proved from its values and slopes there
-(`walls.clear_between`).
+(`clear_between`).
+
+In the closed form the bound is one on the fourth derivative: how far no wall is met for certain.
+
+At any point of the flight x and its first four derivatives are known exactly, so the gap to a wall
+obeys
+
+    gap(s + d) >= Q(d) = g + g1 d + g2 d^2/2 + g3 d^3/6 - S d^4/24,   S >= |x''''| for d <= reach,
+
+because the ball moves uniformly and the gap's derivatives from the second on are those of x. A step
+that stays below the first root of Q cannot pass a contact. One step leaves S d^4/12 of gap, so
+distances go down like the fourth power.
+
+`open_until` proves that Q has no root on [0, d]: a polynomial lies in the convex hull of its
+Bernstein coefficients there, so it is positive if all five are. The steps themselves are guessed
+(Newton's rule on Q, drawn back a little) and then proved; a guess that cannot be proved is replaced
+by `certain_step`, which needs no guess: Q'' >= -K on the interval, with K the larger of -Q'' at its
+two ends (-Q'' is a convex parabola), so the parabola g + g1 d - K d^2/2 lies below Q, and its root
+is a step along Q that cannot pass Q's; a few such steps come close to it.
+
+`landing`: near the wall, once the gap is proved to fall all the way to its root and beyond, the
+root is the only one and any rule may find it.
+
+S: x'''' = f = f_p + f_h with f_p'' = -w^2 f_p and f_h'' = -2 alpha f_h' - w0^2 f_h. The free part
+cannot grow: F = sqrt(f_h^2 + f_h'^2/w0^2) never rises. So |f| <= w^4 P + F; and since f'' + w^2 f
+is only (w^2 - w0^2) f_h - 2 alpha f_h', also
+
+    |f(s + d)| <= sqrt(f^2 + f'^2/w^2) + d F (|w^2 - w0^2| + 2 alpha w0)/w,
+
+which near resonance, where the two parts nearly cancel, is much sharper. The smaller one is taken.
 """
 
 from __future__ import annotations
@@ -25,9 +54,99 @@ from __future__ import annotations
 import math
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled
-from vinesexp.solver.fused import fused
-from vinesexp.solver.walls import clear_between
+from vinesexp.solver.compiled import compiled, fused
+
+
+@compiled
+def clear_between(g0: float, r0: float, g1: float, r1: float, h: float, S: float) -> bool:
+    """Whether a gap stays open between two points h apart: gaps g >= 0 and their rates r there.
+
+    Between them it differs from the cubic through both by s^2 (h - s)^2/24 times its fourth
+    derivative, |.| <= S: by S h^4/384 at most, and by nothing at the ends. The cubic over either
+    half lies above its Bernstein coefficients; those but the ends have to be above that.
+    """
+    first, last = fused(h * (1.0 / 6.0), r0, g0), fused(h * (-1.0 / 6.0), r1, g1)
+    middle = fused(h * (1.0 / 12.0), r0 - r1, 0.25 * (g0 + g1))  # half of that of the whole cubic
+    least = min(min(first, last), min(fused(0.5, first, middle), fused(0.5, last, middle)))
+    return least > S * (h * h) * (h * h) * (1.0 / 384.0)
+
+
+@compiled
+def open_until(g: float, g1: float, g2: float, g3: float, S: float, d: float) -> bool:
+    """Whether Q > 0 on (0, d], g >= 0: all Bernstein coefficients positive (the first may be 0)."""
+    # The Bernstein coefficients from those of the powers 1, 2, 3 over 4, 12 and 24.
+    a1, a2, a3 = 0.25 * d * g1, d * d * (1.0 / 12.0) * g2, d * d * d * (1.0 / 24.0) * g3
+    b1 = g + a1
+    b2 = fused(2.0, a1, g) + a2
+    b3 = fused(3.0, a1, g) + fused(3.0, a2, a3)
+    b4 = fused(4.0, a1, g) + fused(6.0, a2, 4.0 * a3) - S * (d * d) * (d * d) * (1.0 / 24.0)
+    return b1 > 0.0 and b2 > 0.0 and b3 > 0.0 and b4 > 0.0
+
+
+@compiled
+def guess(g: float, g1: float, g2: float, g3: float, S: float, reach: float) -> float:
+    """Newton's rule for the root of Q, cut to `reach`; what it returns proves nothing."""
+    d = reach
+    if -g1 * reach > g:
+        d = -g / g1
+    for _ in range(3):
+        rate = fused(d, fused(d, fused(d, S * (-1.0 / 6.0), 0.5 * g3), g2), g1)
+        if rate >= 0.0:
+            return d
+        value = fused(d, fused(d, S * (-1.0 / 24.0), g3 * (1.0 / 6.0)), 0.5 * g2)
+        value = fused(d, fused(d, value, g1), g)
+        d -= value / rate
+        if d >= reach:
+            return reach
+        if d <= 0.0:
+            return 0.0
+    return d
+
+
+@compiled
+def landing(
+    g: float, g1: float, g2: float, g3: float, g4: float, S: float, d: float, reach: float
+) -> float:
+    """The root near d if the gap is proved to fall beyond it, else 0; good to the fifth order."""
+    far = 1.05 * d
+    if far > reach or g1 + far * (abs(g2) + far * (0.5 * abs(g3) + far * S / 6.0)) >= 0.0:
+        return 0.0
+    for _ in range(2):
+        rate = fused(d, fused(d, fused(d, g4 * (1.0 / 6.0), 0.5 * g3), g2), g1)
+        value = fused(d, fused(d, g4 * (1.0 / 24.0), g3 * (1.0 / 6.0)), 0.5 * g2)
+        value = fused(d, fused(d, value, g1), g)
+        d -= value / rate
+    return d if 0.0 < d < far else 0.0
+
+
+@compiled
+def certain_step(g: float, g1: float, g2: float, g3: float, S: float, reach: float) -> float:
+    """A lower bound on the first root of Q in (0, reach]; `reach` itself if there is none."""
+    done = 0.0
+    for _ in range(4):
+        left = reach - done
+        far = -g2 - g3 * left + 0.5 * S * left * left
+        K = max(-g2, far, 0.0)
+        if g + (g1 - 0.5 * K * left) * left > 0.0:
+            return reach
+        if g1 <= 0.0:
+            bottom = -g1 + math.sqrt(g1 * g1 + 2.0 * K * g)
+            if bottom == 0.0:
+                return done
+            d = 2.0 * g / bottom
+        else:
+            d = (g1 + math.sqrt(g1 * g1 + 2.0 * K * g)) / K
+        done += d
+        if d < 1e-3 * done or done >= reach:
+            break
+        g += d * (g1 + d * (0.5 * g2 + d * (g3 / 6.0 - d * S / 24.0)))
+        g1 += d * (g2 + d * (0.5 * g3 - d * S / 6.0))
+        g2 += d * (g3 - d * 0.5 * S)
+        g3 -= d * S
+        if g <= 0.0:
+            break
+    return min(done, reach)
+
 
 EPS = 2.220446049250313e-16
 #: Steps to a root, which take about ten: no polynomial of a motion needs as many.

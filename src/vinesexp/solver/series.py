@@ -19,8 +19,7 @@ import math
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.solver.compiled import compiled
-from vinesexp.solver.fused import fused
+from vinesexp.solver.compiled import compiled, fused
 
 ORDER = 20
 THETA = 1.25

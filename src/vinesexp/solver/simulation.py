@@ -10,21 +10,18 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
 from vinesexp.excitation import Base, Harmonic, Measured, Release, WeakDamping
 from vinesexp.rig import Rig, require
-from vinesexp.solver.arrays import ball_table, closed_form, is_plain, parameters
-from vinesexp.solver.drive import drive_table
+from vinesexp.solver.arrays import ball_table, closed_form, drive_table, is_plain, parameters
 from vinesexp.solver.effort import Effort, Progress, refuse_beyond_memory
 from vinesexp.solver.motion import Motion
-from vinesexp.solver.state import L_MASS, LOG_COLUMNS, RUBBING_LOG_COLUMNS, U
+from vinesexp.solver.state import L_MASS, LOG_COLUMNS, RUBBING_LOG_COLUMNS, IntArray, U
 
-Labels = NDArray[np.int32]
 Used = tuple[int, int]  # rows written, evaluations
-Loop = Callable[[FloatArray, FloatArray, FloatArray, Labels], Used]
+Loop = Callable[[FloatArray, FloatArray, FloatArray, IntArray], Used]
 
 CHUNK = 4096  # rows of the log that are filled at a time
 
@@ -137,14 +134,14 @@ class _Log:
         self.labels[:, 1] = np.arange(self.rows)
         self.held, self.balls = 0, n
 
-    def room(self) -> tuple[FloatArray, Labels]:
+    def room(self) -> tuple[FloatArray, IntArray]:
         """Rows to be filled next."""
         if self.rows + self.least > len(self.numbers):
             self._resize(max(self.rows + self.least, int(1.25 * self.rows)))
         end = self.rows + self.least
         return self.numbers[self.rows : end], self.labels[self.rows : end]
 
-    def finished(self) -> tuple[FloatArray, Labels]:
+    def finished(self) -> tuple[FloatArray, IntArray]:
         """The arrays, as long as what is in them."""
         self._resize(self.rows)
         return self.numbers, self.labels
@@ -182,46 +179,21 @@ def _loop_of(
     """The loop that serves the scene."""
     if any(nes.contact_time for nes in rig.nes):
         return _lasting_loop(rig, base, damping, duration, release, balls, y0)
-    if is_plain(rig, damping):
-        return _plain_loop(rig, base, duration, remainder, general)
-    return _rubbing_loop(rig, base, damping, duration, remainder, general)
+    return _series_loop(rig, base, damping, duration, remainder, general)
 
 
-def _plain_loop(
-    rig: Rig, base: Base | None, duration: float, remainder: float | None, general: bool
-) -> Loop:
-    """The loop of `kernel.py`: fills a log from a state; rows and evaluations."""
-    from vinesexp.solver.chatter import REMAINDER
-    from vinesexp.solver.kernel import run
-    from vinesexp.solver.response import HEADER
-    from vinesexp.solver.series import ORDER
-
-    kind, table = drive_table(base)
-    par = parameters(rig, WeakDamping())
-    limit = REMAINDER if remainder is None else remainder
-    response = None if general else closed_form(rig, base, WeakDamping())
-    closed, work = response is not None, np.zeros((4, ORDER + 1))
-    if response is None:
-        response = np.ones(HEADER)
-
-    def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: Labels) -> Used:
-        return run(
-            closed, response, par, kind, table, duration, limit, state, balls, log, labels, work
-        )
-
-    return fill
-
-
-def _rubbing_loop(
+def _series_loop(
     rig: Rig, base: Base | None, damping: WeakDamping, duration: float, remainder: float | None,
     general: bool,
 ) -> Loop:  # fmt: skip
-    """The loop of `rubbing.py`."""
-    from vinesexp.solver.chatter import REMAINDER
+    """The loop of `kernel.py` or `rubbing.py`: fills a log from a state; rows and evaluations."""
+    from vinesexp.solver.contact import REMAINDER
+    from vinesexp.solver.kernel import run
     from vinesexp.solver.response import HEADER
     from vinesexp.solver.rubbing import run_rubbing
     from vinesexp.solver.series import ORDER
 
+    loop = run if is_plain(rig, damping) else run_rubbing
     kind, table = drive_table(base)
     par, limit = parameters(rig, damping), REMAINDER if remainder is None else remainder
     response = None if general else closed_form(rig, base, damping)
@@ -229,8 +201,8 @@ def _rubbing_loop(
     if response is None:
         response = np.ones(HEADER)
 
-    def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: Labels) -> Used:
-        return run_rubbing(
+    def fill(state: FloatArray, balls: FloatArray, log: FloatArray, labels: IntArray) -> Used:
+        return loop(
             closed, response, par, kind, table, duration, limit, state, balls, log, labels, work
         )
 
@@ -241,7 +213,7 @@ def _lasting_loop(
     rig: Rig, base: Base | None, damping: WeakDamping, duration: float, release: Release,
     balls: FloatArray, y0: FloatArray,
 ) -> Loop:  # fmt: skip
-    """The loop of `persistence.py`, for contacts that last."""
+    """The loop of `lasting.py`, for contacts that last."""
     from vinesexp.solver.lasting import lasting_table, run_lasting
     from vinesexp.solver.series import ORDER
 
@@ -254,7 +226,7 @@ def _lasting_loop(
     par, work = parameters(rig, damping), np.zeros((4, ORDER + 1))
     own = lasting_table(rig, balls, x0=release.x0, y0=y0, v0=release.v0)
 
-    def fill(state: FloatArray, _: FloatArray, log: FloatArray, labels: Labels) -> Used:
+    def fill(state: FloatArray, _: FloatArray, log: FloatArray, labels: IntArray) -> Used:
         return run_lasting(par, kind, table, duration, state, own, log, labels, work)
 
     return fill
