@@ -9,8 +9,8 @@ from benchmarks.detection_scenes import FloatArray, Record
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.condition import continued_line
 from vinesexp.signals.filters import butterworth, settling_samples, zero_phase
+from vinesexp.signals.impacts.candidates import stream_of
 from vinesexp.signals.impacts.detectors import detect
-from vinesexp.signals.impacts.stream import stream_of
 
 LOW = 157.24  # Hz: twenty times the oscillator's frequency, as `signals.condition` takes it
 

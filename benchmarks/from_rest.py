@@ -20,7 +20,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.clearance.comparison import start_checks
 from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested, _waited
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.signals.steady_part import SteadyPart, steady_part
 from vinesexp.units import Quantity
 

@@ -20,7 +20,7 @@ from benchmarks.paper.straight_parts import Part, parts_of
 
 from vinesexp import Motion, Release, simulate
 from vinesexp.figures import style
-from vinesexp.signals.balls import Series, transition_row
+from vinesexp.signals.regimes import Series, transition_row
 from vinesexp.theory import manifold
 from vinesexp.theory.regime_definitions import Regime, regime_of
 

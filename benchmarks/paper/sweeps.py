@@ -11,9 +11,8 @@ from benchmarks.paper.rig import FIGURES, G, Verdict, Verdicts, rig_with
 from vinesexp import Motion, Release, Sweep, simulate
 from vinesexp.figures import style
 from vinesexp.settings.stages import RegimeSettings
-from vinesexp.signals.balls import Series
-from vinesexp.signals.cycles import cycle_amplitudes
-from vinesexp.signals.regimes import Swept, band_rows, largest_running_mean
+from vinesexp.signals.means import cycle_amplitudes
+from vinesexp.signals.regimes import Series, Swept, band_rows, largest_running_mean
 
 LOW, HIGH, DURATION = 7.2, 8.4, 100.0
 RATE, STARTS, SEED = 400.0, 6, 20190302

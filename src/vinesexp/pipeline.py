@@ -184,7 +184,7 @@ def find_impacts(
 ) -> tuple[Impacts, Row]:
     """Acceleration spikes to impacts, and the regime that they and the amplitude show."""
     from vinesexp.signals.impacts.find import impacts_of_record
-    from vinesexp.signals.tables_of_record import rows_or_refuse
+    from vinesexp.signals.regimes import rows_or_refuse
 
     campaign, record = _seen(campaign, record, step="impacts")
     measured, conditioned = paths.record(record.id), paths.conditioned(record.id)

@@ -16,7 +16,7 @@ from vinesexp.records.campaign.load import Record
 from vinesexp.replay.campaign_replay import Model, identified_model, rig_of
 from vinesexp.replay.measures import measures_of
 from vinesexp.replay.motions import BaseSamples, drive_of, replays
-from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.units import Quantity
 
 F, G = 7.862, 0.25e-3

@@ -20,8 +20,8 @@ from vinesexp.replay.measures import Measures, decay_time, measures_of
 from vinesexp.replay.motions import AS_RECORDED, ON_ORBIT, Replayed, begun, drive_of, replays
 from vinesexp.replay.replay_table import compared, replay_checks
 from vinesexp.signals.condition import condition
-from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts, write_impacts
+from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.signals.steady_part import steady_part
 from vinesexp.theory.regime_definitions import regime_of
 from vinesexp.units import Quantity

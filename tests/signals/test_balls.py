@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vinesexp.signals.balls import by_ball
 from vinesexp.signals.impacts.impact_table import Impacts
+from vinesexp.signals.regimes import by_ball
 
 
 def impacts(nes: list[int]) -> Impacts:

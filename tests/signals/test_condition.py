@@ -11,8 +11,7 @@ from vinesexp.records.stored.file_attributes import write_refused
 from vinesexp.records.stored.store import open_record
 from vinesexp.signals.bands import default_bands
 from vinesexp.signals.condition import condition
-from vinesexp.signals.cycles import cycle_amplitudes
-from vinesexp.signals.means import fill_gaps
+from vinesexp.signals.means import cycle_amplitudes, fill_gaps
 
 
 def test_first_and_last_cycle_of_a_ring_down_survive(measure, tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ import pytest
 from scipy import signal
 
 from vinesexp.errors import ParameterError
-from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
 from vinesexp.signals.filters import (
     butterworth,
     settling_samples,
@@ -13,6 +12,7 @@ from vinesexp.signals.filters import (
     zero_phase_blocks,
 )
 from vinesexp.signals.impacts.detection import detect_contacts
+from vinesexp.signals.means import cycle_amplitudes, time_to_level
 
 RATE = 1e4
 

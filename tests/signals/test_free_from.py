@@ -7,8 +7,8 @@ import pytest
 
 from vinesexp.records.stored.store import create_record, open_record
 from vinesexp.signals.condition import condition
-from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.free_from import FREE_FROM, free_from
+from vinesexp.signals.means import cycle_amplitudes
 
 RATE = 2000.0
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import create_record
-from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.impacts.impact_table import no_impacts
+from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.signals.regimes import shown_by_record
 from vinesexp.signals.steady_part import steady_part
 

@@ -7,9 +7,8 @@ from vinesexp import NES, Oscillator, Release, Rig, Sweep, simulate
 from vinesexp.records.stored.result_columns import BANDS
 from vinesexp.records.stored.tables import read_rows, write_rows
 from vinesexp.settings.stages import RegimeSettings
-from vinesexp.signals.balls import Series
-from vinesexp.signals.cycles import cycle_amplitudes
-from vinesexp.signals.regimes import Swept, band_rows, bands_of, largest_running_mean
+from vinesexp.signals.means import cycle_amplitudes
+from vinesexp.signals.regimes import Series, Swept, band_rows, bands_of, largest_running_mean
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 SETTINGS = RegimeSettings()

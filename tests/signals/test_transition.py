@@ -6,8 +6,8 @@ import pytest
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.records.stored.result_columns import TRANSITIONS
 from vinesexp.records.stored.tables import read_rows, write_rows
-from vinesexp.signals.balls import Series, transition_of, transition_row
-from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.signals.means import cycle_amplitudes
+from vinesexp.signals.regimes import Series, transition_of, transition_row
 from vinesexp.theory.regime_definitions import activation_spells
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)

@@ -15,8 +15,8 @@ from vinesexp.identification.least_squares import least_squares
 from vinesexp.settings.stages import Settings
 from vinesexp.signals.bands import default_bands
 from vinesexp.signals.filters import butterworth, zero_phase
+from vinesexp.signals.impacts.candidates import Stream
 from vinesexp.signals.impacts.onsets import detect_onsets
-from vinesexp.signals.impacts.stream import Stream
 from vinesexp.units import COVERAGE_95, STANDARD_GRAVITY
 
 _SHRINKS = 0.03  # standard error of r from which on shrinking flights may be chance

@@ -11,7 +11,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.identification.estimate import Estimate, counted
 from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Value
-from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.signals.means import cycle_amplitudes
 
 #: Terms of dA/dt = -(gamma + alpha A + beta A^2), by their names among the estimates.
 LAW = ("damping_linear", "damping_quadratic", "damping_coulomb")

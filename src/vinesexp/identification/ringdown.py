@@ -44,7 +44,7 @@ from vinesexp.identification.phasors import (
 )
 from vinesexp.identification.ringdown_result import RingDown, ring_down_by
 from vinesexp.signals.clipping import resolution_of
-from vinesexp.signals.cycles import cycle_amplitudes
+from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.units import COVERAGE_95
 
 __all__ = ["POINTS", "RingDown", "cycle_amplitudes", "fit_ringdown", "ring_down"]

@@ -25,9 +25,8 @@ from vinesexp.records.stored.result_columns import DECAY
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.records.stored.tables import read_rows
-from vinesexp.signals.cycles import cycles_from
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
-from vinesexp.signals.means import fill_gaps
+from vinesexp.signals.means import cycles_from, fill_gaps
 from vinesexp.units import COVERAGE_95
 
 #: Parts of a trace: at least so many, and with many cycles up to so many.

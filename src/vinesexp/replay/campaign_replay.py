@@ -31,9 +31,9 @@ from vinesexp.replay.motions import (
 )
 from vinesexp.replay.replay_table import Compared, compared
 from vinesexp.rig import NES, Oscillator, Rig
-from vinesexp.signals.cycles import cycle_amplitudes
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.impact_table import read_impacts
+from vinesexp.signals.means import cycle_amplitudes
 
 Rows = Sequence[Mapping[str, str]]
 

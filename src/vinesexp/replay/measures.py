@@ -9,7 +9,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.replay.motions import Replayed
-from vinesexp.signals.cycles import cycle_amplitudes, time_to_level
+from vinesexp.signals.means import cycle_amplitudes, time_to_level
 from vinesexp.signals.steady_part import steady_part
 from vinesexp.theory.regime_definitions import BY_FREQUENCY, activation_spells, regime_of
 

@@ -7,7 +7,7 @@ __all__, __getattr__, __dir__ = lazy(
     {
         "zero_phase": "vinesexp.signals.filters",
         "dominant_frequency": "vinesexp.signals.bands",
-        "cycle_amplitudes": "vinesexp.signals.cycles",
+        "cycle_amplitudes": "vinesexp.signals.means",
         "impacts_of_record": "vinesexp.signals.impacts.find",
         "read_impacts": "vinesexp.signals.impacts.impact_table",
     },

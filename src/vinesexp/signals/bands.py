@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import next_fast_len
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
@@ -182,7 +183,7 @@ def dominant_frequency(
     centred -= ramp * (centred @ ramp / (ramp @ ramp))
     if not np.any(np.abs(centred) > 1e-12 * np.abs(x).max()):
         raise AnalysisError("nothing moves in it; there is no oscillation to follow")
-    size = fast_length(n)
+    size = next_fast_len(n, real=True)
     power = np.abs(np.fft.rfft(centred * np.hanning(n), size)) ** 2
     line = np.maximum(np.arange(power.size), 1)
     velocity = power * line.astype(np.float64) ** (2 * TO_VELOCITY[quantity])
@@ -231,18 +232,3 @@ def _around(power: FloatArray, peak: int, lobe: float) -> list[FloatArray]:
     below = power[math.ceil(peak / _AROUND) : max(0, math.floor(peak - skirt))]
     above = power[math.ceil(peak + skirt) : math.ceil(_AROUND * peak + 4.0 * lobe)]
     return [side for side in (below, above) if side.size >= _FEWEST]
-
-
-def fast_length(n: int) -> int:
-    """Smallest 2^a 3^b 5^c that is at least n: what a Fourier transform is quick at."""
-    best = 1 << (n - 1).bit_length()
-    five = 1
-    while five < best:
-        three = five
-        while three < best:
-            two = three << max(0, (-(-n // three) - 1).bit_length())
-            if n <= two < best:
-                best = two
-            three *= 3
-        five *= 5
-    return best

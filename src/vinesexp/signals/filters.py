@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
-from vinesexp.signals.bands import fast_length
 
 #: What a filter remembers from farther away than one settling time, relative.
 _SETTLED = 1e-10
@@ -182,7 +182,7 @@ def zero_phase_blocks(
     if pending:
         last = held[-1]
         whole = np.concatenate([held, _stretched(after, last, margin, at_end=True)])
-        n = fast_length(whole.size)
+        n = next_fast_len(whole.size, real=True)
         padded = np.concatenate([whole, np.full(n - whole.size, whole[-1])])
         yield _through(padded, band.gain(n))[margin : margin + pending]
 

@@ -1,30 +1,42 @@
-"""The regime of a record, by the definitions that theory and simulation use, and its amplitudes.
+"""What one record shows, as rows of the tables of all records: `rows_or_refuse`.
 
-Whether impacts could have been seen: what was not seen need not be absent.
+The regime, by the definitions that theory and simulation use, of each ball, or of all together
+where they are not told apart; amplitudes; bands of a sweep; and where a release loses its ball.
 
-A record sampled too slowly, or too noisy, shows no impact whatever the ball does. What a ball of
-the given clearance would do at least is compared with what the acceleration could show.
+What was not seen need not be absent: a record sampled too slowly, or too noisy, shows no impact
+whatever the ball does. What a ball of the given clearance would do at least is compared with what
+the acceleration could show.
+
+While there is one impact on either side in each cycle of a release the amplitude falls fast, down
+to T1; from there on the ball hits when it happens to, and the amplitude falls more slowly. The
+impacts show when the ball is lost; the amplitude shows how fast it falls on either side of that.
 """
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.records.campaign.load import Record
+from vinesexp.records.campaign.missing_cells import WITH_BALL
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.refusal import refused_where_it_fails, require_conditioned
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.settings.stages import RegimeSettings, Settings, SlopeSettings
-from vinesexp.signals.balls import Series, by_ball, transition_of, transition_row
-from vinesexp.signals.cycles import cycles_from, time_to_level
+from vinesexp.signals.base_motion import base_rows
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.candidates import STRETCH, noise_of
-from vinesexp.signals.impacts.impact_table import Impacts
+from vinesexp.signals.impacts.find import count_impacts
+from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.signals.impacts.slopes import Coarse, coarse_displacement, slope_changes
+from vinesexp.signals.means import cycles_from, time_to_level
 from vinesexp.signals.steady_part import SteadyPart, steady_part
 from vinesexp.theory.regime_definitions import (
     BY_FREQUENCY,
@@ -34,6 +46,168 @@ from vinesexp.theory.regime_definitions import (
     regime_of,
 )
 from vinesexp.theory.steadiness import Swing
+
+#: Clearances that differ by less than this share are alike.
+_ALIKE = 0.01
+
+
+#: Of two balls with like clearances, one with fewer impacts than this share of the other's
+#: hits together with it: two impacts at one time are found as one.
+_TOGETHER = 0.2
+
+
+_FEWEST = 4  # cycles that a decay rate is fitted to
+
+
+@dataclass(frozen=True)
+class Series:
+    """Impacts that are judged together.
+
+    Attributes
+    ----------
+    ball : from 1; 0: all balls, which are not told apart.
+    clearance : of the ball, m; the largest of all balls where they are not told apart.
+    time, side : of its impacts; s on the record's axis.
+    """
+
+    ball: int
+    clearance: float
+    time: FloatArray
+    side: FloatArray
+
+
+def by_ball(impacts: Impacts, clearance: Sequence[float], *, unowned_share: float) -> list[Series]:
+    """One series a ball, or one of all impacts.
+
+    Two balls stay together where more than `unowned_share` of the impacts have no owner, and where
+    like balls move as one: their impacts then coincide, and all of them go to either.
+
+    Parameters
+    ----------
+    impacts : Impacts
+    clearance : sequence of float
+        One-sided, m, one per ball.
+    unowned_share : float
+        Impacts without an owner that are left out, as a share of all.
+    """
+    n = len(clearance)
+    side = impacts.side.astype(np.float64)
+    if n == 1:
+        return [Series(1, clearance[0], impacts.time_s, side)]
+    own = [impacts.nes == ball for ball in range(1, n + 1)]
+    unowned = 1.0 - sum(int(mine.sum()) for mine in own) / max(impacts.n, 1)
+    if unowned > unowned_share or _as_one([int(mine.sum()) for mine in own], clearance):
+        return [Series(0, max(clearance), impacts.time_s, side)]
+    return [
+        Series(ball, b, impacts.time_s[mine], side[mine])
+        for ball, (b, mine) in enumerate(zip(clearance, own, strict=True), start=1)
+    ]
+
+
+def _as_one(counts: Sequence[int], clearance: Sequence[float]) -> bool:
+    """Whether one of two like balls has next to no impacts of its own."""
+    return any(
+        abs(b - other) <= _ALIKE * other and few < _TOGETHER * many
+        for few, b in zip(counts, clearance, strict=True)
+        for many, other in zip(counts, clearance, strict=True)
+    )
+
+
+@dataclass(frozen=True)
+class Transition:
+    """Mean decay rates of the amplitude (1/s), and the amplitude (m) where the ball is lost."""
+
+    rate_before: float
+    rate_after: float
+    amplitude: float
+
+
+def transition_of(
+    time: FloatArray, amplitude: FloatArray, *, lost: float, settings: RegimeSettings | None = None
+) -> Transition | None:
+    """Straight lines through the logarithm of the amplitude before and after a time.
+
+    Parameters
+    ----------
+    time, amplitude : arrays (n,)
+        Cycle by cycle, s and m (`means.cycle_amplitudes`).
+    lost : float
+        When the ball is lost, s: end of the first of
+        `theory.regime_definitions.activation_spells`.
+
+    Returns
+    -------
+    Transition or None
+        None with fewer than four cycles above 2 % of the largest amplitude on either side.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 10.0, 0.125)
+    >>> A = np.where(t < 4.0, np.exp(-0.5 * t), np.exp(-2.0 - 0.3 * (t - 4.0)))
+    >>> found = transition_of(t, A, lost=4.0)
+    >>> round(found.rate_before, 3), round(found.rate_after, 3), round(found.amplitude, 3)
+    (0.5, 0.3, 0.135)
+    """
+    settings = RegimeSettings() if settings is None else settings
+    start = int(np.argmax(amplitude)) if amplitude.size else 0
+    t, A = time[start:], amplitude[start:]
+    low = np.flatnonzero(~(settings.transition_floor * A[:1] < A))
+    t, A = (v[: low[0]] if low.size else v for v in (t, A))
+    before = t < lost
+    if min(int(before.sum()), int((~before).sum())) < settings.transition_cycles:
+        return None
+    rates = [-float(np.polyfit(t[part], np.log(A[part]), 1)[0]) for part in (before, ~before)]
+    return Transition(rates[0], rates[1], float(np.exp(np.interp(lost, t, np.log(A)))))
+
+
+def transition_row(
+    record: str,
+    series: Series,
+    decay: tuple[FloatArray, FloatArray],
+    *,
+    start: float,
+    period: float,
+) -> dict[str, str | float | None] | None:
+    """When one ball of a release is captured and when it is lost, and the amplitudes there.
+
+    The capture is the longest spell of two impacts per cycle; where it ends lies the transition
+    point (T1) of this ball. Of several balls each has its own.
+
+    Parameters
+    ----------
+    record : str
+    series : Series
+        Impacts of the ball.
+    decay : (time, amplitude)
+        Cycle by cycle; s on the record's axis, m.
+    start, period : float
+        First moment of the record, period of the oscillation; s.
+
+    Returns
+    -------
+    dict or None
+        A row of transitions.csv; None for a ball that was never captured.
+    """
+    spells = activation_spells(series.time, series.side, period=period)
+    if not len(spells):
+        return None
+    begin, end = spells[np.argmax(spells[:, 1] - spells[:, 0])]
+    time, amplitude = decay
+    captured = (time >= begin) & (time <= end) & (amplitude > 0.0)
+    rate = None
+    if int(captured.sum()) >= _FEWEST:
+        rate = -float(np.polyfit(time[captured], np.log(amplitude[captured]), 1)[0])
+    return {
+        "record": record,
+        "nes": series.ball,
+        "clearance_mm": 1e3 * series.clearance,
+        "captured_from_s": float(begin - start),
+        "captured_until_s": float(end - start),
+        "from_m": float(np.interp(begin, time, amplitude)),
+        "transition_m": float(np.interp(end, time, amplitude)),
+        "decay_rate_1_s": rate,
+    }
+
 
 #: Amplitudes of a release that times are reported for, as shares of the release.
 LEVELS = (0.5, 0.25, 0.15, 0.1)
@@ -626,3 +800,75 @@ def largest_slope_change(x: Coarse, frequency: float, settings: SlopeSettings) -
     # Of all, those of a tenth: a few may be an outlier of the sensor.
     shown = float(np.quantile(np.abs(changes.jump[known]), 0.9))
     return shown + _LIMIT * float(np.median(changes.jump_error[known]))
+
+
+Find = Callable[[], Impacts]
+
+
+def rows_or_refuse(
+    record: Record, find: Find, *, paths: ResultPaths, strict: bool = False,
+    said: Sequence[tuple[str, str, str]] = (),
+) -> tuple[Impacts, dict[str, Any]]:  # fmt: skip
+    """Find the impacts of a record and write what it shows; the reason where it cannot be done.
+
+    Parameters
+    ----------
+    record : Record
+    find : callable
+        Finds the impacts and writes them.
+    paths : ResultPaths
+    strict : bool
+        Raise a `RecordError` instead.
+    said : sequence of (check, outcome, detail)
+        What `find` says of the record; read when it has run.
+    """
+    measured, conditioned = paths.record(record.id), paths.conditioned(record.id)
+    impacts, rows = no_impacts(), {}
+
+    def leave(reason: str) -> None:
+        write_impacts(paths.impacts(record.id), impacts)
+        rows.update(rows_of_refused(record, reason))
+
+    with refused_where_it_fails("impacts", record.id, leave, strict=strict):
+        require_conditioned(measured, conditioned)
+        impacts = find()
+        rows.update(
+            rows_of_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
+        )
+        rows["checks"] += [list(one) for one in said]
+    out = paths.regime(record.id)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    return impacts, rows
+
+
+def rows_of_record(
+    record: Record, *, measured: Path, conditioned: Path, impacts: Impacts
+) -> dict[str, Any]:
+    """What a record shows, by table: a list of rows each."""
+    shown = shown_by_record(record, measured=measured, conditioned=conditioned, impacts=impacts)
+    return {
+        "regime": [shown.regime],
+        "bands": shown.bands,
+        "transitions": shown.transitions,
+        "base": base_rows(record, measured=measured, conditioned=conditioned),
+        "times": decay_times(record, conditioned=conditioned),
+        "evidence": _evidence(record, measured=measured, conditioned=conditioned),
+        "checks": [list(found) for found in shown.checks],
+    }
+
+
+def _evidence(record: Record, *, measured: Path, conditioned: Path) -> dict[str, Any]:
+    """What the record shows of cells that its row leaves empty (`missing_cells.py`)."""
+    with open_record(measured) as raw, open_record(conditioned) as view:
+        frequency = view.attributes.get("oscillation_hz")
+        shown: dict[str, Any] = {"frequency": float(frequency) if frequency else None}
+        if not record.clearance and record.test in WITH_BALL and raw.refused is None:
+            shown["impacts"] = count_impacts(raw, view, settings=record.settings)
+    return shown
+
+
+def rows_of_refused(record: Record, reason: str) -> dict[str, Any]:
+    """The same for a record that a step could not digest, with the reason."""
+    empty: dict[str, Any] = {name: [] for name in ("bands", "transitions", "base", "times")}
+    return {"regime": [unknown_regime(record)], **empty, "refused": reason}

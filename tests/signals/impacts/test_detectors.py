@@ -10,9 +10,9 @@ from vinesexp.errors import AnalysisError, ParameterError, VinesexpError
 from vinesexp.settings.overrides import changed_by_text
 from vinesexp.settings.stages import DETECTORS, ImpactSettings, Settings
 from vinesexp.signals.condition import condition
+from vinesexp.signals.impacts.candidates import Stream, stream_of
 from vinesexp.signals.impacts.detectors import detect, hand_over
 from vinesexp.signals.impacts.find import impacts_of_record
-from vinesexp.signals.impacts.stream import Stream, stream_of
 
 RATE, CONTACT = 1e4, 4e-4
 

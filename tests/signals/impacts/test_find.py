@@ -141,12 +141,12 @@ def test_clipped_range_is_seen_in_the_data(tmp_path: Path, store) -> None:
 
 
 def test_chunks_of_a_long_record_leave_no_seam(monkeypatch, measure, tmp_path: Path) -> None:
-    from vinesexp.signals.impacts import detection, stream
+    from vinesexp.signals.impacts import candidates, detection
     from vinesexp.signals.impacts.candidates import STRETCH
 
     record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0)
     whole = found_in(record, tmp_path, clearance=(0.03,))
-    for module in (detection, stream):
+    for module in (detection, candidates):
         monkeypatch.setattr(module, "CHUNK", 2 * STRETCH)
     pieces = found_in(record, tmp_path, clearance=(0.03,))
     assert pieces.n == whole.n

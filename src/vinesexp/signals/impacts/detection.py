@@ -12,9 +12,17 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.settings.stages import ImpactSettings
-from vinesexp.signals.impacts.candidates import Spikes, find_spikes, stretch_noise, strongest
+from vinesexp.signals.impacts.candidates import (
+    CHUNK,
+    Grouped,
+    Spikes,
+    Stream,
+    find_spikes,
+    stream_of,
+    stretch_noise,
+    strongest,
+)
 from vinesexp.signals.impacts.matching import Contacts, fit_contacts
-from vinesexp.signals.impacts.stream import CHUNK, Grouped, Stream, stream_of
 from vinesexp.signals.impacts.template import Shape, Template, spring_answer, template_of, window
 from vinesexp.signals.impacts.template_learning import (
     FEW,

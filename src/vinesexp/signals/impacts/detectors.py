@@ -24,9 +24,15 @@ import numpy as np
 from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.settings.stages import ImpactSettings
-from vinesexp.signals.impacts.candidates import STRETCH, louder, stretch_noise, strongest
+from vinesexp.signals.impacts.candidates import (
+    CHUNK,
+    STRETCH,
+    Stream,
+    louder,
+    stretch_noise,
+    strongest,
+)
 from vinesexp.signals.impacts.detection import Detection, detect_by_template, normal_cdf
-from vinesexp.signals.impacts.stream import CHUNK, Stream
 from vinesexp.signals.impacts.template import Shape, Template, spring_answer, template_of, window
 
 #: Highpassed acceleration (m/s^2, gaps as zeros) and sample rate (Hz) to times of impacts, s.

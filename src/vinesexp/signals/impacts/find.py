@@ -19,6 +19,7 @@ from vinesexp.settings.stages import AttributionSettings, ChannelSettings, Setti
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.clipping import range_in, read_unstuck
 from vinesexp.signals.free_from import FREE_FROM
+from vinesexp.signals.impacts.candidates import Stream
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.detectors import detect
 from vinesexp.signals.impacts.from_integral import may_be_integrated, slopes_of_integral
@@ -33,7 +34,6 @@ from vinesexp.signals.impacts.slopes import (
     slope_changes,
     weighted,
 )
-from vinesexp.signals.impacts.stream import Stream
 from vinesexp.signals.impacts.template_learning import MEDIAN_OF_NORMAL
 
 _ONE_KNOCK, _SHOWN = 0.02, 8  # s between two knocks; times that are named

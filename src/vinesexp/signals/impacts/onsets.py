@@ -18,8 +18,8 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.settings.stages import DropSettings, ImpactSettings
+from vinesexp.signals.impacts.candidates import CHUNK, Stream
 from vinesexp.signals.impacts.detection import Detection, no_detection, normal_cdf
-from vinesexp.signals.impacts.stream import CHUNK, Stream
 
 _QUIET = 0.1  # share of the record that is taken as quiet
 _EDGE = 5  # samples that Maeda's criterion keeps on either side

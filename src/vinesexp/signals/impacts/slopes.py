@@ -141,12 +141,9 @@ def group_size(sample_rate: float, frequency: float, *, points: int) -> int:
     return max(1, int(sample_rate / (points * frequency)))
 
 
-def coarsen(
-    x: FloatArray, sample_rate: float, frequency: float, *, settings: SlopeSettings | None = None
-) -> Coarse:
+def coarsen(x: FloatArray, sample_rate: float, frequency: float) -> Coarse:
     """Means of the displacement over as many samples as `frequency` (Hz) allows."""
-    points = (settings or SlopeSettings()).points
-    k = group_size(sample_rate, frequency, points=points)
+    k = group_size(sample_rate, frequency, points=SlopeSettings().points)
     return Coarse(block_means(x, k), k / sample_rate, 0.5 * (k - 1) / sample_rate)
 
 

@@ -163,7 +163,7 @@ def window(
 
 def template_of(
     shape: Shape, span: tuple[int, int], *, highpass: float | None, dt: float,
-    model_error: FloatArray | None = None, learnt_from: int = 0,
+    learnt_from: int = 0,
 ) -> Template:  # fmt: skip
     """Tabulate a shape. Its time is the centre of the contact's momentum.
 
@@ -176,8 +176,6 @@ def template_of(
         Corner of the zero-phase Butterworth highpass that the samples went through, Hz.
     dt : float
         Sample interval, s.
-    model_error : array, optional
-        For each whole lag; by default a tenth of the template's own neighbourhood.
 
     Examples
     --------
@@ -198,8 +196,7 @@ def template_of(
     inside = (u >= core[0] - 0.5) & (u < core[1] + 0.5)
     kept = 1.0 - float(lost[inside].sum()) / FINE
     values = values / height
-    if model_error is None:
-        model_error = 0.1 * neighbourhood(values, span[1] - span[0] + 1)
+    model_error = 0.1 * neighbourhood(values, span[1] - span[0] + 1)  # until one is learnt
     slopes = np.gradient(values, 1.0 / FINE)
     return Template(
         span[0], values, slopes, momentum / height, kept, core, model_error, shape, learnt_from

@@ -22,9 +22,8 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.settings.stages import ImpactSettings
-from vinesexp.signals.impacts.candidates import STRETCH, Spikes, stretch_noise
+from vinesexp.signals.impacts.candidates import STRETCH, Grouped, Piece, Spikes, stretch_noise
 from vinesexp.signals.impacts.matching import Contacts, explained_rest, fit_contacts
-from vinesexp.signals.impacts.stream import Grouped, Piece
 from vinesexp.signals.impacts.template import Shape, Template, neighbourhood, template_of
 
 FEW = 5  # whole impacts are enough; with fewer, clipped ones help

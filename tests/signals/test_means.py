@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vinesexp.signals import cycles
-from vinesexp.signals.cycles import cycle_amplitudes, cycles_from
+from vinesexp.signals import means
+from vinesexp.signals.means import cycle_amplitudes, cycles_from
 
 
 @pytest.mark.parametrize("frequency", [7.862, 1.0, 333.0])
@@ -14,7 +14,7 @@ def test_blocks_of_cycles_give_the_same_and_no_more_is_held(
     rate, n = 1000.0, 50_000
     x = np.cumsum(np.random.default_rng(0).standard_normal(n))
     whole = cycle_amplitudes(x, rate, frequency)
-    monkeypatch.setattr(cycles, "_BLOCK", 2048)
+    monkeypatch.setattr(means, "_BLOCK", 2048)
     reads = []
 
     def read(begin: int, end: int) -> np.ndarray:
