@@ -64,8 +64,8 @@ def test_a_scene_in_its_own_campaign_folder(tmp_path):
 
 @pytest.mark.parametrize("name", ["campaign.yaml", "records.csv"])
 def test_the_twin_is_what_its_scene_describes(name):
-    from vinesexp.laboratory.campaign_files import campaign_text, records_text
     from vinesexp.laboratory.scene import load_scene
+    from vinesexp.laboratory.simulated_files import campaign_text, records_text
 
     scene = load_scene(TWIN / "scene.yaml")
     campaign = load_campaign(TWIN)

@@ -171,8 +171,8 @@ groups:
 def reported(folder: Path, change) -> set[tuple[str, str]]:
     """Record and name of the warnings where campaign.yaml is wrong."""
     (folder / "scene.yaml").write_text(SCENE, encoding="utf-8")
-    from vinesexp.laboratory.campaign_files import campaign_text
     from vinesexp.laboratory.scene import load_scene
+    from vinesexp.laboratory.simulated_files import campaign_text
 
     text = campaign_text(load_scene(folder / "scene.yaml"))
     (folder / "campaign.yaml").write_text(change(text), encoding="utf-8")

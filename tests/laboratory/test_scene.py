@@ -273,7 +273,7 @@ def test_a_plain_test_has_no_departures(tmp_path):
 
 
 def test_the_sheet_states_the_uncertainty_of_a_gain_and_not_its_error(tmp_path):
-    from vinesexp.laboratory.campaign_files import campaign_text
+    from vinesexp.laboratory.simulated_files import campaign_text
 
     text = campaign_text(scene_of(tmp_path, DEPARTED))
     assert "sensitivity: 20 +- 0.4 mV/g" in text
@@ -307,7 +307,7 @@ def test_the_truth_is_drawn_around_the_sheet(tmp_path):
 
 
 def test_the_files_of_a_campaign_state_the_sheet_and_its_uncertainties(tmp_path):
-    from vinesexp.laboratory.campaign_files import campaign_text, records_text
+    from vinesexp.laboratory.simulated_files import campaign_text, records_text
 
     plain, scene = scene_of(tmp_path), scene_of(tmp_path, SHEET)
     assert records_text(scene) == records_text(plain)

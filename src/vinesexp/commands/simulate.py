@@ -85,8 +85,8 @@ def describe(scene_file: Path, out: Path) -> None:
     VinesexpError
         The folder holds another scene: its records would be mixed with these.
     """
-    from vinesexp.laboratory.campaign_files import campaign_text, records_text
     from vinesexp.laboratory.scene import load_scene
+    from vinesexp.laboratory.simulated_files import campaign_text, records_text
 
     scene = load_scene(scene_file)
     try:

@@ -14,8 +14,8 @@ from typing import Any
 from vinesexp.identification.estimate import Estimate, combined
 from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.laboratory.bench import Scene
-from vinesexp.laboratory.campaign_files import campaign_text, records_text
 from vinesexp.laboratory.scene import load_scene, simulate_group
+from vinesexp.laboratory.simulated_files import campaign_text, records_text
 from vinesexp.pipeline import analyse_record
 from vinesexp.records.campaign.load import Campaign, load_campaign
 from vinesexp.records.stored.checks import Check

@@ -15,12 +15,11 @@ from pathlib import Path
 from vinesexp.errors import CampaignError, ParameterError, VinesexpError, nearest
 from vinesexp.excitation import SteppedSweep, WeakDamping
 from vinesexp.laboratory.base_record import BaseRecord, read_base_record
-from vinesexp.laboratory.bench import Scene, Test
+from vinesexp.laboratory.bench import Scene, Test, read_sheet
 from vinesexp.laboratory.instrument_files import FORMATS
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
 from vinesexp.laboratory.scene_layers import Layers, refuse_unknown
 from vinesexp.laboratory.sensors import Accelerometer, Laser, Mode, Sensor
-from vinesexp.laboratory.sheet import read_sheet
 from vinesexp.records.campaign.problems import Problems
 from vinesexp.records.campaign.schema import MOTIONS
 from vinesexp.records.campaign.yamltree import Section, read_yaml

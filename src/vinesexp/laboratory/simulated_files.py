@@ -1,7 +1,10 @@
-"""The instrument files of a scene in its campaign folder: made once, kept while they hold.
+"""The files of a scene in its campaign folder; instrument files made once, kept while they hold.
 
 Several runs may use one campaign at a time: one of them simulates while the others wait, and files
 that hold are left alone. Files of a measured campaign are never written over.
+
+The two files that a lab would write by hand say what an experimenter knows: weighed balls, data
+sheets, what was set on the bench.
 """
 
 from __future__ import annotations
@@ -12,16 +15,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vinesexp.errors import VinesexpError
-from vinesexp.laboratory.bench import Scene
+from vinesexp.laboratory.bench import Scene, Test, stated
 from vinesexp.laboratory.scene import (
     group_files,
     group_text,
     load_scene,
+    raw_file,
     simulate_group,
     truth_file,
 )
-from vinesexp.records.campaign.schema import Campaign
+from vinesexp.laboratory.sensors import Accelerometer
+from vinesexp.records.campaign.schema import SHEET_COLUMNS, Campaign
 from vinesexp.records.stored.freshness import Notes
+from vinesexp.units import STANDARD_GRAVITY
 
 
 def made_by_simulation(folder: Path, group: str) -> Path:
@@ -149,3 +155,67 @@ def _alone(lock: Path) -> Iterator[None]:
     with lock.open("w") as stream:
         fcntl.flock(stream, fcntl.LOCK_EX)
         yield
+
+
+def campaign_text(scene: Scene) -> str:
+    """campaign.yaml of a scene: title, ball masses, channels by their names on the oscilloscope.
+
+    The sensors are those of the first test; a scene that changes sensitivities between groups
+    has no single campaign.yaml.
+    """
+    lines = [f"title: {scene.title}"]
+    masses = [f"{1e3 * m:.10g} g" for m in (ball.m for ball in scene.balls)]
+    if masses:
+        text = masses[0] if len(masses) == 1 else "[" + ", ".join(masses) + "]"
+        lines += ["known:", f"  nes_mass: {text}"]
+    lines += stated(scene.sheet)
+    lines.append("channels:")
+    for number, (role, sensor) in enumerate(scene.tests[0].sensors.items(), start=1):
+        if isinstance(sensor, Accelerometer):
+            size, unit = 1e3 * sensor.sensitivity * STANDARD_GRAVITY, "mV/g"
+        else:
+            size, unit = sensor.sensitivity, "mV/mm"
+        error = sensor.gain_uncertainty
+        within = f" +- {error * size:.10g}" if error else ""
+        sensitivity = f"{size:.10g}{within} {unit}"
+        quantity = "acceleration" if isinstance(sensor, Accelerometer) else "displacement"
+        offset = f", offset: {sensor.offset:.10g} V" if sensor.offset else ""
+        lines.append(
+            f'  {role}: {{column: "CH{number}*", quantity: {quantity}, '
+            f"sensitivity: {sensitivity}{offset}}}"
+        )
+    lines.append('time: {column: "Time*", unit: s}')
+    return "\n".join([*lines, ""])
+
+
+def records_text(scene: Scene) -> str:
+    """records.csv of a scene."""
+    rows = [",".join(_row(test)) for test in scene.tests]
+    return "\n".join([",".join(SHEET_COLUMNS), *rows, ""])
+
+
+def _range(test: Test) -> tuple[float, float]:
+    """First and last frequency; of steps in any order the lowest and the highest."""
+    start, end = test.frequency or (0.0, 0.0)
+    if test.steps is not None:
+        low, high = min(test.steps.frequencies), max(test.steps.frequencies)
+        return (high, low) if end < start else (low, high)
+    return start, end
+
+
+def _row(test: Test) -> tuple[str, ...]:
+    start, end = _range(test)
+    frequency = f"{start:.10g}" if start == end else f"{start:.10g}:{end:.10g}"
+    note = test.note or (f"dropped from {1e3 * test.height:.10g} mm" if test.height else "")
+    return (
+        test.record,
+        raw_file(test).as_posix(),
+        test.kind,
+        ";".join(f"{1e3 * b:.10g}" for b in test.clearance),
+        f"{1e3 * test.base_amplitude:.10g}" if test.base_amplitude else "",
+        frequency if test.frequency else "",
+        f"{1e3 * test.added_mass:.10g}" if test.added_mass else "",
+        f"{1e3 * test.release:.10g}" if test.release else "",
+        "",
+        '"' + note.replace('"', '""') + '"' if "," in note or '"' in note else note,
+    )
