@@ -21,7 +21,7 @@ _HOME = {
     "simulate": "vinesexp.solver.simulation",
     "Motion": "vinesexp.solver.motion",
     # One record: an instrument file to arrays, arrays to impacts and identified values.
-    "read_file": "vinesexp.records.instrument.single_file",
+    "read_file": "vinesexp.records.instrument.ingest",
     "analyse": "vinesexp.single_record",
     # A campaign: its description, and the results that `snakemake` or `vinesexp run` left.
     "load_campaign": "vinesexp.records.campaign.load",

@@ -33,9 +33,8 @@ from vinesexp.codedigest import keep_code, kept_code, named_modules
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign, Record
-from vinesexp.records.stored.freshness import Notes, shortened
+from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text, shortened
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.step_inputs import campaign_text, row_text, rows_text
 from vinesexp.supervised import on_all, on_each
 from vinesexp.threads import one_thread_each
 
@@ -71,7 +70,7 @@ class Step:
 
 
 def _instrument_files(_: Campaign, record: Record | None) -> list[Path]:
-    from vinesexp.records.readers.parts import file_of  # a part of a file is read from its file
+    from vinesexp.records.readers.source import file_of  # a part of a file is read from its file
 
     files = record.files if record else ()
     return [file if file.is_file() else file_of(file) for file in files]
@@ -228,7 +227,7 @@ class Study:
     def refuse(self, step: str, id: str, reason: str) -> None:
         """Refuse a record for a reason seen from outside, as `ingest` does, and tell `step` so."""
         from vinesexp.records.stored.checks import Check, write_checks
-        from vinesexp.records.stored.file_attributes import write_refused
+        from vinesexp.records.stored.store import write_refused
 
         with self._noted("ingest", id) as written:
             write_refused(self.paths.record(id), reason)

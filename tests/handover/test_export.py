@@ -13,9 +13,8 @@ import scipy.io
 from vinesexp.cli import main
 from vinesexp.records.campaign.schema import Channel
 from vinesexp.records.instrument.ingest import read_channels
-from vinesexp.records.stored.file_attributes import write_refused
 from vinesexp.records.stored.result_columns import IDENTIFIED, IMPACTS, RECORD_REGIMES
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import create_record, write_refused
 from vinesexp.records.stored.tables import write_rows
 
 RATE, N = 1000.0, 70_000

@@ -8,7 +8,7 @@ from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles, weighed_roles
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.readers.foreign import name_of
+from vinesexp.records.readers.unread import name_of
 
 RNG = np.random.default_rng(5)
 T = np.arange(3000) / 30.0

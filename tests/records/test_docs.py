@@ -8,9 +8,8 @@ import yaml
 
 from vinesexp.errors import RecordError
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.campaign.campaign_schema import campaign_schema, schema_text
 from vinesexp.records.campaign.channel_section import CHANNEL_KEYS
-from vinesexp.records.campaign.description import KEYS, PEOPLE_KEYS
+from vinesexp.records.campaign.description import KEYS, PEOPLE_KEYS, campaign_schema, schema_text
 from vinesexp.records.campaign.load import TESTS, load_campaign
 from vinesexp.records.campaign.records_csv import COLUMNS, PEOPLE
 from vinesexp.records.campaign.schema import ACCEPTABLE, ROLES, Channel, TimeColumn

@@ -12,7 +12,6 @@ from vinesexp.identification.decay_table import decay_table
 from vinesexp.identification.estimate import read_estimates
 from vinesexp.records.campaign.load import Campaign, Record, load_campaign
 from vinesexp.records.stored.checks import Check, write_checks
-from vinesexp.records.stored.file_attributes import write_refused
 from vinesexp.records.stored.result_columns import (
     BASE,
     DECAY,
@@ -25,7 +24,7 @@ from vinesexp.records.stored.result_columns import (
     REPLAY_CYCLES,
 )
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import create_record, write_refused
 from vinesexp.records.stored.tables import read_rows, write_rows
 
 RATE, F0, ZETA = 1000.0, 8.0, 0.0065

@@ -126,7 +126,7 @@ def base_of(args: argparse.Namespace) -> Measured | None:
             "acceleration has to be integrated and high-pass filtered before)", where="--base",
         )  # fmt: skip
     from vinesexp.excitation import Measured
-    from vinesexp.records.instrument.single_file import read_file
+    from vinesexp.records.instrument.ingest import read_file
 
     found = read_file(file, {"base": (column or "1", unit)})
     return Measured(found.channels["base"], found.sample_rate)

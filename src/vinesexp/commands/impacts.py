@@ -17,8 +17,12 @@ from vinesexp.identification.bounces import bounces_heard
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.proposal.kind_of_test import oscillates
 from vinesexp.records.campaign.load import Campaign, Channel, Known, Record, TimeColumn
-from vinesexp.records.instrument.ingest import read_channels
-from vinesexp.records.instrument.single_file import channel_of, instrument_rate, time_column
+from vinesexp.records.instrument.ingest import (
+    channel_of,
+    instrument_rate,
+    read_channels,
+    time_column,
+)
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.whole_files import write_whole

@@ -25,8 +25,8 @@ from vinesexp.proposal.campaign_proposal import (
 from vinesexp.proposal.file_names import Reading
 from vinesexp.proposal.kind_of_test import OPEN
 from vinesexp.proposal.survey import FileView, view_file
-from vinesexp.records.campaign.campaign_schema import NAME as SCHEMA_NAME
-from vinesexp.records.campaign.campaign_schema import schema_text
+from vinesexp.records.campaign.description import NAME as SCHEMA_NAME
+from vinesexp.records.campaign.description import schema_text
 from vinesexp.records.campaign.missing_cells import FILL_IN
 from vinesexp.records.campaign.records_xlsx import new_workbook
 from vinesexp.records.campaign.schema import SHEET_COLUMNS, SHEETS

@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from vinesexp.records.stored.file_attributes import package_version
+from vinesexp.records.stored.store import package_version
 
 NAME = "ro-crate-metadata.json"
 _SPDX = "https://spdx.org/licenses/"

@@ -1,8 +1,8 @@
 """The virtual bench: a rig, and the tests that a scene asks of it. SI throughout.
 
 A weighed ball, a caliper, a ruler, a clock: each is off by a number that nobody knows. A scene that
-states these uncertainties (`Sheet`) has its truth drawn around the numbers that it writes down, once
-for all, from its seed.
+states these uncertainties (`Sheet`) has its truth drawn around the numbers of its sheet, once for
+all, from its seed.
 """
 
 from __future__ import annotations

@@ -39,12 +39,11 @@ from vinesexp.pipeline import condition_record, ingest_record
 from vinesexp.proposal.campaign_proposal import SKIPPED
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import campaign_problems, read_campaign
-from vinesexp.records.campaign.records_csv import RowText
+from vinesexp.records.campaign.records_csv import RowText, add_row, change_row, row_of
 from vinesexp.records.campaign.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, sheet_of
-from vinesexp.records.campaign.sheet_edit import add_row, change_row, row_of
+from vinesexp.records.stored.freshness import campaign_text, row_text, rows_text
 from vinesexp.records.stored.result_columns import IDENTIFIED
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.step_inputs import campaign_text, row_text, rows_text
 from vinesexp.records.stored.tables import read_rows
 from vinesexp.threads import one_thread_each
 from vinesexp.units import COVERAGE_95, Quantity, with_error

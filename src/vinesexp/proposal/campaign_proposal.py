@@ -19,7 +19,7 @@ from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import VELOCITY, Guess, guess_roles, label_of
 from vinesexp.proposal.survey import FileView
 from vinesexp.records.campaign.schema import ROLES
-from vinesexp.records.readers.parts import file_of, part_of
+from vinesexp.records.readers.source import file_of, part_of
 from vinesexp.units import UNITS
 
 #: Endings of files that are no instrument's.

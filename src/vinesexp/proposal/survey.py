@@ -19,7 +19,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import Column, Source, open_source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
-from vinesexp.records.readers.parts import part_of
+from vinesexp.records.readers.source import part_of
 from vinesexp.units import UNITS
 
 _MOST = 1 << 21  # samples of a column that are looked at

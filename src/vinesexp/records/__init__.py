@@ -9,7 +9,7 @@ __all__, __getattr__, __dir__ = lazy(
         "campaign_problems": "vinesexp.records.campaign.load",
         "Campaign": "vinesexp.records.campaign.schema",
         "Record": "vinesexp.records.campaign.schema",
-        "read_file": "vinesexp.records.instrument.single_file",
+        "read_file": "vinesexp.records.instrument.ingest",
         "open_record": "vinesexp.records.stored.store",
         "open_dataset": "vinesexp.records.stored.store",
     },

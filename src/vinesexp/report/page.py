@@ -15,7 +15,7 @@ from typing import Any
 from vinesexp.figures.gallery import listed
 from vinesexp.figures.stated_inputs import input_rows
 from vinesexp.records.campaign.load import Campaign
-from vinesexp.records.readers.parts import file_of
+from vinesexp.records.readers.source import file_of
 from vinesexp.records.stored.result_columns import TABLES
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.records.stored.tables import Row

@@ -21,8 +21,7 @@ from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
-from vinesexp.records.stored.file_attributes import RECORDERS
-from vinesexp.records.stored.store import RecordView, create_record, open_record
+from vinesexp.records.stored.store import RECORDERS, RecordView, create_record, open_record
 from vinesexp.signals.base_motion import sines_of_windows
 from vinesexp.signals.channel_agreement import second_derivative_beside
 from vinesexp.signals.condition import in_step

@@ -26,9 +26,14 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import ParameterError
-from vinesexp.records.stored.file_attributes import carried, write_refused
 from vinesexp.records.stored.refusal import refused_where_it_fails
-from vinesexp.records.stored.store import RecordView, create_record, open_record
+from vinesexp.records.stored.store import (
+    RecordView,
+    carried,
+    create_record,
+    open_record,
+    write_refused,
+)
 from vinesexp.settings.stages import Settings
 from vinesexp.signals.bands import Bands, default_bands, oscillation_of
 from vinesexp.signals.channel_agreement import Agreement, agreement_of

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vinesexp.errors import CampaignError
+from vinesexp.records.campaign.records_csv import add_row, change_row, row_of
 from vinesexp.records.campaign.records_xlsx import new_workbook
-from vinesexp.records.campaign.sheet_edit import add_row, change_row, row_of
 
 TEXT = (
     "record,file,test,clearance_mm,x_mine,note\n"

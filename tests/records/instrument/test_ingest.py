@@ -10,8 +10,8 @@ from scipy.io import wavfile
 
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.load import Channel, TimeColumn, load_campaign
-from vinesexp.records.instrument.columns import find_column
 from vinesexp.records.instrument.ingest import ingest, ingest_or_refuse, read_channels
+from vinesexp.records.instrument.samples import find_column
 from vinesexp.records.readers import open_source
 from vinesexp.records.readers.text import TextSource
 from vinesexp.records.stored.store import open_record

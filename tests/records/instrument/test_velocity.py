@@ -6,8 +6,7 @@ import pytest
 from vinesexp.cli import main
 from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.records.campaign.load import load_campaign
-from vinesexp.records.instrument.ingest import ingest
-from vinesexp.records.instrument.single_file import read_file
+from vinesexp.records.instrument.ingest import ingest, read_file
 from vinesexp.records.stored import store
 from vinesexp.records.stored.store import create_record, integrate, integrated, open_record
 

@@ -16,7 +16,7 @@ from vinesexp.records.instrument.samples import Samples
 from vinesexp.records.readers import open_source
 from vinesexp.records.readers import parquet as parquet_reader
 from vinesexp.records.readers.guard import GuardedSource, Limits
-from vinesexp.records.readers.parts import require_one
+from vinesexp.records.readers.source import require_one
 
 N, RATE = 400, 1000.0
 T = np.arange(N) / RATE

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import RecordError
-from vinesexp.records.instrument.columns import find_column
+from vinesexp.records.instrument.samples import find_column
 from vinesexp.records.readers import open_source
 
 T, BASE, X = np.arange(60) * 1e-3, np.sin(np.arange(60.0)), np.cos(np.arange(60.0)) + 5.0

@@ -11,7 +11,7 @@ from vinesexp.errors import RecordError
 from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers import open_source
-from vinesexp.records.readers.parts import file_of, part_of
+from vinesexp.records.readers.source import file_of, part_of
 
 N = 40
 NAMES = "Time (s),CH1 (V)\n"

@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp.errors import RecordError
-from vinesexp.records.stored.file_attributes import write_refused
 from vinesexp.records.stored.store import (
     create_record,
     open_dataset,
     open_record,
     uniform_times,
+    write_refused,
 )
 
 QUANTITIES = {"base": "displacement", "acceleration": "acceleration"}

@@ -7,9 +7,8 @@ import pytest
 
 from vinesexp import Harmonic, Release
 from vinesexp.errors import TableError
-from vinesexp.records.stored.file_attributes import write_refused
 from vinesexp.records.stored.result_columns import IMPACTS
-from vinesexp.records.stored.store import open_record
+from vinesexp.records.stored.store import open_record, write_refused
 from vinesexp.signals.channel_agreement import agreement_of
 from vinesexp.signals.clipping import converter_range
 from vinesexp.signals.condition import condition

@@ -17,8 +17,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.schema import Channel, Setup
-from vinesexp.records.instrument.columns import has_column
-from vinesexp.records.instrument.samples import Samples
+from vinesexp.records.instrument.samples import Samples, has_column
 from vinesexp.records.readers import BLOCK_ROWS, Source, open_source
 
 _OFF = 0.1  # of a sample: how far apart two clocks may stand

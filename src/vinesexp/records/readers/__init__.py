@@ -15,7 +15,6 @@ from vinesexp.errors import RecordError
 from vinesexp.records.readers import (
     archive,
     excel,
-    foreign,
     hdf5,
     lecroy,
     matlab,
@@ -30,8 +29,8 @@ from vinesexp.records.readers import (
     wav,
 )
 from vinesexp.records.readers.guard import GuardedSource
-from vinesexp.records.readers.parts import file_of
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, file_of
+from vinesexp.records.readers.unread import known_by_sight
 
 __all__ = ["BLOCK_ROWS", "READERS", "Column", "FloatArray", "Source", "open_source"]
 
@@ -70,7 +69,7 @@ def open_source(path: Path) -> Source:
     Parameters
     ----------
     path : Path
-        The file, and behind `#` the part of one that holds several records (`parts.py`).
+        The file, and behind `#` the part of one that holds several records (`source.py`).
 
     Raises
     ------
@@ -99,7 +98,7 @@ def open_source(path: Path) -> Source:
         )
     suffix = file.suffix.lower()
     known = ", ".join(reader.NAME for reader in READERS)
-    other = foreign.name_of(head, suffix)
+    other = known_by_sight(head, suffix)
     if other is not None:
         raise RecordError(
             f"is {other}, which is not read; export the record as CSV or one of: {known}",

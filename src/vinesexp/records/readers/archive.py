@@ -11,9 +11,9 @@ from pathlib import Path, PurePosixPath
 from typing import IO
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.extras import unreadable
-from vinesexp.records.readers.parts import file_aside, file_of, part_of
+from vinesexp.records.readers.source import file_aside, file_of, part_of
 from vinesexp.records.readers.text import TextSource
+from vinesexp.records.readers.unread import unreadable
 
 NAME = "zip of CSVs"
 

@@ -17,10 +17,9 @@ from typing import Any
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.extras import need, unreadable
-from vinesexp.records.readers.parts import file_aside, file_of, part_of
-from vinesexp.records.readers.source import BLOCK_ROWS
+from vinesexp.records.readers.source import BLOCK_ROWS, file_aside, file_of, part_of
 from vinesexp.records.readers.text import TextSource
+from vinesexp.records.readers.unread import need, unreadable
 
 NAME = "Excel (.xlsx, .xls)"
 LIBRARIES = ("openpyxl", "xlrd")

@@ -31,9 +31,8 @@ from typing import Any, NoReturn, Protocol
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError, VinesexpError
-from vinesexp.records.readers.extras import in_words
-from vinesexp.records.readers.parts import file_of
-from vinesexp.records.readers.source import BLOCK_ROWS, Column
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, file_of
+from vinesexp.records.readers.unread import in_words
 from vinesexp.threads import VARIABLES
 
 if sys.platform == "win32":

@@ -28,9 +28,9 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.extras import unreadable
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, require_equal_lengths
+from vinesexp.records.readers.unread import unreadable
 
 NAME = "HDF5"
 

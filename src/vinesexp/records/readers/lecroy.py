@@ -13,8 +13,7 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import unit_of_label
-from vinesexp.records.readers.parts import file_of, number_of_part
-from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.source import Column, TableSource, file_of, number_of_part
 
 NAME = "LeCroy TRC"
 

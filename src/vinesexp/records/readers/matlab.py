@@ -19,9 +19,9 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import hdf5
-from vinesexp.records.readers.extras import unreadable
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, require_equal_lengths
+from vinesexp.records.readers.unread import unreadable
 
 NAME = "MATLAB .mat"
 LIBRARIES = ("scipy.io", "h5py")

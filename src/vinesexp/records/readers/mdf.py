@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.records.readers.extras import need, unreadable
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.unread import need, unreadable
 
 NAME = "MDF (MF4)"
 LIBRARIES = ("asammdf",)

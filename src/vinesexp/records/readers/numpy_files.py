@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.extras import unreadable
 from vinesexp.records.readers.hdf5 import interval_from
 from vinesexp.records.readers.labels import only_time, unit_in_name
 from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.unread import unreadable
 
 NAME = "NumPy (.npy, .npz)"
 

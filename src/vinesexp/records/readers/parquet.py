@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.records.readers.extras import need, unreadable
 from vinesexp.records.readers.labels import only_time, unit_in_name
 from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.unread import need, unreadable
 
 NAME = "Parquet"
 LIBRARIES = ("pyarrow.parquet",)

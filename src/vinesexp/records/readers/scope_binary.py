@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.extras import need, unreadable
-from vinesexp.records.readers.parts import file_of, number_of_part
-from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.source import Column, TableSource, file_of, number_of_part
+from vinesexp.records.readers.unread import need, unreadable
 
 NAME = "Tektronix and Rigol .wfm, Keysight and Rigol .bin"
 

@@ -16,9 +16,9 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.extras import need, unreadable
 from vinesexp.records.readers.labels import only_time, unit_in_name, unit_of_label
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, require_equal_lengths
+from vinesexp.records.readers.unread import need, unreadable
 
 NAME = "LabVIEW TDMS"
 LIBRARIES = ("nptdms",)

@@ -30,8 +30,14 @@ from vinesexp.records.readers.header import (
 )
 from vinesexp.records.readers.labels import is_overload, only_time, overload_value, unit_of_label
 from vinesexp.records.readers.layout import Layout, seconds_since
-from vinesexp.records.readers.parts import file_aside, file_of, number_of_part, part_of
-from vinesexp.records.readers.source import BLOCK_ROWS, Column
+from vinesexp.records.readers.source import (
+    BLOCK_ROWS,
+    Column,
+    file_aside,
+    file_of,
+    number_of_part,
+    part_of,
+)
 from vinesexp.units import UNITS
 
 NAME = "text (CSV, TXT, LabVIEW LVM)"

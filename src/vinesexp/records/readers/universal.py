@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.extras import need, unreadable
 from vinesexp.records.readers.labels import unit_of_label
 from vinesexp.records.readers.source import Column, TableSource
+from vinesexp.records.readers.unread import need, unreadable
 
 NAME = "Universal file (UFF 58)"
 LIBRARIES = ("pyuff",)
