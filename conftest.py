@@ -7,7 +7,7 @@ from collections.abc import Generator
 
 import pytest
 
-from vinesexp.threads import one_thread_each
+from vinesexp.environment import one_thread_each
 
 one_thread_each()
 

@@ -17,7 +17,7 @@ REPOSITORY = Path(__file__).parents[1]
 
 #: From the ground up; a module imports from its own floor or from one below.
 FLOORS = (
-    {"errors", "arrays", "public_names", "whole_files", "caches", "threads"},
+    {"errors", "arrays", "public_names", "whole_files", "environment"},
     {"units", "rig", "excitation"},
     {"settings"},
     {"theory", "solver", "records"},

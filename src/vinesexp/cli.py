@@ -11,9 +11,8 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
-from vinesexp.caches import keep_caches_writable
+from vinesexp.environment import keep_caches_writable, one_thread_each
 from vinesexp.errors import RigWarning, VinesexpError, shown
-from vinesexp.threads import one_thread_each
 
 #: Commands, each a module of vinesexp.commands with add_arguments(parser) and run(args).
 COMMANDS = {

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vinesexp.environment import one_thread_here
 from vinesexp.errors import ParameterError, RecordError, nearest
 from vinesexp.pipeline import analyse_record, identify
 from vinesexp.records.campaign.schema import (
@@ -40,7 +41,6 @@ from vinesexp.results import RecordResults, record_results
 from vinesexp.settings.overrides import changed_by_text
 from vinesexp.settings.stages import Settings
 from vinesexp.signals.impacts.detectors import hand_over
-from vinesexp.threads import one_thread_here
 from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 
 if TYPE_CHECKING:

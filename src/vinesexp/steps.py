@@ -30,13 +30,13 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.codedigest import keep_code, kept_code, named_modules
+from vinesexp.environment import one_thread_each
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text, shortened
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.supervised import on_all, on_each
-from vinesexp.threads import one_thread_each
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
 
-from vinesexp.caches import is_writable, own_folder
+from vinesexp.environment import is_writable, own_folder
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.records.campaign.load import load_campaign
 

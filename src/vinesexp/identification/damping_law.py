@@ -20,7 +20,7 @@ from functools import cache
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.caches import keep_caches_writable
+from vinesexp.environment import keep_caches_writable
 from vinesexp.identification.least_squares import Solution, covariance_of, least_squares
 
 #: Parameters of a decay in this order: log amplitude and phase at the start, angular frequency.

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 import vinesexp
+from vinesexp.environment import one_thread_each
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.live.row_proposal import Row, clearance_cell, clearance_shown, row_of_file
 from vinesexp.live.views import (
@@ -45,7 +46,6 @@ from vinesexp.records.stored.freshness import campaign_text, row_text, rows_text
 from vinesexp.records.stored.result_columns import IDENTIFIED
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.tables import read_rows
-from vinesexp.threads import one_thread_each
 from vinesexp.units import COVERAGE_95, Quantity, with_error
 from vinesexp.whole_files import write_whole
 

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 from numba import njit, typeof, types
 from numba.extending import intrinsic
 
-from vinesexp.caches import keep_caches_writable
+from vinesexp.environment import keep_caches_writable
 
 MODULES = (
     "compiled",

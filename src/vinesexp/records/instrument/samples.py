@@ -20,8 +20,9 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError, nearest
 from vinesexp.records.campaign.schema import SI_UNITS, Channel, TimeColumn
 from vinesexp.records.instrument.timebase import Clock, Resampler, UnevenClockError
+from vinesexp.records.readers import Column, Source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
-from vinesexp.records.readers.source import Column, Source, require_one
+from vinesexp.records.readers.source import require_one
 from vinesexp.units import UNITS, measured_in
 
 

@@ -30,10 +30,10 @@ from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
 from vinesexp.arrays import FloatArray
+from vinesexp.environment import THREAD_VARIABLES
 from vinesexp.errors import RecordError, VinesexpError
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, file_of
 from vinesexp.records.readers.unread import in_words
-from vinesexp.threads import VARIABLES
 
 if sys.platform == "win32":
     raise VinesexpError(
@@ -78,7 +78,7 @@ _LONGEST = 1 << 16  # bytes of a request
 
 #: Libraries start threads of their own unless they are told not to.
 ONE_THREAD = {
-    **dict.fromkeys(VARIABLES, "1"),
+    **dict.fromkeys(THREAD_VARIABLES, "1"),
     "NUMEXPR_MAX_THREADS": "1",
     "JE_ARROW_MALLOC_CONF": "background_thread:false",
     "ARROW_IO_THREADS": "1",

@@ -137,7 +137,7 @@ class Source(Protocol):
     stated_rows : int or None
         How many rows the file itself says it has.
     parts : tuple of str
-        Names of the records of a file that holds several (`readers.parts`); empty for one.
+        Names of the records of a file that holds several ; empty for one.
     losses : tuple of str
         What the file says it holds and does not: a warning each.
     """

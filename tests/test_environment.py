@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 import vinesexp
-from vinesexp.caches import VARIABLES
 from vinesexp.commands.run import snakemake_command
+from vinesexp.environment import CACHE_VARIABLES
 from vinesexp.errors import ParameterError
 
 PACKAGE = Path(vinesexp.__file__).parent
@@ -24,7 +24,7 @@ def bare_machine(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "vinesexp", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "vinesexp/solver/__pycache__").write_text("", encoding="utf-8")
     (tmp_path / "tmp").mkdir()
-    kept = {k: v for k, v in os.environ.items() if k not in VARIABLES}
+    kept = {k: v for k, v in os.environ.items() if k not in CACHE_VARIABLES}
     return kept | {
         "PYTHONPATH": str(tmp_path), "HOME": "/dev/null/home", "TMPDIR": str(tmp_path / "tmp"),
     }  # fmt: skip
