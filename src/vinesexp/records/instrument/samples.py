@@ -579,14 +579,14 @@ class Rows:
                 raise RecordError(
                     "infinite time", file=self.source.path, where=self.source.locate(first)
                 )
-            low, high = self._range_of(index, first)
+            low, high = self._range_of(index)
             block = block.copy() if block is raw else block
             block[beyond, k] = np.where(block[beyond, k] > 0.0, high, low)
             count, at = self.overloads.get(index, (0, first))
             self.overloads[index] = (count + int(np.count_nonzero(beyond)), at)
         return block
 
-    def _range_of(self, index: int, row: int) -> tuple[float, float]:
+    def _range_of(self, index: int) -> tuple[float, float]:
         """Least and largest finite sample of a column, from one pass over the file."""
         if index not in self._limits:
             low, high = np.inf, -np.inf

@@ -32,8 +32,8 @@ from typing import Any, NoReturn, Protocol
 from vinesexp.arrays import FloatArray
 from vinesexp.environment import THREAD_VARIABLES
 from vinesexp.errors import RecordError, VinesexpError
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, file_of
-from vinesexp.records.readers.unread import in_words
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, file_of
+from vinesexp.records.readers.unread import unreadable
 
 if sys.platform == "win32":
     raise VinesexpError(
@@ -347,10 +347,8 @@ def serve(
 
 def refusal(error: Exception, name: str) -> tuple[str, str | None]:
     """Problem and place of what went wrong in a reader, as a `RecordError` states them."""
-    if isinstance(error, RecordError):
-        return error.problem, error.where
-    problem = f"cannot be read as {name} ({in_words(error)}); copy or export the record again"
-    return problem, None
+    told = error if isinstance(error, RecordError) else unreadable(name, error)
+    return told.problem, told.where
 
 
 def _facts(source: Any) -> dict[str, Any]:
@@ -376,8 +374,6 @@ def _limit(seconds: int, memory: int) -> None:
 
 def serve_in_new_process() -> None:
     """Serve a source in a process that was started, not copied."""
-    from importlib import import_module
-
     module, path, seconds, patience, memory, requests, answers = sys.argv[1:]
     serve(
         import_module(module),
@@ -431,8 +427,8 @@ def limits_for(size: int) -> Limits:
     return Limits(seconds, 60.0 + 2.0 * seconds, (1 << 30) + 64 * size)
 
 
-class GuardedSource:
-    """A source that is read by a child process. The interface is `readers.source.Source`.
+class GuardedSource(Source):
+    """A source that is read by a child process.
 
     Parameters
     ----------
@@ -459,14 +455,9 @@ class GuardedSource:
         self._dead: RecordError | None = None
         self._streams = 0
         facts = self._ask(("open",))
-        self.format: str = facts["format"]
-        self.columns = tuple(Column(*column) for column in facts["columns"])
-        self.sample_interval: float | None = facts["sample_interval"]
-        self.start: float = facts["start"]
-        self.time_column: int | None = facts["time_column"]
-        self.stated_rows: int | None = facts["stated_rows"]
-        self.parts: tuple[str, ...] = facts["parts"]
-        self.losses: tuple[str, ...] = facts["losses"]
+        self.columns = tuple(Column(*column) for column in facts.pop("columns"))
+        self.format = facts.pop("format")
+        vars(self).update(facts)
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""

@@ -29,7 +29,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, require_equal_lengths
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
 from vinesexp.records.readers.unread import unreadable
 
 NAME = "HDF5"
@@ -84,8 +84,8 @@ class _Series:
     length: int
 
 
-class Hdf5Source:
-    """An HDF5 file. The interface is `readers.source.Source`.
+class Hdf5Source(Source):
+    """An HDF5 file.
 
     Parameters
     ----------
@@ -100,8 +100,6 @@ class Hdf5Source:
         import h5py
 
         self.path = path
-        self.start = 0.0
-        self.time_column: int | None = None
         self._size = path.stat().st_size
         self._series: list[_Series] = []
         self._units: dict[str, str] = {}  # words that stand beside the samples
@@ -143,8 +141,6 @@ class Hdf5Source:
             raise self._contradictions[0]
         self.columns = tuple(columns)
         self.sample_interval = interval_from(stated[""], path)
-        self.stated_rows: int | None = None
-        self.parts: tuple[str, ...] = ()
         self.losses = tuple(losses)
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
@@ -164,10 +160,6 @@ class Hdf5Source:
                 except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
                     raise unreadable("HDF5", error, self.path, self.locate(begin)) from None
                 yield block
-
-    def locate(self, row: int) -> str:
-        """``"sample 12"``, counted from 0 as in the dataset."""
-        return f"sample {row}"
 
     def _visit(
         self,
@@ -423,7 +415,7 @@ class _Walk:
             return
         if not hasattr(item, "shape"):  # a type that the file names
             return
-        kind = _class(item)
+        kind = _text(item.attrs.get("MATLAB_class", b""))
         if item.attrs.get("MATLAB_empty"):
             return
         group, _, key = name.rpartition("/")
@@ -449,8 +441,3 @@ class _Walk:
 
 def _word(item: Any) -> str:
     return "".join(chr(int(code)) for code in item[()].reshape(-1)[:_WIDEST]).strip()
-
-
-def _class(item: Any) -> str:
-    value = item.attrs.get("MATLAB_class", b"")
-    return value.decode("ascii", "replace") if isinstance(value, bytes) else str(value)

@@ -207,7 +207,7 @@ def _paired(
         return [], f"{rows}, line {first + 1} '{body.lines[first].strip()[:80]}' {cells} cells"
     last = max((j for j, name in enumerate(names) if name), default=-1)
     if width > last + 1:
-        _refuse_odd_row(path, layout, body, last + 1, first)
+        _refuse_odd_row(path, body, last + 1, first)
         raise RecordError(
             f"{width} cells under {last + 1} names ('{body.lines[first].strip()[:80]}' under "
             f"'{line.strip()[:80]}'); correct the names, or, if the numbers have decimal commas, "
@@ -218,7 +218,7 @@ def _paired(
     return names, ""
 
 
-def _refuse_odd_row(path: Path, layout: Layout, body: Body, names: int, first: int) -> None:
+def _refuse_odd_row(path: Path, body: Body, names: int, first: int) -> None:
     """Name the row that has more cells than there are names, where it is one among many."""
     rows = [i for i in range(first, len(body.lines)) if body.rows[i]]
     odd = [i for i in rows if len(body.rows[i]) > names and any(body.rows[i][names:])]

@@ -8,7 +8,9 @@ what stands beside them or deeper. Version 7.3 is HDF5 inside and read so.
 
 from __future__ import annotations
 
+import math
 import struct
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +22,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers import hdf5
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, require_equal_lengths
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
 from vinesexp.records.readers.unread import unreadable
 
 NAME = "MATLAB .mat"
@@ -75,18 +77,13 @@ class _Place:
     length: int
 
 
-class MatlabSource:
-    """A .mat file up to version 7. The interface is `readers.source.Source`."""
+class MatlabSource(Source):
+    """A .mat file up to version 7."""
 
     format = "MATLAB"
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.start = 0.0
-        self.time_column: int | None = None
-        self.stated_rows: int | None = None
-        self.parts: tuple[str, ...] = ()
-        self.losses: tuple[str, ...] = ()
         self._places: list[_Place] = []
         self._nested: dict[str, Any] = {}  # arrays inside structures, by their path
         names: list[tuple[str, str | None]] = []
@@ -120,8 +117,6 @@ class MatlabSource:
         A compressed variable can only be read whole. So one at a time is, and laid aside in an
         unnamed file: the memory is that of one variable, however many there are.
         """
-        import tempfile
-
         places = [self._places[column] for column in columns]
         lengths = {self.columns[c].name: p.length for c, p in zip(columns, places, strict=True)}
         require_equal_lengths(lengths, self.path)
@@ -215,10 +210,7 @@ class MatlabSource:
         """Sizes that the file cannot hold, before anything makes room for them."""
         most = _SWELL * self.path.stat().st_size + (1 << 20)
         for name, shape, _ in variables:
-            count = 1
-            for length in shape:
-                count *= max(int(length), 0)
-            if count > most:
+            if math.prod(max(int(length), 0) for length in shape) > most:
                 sizes = " by ".join(str(length) for length in shape)
                 raise RecordError(
                     f"variable '{name}' is {sizes}, more than the file can hold; save it again",

@@ -137,7 +137,7 @@ class Source(Protocol):
     stated_rows : int or None
         How many rows the file itself says it has.
     parts : tuple of str
-        Names of the records of a file that holds several ; empty for one.
+        Names of the records of a file that holds several; empty for one.
     losses : tuple of str
         What the file says it holds and does not: a warning each.
     """
@@ -145,12 +145,12 @@ class Source(Protocol):
     path: Path
     format: str
     columns: tuple[Column, ...]
-    sample_interval: float | None
-    start: float
-    time_column: int | None
-    stated_rows: int | None
-    parts: tuple[str, ...]
-    losses: tuple[str, ...]
+    sample_interval: float | None = None
+    start: float = 0.0
+    time_column: int | None = None
+    stated_rows: int | None = None
+    parts: tuple[str, ...] = ()
+    losses: tuple[str, ...] = ()
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """The given columns, in the given order, as (n, k) blocks; NaN where a cell is missing.
@@ -164,10 +164,10 @@ class Source(Protocol):
 
     def locate(self, row: int) -> str:
         """Where row `row` (from 0) stands, in the words of the format: ``"line 124"``."""
-        ...
+        return f"sample {row}"
 
 
-class TableSource:
+class TableSource(Source):
     """Columns that a library has read whole: the `Source` of formats that come that way.
 
     Parameters
@@ -185,10 +185,6 @@ class TableSource:
     place : str
         What the format calls a sample: ``"sample"``, ``"row"``.
     """
-
-    stated_rows: int | None = None
-    parts: tuple[str, ...] = ()
-    losses: tuple[str, ...] = ()
 
     def __init__(
         self,

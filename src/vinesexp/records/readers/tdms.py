@@ -17,7 +17,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import only_time, unit_in_name, unit_of_label
-from vinesexp.records.readers.source import BLOCK_ROWS, Column, require_equal_lengths
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
 from vinesexp.records.readers.unread import need, unreadable
 
 NAME = "LabVIEW TDMS"
@@ -37,18 +37,14 @@ def open_file(path: Path) -> TdmsSource:
     return TdmsSource(path)
 
 
-class TdmsSource:
-    """A TDMS file. The interface is `readers.source.Source`."""
+class TdmsSource(Source):
+    """A TDMS file."""
 
     format = "TDMS"
 
     def __init__(self, path: Path) -> None:
         nptdms = need("nptdms", extra="tdms", what="a LabVIEW TDMS file", path=path)
         self.path = path
-        self.sample_interval: float | None = None
-        self.start = 0.0
-        self.stated_rows: int | None = None
-        self.parts: tuple[str, ...] = ()
         self.losses = tuple(_cut_short(path))
         try:
             # By the file itself: by its name, the index beside it would be believed.
@@ -74,10 +70,6 @@ class TdmsSource:
             except Exception as error:
                 raise unreadable("TDMS", error, self.path) from None
             yield np.stack(parts, axis=1)
-
-    def locate(self, row: int) -> str:
-        """``"sample 12"``, counted from 0."""
-        return f"sample {row}"
 
 
 def _cut_short(path: Path) -> Iterator[str]:

@@ -33,6 +33,7 @@ from vinesexp.records.readers.layout import Layout, seconds_since
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
     Column,
+    Source,
     file_aside,
     file_of,
     number_of_part,
@@ -220,22 +221,16 @@ def open_file(path: Path) -> TextSource:
     return TextSource(file, layout)
 
 
-class TextSource:
-    """A text file: one row a sample. The interface is `readers.source.Source`."""
+class TextSource(Source):
+    """A text file: one row a sample."""
 
     format: str = "text"
-    parts: tuple[str, ...] = ()
-    losses: tuple[str, ...] = ()
 
     def __init__(self, path: Path, layout: Layout | None = None) -> None:
         self.path = path  # for messages
         self._read_from = path
         self.layout: Layout = layout or find_layout(path)
         self.columns: tuple[Column, ...] = self.layout.columns
-        self.sample_interval: float | None = None
-        self.start = 0.0
-        self.time_column: int | None = None
-        self.stated_rows: int | None = None
         self._rows_found: int | None = None
         if self.layout.behind:
             count = len(self.layout.behind)

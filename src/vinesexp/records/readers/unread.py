@@ -62,7 +62,9 @@ def in_words(error: Exception) -> str:
     return said[:200]
 
 
-def unreadable(what: str, error: Exception, path: Path, where: str | None = None) -> RecordError:
+def unreadable(
+    what: str, error: Exception, path: Path | None = None, where: str | None = None
+) -> RecordError:
     """The refusal for whatever a package raises over broken bytes."""
     problem = f"cannot be read as {what} ({in_words(error)}); copy or export the record again"
     return RecordError(problem, file=path, where=where)

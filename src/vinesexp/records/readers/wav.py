@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.source import BLOCK_ROWS, Column
+from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source
 
 NAME = "WAV"
 
@@ -33,23 +33,20 @@ def open_file(path: Path) -> WavSource:
     return WavSource(path)
 
 
-class WavSource:
-    """A WAV file. The interface is `readers.source.Source`."""
+class WavSource(Source):
+    """A WAV file."""
 
     format = "WAV"
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.start = 0.0
-        self.time_column: int | None = None
-        self.parts: tuple[str, ...] = ()
         self._layout = _layout(path)
         self._frames = self._layout.found // self._layout.frame
         if not self._frames:
             raise RecordError("holds no samples; export the record again", file=path)
-        self.stated_rows: int | None = self._layout.stated_frames
+        self.stated_rows = self._layout.stated_frames
         self.losses = tuple(self._layout.losses())
-        self.sample_interval: float | None = 1.0 / self._layout.rate
+        self.sample_interval = 1.0 / self._layout.rate
         names = {} if self._layout.tracks is None else track_names(self._layout.tracks)
         columns = range(self._layout.channels)
         self.columns = tuple(Column(names.get(k + 1, str(k))) for k in columns)
@@ -65,10 +62,6 @@ class WavSource:
                 if len(raw) < count * layout.frame:
                     raise RecordError("became shorter while it was read", file=self.path)
                 yield layout.numbers(raw)[:, list(columns)]
-
-    def locate(self, row: int) -> str:
-        """``"sample 12"``, counted from 0."""
-        return f"sample {row}"
 
 
 _PCM, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
