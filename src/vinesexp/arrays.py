@@ -1,4 +1,4 @@
-"""Names for the arrays that the package passes around: float64, int64, bool, complex128."""
+"""Names for the arrays that the package passes around, and the runs of true values in one."""
 
 from __future__ import annotations
 
@@ -9,3 +9,15 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
+
+
+def runs_of(chosen: BoolArray) -> list[tuple[int, int]]:
+    """First of each run of chosen ones, and the one after its last.
+
+    Examples
+    --------
+    >>> runs_of(np.array([True, False, True, True]))
+    [(0, 1), (2, 4)]
+    """
+    edges = np.flatnonzero(np.diff(chosen, prepend=False, append=False)).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))

@@ -31,13 +31,12 @@ def checked(
     name: str,
     expected: str,
     *,
-    low: float = 0.0,
     high: float = math.inf,
     closed: bool = True,
 ) -> NDArray[np.float64]:
-    """Values as float64, refused in one line where one is not finite or outside [low, high].
+    """Values as float64, refused in one line where one is not finite or outside [0, high].
 
-    With ``closed=False`` the lower end itself is refused too (a mass of zero).
+    With ``closed=False`` zero itself is refused too (of a mass).
 
     Examples
     --------
@@ -48,9 +47,9 @@ def checked(
     array = np.asarray(values, dtype=np.float64)
     least, most = (array.min(), array.max()) if array.size else (high, high)
     # A NaN makes both comparisons false, an infinity fails isfinite: two passes, no masks.
-    fine = (least >= low if closed else least > low) and most <= high
+    fine = (least >= 0.0 if closed else least > 0.0) and most <= high
     if not (fine and math.isfinite(least) and math.isfinite(most)) and array.size:
-        above = array >= low if closed else array > low
+        above = array >= 0.0 if closed else array > 0.0
         wrong = array[~(above & (array <= high) & np.isfinite(array))]
         raise ParameterError(f"{name} = {float(wrong.flat[0]):.9g}: expected {expected}")
     return array

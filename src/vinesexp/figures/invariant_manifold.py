@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 #: Motions in the figure: the ones that show most of the manifold.
 _MOST = 3
 _FEWEST = 20  # impacts with a free flight
+_PUBLISHED_A_2 = 0.6  # as the paper reads it off
 
 #: The package's colours (`style`) under the names of the theory.
 COLOURS = {
@@ -76,15 +77,15 @@ def draw_sim(axis: Axes, *, r: float, scale: float = 1.0, top: float = 1.0) -> N
         axis.annotate(name, point, textcoords="offset points", xytext=offset, ha="center")
 
 
-def sim_figure(*, r: float, published_A_2: float = 0.6) -> Figure:
+def sim_figure(*, r: float) -> Figure:
     """Figure 2 of the paper: the SIM with T1, T2, and the A_2 that the paper reads off."""
     figure, (axis,) = sized_figure(5.6, 4.0)
     draw_sim(axis, r=r, top=1.0)
-    C = float(manifold.upper_branch(published_A_2, r=r))
-    axis.plot(C, published_A_2, "x", ms=8, mew=2, color=COLOURS["published"], zorder=5)
+    C = float(manifold.upper_branch(_PUBLISHED_A_2, r=r))
+    axis.plot(C, _PUBLISHED_A_2, "x", ms=8, mew=2, color=COLOURS["published"], zorder=5)
     axis.annotate(
-        f"T2 as published, A = {published_A_2}",
-        (C, published_A_2),
+        f"T2 as published, A = {_PUBLISHED_A_2}",
+        (C, _PUBLISHED_A_2),
         textcoords="offset points",
         xytext=(-8, 6),
         ha="right",

@@ -66,6 +66,9 @@ _FOLLOW = ("c1", "k1")
 #: Logarithm of the ratio of two widths below which their names would cover one another.
 _SAME_PLACE = 0.2
 
+#: Parameters whose intervals are drawn as they shrink.
+_SHRINKING = ("M", "c1", "k1", "r")
+
 #: Units of a relative deviation, smallest first, with their sizes.
 _SHARES = (("ppm", 1e-6), ("%", 1e-2))
 
@@ -128,9 +131,7 @@ def estimates_by_method(rows: Sequence[Row], values: Mapping[str, str]) -> Figur
     return figure
 
 
-def intervals_over_records(
-    history: Sequence[Mapping[str, Any]], parameters: Sequence[str] = ("M", "c1", "k1", "r")
-) -> Figure:
+def intervals_over_records(history: Sequence[Mapping[str, Any]]) -> Figure:
     """How the 95 % intervals shrink while a campaign is measured.
 
     Parameters
@@ -138,14 +139,12 @@ def intervals_over_records(
     history : sequence
         From the oldest on: `records`, their number, and `values`, parameter to value and standard
         error.
-    parameters : sequence of str
-        Which are drawn.
     """
     from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
     figure, [axis] = new_figure(height=2.3)
     ends: list[tuple[list[str], tuple[float, float], str]] = []
-    for name, colour in zip(parameters, SEQUENCE, strict=False):
+    for name, colour in zip(_SHRINKING, SEQUENCE, strict=False):
         own = [
             (one["records"], 100.0 * COVERAGE_95 * one["values"][name][1] / one["values"][name][0])
             for one in history

@@ -513,52 +513,29 @@ def accelerometer_volts(
     base_velocity : callable, optional
         Times to x_e', m/s: needed for cross-axis sensitivity alone.
     """
+    pulse, mode = accelerometer.pulse, accelerometer.mode
 
     def sensed(t: FloatArray) -> FloatArray:
-        return _sensed(accelerometer, acceleration, t, times, jumps, dt, base_velocity)
+        """What moves it, m/s^2: the mass, its contacts, the structure, the base."""
+        shown = acceleration(t).astype(np.float64, copy=True)
+        start, n = float(t[0]), t.size
+        shown += contact_acceleration(
+            times, jumps, duration=pulse, ring=accelerometer.ring,
+            ring_damping=accelerometer.ring_damping, start=start, dt=dt, n=n,
+        )  # fmt: skip
+        if mode is not None:
+            shown += modal_acceleration(
+                mode, times=times, jumps=jumps, duration=pulse, start=start, dt=dt, n=n
+            )
+        if accelerometer.cross_axis and base_velocity is not None:
+            gained = base_velocity(t + 0.5 * dt) - base_velocity(t - 0.5 * dt)
+            shown += accelerometer.cross_axis / dt * gained
+        return shown
 
     if accelerometer.ac_corner is None:
-        shown = sensed(t)
-    else:
-        shown = high_passed(sensed, t, dt=dt, corner=accelerometer.ac_corner)
+        return _volts(accelerometer, sensed(t), noise)
+    shown = high_passed(sensed, t, dt=dt, corner=accelerometer.ac_corner)
     return _volts(accelerometer, shown, noise)
-
-
-def _sensed(
-    accelerometer: Accelerometer,
-    acceleration: Callable[[FloatArray], FloatArray],
-    t: FloatArray,
-    times: FloatArray,
-    jumps: FloatArray,
-    dt: float,
-    base_velocity: Callable[[FloatArray], FloatArray] | None,
-) -> FloatArray:
-    """What moves the accelerometer, m/s^2: the mass, its contacts, the structure, the base."""
-    shown = acceleration(t).astype(np.float64, copy=True)
-    shown += contact_acceleration(
-        times,
-        jumps,
-        duration=accelerometer.pulse,
-        ring=accelerometer.ring,
-        ring_damping=accelerometer.ring_damping,
-        start=float(t[0]),
-        dt=dt,
-        n=t.size,
-    )
-    if accelerometer.mode is not None:
-        shown += modal_acceleration(
-            accelerometer.mode,
-            times=times,
-            jumps=jumps,
-            duration=accelerometer.pulse,
-            start=float(t[0]),
-            dt=dt,
-            n=t.size,
-        )
-    if accelerometer.cross_axis and base_velocity is not None:
-        gained = base_velocity(t + 0.5 * dt) - base_velocity(t - 0.5 * dt)
-        shown += accelerometer.cross_axis / dt * gained
-    return shown
 
 
 def _volts(sensor: Sensor, shown: FloatArray, noise: np.random.Generator) -> FloatArray:

@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 from vinesexp.arrays import FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.signals.means import block_means, fill_gaps
+from vinesexp.signals.means import channel_means
 
 #: Derivatives of displacement that each quantity is: x, iw x, -w^2 x.
 ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 _POINTS = 48  # block means a cycle: the third harmonic keeps 16
-_BLOCK = 1 << 20  # samples read at once
 _CYCLES = 4  # of a window
 _FEWEST = 5  # windows
 _HARMONICS = (1, 2, 3)
@@ -191,15 +190,9 @@ def base_rows(
 def base_of(view: RecordView, *, frequency: float) -> BaseMotion | None:
     """Motion of the base in an open record, read by blocks; `frequency` of the oscillation, Hz."""
     k = max(1, int(view.sample_rate / (_POINTS * frequency)))
-    size = max(1, _BLOCK // k) * k
-    coarse = np.concatenate(
-        [
-            block_means(fill_gaps(view.read("base", begin, begin + size)), k)
-            for begin in range(0, view.n, size)
-        ]
-    )
+    left = float(np.sinc(frequency * k / view.sample_rate))  # by block means
     return base_motion(
-        coarse / float(np.sinc(frequency * k / view.sample_rate)),  # what block means leave
+        channel_means(view, "base", k) / left,
         k / view.sample_rate,
         frequency=frequency,
         quantity=view.quantity("base"),

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import BoolArray, FloatArray, runs_of
 from vinesexp.records.stored.store import RecordView
 
 _BLOCK = 1 << 20
@@ -109,9 +109,8 @@ def read_unstuck(
     long = max(3, round(stuck * record.sample_rate))
     low, high = max(0, begin - long), min(record.n, end + long)
     beyond = limits.beyond(record.read(role, low, high))
-    edges = np.flatnonzero(np.diff(beyond.astype(np.int8), prepend=0, append=0))
     held = np.zeros(beyond.size, dtype=bool)
-    for first, last in zip(edges[::2], edges[1::2], strict=True):
+    for first, last in runs_of(beyond):
         held[first:last] = last - first > long
     return np.where(held[begin - low : begin - low + raw.size], np.nan, raw)
 

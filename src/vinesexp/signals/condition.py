@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import FloatArray, runs_of
 from vinesexp.errors import ParameterError
 from vinesexp.records.stored.refusal import refused_where_it_fails
 from vinesexp.records.stored.store import (
@@ -392,8 +392,7 @@ def bridge_gaps(x: FloatArray, *, length: int) -> FloatArray:
     if not bad.any() or bad.all():
         return fill_gaps(x)
     filled = fill_gaps(x).copy()
-    edges = np.flatnonzero(np.diff(bad.astype(np.int8), prepend=0, append=0))
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+    for begin, end in runs_of(bad):
         if end - begin <= length // 10:
             continue
         before, after = filled[max(0, begin - length) : begin], x[end : end + length]

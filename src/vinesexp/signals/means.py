@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import BoolArray, FloatArray, runs_of
 from vinesexp.records.stored.store import RecordView
 
 _BLOCK = 1 << 20  # samples read at once
@@ -32,8 +32,7 @@ def fill_gaps(x: FloatArray) -> FloatArray:
     if good.all() or not good.any():
         return x if good.all() else np.zeros_like(x)
     filled = np.array(x, dtype=np.float64)
-    edges = np.flatnonzero(np.diff(~good, prepend=False, append=False))
-    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+    for first, end in runs_of(~good):
         n = max(end - first, _SIDE)
         sides = [_end_of(filled[max(first - n, 0) : first]), _end_of(x[end : end + n][::-1])]
         if first == 0 or end == x.size:
@@ -71,9 +70,7 @@ def longest_run(good: BoolArray) -> tuple[int, int]:
     >>> longest_run(np.array([True, False, True, True, True, False]))
     (2, 5)
     """
-    edges = np.flatnonzero(np.diff(good, prepend=False, append=False))
-    runs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
-    return max(runs, key=lambda run: run[1] - run[0], default=(0, 0))
+    return max(runs_of(good), key=lambda run: run[1] - run[0], default=(0, 0))
 
 
 def block_means(x: FloatArray, k: int) -> FloatArray:

@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.arrays import BoolArray, FloatArray, runs_of
 from vinesexp.errors import RecordError
 
 _JITTER = 0.1  # of an interval: what impact timing needs
@@ -407,7 +407,7 @@ class Resampler:
                 own = known & (size >= points)
                 left = np.clip(place - points // 2, first, end - points)[own]
                 found[own] = _through(times, values, left, points, wanted[own])
-        for one, after in _runs(~known):
+        for one, after in runs_of(~known):
             if self.gaps and self.gaps[-1][1] == begin + one:
                 self.gaps[-1] = (self.gaps[-1][0], begin + after)
             else:
@@ -416,12 +416,6 @@ class Resampler:
         seen, other = out[known], fewer[known]
         sums.append(np.array([((seen - other) ** 2).sum(0), seen.sum(0), (seen**2).sum(0), count]))
         return out
-
-
-def _runs(chosen: BoolArray) -> Iterator[tuple[int, int]]:
-    """First of each run of chosen ones, and the one after its last."""
-    edges = np.flatnonzero(np.diff(chosen, prepend=False, append=False))
-    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 
 
 def _through(
