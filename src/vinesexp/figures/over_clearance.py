@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 _NO_CURVE: tuple[FloatArray, FloatArray] = (np.empty(0), np.empty(0))
 
-
 #: Value, low, high; mm. A measured one that is a bound has an end at infinity.
 Interval = tuple[float, float, float]
 

@@ -41,18 +41,14 @@ _ZOOM_CYCLES = 3.5
 _MOST_CURVES = 14  # in one figure
 _NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
 _MOST_POINTS = 1200  # of a drawn line
-
-
 _AXES = {"acceleration": "acceleration\n(m/s²)", "sound": "sound\n(uncalibrated)"}
 #: Impacts drawn one by one; of more, this many evenly chosen ones.
 _IMPACT_SHAPES_MOST_POINTS = 1500
-
 
 # Time histories: a long trace as what a screen can show of it; whole records; amplitudes.
 #: Columns of a trace that is drawn as a band from its smallest to its largest value: one to 0.9
 #: points of a figure 7 in wide.
 COLUMNS = 560
-
 
 # Figures of ring-downs: a decay beside what was identified from it, M from added masses.
 Found = Mapping[str, Estimate]
@@ -62,7 +58,6 @@ _MOST = 4_000_000  # samples of one decay
 _MOST_DECAYS = 6
 #: Terms of a law of damping beyond the viscous one, named.
 _LAW = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
-
 
 # The figure of the replay: measured amplitude beside that of the identified rig.
 _COLUMNS = 2

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 _MOST = 40
 _ORDER = {"off": 0, "ok": 1, "not tested": 2}
 
-
 #: Beyond so many standard uncertainties the axis is logarithmic.
 _LINEAR = 30.0
 #: Verdict to its words and colour.

@@ -30,13 +30,11 @@ TRUTH_COLUMNS = {
     "vy_after_m_s": "vy_after",
 }
 
-
 # What was really on the virtual bench, where that is more than the campaign's files say.
 #
 # A table beside the true impacts of a record: each wall of each ball, friction and tilt, the
 # spring and damper beyond k1 and c1, the true gain of each sensor. A plain test has none.
 HEAD = "quantity,of,value,unit"
-
 
 # Drop test: a ball dropped on the wall of its cavity, the mass lying on the bench.
 #

@@ -21,7 +21,6 @@ from vinesexp.laboratory.oscilloscope import Capture
 
 _BLOCK = 1 << 16
 
-
 # Numbers to text by whole columns: half a million rows a second, without a format call each.
 #
 # A column is a table of bytes, one row a number, padded with zero bytes at the front; joining

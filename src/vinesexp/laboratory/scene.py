@@ -18,8 +18,9 @@ from vinesexp.laboratory.base_record import BaseRecord, read_base_record
 from vinesexp.laboratory.bench import Scene, Test, read_sheet
 from vinesexp.laboratory.instrument_files import FORMATS
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
-from vinesexp.laboratory.scene_layers import Layers, refuse_unknown
+from vinesexp.laboratory.scene_layers import Layers
 from vinesexp.laboratory.sensors import Accelerometer, Laser, Mode, Sensor
+from vinesexp.records.campaign.channel_section import refuse_unknown
 from vinesexp.records.campaign.problems import Problems
 from vinesexp.records.campaign.schema import MOTIONS
 from vinesexp.records.campaign.yamltree import Section, read_yaml
@@ -88,11 +89,9 @@ Balls = tuple[NES, ...]
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 _WALLS = {"wall +1": -1.0, "wall -1": 1.0, "middle": 0.0}
 
-
 # The base motion that a record of a scene asks for: one frequency, a sweep, steps, or a file.
 STEP_KEYS = ("start", "stop", "step")
 MOST_STEPS = 10_000
-
 
 # Sensors and oscilloscope as scene.yaml describes them; a fault not asked for is absent.
 MODE_KEYS = ("frequency", "share", "damping")

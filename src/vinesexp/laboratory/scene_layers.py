@@ -7,17 +7,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from vinesexp.errors import ParameterError, nearest
+from vinesexp.errors import ParameterError
+from vinesexp.records.campaign.channel_section import refuse_unknown
 from vinesexp.records.campaign.problems import Problems
 from vinesexp.records.campaign.yamltree import Section
 from vinesexp.units import parse_quantity
-
-
-def refuse_unknown(section: Section, known: tuple[str, ...], problems: Problems) -> None:
-    """Every key that nobody reads is a mistake, reported with the nearest known one."""
-    for key in section.values:
-        if key not in known:
-            problems.add(f"unknown key '{key}'; {nearest(key, known)}", where=section.where(key))
 
 
 class Layers:
@@ -56,7 +50,7 @@ class Layers:
         return tuple(dict.fromkeys(k for s in reversed(self.sections) for k in s.values))
 
     def refuse_unknown(self, known: tuple[str, ...]) -> None:
-        """See the function of this name."""
+        """Note every key that nobody reads."""
         for section in self.sections:
             refuse_unknown(section, known, self.problems)
 

@@ -21,11 +21,9 @@ from vinesexp.arrays import FloatArray
 #: A one-pole filter forgets its past to below a rounding error after this many time constants.
 _FORGOTTEN = 37.0
 
-
 # AC coupling: the first-order high-pass between an accelerometer and its converter.
 #: Time constants after which the past is forgotten: e^-25 is a thousandth of 24 bits.
 _AC_COUPLING_FORGOTTEN = 25.0
-
 
 # Contacts as an accelerometer shows them: half-sine pulses of the exact momentum.
 #
@@ -33,7 +31,6 @@ _AC_COUPLING_FORGOTTEN = 25.0
 # the difference of that over its interval, so that no momentum falls between two samples.
 #: A ringing below this share of the pulse is lost in 24 bits; the window of a pulse ends there.
 _RUNG_OUT = 1e-9
-
 
 # A local mode: a resonance of the structure near the sensor that answers every impact.
 #

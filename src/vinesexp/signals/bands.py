@@ -18,45 +18,21 @@ from vinesexp.settings.stages import FilterSettings
 from vinesexp.signals.means import channel_means
 
 Band = tuple[float | None, float | None]
-
-
 _SPECTRUM = 1 << 19  # points that the oscillator's frequency is looked for in
-
-
 _LOOKED_AT = ("displacement", "acceleration", "base")
-
-
 _TOP = 0.475  # of the sample rate: a corner above does nothing but harm
-
-
 _PERIODS = 3.0  # of the slowest thing that a record without an oscillation keeps
-
 
 #: Power of a line over the median around it that noise does not reach: of a million lines of white
 #: noise the largest is ln(1e6)/ln(2) = 20 medians high.
 _STANDS_OUT = 60.0
-
-
 _AROUND = 4.0  # a line is compared with those from a quarter to four times its frequency
-
-
 _OWN = 1.3  # what lies closer than this factor may be the peak's own skirt
-
-
 _LOBE = 3  # lines of the untapered spectrum that a Hann window smears one over
-
-
 _FEWEST = 4  # lines that a median is taken of
-
-
 _FINEST = 2.5  # samples a period: a peak closer to the Nyquist frequency may be an alias
-
-
 _SHARE = 0.01  # of the velocity that the oscillation holds, in an acceleration
-
-
 _TRIED = 2000  # peaks that are looked at, the strongest first
-
 
 #: Power of the frequency that turns each quantity into velocity.
 TO_VELOCITY = {"displacement": 1, "velocity": 0, "acceleration": -1}

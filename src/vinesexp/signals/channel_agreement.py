@@ -29,45 +29,20 @@ from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.means import channel_means
 
 _POINTS = 40  # a period
-
-
 _FINER = 400  # a period, where impacts are looked at: they alias into what is coarser
-
-
 _BAND = (0.8, 1.2)  # of the oscillation
-
-
 _CYCLES = (5.0, 12.0)  # periods in a segment, as the record allows: lines are f0 over these wide
-
-
 _RANGE = (1.6, 12.0)  # of the oscillation: lines that are compared with it
-
-
 _FEWEST = 8  # segments
-
-
 _TOPS = 3  # lines of which a top is the highest; between tops the oscillation leaks in
-
-
 _LINES = 2  # tops, fewest
-
-
 _COHERENT = 0.5  # squared coherence that a line must have
-
-
 _SURE = 5.0  # standard errors from which on a corner is there
-
-
 _WIDEST = 0.1  # of the oscillation: an AC-coupled sensor's corner lies below
-
-
 _STEPS = 20
-
 
 #: What the forms of contact and sensor leave in records without a corner, in periods and in f0.
 _LAG_FLOOR, _CORNER_FLOOR = 1e-4, 5e-4
-
-
 _MOST_SHARED = 0.3  # of the phase at the oscillation, shared by the lines above, if it is its own
 
 

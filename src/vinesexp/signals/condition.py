@@ -43,27 +43,16 @@ from vinesexp.signals.free_from import FREE_FROM, free_sample
 from vinesexp.signals.means import block_means, fill_gaps
 
 _BLOCK = 1 << 20  # samples read at once
-
-
 _EDGE_REMAINS = 1e-5  # of an extension's start-up, where the record begins
-
-
 _LINE = 0.01  # s of acceleration whose trend is continued, or this share of ...
-
-
 _SWINGS = 4.0  # periods after a hold whose mean is the middle
-
-
 _LINE_SHARE = 0.05  # ... the period of the highpass's corner
-
 
 #: Periods at the edge that the sine is fitted to.
 _PERIODS = 3.0
 
-
 #: Points a period that the fit is made on: enough for a sine, few enough to cost nothing.
 _POINTS = 24
-
 
 #: The continued sine grows at most so much over its whole length.
 _GROWTH = 2.0

@@ -50,12 +50,9 @@ from vinesexp.theory.steadiness import Swing
 #: Clearances that differ by less than this share are alike.
 _ALIKE = 0.01
 
-
 #: Of two balls with like clearances, one with fewer impacts than this share of the other's
 #: hits together with it: two impacts at one time are found as one.
 _TOGETHER = 0.2
-
-
 _FEWEST = 4  # cycles that a decay rate is fitted to
 
 
@@ -212,28 +209,14 @@ def transition_row(
 #: Amplitudes of a release that times are reported for, as shares of the release.
 LEVELS = (0.5, 0.25, 0.15, 0.1)
 
-
 #: Frequency over which the amplitude of a sweep is averaged, Hz.
 RUNNING = 0.1
-
-
 Row = Mapping[str, str | float | None]
-
-
 _STRETCHES = 40  # of the record, in which the noise is taken
-
-
 _ASKED = 600  # times at which the displacement is asked for a change of slope, at most
-
-
 _A_PERIOD = 10  # of them in a period, so that some lie at impacts wherever these are
-
-
 _COARSEST = 0.04  # periods between samples: fewer show no change of slope
-
-
 _LIMIT = 3.0  # standard errors that a change may hide in
-
 
 # A sweep described over its frequency: bands of permanent, modulated and inactive response.
 #
@@ -244,14 +227,8 @@ _LIMIT = 3.0  # standard errors that a change may hide in
 #
 # Frequency of a sweep over time, counted in cycles of the base.
 PERMANENT, MODULATED, INACTIVE = "permanent", "modulated", "inactive"
-
-
 _BLOCK = 1 << 20  # samples read at once
-
-
 _SPAN = 16  # cycles that a frequency is the mean of
-
-
 _APART = 0.5  # of a period: crossings closer than this are noise
 
 

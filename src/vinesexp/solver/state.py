@@ -60,8 +60,6 @@ L_APART, L_A, L_FORCE, L_MASS = 6, 7, 8, 9
 # Evaluations after which a compiled loop returns, finished or not: an interrupt is heard after a
 # fraction of a second, and no loop runs for ever (`effort.py`).
 ALLOWANCE = 200_000
-
-
 IntArray = NDArray[np.int32]
 
 

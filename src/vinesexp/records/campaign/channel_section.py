@@ -33,14 +33,9 @@ CHANNEL_KEYS = (
     "accept",
 )
 
-
 #: Keys of a microphone, of which only the times of hits are used: it needs no calibration.
 SOUND_KEYS = ("column", "optional", "accept")
-
-
 SETUP_KEYS = ("channels", "time", "sample_rate")
-
-
 _YES = {"yes": True, "true": True, "on": True, "no": False, "false": False, "off": False}
 
 

@@ -52,12 +52,8 @@ KEYS = (
     "published",
 )
 
-
 KNOWN_KEYS = ("mass", "nes_mass")
-
-
 BAND_KEYS = ("low", "high")
-
 
 #: Keys for people: text, carried into the results and never used in them.
 PEOPLE_KEYS = (

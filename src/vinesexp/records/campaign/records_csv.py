@@ -30,7 +30,6 @@ from vinesexp.whole_files import write_whole
 
 COLUMNS = (*SHEET_COLUMNS[:-1], "settings", "setup", SHEET_COLUMNS[-1])
 
-
 #: Columns for people: text, carried into the records and never used in them.
 PEOPLE = (
     "operator",
@@ -45,29 +44,20 @@ PEOPLE = (
     "notes",
 )
 
-
 REQUIRED = COLUMNS[:3]
-
-
 _MM = "displacement"  # what the columns in mm measure
-
-
 T = TypeVar("T")
 
 #: A row as it stands in the table: its line, and its columns with their cells.
 RowText = tuple[int, tuple[tuple[str, str], ...]]
-
-
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
-
-
 _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)  # Windows devices
-
-
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
-
-_YES = {"": False, "no": False, "n": False, "false": False, "0": False}
+_YES = {
+    **dict.fromkeys(("yes", "y", "true", "1"), True),
+    **dict.fromkeys(("", "no", "n", "false", "0"), False),
+}
 
 
 @dataclass(frozen=True)
@@ -301,9 +291,6 @@ def _record(
         people={name: text for name, text in row.items() if name not in COLUMNS and text},
     )
     return record if len(problems.found) == before else None
-
-
-_YES |= {"yes": True, "y": True, "true": True, "1": True}
 
 
 def read_number(text: str, comma: bool) -> float:

@@ -59,7 +59,6 @@ SI_UNITS: Mapping[str, str] = {
 #: What a channel may accept in its data (a warning then, not a refusal).
 ACCEPTABLE = ("saturated", "frozen")
 
-
 #: The table of records, of which a campaign has one.
 SHEETS = ("records.csv", "records.xlsx")
 

@@ -39,7 +39,6 @@ _DEFECTS = {
     "frozen": ("is frozen", "look at the sensor and cut the record"),
 }
 
-
 # Defects of a stored record that no single sample shows: clipped, frozen, too short.
 #
 # All of them are stretches of equal samples, or too few of the others. What separates a defect
@@ -52,34 +51,15 @@ _DEFECTS = {
 # It then gives the end of its range, or its last value, and comes back at once. Nothing that moves
 # gets there or back so fast. Such a stretch is a gap; a crest cut off by a range too small is not.
 _BLOCK = 1 << 18
-
-
 _FALL = 8.0  # quanta: twice what a parabola falls by
-
-
 _LONG = 16  # samples: a clipped parabola falls by 0.75 n quanta or more, 12 here
-
-
 _REST = 0.03  # of the range: what is left of a motion that comes to rest
-
-
 _SHRINKS = 0.85  # of the quarter before: a motion that dies out
-
-
 _MIDST = 0.2  # of its range that a motion's place of rest is away from its ends
-
-
 _ALIVE = 64  # samples: 2^-64 a sample to stand still by chance where every second one moves
-
-
 _EQUAL = 4  # samples: a gap is as long
-
-
 _QUANTA = 8.0  # usual steps
-
-
 _BESIDE = 4  # samples beside a stretch that the sensor may need to leave and to find its target
-
 
 #: First sample of each and the one after its last.
 Stretches = tuple[tuple[int, int], ...]

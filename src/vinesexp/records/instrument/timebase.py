@@ -32,28 +32,14 @@ from vinesexp.arrays import BoolArray, FloatArray, runs_of
 from vinesexp.errors import RecordError
 
 _JITTER = 0.1  # of an interval: what impact timing needs
-
-
 _COARSE = 1e-3  # of an interval: printed times that are coarser round the interval, too
-
-
 _USUAL = 2.5  # times the median: steps among which an uneven clock goes
 
 _GAP = 1.6  # intervals: a lost sample makes two, jitter of a quarter of a sample 1.5
-
-
 _RECORD = 20  # rows at least of a record that another one follows
-
-
 _PIECES = 64  # stretches of a block whose extremes are kept for the check against the whole line
-
-
 _PROBE = 1000  # times from which the printed resolution of a block is found
-
-
 _POINTS = 8
-
-
 _PAUSES = 0.2  # of the samples: more long steps are times without any clock
 
 

@@ -51,7 +51,6 @@ _DEATHS = {
     signal.SIGKILL: "the process that read it was killed (out of memory?)",
 }
 
-
 # A process of a single thread that makes the processes in which files are read.
 #
 # Copying a process (fork) takes a few milliseconds, and a new Python a fifth of a second; but a
@@ -71,10 +70,7 @@ _DEATHS = {
 # wrong in the reader is answered as a refusal with its reason; what cannot be answered ends the
 # process, and who asked sees the pipe close.
 _NUMBER = struct.Struct("<i")
-
-
 _LONGEST = 1 << 16  # bytes of a request
-
 
 #: Libraries start threads of their own unless they are told not to.
 ONE_THREAD = {
@@ -84,16 +80,9 @@ ONE_THREAD = {
     "ARROW_IO_THREADS": "1",
 }
 
-
 _lock = threading.Lock()
-
-
 _server: socket.socket | None = None
-
-
 _HEAD = struct.Struct("<QQ")  # bytes of the pickle, and of the samples beside it
-
-
 _PIPE = 1 << 20  # bytes that a pipe holds: fewer changes between the two processes
 
 

@@ -33,32 +33,14 @@ from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_
 from vinesexp.records.readers.unread import unreadable
 
 NAME = "HDF5"
-
-
 LIBRARIES = ("h5py",)
-
-
 _MAGIC = b"\x89HDF\r\n\x1a\n"
-
-
 _RATES = ("sample_rate_hz", "sample_rate", "fs")
-
-
 _SHORTEST, _LONGEST = 1e-15, 1e9  # s between samples: what lies outside is no sampling
-
-
 _WIDEST = 2000  # columns of a matrix
-
-
 _SWELL = 2000  # samples a byte: what was never written takes no room, and may be stated at any size
-
-
 _INTERVALS = ("sample_interval_s", "sample_interval", "dt")
-
-
 _DEEPEST = 20  # virtual datasets made of virtual datasets
-
-
 _UNITS = ("unit", "units")
 
 

@@ -27,24 +27,16 @@ from vinesexp.units import UNITS
 
 #: Names of what stands in no row of data, or not in every one.
 _EXTRA = re.compile(r"comment|start|increment|t0\b|tinc\b", re.IGNORECASE)
-
-
 _LABVIEW_TIMES = "X_Value"  # what LabVIEW calls its times
 _RARE = 4  # times as many rows as odd ones
-
-
 _SOURCE = {"source", "channel", "channels", "trace"}
-
-
 _MARK = re.compile(r"\s*(#+|%+|//)")
-
 
 _INTERVALS = {
     "sample interval", "sampling interval", "sample period", "sampling period", "x increment",
     "xincrement", "xincr", "increment", "horizontal interval", "time interval", "delta t", "dt",
     "delta time", "time increment", "delta x", "delta_x", "sample time", "resolution x",
 }  # fmt: skip
-
 
 _RATES = {
     "sample rate", "sampling rate", "sample frequency", "sampling frequency", "samplerate",
@@ -53,22 +45,11 @@ _RATES = {
     "samples per second",
 }  # fmt: skip
 
-
 _STARTS = {"start", "x origin", "xorigin", "xzero", "start time", "first x", "time of first sample"}
-
-
 _ROWS = {"record length", "samples", "number of samples", "number of points", "points", "npoints"}
-
-
 _NAMES = {"source", "channel", "channels", "channel name", "trace"}
-
-
 _UNITS = {"vertical units", "unit", "units", "y_unit_label", "y units", "vertical unit"}
-
-
 _TIME_UNITS = {"horizontal units", "horizontal unit", "x units", "x unit"}
-
-
 _VALUE = re.compile(r"([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s]\S*)?")
 
 

@@ -26,37 +26,19 @@ from vinesexp.records.readers.labels import is_overload
 from vinesexp.records.readers.source import Column
 
 HEAD = 1 << 17  # bytes looked at: far more than any preamble
-
-
 _TAIL = 1 << 15  # the same of what stands behind the data
-
-
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)", re.IGNORECASE)
-
-
 _NEWLINE = re.compile(r"\r\n|\n|\r")
-
-
 _CANDIDATES = tuple((d, s) for s in ".," for d in ("\t", ";", ",", None) if d != s)
-
-
 _WIDEST = 2000  # columns; a file with more is no record of an instrument
-
-
 _CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<f>\d{1,9}))?)?"
-
-
 _ZONE = r"(?:\s*(?:Z|UTC|[+-]\d{2}:?\d{2}))?"
-
-
 _HALF = r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?"
-
 
 _DATES = (
     r"(?P<Y>\d{4})[-/.](?P<M>\d{1,2})[-/.](?P<D>\d{1,2})",
     r"(?P<a>\d{1,2})[-/.](?P<b>\d{1,2})[-/.](?P<Y>\d{4}|\d{2})",
 )
-
 
 _STAMPS = tuple(
     re.compile(rf"(?:{date}[T\s]+)?{_CLOCK}{_HALF}{_ZONE}", re.ASCII) for date in _DATES

@@ -43,22 +43,12 @@ from vinesexp.units import UNITS
 
 NAME = "text (CSV, TXT, LabVIEW LVM)"
 
-
 #: What stands for a missing sample; every other word in a cell is a mistake.
 _MISSING = ["", "NaN", "nan", "NAN", "-NaN", "-nan"]
-
-
 _FEWEST = 3  # rows of a block; what follows fewer is a remark
-
-
 _MOST = 0.2  # stretches of words for each row: more are rows with text in them
-
-
 _WORDS = np.zeros(256, dtype=bool)
-
-
 _WORDS[[*range(65, 91), *range(97, 123), *b'#*%"[']] = True
-
 
 # Whether every row of a text file holds the cells it should, before its numbers are trusted.
 #

@@ -85,7 +85,6 @@ _MAGIC = (
     (b"#!AMR", "an AMR file"),
 )
 
-
 _DEWESOFT = "a DEWESoft file (in DEWESoft: Analysis > Export > MATLAB, Universal file or CSV)"
 #: Programs and the way to a table out of them; the beginning of the file after blanks.
 _MADE_BY = (

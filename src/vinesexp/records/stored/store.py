@@ -138,7 +138,6 @@ _MEASURED = "as_measured"  # group: samples at their true times, where these are
 _CHUNK = 65536  # samples: 256 kB of one channel, small enough to read a few cycles cheaply
 _TIME_BLOCK = 1 << 20  # samples of the time axis made at once: 8 MB
 
-
 # Displacement from a sensor of velocity, such as a laser Doppler vibrometer: its integral.
 #
 # The zero of such a sensor is not known to the precision that an integral asks for, so the mean

@@ -38,11 +38,8 @@ from vinesexp.signals.impacts.template import Shape, Template, spring_answer, te
 #: Highpassed acceleration (m/s^2, gaps as zeros) and sample rate (Hz) to times of impacts, s.
 Find = Callable[[FloatArray, float], Any]
 
-
 #: Samples without gaps to a score at each of them.
 Score = Callable[[FloatArray], FloatArray]
-
-
 _TOP_ERROR = 0.3  # samples: of a top placed by a parabola, however clear
 
 

@@ -40,7 +40,6 @@ _ONE_KNOCK, _SHOWN = 0.02, 8  # s between two knocks; times that are named
 #: Channels of a drop test, the best first.
 _HEARD = ("acceleration", "sound", "displacement", "base")
 
-
 # Which ball hit: by what each of several balls can have done.
 #
 # A ball that hit a wall flies on with a velocity that follows from the impact itself, y' =

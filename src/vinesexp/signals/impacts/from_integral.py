@@ -32,60 +32,25 @@ from vinesexp.signals.impacts.slopes import Coarse, SlopeChanges, slope_changes
 from vinesexp.signals.means import channel_means
 
 _CUT = 0.02  # share of impacts beyond the sensor's range that spoils its integral
-
-
 _CONTRADICT = 0.1  # by which areas of pulses and slopes of the integral may differ
-
-
 _FEWEST = 10  # impacts
-
-
 _EXACT = 1e-12  # m/s: error of a jump that is taken as it is
-
 
 #: Share of the base's acceleration that an ordinary accelerometer shows across its axis.
 ACROSS = 0.03
-
-
 _POINTS = 400  # block means a period: impacts alias into what is coarser
-
-
 _LOW = (0.25, 0.5)  # of the oscillation: nothing below the first, everything above the second
-
-
 _EDGE = 6.0  # periods at either end that the band's lower edge spoils
-
-
 _CYCLES, _FEWEST_CYCLES = 12.0, 6.0  # periods in a segment: in short records fewer
-
-
 _SEGMENTS = 5.0  # whole ones that a record holds at least
-
-
 _ENOUGH = 100  # segments that the corner is looked for in
-
-
 _FUNDAMENTAL = (0.8, 1.2)  # of the oscillation
-
-
 _LINES = (1.6, 12.0)  # of the oscillation: where impacts show the phase of the sensor
-
-
 _PASSES = 3
-
-
 _NEAREST = 0.25  # of the oscillation: a corner above is too near
-
-
 _UNSURE = 0.02  # rad at the oscillation: a phase that is known less well is not known
-
-
 _DRIFT = 0.1  # of the motion, between 0.3 and 0.6 of its frequency
-
-
 _DRIFT_BAND = (0.3, 0.6)
-
-
 _MISSING = 1e-3  # share of samples
 
 
@@ -285,8 +250,8 @@ def integrated_motion(
         )
     if record.sample_rate < 2.5 * _LINES[1] * frequency:
         raise AnalysisError("sampled too slowly for a displacement from the acceleration")
-    a = _means(record, "acceleration", k)
-    base = _means(record, "base", k)
+    a = channel_means(record, "acceleration", k)
+    base = channel_means(record, "base", k)
     periods = a.size * step * frequency
     cycles = min(_CYCLES, (periods - 2.0 * _EDGE) / _SEGMENTS)
     if cycles < _FEWEST_CYCLES:
@@ -309,10 +274,6 @@ def integrated_motion(
     found = IntegratedMotion(x, v, x_e, v_e, step, start, frequency, law)
     _require_known(found)
     return found
-
-
-def _means(record: RecordView, role: str, k: int) -> FloatArray:
-    return channel_means(record, role, k)
 
 
 def _near_corner(corner: float, frequency: float) -> str:

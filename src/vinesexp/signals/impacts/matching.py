@@ -24,23 +24,11 @@ from vinesexp.signals.impacts.candidates import STRETCH, louder, stretch_noise, 
 from vinesexp.signals.impacts.template import Template
 
 _ROUNDS = 8
-
-
 _QUIETER = 0.7  # times the noise believed before
-
-
 _STEPS = 5  # Gauss-Newton steps a round, at most
-
-
 _STILL = 1e-3  # samples: a smaller step changes nothing
-
-
 _TOGETHER = 16  # contacts of a chain that are moved at once
-
-
 _SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
-
-
 _NARROW = 8  # samples: so many sums are quicker than a running one
 
 

@@ -27,23 +27,11 @@ from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.means import block_means, channel_means, missing_means
 
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record
-
-
 _LEAST = 6  # points to either side
-
-
 _MOST = 64  # impacts in a window: what is more crowded shows no single one of them
-
-
 _TOGETHER = 0.08  # periods: contacts nearer to one another are one event to the displacement
-
-
 _AREA = 0.15  # share by which the area of a pulse may be off
-
-
 _SEEN, _STILL = 0.1, 9.0  # of the usual jump: an error that shows it; chi^2 of no jump
-
-
 _SURE = 25.0  # difference in chi^2: five standard deviations
 
 

@@ -27,67 +27,26 @@ from vinesexp.signals.impacts.matching import Contacts, explained_rest, fit_cont
 from vinesexp.signals.impacts.template import Shape, Template, neighbourhood, template_of
 
 FEW = 5  # whole impacts are enough; with fewer, clipped ones help
-
-
 _AGAIN = 3  # rounds of learning among neighbours
-
-
 _PROBE = 16  # template lengths in which contacts are counted
-
-
 _CROWD = 8  # times as many contacts, at most, are fitted to learn from the strongest of them
-
-
 _ENOUGH = 0.4  # of a contact's samples
-
-
 _PLACED = 4  # steps to an impact's time
-
-
 _STEPS = 8
-
-
 _EVIDENCE = 0.02  # a further parameter has to lower the misfit by this share ...
-
-
 _NOTICED = 30.0  # ... and by so much chi^2
-
-
 _SEARCHED = 16  # impacts on which starts are tried
-
-
 _LONGEST_RING = 4000  # samples
-
-
 _SHORT = 2.0  # samples: where no boxcar shows the length, there are other starts
-
-
 _STARTS = (0.4, 2.0, 3.0)
-
-
 _OUTLYING = 5.0  # standard deviations of a sample from those of the other windows
-
-
 _OVER = 8.0  # standard deviations of a spectrum averaged over the impacts: something rings
-
-
 MEDIAN_OF_NORMAL = 0.6745  # of the absolute value, in standard deviations
-
-
 _FEW = 5  # impacts: with fewer only the duration is fitted
-
-
 _PLAIN: Sequence[str] = ("duration",)
-
-
 _FORM: Sequence[str] = ("duration", "power", "skew")
-
-
 _RESONANT: Sequence[str] = ("duration", "ring", "ring_damping")
-
-
 _RINGING: Sequence[str] = ("duration", "power", "skew", "ring", "ring_damping")
-
 
 _LIMITS = {
     "duration": (0.3, 1e6),
@@ -96,7 +55,6 @@ _LIMITS = {
     "ring": (1e-4, 1.5),
     "ring_damping": (1e-3, 0.6),
 }
-
 
 _NUDGE = {"duration": 1e-2, "power": 1e-2, "skew": 1e-2, "ring": 1e-4, "ring_damping": 1e-3}
 
