@@ -93,6 +93,23 @@ def test_places_at_impacts_are_right_behind_an_ac_coupled_sensor(measure, tmp_pa
     assert np.abs(error[inner]).max() < 3e-3
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("size", [3.0, 6.0])  # m/s2; 6 is what the mass would make of 60 um
+def test_hum_in_both_channels_is_no_lag(size: float, turn: float, measure, tmp_path: Path) -> None:
+    record = measure(b=[0.031], drive=G25, start=20.0, duration=30.0)
+    channels = {role: record.channels[role] for role in ("displacement", "acceleration")}
+    channels = {role: x[200_000:] for role, x in channels.items()}
+    hum = 2.0 * np.pi * 50.0 * np.arange(channels["displacement"].size) / 1e4
+    channels["displacement"] = channels["displacement"] + 6e-5 * np.cos(hum)
+    channels["acceleration"] = channels["acceleration"] + size * np.cos(hum + np.pi * turn)
+    path = stored(tmp_path / "hum.nc", channels)
+    condition(path, tmp_path / "c.nc", f0_hint=F0)
+    with open_record(tmp_path / "c.nc") as view:
+        found = agreement_in(view.attributes)
+    assert found is not None
+    assert abs(found.lag) < 3.0 * found.lag_error < 5e-5
+
+
 def test_a_lag_without_a_corner_stays_a_lag(measure, tmp_path: Path) -> None:
     record = measure(b=[0.03], drive=G25, start=10.0, duration=20.0, skew={"displacement": -1.5e-4})
     condition(record.path, tmp_path / "c.nc", f0_hint=F0)

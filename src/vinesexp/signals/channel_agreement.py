@@ -37,6 +37,8 @@ _FEWEST = 8  # segments
 _TOPS = 3  # lines of which a top is the highest; between tops the oscillation leaks in
 _LINES = 2  # tops, fewest
 _COHERENT = 0.5  # squared coherence that a line must have
+_AS_LARGE = 1.5  # times the usual ratio of the channels: lines beyond are not the mass's motion
+_TURNED, _OUTLYING = 0.1, 5.0  # rad; times the usual distance from the usual lag
 _SURE = 5.0  # standard errors from which on a corner is there
 _WIDEST = 0.1  # of the oscillation: an AC-coupled sensor's corner lies below
 _STEPS = 20
@@ -321,6 +323,8 @@ def law_of_lines(
     padded = np.pad(power_a, _TOPS)
     tops = np.lib.stride_tricks.sliding_window_view(padded, 2 * _TOPS + 1).max(axis=1)
     use = (coherence > _COHERENT) & (power_a == tops)
+    if own is not None:  # two channels of one motion
+        use &= _of_the_mass(cross / np.maximum(power_x, 1e-300), w, use)
     # Halves overlap: independent segments are about 0.9 of them.
     error = np.sqrt((1.0 - coherence[use]) / (2.0 * coherence[use] * 0.9 * A.shape[0]) + 1e-14)
     sign = -1.0 if float((cross.real / np.maximum(power_x, 1e-300))[use].sum()) < 0.0 else 1.0
@@ -344,6 +348,22 @@ def law_of_lines(
         above=above,
         above_error=math.hypot(above_error, floor),
     )
+
+
+def _of_the_mass(ratio: ComplexArray, w: FloatArray, use: BoolArray) -> BoolArray:
+    """Lines whose ratio of the channels is as large and as late as that of most lines in use.
+
+    Hum that both channels pick up is coherent, too; so is a mode of the sensor's mount.
+    """
+    if not use.any():
+        return use
+    size = np.abs(ratio)
+    usual = float(np.median(size[use]))
+    turned = ratio * np.sign(float(np.median(ratio.real[use])) or 1.0)
+    late = float(np.median(np.angle(turned[use]) / w[use]))
+    off = np.abs(np.angle(turned * np.exp(-1j * w * late)))
+    allowed = max(_TURNED, _OUTLYING * float(np.median(off[use])))
+    return np.asarray((size < _AS_LARGE * usual) & (size * _AS_LARGE > usual) & (off < allowed))
 
 
 def second_derivative_beside(
