@@ -41,7 +41,7 @@ def test_nothing_is_written_into_the_campaign(tmp_path, capsys):
     before = sorted(tmp_path.rglob("*"))
     main(["check", str(tmp_path)])
     assert sorted(tmp_path.rglob("*")) == before
-    assert capsys.readouterr().out.endswith("the records were not looked at\n")
+    assert capsys.readouterr().out.endswith("the records were not read\n")
 
 
 YAML = """\

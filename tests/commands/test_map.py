@@ -161,7 +161,7 @@ def test_the_work_is_stated_before_it_is_begun(
     assert main(["map", *given]) == 1
     said = capsys.readouterr().err
     assert "640,000 runs, about" in said
-    assert "stopped; the same command goes on from here" in said
+    assert "stopped; the same command continues from here" in said
 
 
 def test_an_interrupt_leaves_the_basins_that_are_known(

@@ -38,7 +38,7 @@ def test_what_a_person_wrote_in_the_folder_stays(tmp_path):
 def test_the_folder_of_another_scene_is_refused(tmp_path, capsys):
     (tmp_path / "scene.yaml").write_text("seed: 1\n")
     assert simulate(TWIN / "scene.yaml", tmp_path) == 1
-    assert "is another scene" in capsys.readouterr().err
+    assert "differs from" in capsys.readouterr().err
     assert not (tmp_path / "raw").exists()
 
 

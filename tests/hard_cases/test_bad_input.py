@@ -267,7 +267,7 @@ def test_a_mistake_in_the_campaign_is_one_line(mistake, folder, capsys):
     assert code == 1
     reported = [line for line in lines[:-1] if all(word in line for word in words)]
     assert len(reported) == 1, lines
-    assert lines[-1].endswith("the records were not looked at")
+    assert lines[-1].endswith("the records were not read")
 
 
 @pytest.mark.parametrize("name", ["campaign.yaml", "records.csv"])

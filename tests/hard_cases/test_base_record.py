@@ -91,6 +91,6 @@ def test_another_file_is_not_overwritten(tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / "base.csv").write_text("mine", encoding="utf-8")
-    with pytest.raises(VinesexpError, match="is another file than"):
+    with pytest.raises(VinesexpError, match="differs from"):
         describe(tmp_path / "scene.yaml", out)
     assert (out / "base.csv").read_text(encoding="utf-8") == "mine"

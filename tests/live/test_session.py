@@ -79,8 +79,8 @@ def test_a_day_of_files_as_they_come(bench, session, texts, tmp_path):
     assert table["ring_2_400g"]["added_mass_g"] == "400"
     assert table["s_b30"]["base_amplitude_mm"] == table["unnamed"]["base_amplitude_mm"] == "0.25"
     assert float(table["unnamed"]["clearance_mm"]) == pytest.approx(36.0, abs=0.1)
-    assert "by its flights" in table["unnamed"]["note"]
-    assert "holds what ring_1.csv holds" in session.status.remarks["raw/copy of ring_1.csv"]
+    assert "from its flights" in table["unnamed"]["note"]
+    assert "has the same content as ring_1.csv" in session.status.remarks["raw/copy of ring_1.csv"]
     assert "raw/no_record.csv" in session.status.remarks
     assert all(seen.state == "done" for seen in session.seen.values())
     assert session.status.campaign.records == 6
@@ -170,7 +170,7 @@ def test_one_file_cut_and_one_copied_twice(bench, session, texts):
     assert set(rows(bench)) == {"ring_1", "s_b32", "s_b30"}
     remarks = session.status.remarks
     for copy in ("raw/ring_1 - Copy.csv", "raw/zz ring_1.csv"):
-        assert remarks[copy] == "holds what ring_1.csv holds: left out"
+        assert remarks[copy] == "has the same content as ring_1.csv; left out"
     assert "no line of numbers found" in remarks["raw/ring_2_400g.csv"]
     assert rows(bench)["s_b30"]["exclude"] == "yes"
     seen = session.seen["s_b32"].view

@@ -49,5 +49,5 @@ def test_tests_that_are_there_are_used():
 
 
 def test_without_any_knowledge_there_is_no_first_test():
-    with pytest.raises(ValueError, match="nothing is expected"):
+    with pytest.raises(ValueError, match="none is predicted"):
         next_clearance({}, expected=None)

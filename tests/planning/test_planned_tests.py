@@ -35,7 +35,7 @@ def test_a_release_known_on_one_side_asks_beyond_the_edge_and_a_bracketed_one_do
     falling = release(2e-3, b24=4.0, b30=3.0, b36=2.0)
     plan = plan_releases([falling], NOTHING)
     assert plan.name == "releases from 20 mm"
-    assert "to 2 mm it is known on one side only" in plan.state
+    assert "to 2 mm it is known from one side only" in plan.state
     (test,) = plan.next
     assert test.cells["test"] == "transient"
     assert float(test.cells["clearance_mm"]) == pytest.approx(45.0)
@@ -45,7 +45,7 @@ def test_a_release_known_on_one_side_asks_beyond_the_edge_and_a_bracketed_one_do
     both = plan_releases([valley, release(2e-3, b24=1.0, b30=3.0, b36=None)], NOTHING)
     (below,) = both.next
     assert float(below.cells["clearance_mm"]) == pytest.approx(19.2)
-    assert "to 10 mm the fastest one lies between two" in both.state
+    assert "to 10 mm the fastest one is between two others" in both.state
 
 
 def test_two_clearances_of_a_release_are_too_few():

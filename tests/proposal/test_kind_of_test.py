@@ -59,7 +59,7 @@ def test_bounces_heard_by_a_microphone_are_a_drop_test_that_runs(tmp_path, capsy
     channels, rows, _ = proposed(tmp_path)
     assert channels == {"sound": "{column: 0}"}
     assert [row["test"] for row in rows] == ["drop", "drop"]
-    assert "shrink by 0.81 each" in rows[0]["note"]
+    assert "shrink by a factor of 0.81 each" in rows[0]["note"]
     assert load_campaign(tmp_path).channels["sound"].quantity == "sound"
     assert main(["check", str(tmp_path)]) == 0
     assert "2 good, 0 refused" in capsys.readouterr().out
@@ -172,13 +172,13 @@ def test_an_uneven_clock_and_a_header_that_contradicts_are_shown(tmp_path, capsy
     table(tmp_path / "a.csv", "timestamp,angle", t, decay(t, 0.9))
     assert main(["look", str(tmp_path / "a.csv")]) == 0
     assert (
-        "look: times are uneven: their steps run from 0.001 to 0.016 s" in capsys.readouterr().out
+        "check: times are uneven: their steps run from 0.001 to 0.016 s" in capsys.readouterr().out
     )
     t = np.arange(500) / 800.0
     table(tmp_path / "b.csv", "Sample Interval,0.001\ntime (s),x (mm)", t, decay(t))
     assert main(["look", str(tmp_path / "b.csv")]) == 0
     shown = capsys.readouterr().out
-    assert "look: the header states 1000 Hz, the times say 800 Hz" in shown
+    assert "check: the header states 1000 Hz, the times give 800 Hz" in shown
 
 
 def test_two_channels_that_both_ring_are_no_base(tmp_path, capsys):
@@ -288,11 +288,11 @@ def test_times_in_milliseconds_are_proposed_so_and_read(tmp_path, capsys, head):
     shown = capsys.readouterr().out
     assert "100 Hz, 30 s" in shown
     stated = "(ms)" in head
-    assert ("times without a unit, in steps of 10: ms is taken" in shown) == (not stated)
+    assert ("the times have no unit and steps of 10: ms is assumed" in shown) == (not stated)
     _, (row,), text = proposed(tmp_path)
     assert row["test"] == "ringdown"
     assert "unit: ms}" in text
-    assert ("look: is the unit right?" in text) == (not stated)
+    assert ("check: is the unit right?" in text) == (not stated)
     assert main(["check", str(tmp_path)]) == 0
     assert "3000 samples at 100 Hz" in capsys.readouterr().out
 
@@ -315,7 +315,7 @@ def test_files_whose_columns_have_other_names_are_said_to_need_a_setup(tmp_path,
     table(tmp_path / "a.csv", "Time,With (m/s^2)", t, decay(t))
     table(tmp_path / "b.csv", "Time,Accel", t, decay(t))
     _, rows, _ = proposed(tmp_path)
-    assert any("columns ('Accel') are none of the channels" in row["note"] for row in rows)
+    assert any("campaign.yaml names none of its columns ('Accel')" in row["note"] for row in rows)
 
 
 def described(path):
@@ -327,7 +327,7 @@ def test_columns_without_a_vibration_are_not_said_to_lack_a_setup(tmp_path):
     table(tmp_path / "a.csv", "length,count", np.linspace(1.0, 9.0, 40), np.arange(40.0) ** 2)
     test, cells, why = described(tmp_path / "a.csv")
     assert (test, cells) == (OPEN, {})
-    assert "is a vibration recognised" in why
+    assert "no vibration was recognised" in why
 
 
 def test_what_falls_and_is_loud_again_is_no_decay(tmp_path):

@@ -103,9 +103,9 @@ def test_tracks_one_after_another_are_no_record(tmp_path):
     ]
     path.write_text("\n".join(["TID,PID,x [pixel],t [sec]", *rows, ""]))
     view = view_file(path)
-    assert any("behind row 300" in remark for remark in view.remarks)
+    assert any("after row 300" in remark for remark in view.remarks)
     assert guess_roles([view]) == {}
-    assert "begin anew" in describe_test(view, {})[2]
+    assert "start again" in describe_test(view, {})[2]
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_what_contradicts_a_role_is_said(tmp_path):
     weighed = weighed_roles([view_file(path)])
     assert weighed.guesses["theta x"].role == "displacement"
     assert "theta x, moves more" in weighed.against["theta y"]
-    assert "something else" in weighed.against["E_kin energy"]
+    assert "another quantity" in weighed.against["E_kin energy"]
     assert "but another is the base" in weighed.against["shaker drive"]
 
 
@@ -186,7 +186,7 @@ def test_a_unit_of_time_for_all_columns_is_that_of_the_times(tmp_path):
     x = np.exp(-0.1 * T) * np.cos(2 * np.pi * 0.9 * T)
     view, roles = looked_at(tmp_path / "a.csv", "t (s),laser (s),accelerometer (s)", T, x, -32 * x)
     assert roles == {"laser": "displacement", "accelerometer": "acceleration"}
-    assert any("all columns are said to be in s" in remark for remark in view.remarks)
+    assert any("the header gives all columns the unit s" in remark for remark in view.remarks)
 
 
 @pytest.mark.parametrize(("rate", "test"), [(0.03, "ringdown"), (0.0, OPEN), (0.006, OPEN)])

@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     if problems:
         for problem in problems:
             print(problem)
-        print(f"{_count(len(problems), 'problem')}; the records were not looked at")
+        print(f"{_count(len(problems), 'problem')}; the records were not read")
         return 1
     campaign = load_campaign(args.path)
     outcomes: Counter[str] = Counter()
@@ -152,8 +152,8 @@ def _advice(path: Path, outcomes: Counter[str], *, missing: bool) -> str:
     run = f"vinesexp run {shlex.quote(str(path))}"
     if outcomes["refused"]:
         return (
-            "next: correct what is refused, or write exclude: yes and the reason as note in its "
-            f"row; {run} runs the others"
+            "next: correct the refused records, or write yes under exclude and the reason under "
+            f"note in their rows; {run} analyses the others"
         )
     if missing:
         return f"next: fill in what is missing, or run without these answers: {run}"

@@ -27,7 +27,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("a", type=Path, metavar="A", help="results folder, such as results/spring")
     parser.add_argument("b", type=Path, metavar="B", help="another; differences are B minus A")
     parser.add_argument(
-        "more", type=Path, nargs="*", metavar="C", help="with more: does each value repeat?"
+        "more",
+        type=Path,
+        nargs="*",
+        metavar="C",
+        help="further ones: whether each value repeats in all of them",
     )
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a page")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every row as a table")

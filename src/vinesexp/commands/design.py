@@ -39,14 +39,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_identified(parser)
     for flag, metavar, meaning in (
         ("--base", "FILE", "base motion as recorded (any instrument format), displacement"),
-        ("--base-column", "NAME", "its column, by name or number (1, the second)"),
-        ("--base-unit", "UNIT", "of that column, such as mm, or a sensitivity such as 0.5 V/mm"),
+        ("--base-column", "NAME", "its column, by name or by number from 0 (1)"),
+        (
+            "--base-unit",
+            "UNIT",
+            "unit of that column, such as mm, or a sensitivity such as 0.5 V/mm",
+        ),
     ):
         parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
     parser.add_argument(
         "--theory-only", action="store_true", help="b_c and b_t alone, without simulation"
     )
-    parser.add_argument("--seed", metavar="N", action="append", help="of the random starts (1)")
+    parser.add_argument(
+        "--seed", metavar="N", action="append", help="seed of the random starts (1)"
+    )
     parser.add_argument(
         "--html", type=Path, metavar="FILE", action="append", help="a design sheet of one page"
     )
@@ -118,12 +124,14 @@ def base_of(args: argparse.Namespace) -> Measured | None:
     )  # fmt: skip
     if file is None:
         if column is not None or unit is not None:
-            raise ParameterError("is of a record; name its file with --base", where="--base-column")
+            raise ParameterError(
+                "is for a recorded base; name its file with --base", where="--base-column"
+            )
         return None
     if unit is None:
         raise ParameterError(
-            "the unit of the record is missing; give such as --base-unit mm (a displacement: an "
-            "acceleration has to be integrated and high-pass filtered before)", where="--base",
+            "the unit of the record is missing; state it, such as --base-unit mm (the column is a "
+            "displacement; integrate and high-pass filter an acceleration first)", where="--base",
         )  # fmt: skip
     from vinesexp.excitation import Measured
     from vinesexp.records.instrument.ingest import read_file

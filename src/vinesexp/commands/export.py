@@ -26,31 +26,35 @@ from vinesexp.resultslock import campaign_of
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A results folder, where it goes, and in which form."""
-    parser.add_argument("results", type=Path, metavar="RESULTS", help="such as results/mytests")
+    parser.add_argument(
+        "results", type=Path, metavar="RESULTS", help="results folder, such as results/mytests"
+    )
     parser.add_argument("out", type=Path, metavar="FOLDER", help="folder to write")
     parser.add_argument(
-        "--format", choices=sorted(WRITERS), default="csv", help="of the records (csv)"
+        "--format", choices=sorted(WRITERS), default="csv", help="format of the records (csv)"
     )
     parser.add_argument(
         "--record", action="append", metavar="ID", help="only this record (may be repeated)"
     )
-    parser.add_argument("--conditioned", action="store_true", help="the bandpassed channels")
+    parser.add_argument("--conditioned", action="store_true", help="write the bandpassed channels")
     parser.add_argument(
         "--figures",
         type=float,
         action="append",
         metavar="MM",
-        help="instead of records: the figures drawn MM wide, such as a journal's 90 or 190",
+        help="write the figures instead of the records, MM wide, such as a journal's 90 or 190",
     )
-    parser.add_argument("--title", help="of the metadata (that of the campaign)")
+    parser.add_argument("--title", help="title in the metadata (that of the campaign)")
     parser.add_argument(
         "--author",
         action="append",
         metavar="NAME",
-        help="of the data, with an ORCID in brackets (author of campaign.yaml; may be repeated)",
+        help="author of the data, with an ORCID in brackets (that of campaign.yaml), repeatable",
     )
     parser.add_argument(
-        "--license", metavar="SPDX", help="such as CC-BY-4.0 (license of campaign.yaml)"
+        "--license",
+        metavar="SPDX",
+        help="licence of the data, such as CC-BY-4.0 (that of campaign.yaml)",
     )
 
 

@@ -43,8 +43,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--acceleration-unit",
         metavar="UNIT",
-        help="m/s^2 or g where the file is in physical units, or a sensitivity: '100 mV/g'; left "
-        "out for a microphone, or any channel that nobody calibrated: then a ball has to bounce",
+        help="m/s^2 or g if the file has physical units, else a sensitivity such as '100 mV/g'; "
+        "leave it out for a channel without calibration, such as a microphone: then only the "
+        "bounces of a ball are found",
     )
     parser.add_argument("--displacement", "-x", metavar="COLUMN", help="column, if there is one")
     parser.add_argument("--displacement-unit", metavar="UNIT", help="mm, or '0.5 V/mm'")
@@ -94,15 +95,15 @@ def _reservation(found: Impacts) -> str:
     """What a person should know of these impacts; empty where most of them are certain."""
     if not found.n:
         return (
-            "no impacts found; vinesexp look shows what is in the file, --test says whether a mass "
-            "moves in it or a ball drops"
+            "no impacts found; vinesexp look shows what is in the file, and with --test you state "
+            "whether a mass moves in it or a ball drops"
         )
     certain = int((found.confidence > _CERTAIN).sum())
     if certain > found.n / 2:
         return ""
     return (
-        f"{certain} of {found.n} impacts are certain (confidence above {_CERTAIN:g}): what was "
-        "found may be vibration and not an impact"
+        f"{certain} of {found.n} impacts are certain (confidence above {_CERTAIN:g}): the "
+        "others may be vibration"
     )
 
 

@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The folder of files."""
     parser.add_argument("folder", type=Path, help="folder with instrument files, in it or below")
     parser.add_argument(
-        "--xlsx", action="store_true", help="write records.xlsx in the place of records.csv"
+        "--xlsx", action="store_true", help="write records.xlsx instead of records.csv"
     )
 
 
@@ -93,7 +93,7 @@ def campaign_text(folder: Path, proposal: Proposal) -> str:
     title = _quoted(shown(folder.resolve().name))
     lines = [
         f"# yaml-language-server: $schema={SCHEMA_NAME}",
-        "# Proposed by `vinesexp init`: look at every line. A `?` stops the run until it is filled",
+        "# Proposed by `vinesexp init`: check every line. A `?` stops the run until it is filled",
         "# in. docs/campaign.md explains the keys.",
         f"title: {title}",
         "#known:",
@@ -105,10 +105,12 @@ def campaign_text(folder: Path, proposal: Proposal) -> str:
     if not proposal.channels:
         lines += ["  # no channel could be recognised; name them here"]
     if proposal.has_wav and any(one.quantity for one in proposal.channels):
-        lines.append("# In WAV files 1 is full scale: say what it means, as file_unit: 10 V.")
+        lines.append(
+            "# In WAV files 1 is full scale: state what it stands for, such as file_unit: 10 V."
+        )
     if proposal.time is not None:
         column = proposal.time if proposal.time.isdigit() else _quoted(proposal.time)
-        mark = "as the files state it" if proposal.time_unit_sure else "look: is the unit right?"
+        mark = "as the files state it" if proposal.time_unit_sure else "check: is the unit right?"
         lines.append(f"time: {{column: {column}, unit: {proposal.time_unit}}}   # {mark}")
     elif proposal.has_no_times:
         reported = ", ".join(proposal.has_no_times[:3])
@@ -132,9 +134,9 @@ def _channel_lines(channel: ProposedChannel) -> list[str]:
     optional = ", optional: yes" if channel.optional else ""
     if channel.quantity is None:
         entry = f"{{column: {column}{optional}}}"
-        return [f"  # {channel.role}: look: {channel.why}", f"  {channel.role}: {entry}"]
+        return [f"  # {channel.role}: check: {channel.why}", f"  {channel.role}: {entry}"]
     if channel.unit is not None:
-        value, mark = f'unit: "{channel.unit}"', "" if channel.sure else "look: "
+        value, mark = f'unit: "{channel.unit}"', "" if channel.sure else "check: "
         if channel.unit in UNITS["angle"] or channel.unit in UNITS["rate of turn"]:
             value += f', radius: "{OPEN} m"'
             mark = "FILL IN the distance of the mass from the axis, such as 0.5 m; "
@@ -221,7 +223,7 @@ def _unusable(path: Path) -> str:
     except UnicodeEncodeError:
         return "its name is not UTF-8; rename it"
     if ";" in text or text != text.strip() or not text.isprintable():
-        return "its name has a ';' or an odd blank in it; rename it"
+        return "its name has a ';' or an unusual blank in it; rename it"
     return ""
 
 

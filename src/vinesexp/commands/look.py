@@ -62,7 +62,7 @@ def describe(view: FileView, weighed: Weighed) -> list[str]:
             lines.append(f"     {'':<{width}} {guess.role}? {guess.why}")
         elif column.kind == "signal" and label_of(column) in weighed.against:
             lines.append(f"     {'':<{width}} no role: {weighed.against[label_of(column)]}")
-    lines += [f"  look: {remark}" for remark in view.remarks]
+    lines += [f"  check: {remark}" for remark in view.remarks]
     return lines + [f"  not read: {problem}" for problem in view.problems]
 
 

@@ -31,9 +31,9 @@ _SAVE_EVERY = 5.0  # s
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; every number is written with its unit, two of them as ranges."""
     axes = "values along the two axes, horizontal first (40x40)"
-    add_map_values(parser, cells=("NxM", axes), starts="runs a cell (8)")
+    add_map_values(parser, cells=("NxM", axes), starts="starts in each cell (8)")
     for flag, metavar, meaning in (
-        ("--kind", "KIND", "where they start: random or wall (random)"),
+        ("--kind", "KIND", "which starts: random or wall (random)"),
         ("--out", "FILE", "NetCDF file (map.nc); one that is there already is completed"),
         ("--plot", "FILE", "picture as well (svg, pdf or png)"),
         ("--rows", "K/N", "only the K-th of N shares of the rows: a part, to be joined later"),
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             if known is not None:
                 write_map(plan, known, out)
-            raise VinesexpError("stopped; the same command goes on from here", file=out) from None
+            raise VinesexpError("stopped; the same command continues from here", file=out) from None
         finally:
             bar.end()
     write_map(plan, values, out)
@@ -96,7 +96,7 @@ def plan_of(args: argparse.Namespace) -> MapPlan:
         flags = ", ".join(option.flag for option in OPTIONS if option.symbol in AXES)
         given = ", ".join(option.flag for option in OPTIONS if option.symbol in ranges) or "none"
         raise ParameterError(
-            f"a map goes over two values: give two of {flags} as a range such as '5:60 mm'; "
+            f"a map has two axes: give two of {flags} as a range such as '5:60 mm'; "
             f"ranges found: {given}"
         )
     x, y = (symbol for symbol in AXES if symbol in ranges)

@@ -132,7 +132,7 @@ def add_map_values(parser: argparse.ArgumentParser, *, cells: tuple[str, str], s
     for flag, metavar, meaning in (
         ("--cells", *cells),
         ("--starts", "N", starts),
-        ("--seed", "N", "of the random starts (1)"),
+        ("--seed", "N", "seed of the random starts (1)"),
     ):
         parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
     add_force(parser)

@@ -49,7 +49,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--results", type=Path, metavar="DIR", help="its results (results/<campaign>)"
     )
     parser.add_argument(
-        "--target", default="2 %", metavar="SHARE", help="bracket to reach, of the clearance (2 %%)"
+        "--target",
+        default="2 %",
+        metavar="SHARE",
+        help="bracket to reach, as a share of the clearance (2 %%)",
     )
     parser.add_argument(
         "--records", type=Path, metavar="FILE", help="write the tests as records.csv to fill in"
@@ -107,7 +110,7 @@ def _of_campaign(folder: Path, results: Path | None, target: float) -> list[Plan
         lines += _other_lines(other)
     tests = [*next_tests(plans), *(test for other in others for test in other.next)]
     if not tests and plans:
-        lines += ["", "enough: no test that is planned here would change the answers"]
+        lines += ["", "enough: no further test of these kinds would change the answers"]
     print("\n".join([*lines, "", *_needs_lines(needs)]))
     return tests
 
@@ -129,14 +132,16 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
     if plan.next:
         reported = ", ".join(mm(b) for b in plan.next)
         lines.append(f"  test next, in this order: {reported} mm")
-        lines.append("  after each one, run and plan again: what it shows changes the next")
+        lines.append(
+            "  after each one, run and plan again, because its result changes the next ones"
+        )
     elif now is not None:
         lines.append("  nothing more to test at this base amplitude")
     if plan.bracket is not None and plan.next:
         low, best, high = plan.bracket
         width = 100 * (high - low) / best
         lines.append(
-            f"  if the rig is as identified, that leaves {mm(low)} to {mm(high)} mm ({width:.2g} %)"
+            f"  if the rig is as identified, these leave {mm(low)} to {mm(high)} mm ({width:.2g} %)"
         )
     return lines
 
@@ -167,7 +172,7 @@ def _scatter_line(plan: LevelPlan, asked: float) -> str:
             f"  amplitudes scatter by {scatter}: a bracket below {100 * plan.target:.2g} % would "
             "be decided by chance; longer or repeated records narrow it"
         )
-    return f"  amplitudes scatter by {scatter}: enough to decide {100 * asked:.2g} %"
+    return f"  amplitudes scatter by {scatter}: little enough for a bracket of {100 * asked:.2g} %"
 
 
 def _needs_lines(needs: Needs) -> list[str]:

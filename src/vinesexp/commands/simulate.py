@@ -60,8 +60,8 @@ def run(args: argparse.Namespace) -> int:
             bar.end()
         except KeyboardInterrupt:
             print(
-                f"vinesexp simulate: stopped in {group}; the groups before it are whole, and the "
-                "same command goes on with it",
+                f"vinesexp simulate: stopped in {group}; the groups before it are complete, and "
+                "the same command continues with it",
                 file=sys.stderr,
             )
             return 130
@@ -103,7 +103,7 @@ def describe(scene_file: Path, out: Path) -> None:
     own = out / "scene.yaml"
     if own.exists() and own.read_text(encoding="utf-8-sig") != texts["scene.yaml"]:
         raise VinesexpError(
-            f"is another scene than {scene_file}; name an empty folder, or remove it", file=own
+            f"differs from {scene_file}; name an empty folder, or remove it", file=own
         )
     for file in {test.base_record.file for test in scene.tests if test.base_record}:
         _bring(scene_file.parent / file, out / file)
@@ -117,6 +117,6 @@ def _bring(source: Path, target: Path) -> None:
     if target.exists() and target.read_bytes() == source.read_bytes():
         return
     if target.exists():
-        raise VinesexpError(f"is another file than {source}; name an empty folder", file=target)
+        raise VinesexpError(f"differs from {source}; name an empty folder", file=target)
     target.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(source, target)

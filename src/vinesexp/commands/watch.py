@@ -18,16 +18,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "folder", type=Path, metavar="FOLDER", help="folder of campaign.yaml and of the files"
     )
     parser.add_argument(
-        "--results", type=Path, metavar="DIR", help="where its results lie (results/<folder>-live)"
+        "--results", type=Path, metavar="DIR", help="folder of the results (results/<folder>-live)"
     )
     parser.add_argument(
         "--quiet",
         type=float,
         default=1.0,
         metavar="SECONDS",
-        help="a file that did not change for so long is finished (1)",
+        help="time without a change after which a file is finished (1)",
     )
-    parser.add_argument("--port", type=int, default=0, help="of the page (any free one)")
+    parser.add_argument("--port", type=int, default=0, help="port of the page (any free one)")
     parser.add_argument("--no-browser", action="store_true", help="only print the address")
 
 
@@ -40,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     served = serve(session, port=args.port)
     threading.Thread(target=served.server.serve_forever, daemon=True).start()
     print(f"watching {args.folder}; the page: {served.address}", flush=True)
-    print("Ctrl-C ends it; starting again goes on where it stopped", flush=True)
+    print("Ctrl-C ends it; the same command continues where it stopped", flush=True)
     if not args.no_browser:  # pragma: no cover
         webbrowser.open(served.address)
     try:

@@ -111,7 +111,7 @@ def _is_short(seen: Seen, record: Record | None, wanted: float | None) -> str:
     length = seen.view.length
     if length is None or length >= 0.5 * wanted:
         return ""
-    return f"{length:.3g} s are short: this rig takes {wanted:.0f} s for a sure mean"
+    return f"recorded for {length:.3g} s: this rig needs {wanted:.0f} s for a certain mean"
 
 
 def _counted(session: Session, records: list[Record]) -> str:

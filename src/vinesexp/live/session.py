@@ -423,10 +423,10 @@ class Session:
         if not other.file.exists():
             with self._editing:
                 change_row(sheet_of(self.folder), other.id, {"file": name})
-            self._remark(path, f"is {other.file.name} under a new name: its row names it now")
+            self._remark(path, f"is {other.file.name} under a new name; its row was changed")
         else:
             self._copies.setdefault(other.id, []).append(path)
-            self._remark(path, f"holds what {other.file.name} holds: left out")
+            self._remark(path, f"has the same content as {other.file.name}; left out")
         self._read_campaign()
 
     def _add(self, path: Path) -> None:
@@ -491,7 +491,7 @@ class Session:
         )
         cells = cells | {
             "clearance_mm": cell,
-            "note": f"{note}; clearance {shown} mm by its flights",
+            "note": f"{note}; clearance {shown} mm from its flights",
         }
         return Row(cells, tuple(c for c in row.open if c != "clearance_mm"))
 

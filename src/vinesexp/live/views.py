@@ -94,13 +94,17 @@ def _of_ball(record: Record, regime: dict[str, object], impacts: int) -> list[st
     """Whether the ball moves as a test with a ball needs it."""
     per_cycle = regime.get("impacts_per_cycle")
     if record.test == "drop":
-        return [] if impacts > 2 else [f"{impacts} hits found: drop the ball again, from higher"]
+        return (
+            []
+            if impacts > 2
+            else [f"{impacts} hits found: drop the ball again, from a greater height"]
+        )
     if not record.clearance:
         return []
     if regime.get("regime") == Regime.NO_IMPACT.value:
         return []  # which the impacts step has said, with its cause
     if regime.get("regime") is None:
-        return ["impacts could not be seen in this record: too noisy, or sampled too slowly"]
+        return ["impacts cannot be seen in this record: it is too noisy, or sampled too slowly"]
     if isinstance(per_cycle, float) and per_cycle < _STILL and record.test == "periodic":
         return ["hardly any impacts: is the ball stuck, or lying in the middle of its cavity?"]
     return []
@@ -116,9 +120,9 @@ def _of_start(since: float, paths: ResultPaths) -> list[str]:
     rows = open_results(paths.folder).rows("identified") if known else []
     found = {row["parameter"]: row["value"] for row in rows if row["method"] == COMBINED}
     if not {"f0", "zeta"} <= set(found):
-        return [f"{begun}, and how long it lasts shows a ring-down only: {advice}"]
+        return [f"{begun}; only a ring-down shows how long the start lasts; {advice}"]
     lasts = start_lasts(f0=found["f0"], zeta=found["zeta"])
-    return [f"{begun}, which lasts {lasts:.3g} s: {advice}"] if since < lasts else []
+    return [f"{begun}, and the start lasts {lasts:.3g} s: {advice}"] if since < lasts else []
 
 
 def _numbers(regime: dict[str, object], base: list[dict[str, float]]) -> list[tuple[str, str]]:

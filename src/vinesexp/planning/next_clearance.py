@@ -86,7 +86,7 @@ def next_clearance(
     """
     if not tested:
         if expected is None:
-            raise ValueError("nothing is tested and nothing is expected")
+            raise ValueError("no clearance was tested and none is predicted")
         return expected
     found = bracket_of(tested)
     step = 0.5 * _SHORT * target * found.best

@@ -88,7 +88,8 @@ def first_tests(
     low, high = 0.93 * frequency, 1.07 * frequency
     sweep = {"test": "sweep", "frequency_hz": f"{low:.4g}:{high:.4g}"}
     sweep["base_amplitude_mm"] = mm(0.2 * G.value)
-    tests.append(planned("sweep_bare", sweep, "f0 and zeta by the transmissibility, ball blocked"))
+    why = "f0 and zeta from the transmissibility, with the ball blocked"
+    tests.append(planned("sweep_bare", sweep, why))
     tests.append(planned("drop_1", {"test": "drop"}, "r from successive bounces"))
     valley = expected_valley(rig, G=G, frequency=frequency)
     if valley is not None:
@@ -99,7 +100,7 @@ def first_tests(
             for k, share in enumerate((0.8, 1.0, 1.25), start=1):
                 cells = {"test": "transient", "release_mm": mm(release)}
                 cells["clearance_mm"] = mm(share * b_t)
-                tests.append(planned(f"release_{k}", cells, "b_t: how fast a release falls"))
+                tests.append(planned(f"release_{k}", cells, "how fast a release decays near b_t"))
     return tests, valley
 
 
@@ -107,7 +108,7 @@ _WHY = {
     1: "where the lowest amplitude is expected",
     2: "a step below it",
     3: "a step above it",
-    4: "far below: regime with certain impacts, for r and M",
+    4: "far below: every impact is certain, for r and M",
     5: "beyond the end of two impacts per cycle",
 }
 
@@ -227,18 +228,24 @@ def plan_releases(levels: Sequence[ReleaseLevel], rig: IdentifiedRig) -> OtherPl
         middle = float(b_t_exact(x_m=x0, r=r.value)) if r else float(np.mean(tried))
         around = [share * middle for share in _FIRST]
         new = [b for b in around if all(abs(b - one) > _NEAR * b for one in tried)]
-        wanted = [(b, "three clearances have one between two others") for b in new]
-        state = f"tested at {_list(tried)} mm; a best one takes three clearances"
+        wanted = [(b, "three clearances are needed to bracket the fastest one") for b in new]
+        state = (
+            f"tested at {_list(tried)} mm; three clearances are needed to bracket the fastest one"
+        )
     else:
         if low_open:
-            wanted.append((tried[0] / _STRIDE, f"nothing below was tried: to {_list(low_open)} mm"))
+            wanted.append(
+                (tried[0] / _STRIDE, f"the narrowest one is the fastest to {_list(low_open)} mm")
+            )
         if high_open:
-            why = f"nothing above was tried: to {_list(high_open)} mm"
+            why = f"the widest one is the fastest to {_list(high_open)} mm"
             wanted.append((tried[-1] * _STRIDE, why))
         both = {level.target for level in levels} - {*low_open, *high_open}
-        parts = [f"to {_list(sorted(both))} mm the fastest one lies between two"] if both else []
+        parts = (
+            [f"to {_list(sorted(both))} mm the fastest one is between two others"] if both else []
+        )
         edges = sorted({*low_open, *high_open})
-        parts += [f"to {_list(edges)} mm it is known on one side only"] if edges else []
+        parts += [f"to {_list(edges)} mm it is known from one side only"] if edges else []
         state = f"{len(tried)} clearances tested; {'; '.join(parts)}"
     tests = [
         planned(
@@ -313,7 +320,7 @@ def plan_ring_downs(campaign: Campaign, rig: IdentifiedRig, needs: Needs) -> Oth
     ]
     load = {"test": "ringdown", **start, "added_mass_g": f"{1e3 * needs.added:.3g}"}
     tests += [
-        planned(f"ring_added_{with_mass + k + 1}", load, "M to 0.5 %, mounted anew")
+        planned(f"ring_added_{with_mass + k + 1}", load, "M to 0.5 %; mount the mass again")
         for k in range(min(more_with, _MOST))
     ]
     return OtherPlan("ring-downs", state, tuple(tests))

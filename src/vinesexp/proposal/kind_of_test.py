@@ -44,12 +44,12 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
     if (heard := _bounces(columns)) is not None:
         return "drop", {}, heard
     if columns.get("sound") is x:
-        return OPEN, {}, "no bounces heard in it"
+        return OPEN, {}, "no bounces of a ball found in it"
     if not a.rate and not x.rate:
         return (
             OPEN,
             {},
-            "nothing says how fast it was sampled: no record in time, or one without times",
+            "its sample rate is not known: it has no times, or it is no record over time",
         )
     hits = has_shocks(a.finite, _period(file))
     if not stands_out(x) and (base is None or not stands_out(base)):
@@ -57,16 +57,16 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
             return (
                 OPEN,
                 {},
-                "shocks and no oscillation; no flights between them shrink by one ratio",
+                "shocks and no oscillation; no flights between them shrink by a constant ratio",
             )
-        return OPEN, {}, "no oscillation of some cycles stands out in it"
+        return OPEN, {}, "no oscillation of several cycles was found in it"
     if base is not None and stands_out(base) and base.rate and common_frequency(file) > 0.0:
         return _driven(file, base)
     handled = calm_part(x.finite)
     calm = x.finite[handled]
     if decays(calm):
         if columns.get("displacement") is x and not oscillates(calm, share=_MAINLY):
-            return OPEN, {}, "it dies away, but not as one oscillation"
+            return OPEN, {}, "it decays, but not as a single oscillation"
         values = {}
         if x.unit in UNITS["displacement"]:
             far = float(np.abs(calm - np.median(calm)).max())
@@ -78,15 +78,16 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
             rivals = max(guesses[label_of(one)].rivals for one in (x, a))
             if rivals >= _MANY:
                 why = (
-                    f"it decays, with shocks, but which of {rivals + 1} columns moves is not known"
+                    "it decays, with shocks, but it is not known which of "
+                    f"{rivals + 1} columns is the mass"
                 )
                 return OPEN, {}, why
             return "transient", values, "it decays, with shocks"
         why = "it decays, without shocks"
         if has_shocks(rest, _period(file)):
-            why = "it decays, with shocks at its end alone"
+            why = "it decays, with shocks at its end only"
         if len(calm) < len(x.finite):
-            why += "; what was done to it before or after is left out"
+            why += "; the handling before or after the decay is left out"
         return "ringdown", values, why
     return OPEN, {}, "it neither decays nor follows a base"
 
@@ -94,19 +95,19 @@ def describe_test(file: FileView, guesses: Mapping[str, Guess]) -> tuple[str, di
 def _without_channels(file: FileView, *, elsewhere: bool) -> str:
     """Why a file has no record, though it may have columns."""
     if any(column.kind == "frequency" for column in file.columns):
-        return "a spectrum or a frequency response, no record in time"
+        return "a spectrum or a frequency response, not a record over time"
     if any(column.kind == "several" for column in file.columns):
-        return "several records one after another: its times begin anew"
+        return "several records one after another: its times start again"
     names = ", ".join(f"'{column.name or column.index}'" for column in file.signals[:4])
     if not names:
-        return "no channel of the oscillator in it"
+        return "it has no channel of the oscillator"
     if elsewhere:
         return (
-            f"its columns ({names}) are none of the channels that campaign.yaml names; a setup of "
-            "its own may name them"
+            f"campaign.yaml names none of its columns ({names}); a further set of channels under "
+            "'setups' can name them"
         )
     return (
-        f"in none of its columns ({names}) is a vibration recognised; if one holds it, name that "
+        f"no vibration was recognised in its columns ({names}); if one of them holds it, name that "
         "column and the times in campaign.yaml"
     )
 
@@ -119,7 +120,7 @@ def _bounces(columns: Mapping[str, ColumnView | None]) -> str | None:
             continue
         found = bounces_heard(column.finite, column.rate)
         if found is not None:
-            return f"{found.count} hits whose distances shrink by {found.r:.3g} each"
+            return f"{found.count} hits whose distances shrink by a factor of {found.r:.3g} each"
     return None
 
 

@@ -120,9 +120,9 @@ def weighed_roles(files: Sequence[FileView]) -> Weighed:
         for column in file.signals:
             label = label_of(column)
             if _is_of_time(column):
-                against[label] = "it is called a time"
+                against[label] = "its name says that it is a time"
             elif _OTHERS.search(column.name):
-                against[label] = "it is called something else than a motion along a line"
+                against[label] = "its name says another quantity than motion along a line"
             else:
                 places.setdefault(label, []).append((file, column))
     found = [*_stated(places), *_pulses(places)]
@@ -219,7 +219,7 @@ def _rate_of_motion(
         if q in _RATES[quantity] or (q is None and _named(other) == "displacement")
     )
     if (other := next(better, None)) is not None:
-        return Evidence(label, "displacement", _NEVER, f"it is a {quantity}; {other} is better")
+        return Evidence(label, "displacement", _NEVER, f"it is a {quantity}; {other} is preferred")
     words = f"its {'unit' if unit else 'name'} says a {quantity}, which is integrated"
     return Evidence(label, "displacement", _SAID if unit else _SHOWN, words)
 
@@ -234,7 +234,7 @@ def _pulses(places: Places) -> Iterator[Evidence]:
             continue
         rings = [duration(c) for one in places if one != label for _, c in places[one]]
         if all(2 * duration(column) < min(rings, default=0) for _, column in at):
-            words = "it rests but for brief pulses of one sign: a hammer"
+            words = "it is at rest except for brief pulses of one sign, as of a hammer"
             yield Evidence(label, "force", _SHOWN, words)
 
 
@@ -253,7 +253,7 @@ def _other_axes(places: Places) -> Iterator[Evidence]:
         if other == label:
             if not (groups and _SUM.search(label)):
                 continue
-            words = "it is called a sum of axes"
+            words = "its name says that it is a sum of axes"
         yield from (Evidence(label, role, _NEVER, words) for role in _MEASURED)
 
 
@@ -261,7 +261,7 @@ def _heard(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Evi
     """A microphone: WAV files in most of which a ball bounces."""
     if "sound" in taken:
         return []
-    words = "hits are heard in it whose distances shrink"
+    words = "it holds hits whose distances shrink"
     return [Evidence(label, "sound", _SHOWN, words) for label in rest if _is_heard(rest[label])][:1]
 
 
@@ -282,8 +282,8 @@ def _by_physics(files: Sequence[FileView], rest: Places, taken: set[str]) -> lis
             for role, label in _voted(traits, columns):
                 votes[role][label] += 1
     words = {
-        "acceleration": "it is another channel times the frequency squared, in size and phase",
-        "base": "it rests or keeps its amplitude where the others ring",
+        "acceleration": "in size and phase it is another channel times the frequency squared",
+        "base": "it is at rest or keeps its amplitude while the others ring",
     }
     found: list[Evidence] = []
     for role, count in votes.items():
@@ -349,10 +349,11 @@ def _clearest(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[
     ]
     if "displacement" in taken or not left:
         return []
-    words = "the only signal" if len(rest) == 1 and not taken else "what is left"
+    words = "the only signal" if len(rest) == 1 and not taken else "the signal that remains"
     if len(left) > 1:
         words = (
-            f"it oscillates most clearly of what is left ({', '.join(left)}); look which one it is"
+            "it oscillates most clearly of the remaining signals "
+            f"({', '.join(left)}); check which one it is"
         )
     best = max(left, key=lambda label: sum(_clearness(column) for _, column in rest[label]))
     return [Evidence(best, "displacement", _LEFT, words, rivals=len(left) - 1)]

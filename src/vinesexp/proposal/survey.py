@@ -167,12 +167,14 @@ def view_file(path: Path) -> FileView:
     stated_unit = None if time is None else source.columns[time].unit
     if _one_unit(source) and len(read) > 2:
         unit = source.columns[0].unit
-        remarks.append(f"all columns are said to be in {unit}: taken as that of the times")
+        remarks.append(
+            f"the header gives all columns the unit {unit}; it is used for the times only"
+        )
     if time is None and (anew := next((c for c in columns if _is_called_and_anew(c)), None)):
         row = int(np.argmin(np.diff(anew.finite))) + 1
         remarks.append(
-            f"'{anew.name}' begins anew behind row {row}: tracks or records one after another; "
-            "put each into a file of its own"
+            f"'{anew.name}' starts again after row {row}, so several tracks or records follow one "
+            "another; put each into its own file"
         )
         columns = [replace(c, kind="several") if c.kind == "signal" else c for c in columns]
     parts = () if part_of(path) else source.parts
@@ -222,14 +224,14 @@ def _odd(
     axis = next((column for column in columns if column.kind == "frequency"), None)
     if axis is not None:
         yield (
-            f"'{axis.name or f'column {axis.index}'}' is a frequency: what stands over it is a "
-            "spectrum or a frequency response, no record in time; export the samples of the sensors"
+            f"'{axis.name or f'column {axis.index}'}' is a frequency, so this is a spectrum or a "
+            "frequency response, not a record over time; export the samples of the sensors"
         )
     longest = max((len(column.values) for column in columns), default=0)
     if stated is not None and 1 < stated != longest < _MOST:
-        yield f"the header states {stated} rows, {longest} are there"
+        yield f"the header states {stated} rows; the file has {longest}"
     if 0 < longest < _FEWEST:
-        yield (f"{longest} rows: a list of results or events; a record is the samples of a sensor")
+        yield f"only {longest} rows: a list of results or events, not the samples of a sensor"
     if parts:
         yield (
             f"it holds {len(parts)} records, {name}#{parts[0]} to {name}#{parts[-1]}; this is one "
@@ -454,12 +456,12 @@ def _time_and_rate(
             k = int(np.argmax(steps))
             remarks.append(
                 f"times pause {pauses} time{'s' * (pauses > 1)}, the longest from {finite[k]:.6g} "
-                f"to {finite[k + 1]:.6g} {unit}: nothing is known there"
+                f"to {finite[k + 1]:.6g} {unit}: there are no samples there"
             )
         if unit != "s" and source.columns[j].unit not in UNITS["time"]:
             remarks.append(
-                f"times without a unit, in steps of {float(np.median(steps)):.4g}: {unit} is taken "
-                f"here, since seconds would be {rate * UNITS['time'][unit]:.3g} Hz"
+                f"the times have no unit and steps of {float(np.median(steps)):.4g}: {unit} is "
+                f"assumed, since seconds would mean {rate * UNITS['time'][unit]:.3g} Hz"
             )
         if uneven:
             remarks.append(
@@ -467,7 +469,7 @@ def _time_and_rate(
                 f"{steps.max():.3g} {unit}"
             )
         if stated is not None and abs(stated - rate) > _APART * rate:
-            remarks.append(f"the header states {stated:.6g} Hz, the times say {rate:.6g} Hz")
+            remarks.append(f"the header states {stated:.6g} Hz, the times give {rate:.6g} Hz")
         return j, float(f"{rate:.6g}"), remarks
     if stated is not None:
         return None, float(f"{stated:.9g}"), []
