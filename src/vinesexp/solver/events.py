@@ -68,30 +68,40 @@ from vinesexp.solver.state import (
 def next_contact(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float) -> float:
     """First contact of any ball in (0, limit]; ROOT and WALL of each ball that has one."""
     first = math.inf
-    top = X.shape[0] - 1
     for i in range(balls.shape[0]):
         balls[i, ROOT] = math.inf
         if balls[i, STATE] == RESTING:
             continue
-        side = balls[i, SIDE]
-        for n in range(2, top + 1):
-            P[n] = -side * X[n]
-        P[0], P[1] = balls[i, D], -side * balls[i, RHO]
+        expand_gap(balls, i, X, P)
         lead = 0
         if balls[i, STATE] == RELEASED:  # gap, its rate and x'' are zero by definition
             P[0] = P[1] = P[2] = 0.0
             lead = 3
-        root = first_root(P, lead, limit)
-        wall = side
-        for n in range(top + 1):
-            P[n] = -P[n]
-        P[0] += 2.0 * balls[i, CLEARANCE]
-        other = first_root(P, 0, min(root, limit))
-        if other < root:
-            root, wall = other, -side
-        balls[i, ROOT], balls[i, WALL] = root, wall
-        first = min(first, root)
+        first = min(first, next_wall(balls, i, P, lead, limit))
     return first
+
+
+@compiled
+def expand_gap(balls: FloatArray, i: int, X: FloatArray, P: FloatArray) -> None:
+    """Fill P with the series of the gap of ball i to the wall `SIDE`."""
+    side = balls[i, SIDE]
+    for n in range(2, X.shape[0]):
+        P[n] = -side * X[n]
+    P[0], P[1] = balls[i, D], -side * balls[i, RHO]
+
+
+@compiled
+def next_wall(balls: FloatArray, i: int, P: FloatArray, lead: int, limit: float) -> float:
+    """First contact of ball i in (0, limit] with either wall, into ROOT and WALL; P is turned."""
+    root, wall = first_root(P, lead, limit), balls[i, SIDE]
+    for n in range(P.shape[0]):
+        P[n] = -P[n]
+    P[0] += 2.0 * balls[i, CLEARANCE]
+    other = first_root(P, 0, min(root, limit))
+    if other < root:
+        root, wall = other, -balls[i, SIDE]
+    balls[i, ROOT], balls[i, WALL] = root, wall
+    return float(root)
 
 
 @compiled
@@ -228,13 +238,7 @@ def turn(
         state[X_NOW] += dx
         state[V_NOW] += dv
         return log_marked(balls, numbers, labels, row, REST_START, state)
-    # The step ends at the end of the series, of the base's piece or of the run, or at an event.
-    step, goal = reach, math.inf
-    stop = duration
-    if piece + 1 < table.shape[0]:
-        stop = min(stop, table[piece + 1, 0])
-    if (stop - state[T_HIGH]) - state[T_LOW] <= step:
-        step, goal = max((stop - state[T_HIGH]) - state[T_LOW], 0.0), stop
+    step, goal = end_of_step(table, piece, duration, state, reach)
     contact = next_contact(balls, X, P, step)
     noise = 4.0 * EPS * (par[P_K] * (abs(E[0]) + abs(X[0])) + par[P_C] * (abs(E[1]) + abs(X[1])))
     let_go = next_release(balls, X, P, min(step, contact), noise / mass)
@@ -247,6 +251,21 @@ def turn(
         release(balls, state[V_NOW], FREE if jumped else RELEASED)
         row = log_marked(balls, numbers, labels, row, REST_END, state)
     return row
+
+
+@compiled
+def end_of_step(
+    table: FloatArray, piece: int, duration: float, state: FloatArray, reach: float
+) -> tuple[float, float]:
+    """Length of a step without an event, which ends with the series, the base's piece or the run;
+    where it is not the series, the time that the clock then shows, else inf."""
+    stop = duration
+    if piece + 1 < table.shape[0]:
+        stop = min(stop, table[piece + 1, 0])
+    left = (stop - state[T_HIGH]) - state[T_LOW]
+    if left <= reach:
+        return max(left, 0.0), stop
+    return reach, math.inf
 
 
 @entry

@@ -47,7 +47,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.solver.compiled import compiled, entry, fused
 from vinesexp.solver.contact import UNSEEN, closing_now
-from vinesexp.solver.events import collide
+from vinesexp.solver.events import collide, end_of_step, expand_gap, next_wall
 from vinesexp.solver.flight import cross, first_expected
 from vinesexp.solver.nonlinear import expand_loaded, is_at_rest, spring_force
 from vinesexp.solver.response import ENTRIES, H_FREQUENCY, H_SPACING, phasor
@@ -489,28 +489,17 @@ def collide_rubbing(
 @compiled
 def next_hit(balls: FloatArray, X: FloatArray, P: FloatArray, limit: float) -> float:
     """First contact of any ball in (0, limit]; ROOT and WALL of each ball that has one."""
-    first, top = math.inf, X.shape[0] - 1
+    first = math.inf
     for i in range(balls.shape[0]):
         if is_held(balls, i):
             continue
-        side = balls[i, SIDE]
-        for n in range(2, top + 1):
-            P[n] = -side * X[n]
-        P[0], P[1] = balls[i, D], -side * balls[i, RHO]
-        P[2] += 0.5 * side * balls[i, A]
+        expand_gap(balls, i, X, P)
+        P[2] += 0.5 * balls[i, SIDE] * balls[i, A]
         lead = 0
         if balls[i, STATE] == RELEASED:  # x' - y' and x'' - y'' are zero by definition
             P[1] = P[2] = 0.0
             lead = 3 if balls[i, D] <= 0.0 else 0
-        root, wall = first_root(P, lead, limit), side
-        for n in range(top + 1):
-            P[n] = -P[n]
-        P[0] += 2.0 * balls[i, CLEARANCE]
-        other = first_root(P, 0, min(root, limit))
-        if other < root:
-            root, wall = other, -side
-        balls[i, ROOT], balls[i, WALL] = root, wall
-        first = min(first, root)
+        first = min(first, next_wall(balls, i, P, lead, limit))
     return first
 
 
@@ -594,12 +583,7 @@ def rub(
                 balls[i, WAY] = 0.0
         complete(balls, par[P_M], numbers, labels, first, row)
         return row
-    # The step ends at the end of the series, of the base's piece or of the run, or at an event.
-    step, goal, stop = reach, math.inf, duration
-    if piece + 1 < table.shape[0]:
-        stop = min(stop, table[piece + 1, 0])
-    if (stop - state[T_HIGH]) - state[T_LOW] <= step:
-        step, goal = max((stop - state[T_HIGH]) - state[T_LOW], 0.0), stop
+    step, goal = end_of_step(table, piece, duration, state, reach)
     noise = 4.0 * EPS * (par[P_K] * (abs(E[0]) + abs(X[0])) + par[P_C] * (abs(E[1]) + abs(X[1])))
     soon = next_stop(balls, X, P, step)
     soon = min(soon, next_slip(balls, X, P, min(step, soon), noise / mass))
