@@ -124,7 +124,8 @@ class Motion:
         kind, table = drive_table(self.base_drive)
         flat = np.ascontiguousarray(flat)
         evaluate = sample_loaded if self._rubs else sample
-        par, effort = parameters(self.rig, self.damping), self._effort()
+        par = parameters(self.rig, self.damping)
+        effort = Effort(self.rig, self.base_drive, self.damping, self.duration)
         reached = evaluate(par, kind, table, self._nodes, flat, effort.pace, *out)
         if reached < math.inf:
             raise effort.stalled(reached)
@@ -134,9 +135,6 @@ class Motion:
             out = back
         x, v, a = (column.reshape(times.shape) for column in out)
         return x, v, a
-
-    def _effort(self) -> Effort:
-        return Effort(self.rig, self.base_drive, self.damping, self.duration)
 
     def _times(self, t: ArrayLike) -> FloatArray:
         times = np.asarray(t, dtype=np.float64)

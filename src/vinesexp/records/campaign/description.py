@@ -225,7 +225,10 @@ def campaign_schema() -> dict[str, Any]:
         "allow_outside": _ANSWER,
         "setups": {
             "type": "object",
-            "additionalProperties": _section({key: _setup_part(key) for key in SETUP_KEYS}),
+            "additionalProperties": _section(
+                {key: {"type": "string"} for key in SETUP_KEYS}
+                | {"channels": _channels(), "time": _time()}
+            ),
         },
     }
     properties = {key: parts.get(key, _TEXT) for key in (*KEYS, *PEOPLE_KEYS)}
@@ -269,7 +272,3 @@ def _channels() -> dict[str, Any]:
 
 def _time() -> dict[str, Any]:
     return {**_section({"column": _COLUMN, "unit": {"type": "string"}}), "required": ["unit"]}
-
-
-def _setup_part(key: str) -> dict[str, Any]:
-    return {"channels": _channels(), "time": _time()}.get(key, {"type": "string"})

@@ -66,9 +66,9 @@ def find_layout(path: Path) -> Layout:
     first = body.first
     while above and _kind(layout, body, above[-1]) == "mixed":
         # A row with numbers under the names is data with a bad cell: read, and then reported.
-        if _is_names_over_units(layout, body, above) or not any(
-            _kind(layout, body, i) == "words" for i in above
-        ):
+        # `Sequence,Volt,-3e-07,5e-10`: units, and values of columns that hold no data.
+        units_too = _are_units(layout, _over(layout, body, above[-1]))
+        if units_too or not any(_kind(layout, body, i) == "words" for i in above):
             break
         first = above.pop()
     names, units, at = _names_and_units(layout, body, above)
@@ -127,14 +127,6 @@ def _kind(layout: Layout, body: Body, i: int) -> str:
     if 2 * len(inside) < len(body.numeric) or len(inside) < min(2, len(body.numeric)):
         return "other"
     return "mixed" if any(layout.is_number(cell) for cell in inside) else "words"
-
-
-def _is_names_over_units(layout: Layout, body: Body, above: list[int]) -> bool:
-    """Whether the last row above the data is of units although numbers stand in it.
-
-    `Sequence,Volt,-3e-07,5e-10`: units, and values of columns that hold no data.
-    """
-    return _are_units(layout, _over(layout, body, above[-1]))
 
 
 def _names_and_units(

@@ -13,7 +13,13 @@ import numpy as np
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import unit_of_label
-from vinesexp.records.readers.source import Column, TableSource, file_of, number_of_part
+from vinesexp.records.readers.source import (
+    Column,
+    TableSource,
+    file_of,
+    meant_by_single,
+    number_of_part,
+)
 
 NAME = "LeCroy TRC"
 
@@ -78,7 +84,7 @@ def open_file(path: Path) -> TableSource:
         "LeCroy TRC",
         [Column(name, unit_of_label(label) or label or None)],
         [values],
-        sample_interval=_rounded(interval),
+        sample_interval=meant_by_single(interval),
         start=start,
     )
     source.parts = tuple(str(k + 1) for k in range(segments)) if segments > 1 else ()
@@ -88,14 +94,3 @@ def open_file(path: Path) -> TableSource:
     if stated and stated != size // (1 + words):
         source.losses += (f"states {stated} samples and {size} bytes of them",)
     return source
-
-
-def _rounded(interval: float) -> float:
-    """The interval is stored in single precision: the short decimal number that it means.
-
-    Examples
-    --------
-    >>> _rounded(float(np.float32(1e-5)))
-    1e-05
-    """
-    return float(np.format_float_scientific(np.float32(interval)))

@@ -9,7 +9,13 @@ from typing import Any
 import numpy as np
 
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.source import Column, TableSource, file_of, number_of_part
+from vinesexp.records.readers.source import (
+    Column,
+    TableSource,
+    file_of,
+    meant_by_single,
+    number_of_part,
+)
 from vinesexp.records.readers.unread import need, unreadable
 
 NAME = "Tektronix and Rigol .wfm, Keysight and Rigol .bin"
@@ -78,17 +84,6 @@ def _channel(one: Any) -> tuple[Column, np.ndarray[Any, np.dtype[np.float64]]]:
     values = np.asarray(one.volts, dtype=np.float64)
     unit = _UNITS.get(getattr(one.unit, "name", ""))
     name = str(one.name).replace("CH ", "CH")
-    return Column(name, unit, _short(float(one.seconds_per_point)), float(one.times[0])), values
-
-
-def _short(interval: float) -> float:
-    """An interval that went through single precision: the short decimal number that it means.
-
-    Examples
-    --------
-    >>> _short(float(np.float32(8e-8))), _short(2.5e-9 / 3.0)
-    (8e-08, 8.333333333333334e-10)
-    """
-    if float(np.float32(interval)) != interval:
-        return interval
-    return float(np.format_float_scientific(np.float32(interval)))
+    return Column(
+        name, unit, meant_by_single(float(one.seconds_per_point)), float(one.times[0])
+    ), values

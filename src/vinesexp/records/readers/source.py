@@ -117,6 +117,19 @@ class Column:
     start: float | None = None
 
 
+def meant_by_single(interval: float) -> float:
+    """An interval that went through single precision: the short decimal number that it means.
+
+    Examples
+    --------
+    >>> meant_by_single(float(np.float32(8e-8))), meant_by_single(2.5e-9 / 3.0)
+    (8e-08, 8.333333333333334e-10)
+    """
+    if float(np.float32(interval)) != interval:
+        return interval
+    return float(np.format_float_scientific(np.float32(interval)))
+
+
 class Source(Protocol):
     """An opened instrument file.
 

@@ -394,10 +394,8 @@ class TextSource(Source):
 
     def _data_columns(self) -> list[int]:
         row = next(self._rows(), (0, ""))[1]
-        return [j for j, cell in enumerate(self.layout.cells(row)) if self._is_data(j, cell)]
-
-    def _is_data(self, j: int, cell: str) -> bool:
-        return 2 <= j < len(self.columns) and self.layout.is_value(cell)
+        cells = enumerate(self.layout.cells(row)[: len(self.columns)])
+        return [j for j, cell in cells if j >= 2 and self.layout.is_value(cell)]
 
     def _name_from(self, stated: Stated) -> None:
         """Names that are only units, `Second,Volt`, give way to those that the preamble states."""
