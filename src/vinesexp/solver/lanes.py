@@ -199,7 +199,6 @@ STALL = 300_000  # evaluations of one spell in the scalar loop after which a run
     R_M, R_C, R_K, R_G, R_F, R_PHASE, R_BALL, R_B, R_R, R_X0, R_V0, R_GAP, R_SIDE, R_RHO, R_U,
     R_SETTLE, R_DURATION,
 ) = range(17)  # fmt: skip
-RUN_COLUMNS = 17
 # and what is found: time, integral of A, largest A, impacts, the last one; 1 if it stands still.
 O_TIME, O_SUM, O_LARGEST, O_HITS, O_LATEST, O_STALLED = range(6)
 RESULTS = 6

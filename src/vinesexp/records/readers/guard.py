@@ -139,11 +139,6 @@ def ended(life: socket.socket) -> int:
     return -signal.SIGKILL
 
 
-def start_server() -> None:
-    """Start the server beforehand, so that the forks of this process share one."""
-    _running()
-
-
 def _running() -> socket.socket:
     global _server
     with _lock:

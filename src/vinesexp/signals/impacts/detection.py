@@ -127,7 +127,7 @@ def detect_by_template(
     grouped = Grouped(stream, k)
     span = window(stream.sample_rate / k, stream.highpass, duration / k, ringing=settings.ringing)
     # What is weak beside a strong neighbour may be its undershoot or ringing: left for later.
-    neighbour = strongest_neighbour(*guesses.pair, reach=(span[1] - span[0]) * k)
+    neighbour = strongest_neighbour(guesses, reach=(span[1] - span[0]) * k)
     guesses = guesses.keep(guesses.strength >= settings.weak * neighbour)
     shape = Shape(duration=max(1.0, duration / k))
     template = _learnt(grouped, guesses, spikes, span, shape, settings)

@@ -157,17 +157,14 @@ class Guesses:
     index: IntArray
     strength: FloatArray
 
-    @property
-    def pair(self) -> tuple[IntArray, FloatArray]:
-        return self.index, self.strength
-
     def keep(self, chosen: BoolArray) -> Guesses:
         """Those that are chosen."""
         return Guesses(self.index[chosen], self.strength[chosen])
 
 
-def strongest_neighbour(index: IntArray, strength: FloatArray, *, reach: int) -> FloatArray:
+def strongest_neighbour(guesses: Guesses, *, reach: int) -> FloatArray:
     """Strength of the strongest other within `reach` samples; 0 where there is none."""
+    index, strength = guesses.index, guesses.strength
     top = np.zeros(index.size)
     for step in range(1, index.size):
         near = index[step:] - index[:-step] <= reach
@@ -203,7 +200,7 @@ def _alone(
 ) -> list[tuple[Piece, float]]:  # fmt: skip
     """Windows of clear impacts without a neighbour, each with its noise; whole ones preferred."""
     k, first, strength = grouped.k, guesses.index, guesses.strength
-    lone = strongest_neighbour(first, strength, reach=(span[1] - span[0]) * k) == 0.0
+    lone = strongest_neighbour(guesses, reach=(span[1] - span[0]) * k) == 0.0
     inside = (first + span[0] * k > 0) & (first + (span[1] + 1) * k < grouped.stream.n)
     usable = np.flatnonzero(lone & inside & (strength > settings.learn_above))
     order = usable[np.argsort(-strength[usable], kind="stable")]
