@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vinesexp.identification.estimate import Estimate
     from vinesexp.identification.whole_campaign import Identified
     from vinesexp.replay.replay_table import Compared
-    from vinesexp.signals.bands import Bands
+    from vinesexp.signals.filters import Bands
     from vinesexp.signals.impacts.impact_table import Impacts
 
 Row = dict[str, str | float | None]

@@ -8,8 +8,8 @@ import pytest
 from vinesexp import Harmonic, Release
 from vinesexp.errors import ParameterError
 from vinesexp.records.stored.store import open_record, write_refused
-from vinesexp.signals.bands import default_bands
 from vinesexp.signals.condition import condition
+from vinesexp.signals.filters import default_bands
 from vinesexp.signals.means import cycle_amplitudes, fill_gaps
 
 

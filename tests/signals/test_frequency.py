@@ -7,8 +7,8 @@ import pytest
 
 from vinesexp.errors import AnalysisError
 from vinesexp.records.stored.store import create_record, open_record
-from vinesexp.signals.bands import default_bands, dominant_frequency, oscillation_of
 from vinesexp.signals.condition import condition
+from vinesexp.signals.filters import default_bands, dominant_frequency, oscillation_of
 
 
 def decay(rate: float, *, f0: float = 10e3, seconds: float = 0.02, seed: int = 0):

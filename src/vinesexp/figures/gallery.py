@@ -133,11 +133,10 @@ def _relay_legends(figure: Figure) -> int:
 
 def _draw_results(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     from vinesexp.figures.invariant_manifold import draw_manifold
-    from vinesexp.figures.methods import draw_identified
+    from vinesexp.figures.methods import draw_identified, draw_inputs, input_rows
     from vinesexp.figures.over_clearance import draw_clearances
     from vinesexp.figures.regime_strips import draw_regimes
     from vinesexp.figures.single_records import draw_replay, draw_ringdowns
-    from vinesexp.figures.stated_inputs import draw_inputs, input_rows
 
     yield from draw_clearances(results)
     yield from draw_regimes(results)

@@ -13,8 +13,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.identification.average import DISAGREES, weighted_mean
 from vinesexp.identification.least_squares import least_squares
 from vinesexp.settings.stages import Settings
-from vinesexp.signals.bands import default_bands
-from vinesexp.signals.filters import butterworth, zero_phase
+from vinesexp.signals.filters import butterworth, default_bands, zero_phase
 from vinesexp.signals.impacts.candidates import Stream
 from vinesexp.signals.impacts.onsets import detect_onsets
 from vinesexp.units import COVERAGE_95, STANDARD_GRAVITY

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
 
+from vinesexp.figures.methods import named
 from vinesexp.figures.numbers import (
     clearances,
     difference,
@@ -15,7 +16,6 @@ from vinesexp.figures.numbers import (
     plus_minus_brief,
     significant,
 )
-from vinesexp.figures.stated_inputs import named
 from vinesexp.records.campaign.load import Campaign
 from vinesexp.records.stored.tables import Column, Row, Table, ids_of, read_rows
 from vinesexp.theory.regime_definitions import BY_FREQUENCY

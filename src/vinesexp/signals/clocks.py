@@ -25,6 +25,7 @@ from vinesexp.records.stored.store import RECORDERS, RecordView, create_record, 
 from vinesexp.signals.base_motion import sines_of_windows
 from vinesexp.signals.channel_agreement import second_derivative_beside
 from vinesexp.signals.condition import in_step
+from vinesexp.signals.filters import oscillation_of
 from vinesexp.signals.free_from import free_sample
 from vinesexp.signals.means import channel_means, fill_gaps
 
@@ -530,8 +531,6 @@ def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
 
 
 def _frequency(view: RecordView, record: Record) -> float | None:
-    from vinesexp.signals.bands import oscillation_of
-
     if record.frequency:
         return sum(record.frequency) / len(record.frequency)
     return oscillation_of(view)

@@ -35,10 +35,16 @@ from vinesexp.records.stored.store import (
     write_refused,
 )
 from vinesexp.settings.stages import Settings
-from vinesexp.signals.bands import Bands, default_bands, oscillation_of
 from vinesexp.signals.channel_agreement import Agreement, agreement_of
 from vinesexp.signals.clipping import Range, converter_range, read_unstuck
-from vinesexp.signals.filters import butterworth, settling_samples, zero_phase_blocks
+from vinesexp.signals.filters import (
+    Bands,
+    butterworth,
+    default_bands,
+    oscillation_of,
+    settling_samples,
+    zero_phase_blocks,
+)
 from vinesexp.signals.free_from import FREE_FROM, free_sample
 from vinesexp.signals.means import block_means, fill_gaps
 
