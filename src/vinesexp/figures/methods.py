@@ -16,6 +16,7 @@ from vinesexp.results import CampaignResults, Results
 from vinesexp.units import COVERAGE_95
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -195,10 +196,6 @@ def _panel(axis: Axes, rows: Sequence[Row], combined: Row) -> None:
     axis.ticklabel_format(axis="x", useOffset=False)
     axis.set_xlabel(f"from the combined value ({unit})", fontsize=8, labelpad=1)
 
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.figure import Figure
 
 #: Lines of the figure: those that are contradicted first.
 _MOST = 40

@@ -86,6 +86,8 @@ ALLOWED = {
 }
 Balls = tuple[NES, ...]
 
+#: Keys of balls that `NES` has under another name.
+_FIELDS = {"restitution": "r", "restitution_minus": "r_minus", "restitution_slope": "r_slope"}
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 _WALLS = {"wall +1": -1.0, "wall -1": 1.0, "middle": 0.0}
 
@@ -355,20 +357,11 @@ def read_balls(rig: Layers) -> tuple[NES, ...]:
             )
             return ()
 
-    def of(key: str, i: int) -> float | None:
-        found = values[key]
-        return found[i % len(found)] if found else None
-
     return tuple(
         NES(
             m=masses[i % len(masses)],
             b=1.0,
-            r=of("restitution", i) or 0.0,
-            r_minus=of("restitution_minus", i),
-            r_slope=of("restitution_slope", i) or 0.0,
-            friction=of("friction", i) or 0.0,
-            tilt=of("tilt", i) or 0.0,
-            contact_time=of("contact_time", i) or 0.0,
+            **{_FIELDS.get(k, k): found[i % len(found)] for k, found in values.items() if found},
         )
         for i in range(n)
     )

@@ -33,6 +33,9 @@ from vinesexp.records.campaign.schema import SI_UNITS, Campaign, Record
 from vinesexp.records.readers.source import file_of
 from vinesexp.whole_files import partial_path, whole_file
 
+if TYPE_CHECKING:
+    import xarray
+
 CONVENTIONS = "CF-1.11"
 
 #: Attribute: roles of the channels of each file that a record was joined from, `a,b;c`.
@@ -128,10 +131,6 @@ def write_refused(path: Path, reason: str, attributes: Mapping[str, Any] | None 
     with whole_file(Path(path)) as growing, h5py.File(growing, "w", track_order=True) as file:
         stated = {"Conventions": CONVENTIONS, **(attributes or {}), "refused": reason}
         write_attributes(file, stated)
-
-
-if TYPE_CHECKING:
-    import xarray
 
 
 _MEASURED = "as_measured"  # group: samples at their true times, where these are uneven
