@@ -18,7 +18,7 @@ import numpy as np
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.comparison import start_checks
-from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested, _waited
+from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested, waited
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.signals.steady_part import SteadyPart, steady_part
@@ -73,7 +73,7 @@ def _soon(
         "amplitude_start_m": str(amplitude[:3].mean()),
         "steady_from_s": str((skipped + shown.first) / f),
     }
-    test = Tested(b, shown.mean, waited=_waited(row))
+    test = Tested(b, shown.mean, waited=waited(row))
     base = LevelBase(Quantity(1e-3), Quantity(f))
     return bool(start_checks(PeriodicLevel(1e-3, base, (test,)), rig))
 

@@ -8,7 +8,7 @@ from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles, weighed_roles
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.readers.unread import name_of
+from vinesexp.records.readers.unread import known_by_sight
 
 RNG = np.random.default_rng(5)
 T = np.arange(3000) / 30.0
@@ -72,14 +72,14 @@ def test_a_value_that_only_falls_is_no_decay(tmp_path):
 
 
 def test_files_of_other_programs_are_named_with_their_export():
-    assert "FAMOS" in (name_of(b"|CF,2,1,1;|CK,1,3,1,1;") or "")
-    assert "Export" in (name_of(b"PK\x03\x04data", ".cap") or "")
-    assert "catman" in (name_of(b"\x94\x13\x00\x00", ".bin") or "")
+    assert "FAMOS" in (known_by_sight(b"|CF,2,1,1;|CK,1,3,1,1;") or "")
+    assert "Export" in (known_by_sight(b"PK\x03\x04data", ".cap") or "")
+    assert "catman" in (known_by_sight(b"\x94\x13\x00\x00", ".bin") or "")
     for suffix in (".dxd", ".d7d", ".dxz"):
-        assert "DEWESoft: Analysis > Export" in (name_of(b"\x01\x00\x00data", suffix) or "")
-    assert "PSV" in (name_of(b"\xd0\xcf\x11\xe0\x00", ".svd") or "")
-    assert name_of(b"t,x\n0,1\n", ".dxd") is None  # content decides
-    assert "phyphox" in (name_of(b'<?xml version="1.0"?>\n<phyphox version="1.7">') or "")
+        assert "DEWESoft: Analysis > Export" in (known_by_sight(b"\x01\x00\x00data", suffix) or "")
+    assert "PSV" in (known_by_sight(b"\xd0\xcf\x11\xe0\x00", ".svd") or "")
+    assert known_by_sight(b"t,x\n0,1\n", ".dxd") is None  # content decides
+    assert "phyphox" in (known_by_sight(b'<?xml version="1.0"?>\n<phyphox version="1.7">') or "")
 
 
 def test_the_coordinates_of_a_tracked_point_are_one_sensor(tmp_path):
