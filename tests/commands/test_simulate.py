@@ -1,8 +1,6 @@
 """`vinesexp simulate`: a campaign folder that the rest of the package understands."""
 
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -104,14 +102,3 @@ def test_files_that_hold_are_left_alone_and_damaged_ones_made_again(tmp_path, ca
     raw[0].write_bytes(b"")
     assert simulate(*words) == 0
     assert [path.read_bytes() for path in raw] == whole
-
-
-@pytest.mark.long
-def test_two_processes_that_simulate_one_campaign_do_it_once(tmp_path):
-    """The second waits for the first and finds its files."""
-    command = [sys.executable, "-m", "vinesexp.cli", "simulate", TWIN / "scene.yaml",
-               tmp_path / "out", "--group", "drops"]  # fmt: skip
-    runs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    reported = sorted(run.communicate(timeout=300)[0] for run in runs)
-    assert [run.returncode for run in runs] == [0, 0]
-    assert sum("is there already" in text for text in reported) == 1

@@ -1,7 +1,6 @@
 """A tiny campaign, and ways to run and to plan the workflow on it in a folder of its own."""
 
 import contextlib
-import os
 import re
 import shutil
 import subprocess
@@ -13,6 +12,8 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(REPOSITORY))  # for tests.faults, wherever pytest was started
+
+from tests.workflow import forked  # noqa: E402
 
 CAMPAIGN = """\
 title: Tiny
@@ -79,19 +80,13 @@ class Workflow:
     def command(self, *arguments: str) -> list[str]:
         return [sys.executable, "-m", "snakemake", "--cores", "2", *arguments]
 
-    def run(
-        self, *arguments: str, environment: dict[str, str] | None = None
-    ) -> subprocess.CompletedProcess[str]:
+    def start(self, *arguments: str, name: str = "run") -> forked.Run:
+        """Start snakemake here, as a fork of a process that has loaded it."""
+        return forked.start(("--cores", "2", *arguments), self.folder, name=name)
+
+    def run(self, *arguments: str) -> subprocess.CompletedProcess[str]:
         """Run snakemake here; the result carries `returncode`, `stdout` and `stderr`."""
-        return subprocess.run(
-            self.command(*arguments),
-            cwd=self.folder,
-            capture_output=True,
-            text=True,
-            timeout=1200,  # a machine may be busy
-            check=False,
-            env={**os.environ, **(environment or {})},
-        )
+        return self.start(*arguments).ended()
 
     def planned(self, *, cores: int | None = 1, **config: object) -> set[str]:
         """Steps that would run, as `step record`: a dry run in this process, which is quicker.

@@ -1,11 +1,11 @@
 """A large map in parts: the same map as in one piece, and mistakes in one line."""
 
-import subprocess
-import sys
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import numpy as np
 import pytest
+from tests.workflow import forked
 
 from vinesexp.cli import main
 from vinesexp.maps.response_map import read_map
@@ -29,12 +29,9 @@ options:
 """
 
 
-def run(folder: Path, *more: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "snakemake", "-s", str(REPOSITORY / "workflow" / "map.smk"),
-         "-c1", "--workflow-profile", "none", *more],
-        cwd=folder, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+def run(folder: Path, *more: str) -> CompletedProcess[str]:
+    smk = str(REPOSITORY / "workflow" / "map.smk")
+    return forked.start(("-s", smk, "-c1", "--workflow-profile", "none", *more), folder).ended()
 
 
 @pytest.mark.slow

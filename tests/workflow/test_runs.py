@@ -2,20 +2,16 @@
 
 import csv
 import os
-import re
 import shutil
-import signal
 import subprocess
+import sys
 import time
 import zipfile
 from pathlib import Path
 
 import pytest
-from tests.faults.project import contents, differences
 
-from vinesexp.errors import RecordError
 from vinesexp.records.stored.store import open_record
-from vinesexp.results import open_results
 from vinesexp.whole_files import partial_path
 
 pytestmark = pytest.mark.workflow
@@ -138,55 +134,26 @@ def test_a_killed_run_resumes_beside_another_and_ends_with_the_same_bytes(one_ru
     log = finished.folder / "results/tiny/logs/ingest/bare.log"
     log.unlink()
     wanted = "results/tiny/conditioned/bare.nc"
-    killed = subprocess.Popen(
-        finished.command("--config", "campaign=data/tiny", "--", wanted),
-        cwd=finished.folder,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
+    killed = finished.start("--config", "campaign=data/tiny", "--", wanted)
     for _ in range(600):
         if log.exists():  # its first job is at work
             break
         time.sleep(0.05)
-    os.killpg(killed.pid, signal.SIGKILL)
-    killed.wait()
+    killed.kill()
     partial_path(records / "bare.nc").write_bytes(b"what a killed step leaves")
 
     elsewhere = "results/elsewhere/records/bare.nc"
-    side = subprocess.Popen(
-        finished.command(
-            "--config", "campaign=data/tiny", "results=results/elsewhere", "--", elsewhere
-        ),
-        cwd=finished.folder,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    config = ("--config", "campaign=data/tiny", "results=results/elsewhere")
+    side = finished.start(*config, "--", elsewhere, name="side")
     resumed = finished.run("--config", "campaign=data/tiny", "--", wanted)
-    _, errors = side.communicate(timeout=300)
+    beside = side.ended()
     assert resumed.returncode == 0, resumed.stderr
-    assert side.returncode == 0, errors
+    assert beside.returncode == 0, beside.stderr
     for name in ("records/bare.nc", "conditioned/bare.nc"):
         fresh = (one_run.folder / "results/tiny" / name).read_bytes()
         assert (finished.folder / "results/tiny" / name).read_bytes() == fresh, name
     assert not list(records.glob(".*"))
     assert (finished.folder / elsewhere).read_bytes() == (records / "bare.nc").read_bytes()
-
-
-@pytest.mark.long
-def test_channels_go_when_nothing_needs_them_any_more_and_the_rest_is_the_same(one_run, finished):
-    results = finished.folder / "results/tiny"
-    for name in ("records/bare.nc", "conditioned/bare.nc", "impacts/bare.csv"):
-        (results / name).unlink()
-    config = ("--config", "campaign=data/tiny", "keep=final")
-    done = finished.run(*config)
-    assert done.returncode == 0, done.stderr
-    assert not list(results.glob("*/bare.nc"))
-    other = differences(contents(finished), contents(one_run))
-    assert all(name.endswith(".nc") for name in other), other
-    again = finished.run(*config)
-    assert "up to date" in again.stderr
-    with pytest.raises(RecordError, match="keep=final"):
-        open_results(results).record("bare")
 
 
 @pytest.mark.long
@@ -197,15 +164,19 @@ def test_editing_code_runs_what_uses_it_and_no_more(finished):
     shutil.copytree(finished.repository / "src", package, ignore=ignore)
 
     def planned():
-        look = finished.run(
-            "-n", "--config", "campaign=data/tiny", environment={"PYTHONPATH": str(package)}
+        found = subprocess.run(
+            [sys.executable, "-c", WHAT_RUNS],
+            cwd=finished.folder,
+            env={**os.environ, "PYTHONPATH": str(package)},
+            capture_output=True,
+            text=True,
+            check=True,
         )
-        assert look.returncode == 0, look.stderr
-        return set(re.findall(r"^  (\w+)[ :]", look.stderr, re.MULTILINE))
+        return set(found.stdout.split())
 
     with (package / "vinesexp/report/error_bars.csv").open("a") as stream:
         stream.write("\n")
-    assert planned() == {"pages", "report"}  # record pages come from the templates of report/ too
+    assert planned() == {"pages", "report", "bundle"}  # pages come from templates of report/ too
     with (package / "vinesexp/identification/ringdown.py").open("a") as stream:
         stream.write("\n# edited\n")
     edited = planned()
@@ -213,31 +184,31 @@ def test_editing_code_runs_what_uses_it_and_no_more(finished):
     assert not {"ingest", "condition", "impacts"} & edited
 
 
+WHAT_RUNS = """\
+from pathlib import Path
+from types import SimpleNamespace
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.steps import Study
+from vinesexp.workflow import Planner
+
+look = SimpleNamespace(executor_plugin=None, dag_settings=None)
+study = Study(load_campaign(Path("data/tiny")), ResultPaths(Path("results/tiny")))
+print(*(step for step, why in Planner(look, study, batches=1).outdated.items() if why))
+"""
+
+
 @pytest.mark.long
-def test_two_runs_at_once_simulate_once_and_come_to_the_same_results(workflow):
-    """Up to the step that reads what was simulated."""
+def test_a_simulated_campaign_is_made_group_by_group_as_far_as_is_asked_for(workflow):
     campaign = workflow.folder / "data/made"
     campaign.mkdir(parents=True)
     for name, text in SIMULATED.items():
         (campaign / name).write_text(text, encoding="utf-8")
-    made = ("--config", "campaign=data/made")
-    runs = [
-        subprocess.Popen(
-            workflow.command(*made, f"results={results}", "--until", "ingest"),
-            cwd=workflow.folder,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        for results in ("one", "other")
-    ]
-    said = [run.communicate(timeout=1200)[1] for run in runs]
-    assert [run.returncode for run in runs] == [0, 0], said
-    one, other = (workflow.folder / name for name in ("one", "other"))
-    for id in ("bare", "light"):
-        name = f"records/{id}.nc"
-        assert (one / name).read_bytes() == (other / name).read_bytes()
-        assert open_record(one / name).n == 8000
-    assert not (one / "conditioned").exists()
+    run = workflow.run("--config", "campaign=data/made", "--until", "ingest")
+    assert run.returncode == 0, run.stderr
+    results = workflow.folder / "results/made"
+    assert {open_record(results / f"records/{id}.nc").n for id in ("bare", "light")} == {8000}
+    assert not (results / "conditioned").exists()
     assert {path.stem for path in (campaign / "raw").iterdir()} == {"bare", "light"}, "every group"
 
 
