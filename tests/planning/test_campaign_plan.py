@@ -9,7 +9,8 @@ import pytest
 from vinesexp.clearance.curves import amplitude_curve
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.cli import main
-from vinesexp.planning.campaign_plan import plan_levels, scatter_of
+from vinesexp.commands.plan import _needs_lines
+from vinesexp.planning.campaign_plan import Needs, plan_levels, scatter_of
 from vinesexp.planning.expected_valley import expected_valley
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.stored.checks import write_checks
@@ -168,3 +169,12 @@ def test_a_rig_without_such_an_orbit_has_no_valley():
     values = VALUES | {"r": 1.0, "c1": 0.0, "m": 0.032}  # nothing takes energy: no orbit attracts
     rig = IdentifiedRig({name: Quantity(value) for name, value in values.items()})
     assert expected_valley(rig, G=Quantity(1e-3), frequency=7.862, draws=2) is None
+
+
+def test_a_small_fast_rig_is_not_told_to_wait_no_time():
+    """A rig of kilohertz: milliseconds and small impacts, where whole numbers would be 0."""
+    needs = Needs(0.034, 0.4, 2e-5, 0.3, clipped=0, sure=9, impacts=10, ring_downs=None, added=0.0)
+    words = "\n".join(_needs_lines(needs))
+    assert "wait 0.034 s after switching on, then record 0.4 s" in words
+    assert "a range of +-0.39 m/s^2" in words
+    assert not re.search(r"(?<![\d.])0(?![\d.])(?! of)", words)

@@ -12,6 +12,7 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.commands.options import add_force, add_values, refuse_existing, writing
 from vinesexp.design.inputs import EXCITATION, RIG, gather
 from vinesexp.errors import ParameterError, VinesexpError
+from vinesexp.figures.numbers import rounded
 from vinesexp.planning.campaign_plan import LevelPlan, Needs, needs_of, plan_levels
 from vinesexp.planning.expected_valley import Valley
 from vinesexp.planning.planned_tests import (
@@ -179,7 +180,8 @@ def _needs_lines(needs: Needs) -> list[str]:
     lines = ["Records and instruments"]
     if needs.settle is not None and needs.record is not None:
         lines.append(
-            f"  wait {needs.settle:.0f} s after switching on, then record {needs.record:.0f} s"
+            f"  wait {rounded(needs.settle)} s after switching on, then record "
+            f"{rounded(needs.record)} s"
         )
     if needs.swing:
         lines.append(
@@ -187,8 +189,8 @@ def _needs_lines(needs: Needs) -> list[str]:
         )
     if needs.acceleration is not None:
         lines.append(
-            f"  acceleration: a range of +-{1.3 * needs.acceleration:.0f} m/s^2 (largest impact x "
-            f"1.3); {needs.clipped} of {needs.impacts} impacts saturated"
+            f"  acceleration: a range of +-{rounded(1.3 * needs.acceleration)} m/s^2 (largest "
+            f"impact x 1.3); {needs.clipped} of {needs.impacts} impacts saturated"
         )
     if needs.impacts:
         share = 100.0 * needs.sure / needs.impacts

@@ -106,6 +106,17 @@ def plus_minus_brief(value: float, std_error: float, unit: str = "") -> str:
     return _written(value, max(round(half / least), 1) * least, unit, digits=1)
 
 
+def rounded(value: float) -> str:
+    """A number to go by, such as a time to wait: whole from ten on, below to two digits.
+
+    Examples
+    --------
+    >>> rounded(0.0341), rounded(6.23), rounded(123.4)
+    ('0.034', '6.2', '123')
+    """
+    return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"
+
+
 def millimetres(value: float | None) -> str:
     """A length of a table, mm, to three digits; a dash where there is none.
 

@@ -20,6 +20,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from vinesexp.errors import VinesexpError
+from vinesexp.figures.numbers import rounded
 from vinesexp.live.session import EDITABLE, ChangedMeanwhileError, Seen, Session
 from vinesexp.records.campaign.missing_cells import asked_in
 from vinesexp.records.campaign.records_xlsx import head_of
@@ -111,7 +112,7 @@ def _is_short(seen: Seen, record: Record | None, wanted: float | None) -> str:
     length = seen.view.length
     if length is None or length >= 0.5 * wanted:
         return ""
-    return f"recorded for {length:.3g} s: this rig needs {wanted:.0f} s for a certain mean"
+    return f"recorded for {length:.3g} s: this rig needs {rounded(wanted)} s for a certain mean"
 
 
 def _counted(session: Session, records: list[Record]) -> str:

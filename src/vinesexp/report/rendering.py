@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vinesexp.figures.numbers import significant
+from vinesexp.figures.numbers import rounded, significant
 from vinesexp.figures.style import Drawn
 
 if TYPE_CHECKING:
@@ -91,8 +91,8 @@ def rendered(package: str, template: str, content: dict[str, Any]) -> str:
     package : str
         It has a folder ``templates``.
     template : str
-        Values are escaped; the filters are ``significant`` and ``symbols``. A name that the
-        template uses and `content` lacks is an error, never an empty place on the page.
+        Values are escaped; the filters are ``rounded``, ``significant`` and ``symbols``. A name
+        that the template uses and `content` lacks is an error, never an empty place on the page.
     content : dict
     """
     return environment(package).get_template(template).render(**content)
@@ -110,7 +110,7 @@ def environment(package: str) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters.update(significant=significant, symbols=symbols)
+    found.filters.update(rounded=rounded, significant=significant, symbols=symbols)
     return found
 
 
