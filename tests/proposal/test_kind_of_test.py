@@ -330,6 +330,14 @@ def test_columns_without_a_vibration_are_not_said_to_lack_a_setup(tmp_path):
     assert "no vibration was recognised" in why
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("n", [8, 20, 33, 60])
+def test_a_record_of_few_rows_is_described(n, tmp_path):
+    t = np.arange(n) / 4.0
+    table(tmp_path / "a.csv", "t,angle", t, decay(t, 0.5, 0.02))
+    assert described(tmp_path / "a.csv")[0] in (OPEN, "ringdown")
+
+
 def test_what_falls_and_is_loud_again_is_no_decay(tmp_path):
     # Speech: one pitch in words that come and go, and less of it at the end.
     t = np.arange(8000) / 4000.0

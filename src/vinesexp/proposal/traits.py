@@ -150,8 +150,8 @@ def common_frequency(file: FileView) -> float:
 
 
 def envelope(values: FloatArray, pieces: int = 24) -> FloatArray:
-    """Rms of equal pieces of a signal about its mean."""
-    x = values - values.mean()
+    """Rms of equal pieces of a signal about its mean; of every sample where there are fewer."""
+    x, pieces = values - values.mean(), min(pieces, len(values))
     return np.array([float(np.sqrt(np.mean(part**2))) for part in np.array_split(x, pieces)])
 
 
