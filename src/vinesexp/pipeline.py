@@ -137,16 +137,21 @@ def analyse_campaign(campaign: Campaign, *, paths: ResultPaths) -> CampaignResul
 def ingest_record(
     campaign: Campaign, record: Record, *, paths: ResultPaths, strict: bool = False
 ) -> list[Check]:
-    """Instrument file to calibrated channels, SI, on a uniform time axis; nothing is filtered."""
+    """Instrument file to calibrated channels, SI, on a uniform time axis, without mains hum.
+
+    Nothing is filtered.
+    """
     from vinesexp.records.instrument.ingest import ingest, ingest_or_refuse
     from vinesexp.records.stored.checks import write_checks
     from vinesexp.signals.clocks import MENDED, mend_clocks
+    from vinesexp.signals.hum import remove_hum
 
     campaign, record = _seen(campaign, record, step="ingest")
     step = ingest if strict else ingest_or_refuse
     checks = step(campaign, record, paths.record(record.id))
     if record.test in MENDED:
         checks += mend_clocks(paths.record(record.id), record, driven=record.test == "periodic")
+        checks += remove_hum(paths.record(record.id), record)
     write_checks(paths.ingest_checks(record.id), checks)
     return checks
 

@@ -1,0 +1,190 @@
+"""Mains hum: steady lines at the grid's frequency and its multiples, taken out of a stored record.
+
+On the displacement it is read as a place and a velocity of the mass at each impact: 0.1 mm of 60 Hz
+on the laser of a mass that moves by 6 mm made r 0.997 of 0.600, and M a fifth. A line is hum where
+it lies at 50 or 60 Hz, or a multiple, is as strong at the end as at the beginning, stands alone
+among the lines around it, and is no multiple of the motion itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vinesexp.arrays import FloatArray
+from vinesexp.records.campaign.schema import Record
+from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.store import RecordView, create_record, open_record
+from vinesexp.signals.bands import oscillation_of
+from vinesexp.signals.condition import in_step
+from vinesexp.signals.means import channel_means
+
+_GRIDS, _MULTIPLES, _WANDERS = (50.0, 60.0), 7, 0.008  # Hz; relative
+_POINTS = 4000.0  # means a second at least
+_SHORTEST = 3.0  # s
+_OWN = 3  # lines of a spectrum on either side of a peak that are its own
+_AROUND = 3.0  # Hz on either side in which it stands alone
+_ALONE = 6.0  # times the strongest of these
+_AS_STRONG = 0.3  # by which the two halves of a record may differ, relative
+_APART = 0.2  # of the oscillation: nearer to it nothing is hum
+_LOUD = 0.005  # of a channel's own strength: a weaker one is no warning
+_SEEN = 1 << 18  # samples read at once
+_UNITS = {
+    "displacement": ("mm", 1e3), "velocity": ("mm/s", 1e3), "acceleration": ("m/s^2", 1.0),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Hum:
+    """A steady line: frequency (Hz), size (of the channel) and phase (rad) at the first sample."""
+
+    frequency: float
+    size: float
+    phase: float
+
+    def at(self, t: FloatArray) -> FloatArray:
+        """Its values at times t, s from the first sample."""
+        return np.asarray(self.size * np.cos(2.0 * math.pi * self.frequency * t + self.phase))
+
+
+def hum_in(x: FloatArray, step: float, *, frequency: float) -> list[Hum]:
+    """Lines of mains hum in a channel.
+
+    Parameters
+    ----------
+    x : array (n,)
+        Samples, `step` s apart.
+    frequency : float
+        Of the oscillation, Hz: its multiples are the motion's own.
+
+    Examples
+    --------
+    >>> t = np.arange(40000) / 4000.0
+    >>> x = 5e-3 * np.cos(49.4 * t) + 1e-4 * np.cos(2 * np.pi * 50.03 * t + 0.4)
+    >>> (line,) = hum_in(x, 1 / 4000.0, frequency=7.862)
+    >>> round(line.frequency, 2), round(line.size, 6), round(line.phase, 2)
+    (50.03, 0.0001, 0.4)
+    """
+    seconds = x.size * step
+    if seconds < _SHORTEST:
+        return []
+    x = x - x.mean()
+    lines = np.abs(np.fft.rfft(x * np.hanning(x.size)))
+    f = np.arange(lines.size) / seconds
+    # What belongs to the motion: its multiples, each as wide as a peak.
+    order = f / frequency
+    of_motion = np.abs(order - np.rint(order)) * frequency * seconds < _OWN
+    found = []
+    for line in (grid * n for grid in _GRIDS for n in range(1, _MULTIPLES)):
+        band = np.abs(f - line) < _WANDERS * line
+        if line > 0.4 / step or not band.any():
+            continue
+        peak = int(np.flatnonzero(band)[np.argmax(lines[band])])
+        beside = (np.abs(f - f[peak]) < _AROUND) & ~of_motion
+        beside[peak - _OWN : peak + _OWN + 1] = False
+        alone = lines[peak] > _ALONE * float(lines[beside].max(initial=0.0))
+        if alone and not of_motion[peak] and abs(f[peak] / frequency - 1.0) > _APART:
+            hum = _steady(x, step, float(f[peak]))
+            found += [] if hum is None else [hum]
+    return found
+
+
+def _steady(x: FloatArray, step: float, near: float) -> Hum | None:
+    """The line at a frequency; None where one half of the record has less of it."""
+    half = x.size // 2
+    t = step * np.arange(x.size)
+
+    def strength(part: slice, at: float) -> complex:
+        window = np.hanning(len(range(*part.indices(x.size))) + 2)[1:-1]
+        turn = np.exp(-2j * math.pi * at * t[part])
+        return complex(2.0 * (window * x[part]) @ turn / window.sum())
+
+    first, second = slice(0, half), slice(x.size - half, x.size)
+    f = near
+    for _ in range(2):  # the phase turns from half to half by what the frequency is off
+        turned = np.angle(strength(second, f) * np.conj(strength(first, f)))
+        f += float(turned) / (2.0 * math.pi * (x.size - half) * step)
+    one, other = abs(strength(first, f)), abs(strength(second, f))
+    if abs(one - other) > _AS_STRONG * max(one, other):
+        return None
+    whole = strength(slice(0, x.size), f)
+    return Hum(f, abs(whole), math.atan2(whole.imag, whole.real))
+
+
+def remove_hum(path: Path, record: Record) -> list[Check]:
+    """Take the hum out of a stored record: the file is written anew where there is some.
+
+    Parameters
+    ----------
+    path : Path
+        records/<id>.nc.
+    record : Record
+        Its row: id and frequency.
+
+    Returns
+    -------
+    list of Check
+        One for each channel with hum; a warning where it is more than a two-hundredth of the
+        channel.
+    """
+    with open_record(path) as view:
+        if view.refused is not None or any(view.as_measured(role) for role in view.roles):
+            return []
+        frequency = (
+            sum(record.frequency) / len(record.frequency)
+            if record.frequency
+            else oscillation_of(view)
+        )
+        if not frequency:
+            return []
+        k = max(1, int(view.sample_rate / _POINTS))
+        found, checks = {}, []
+        for role in view.roles:
+            x = channel_means(view, role, k)
+            hums = hum_in(x, k / view.sample_rate, frequency=frequency)
+            if hums:
+                found[role] = [_of_samples(one, k, view.sample_rate) for one in hums]
+                checks.append(_said(record.id, view, role, found[role], float(x.std())))
+        if found:
+            _without(path, view, found)
+    return checks
+
+
+def _of_samples(hum: Hum, k: int, rate: float) -> Hum:
+    """A line of means over k samples as it is in the samples themselves."""
+    w = 2.0 * math.pi * hum.frequency / rate
+    shrunk = math.sin(0.5 * k * w) / (k * math.sin(0.5 * w))
+    return Hum(hum.frequency, hum.size / shrunk, hum.phase - 0.5 * (k - 1) * w)
+
+
+def _said(id: str, view: RecordView, role: str, hums: list[Hum], strength: float) -> Check:
+    unit, factor = _UNITS[view.quantity(role)]
+    lines = ", ".join(f"{factor * one.size:.2g} {unit} at {one.frequency:.2f} Hz" for one in hums)
+    loud = max(one.size for one in hums) > _LOUD * math.sqrt(2.0) * strength
+    detail = f"{role}: mains hum of {lines} is taken out"
+    if loud:
+        detail += "; look at the grounding and the shield of this channel"
+    return Check(id, "hum", "warning" if loud else "ok", detail)
+
+
+def _without(path: Path, view: RecordView, found: Mapping[str, list[Hum]]) -> None:
+    """Write the record anew without these lines."""
+
+    def blocks(role: str) -> Iterator[FloatArray]:
+        for first in range(0, view.n, _SEEN):
+            x = view.read(role, first, first + _SEEN)
+            t = np.arange(first, first + x.size) / view.sample_rate
+            yield x - sum((one.at(t) for one in found.get(role, [])), np.zeros(x.size))
+
+    with create_record(
+        path, sample_rate=view.sample_rate, start=view.start,
+        quantities={role: view.quantity(role) for role in view.roles},
+        attributes={k: v for k, v in view.attributes.items()
+                    if k not in ("Conventions", "sample_rate_hz", "start_s")},
+    ) as writer:  # fmt: skip
+        for block in in_step({role: blocks(role) for role in view.roles}, _SEEN):
+            writer.append(block)
