@@ -19,8 +19,8 @@ from vinesexp.arrays import FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RecordView, create_record, open_record
-from vinesexp.signals.bands import oscillation_of
 from vinesexp.signals.condition import in_step
+from vinesexp.signals.filters import oscillation_of
 from vinesexp.signals.means import channel_means
 
 _GRIDS, _MULTIPLES, _WANDERS = (50.0, 60.0), 7, 0.008  # Hz; relative
