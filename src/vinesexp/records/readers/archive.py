@@ -8,11 +8,10 @@ from __future__ import annotations
 import shutil
 import zipfile
 from pathlib import Path, PurePosixPath
-from typing import IO
 
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.source import file_aside, file_of, part_of
-from vinesexp.records.readers.text import TextSource
+from vinesexp.records.readers.text import AsideSource
 from vinesexp.records.readers.unread import unreadable
 
 NAME = "zip of CSVs"
@@ -38,15 +37,15 @@ def open_file(path: Path) -> ZippedText:
                 raise RecordError(
                     f"'{chosen.filename}' unpacks to {chosen.file_size} bytes", file=path
                 )
-            kept, text = file_aside()
+            aside, text = file_aside()
             with archive.open(chosen) as stream:
-                shutil.copyfileobj(stream, kept)
-            kept.flush()
+                shutil.copyfileobj(stream, aside)
+            aside.flush()  # a full disk shows here
     except RecordError:
         raise
     except Exception as error:  # whatever the broken bytes lead to
         raise unreadable("a zip archive", error, path) from None
-    source = ZippedText(path, kept, text)
+    source = ZippedText(path, aside, text)
     if len(parts) > 1:
         source.parts = tuple(parts)
         source.format = f"'{chosen.filename}' of a zip of {len(parts)} CSVs"
@@ -82,18 +81,10 @@ def _wanted(parts: dict[str, str], path: Path) -> str:
     raise RecordError(f"no file '{part}' in the archive; there are {names}", file=path)
 
 
-class ZippedText(TextSource):
-    """A text file of an archive. The interface is `readers.source.Source`."""
+class ZippedText(AsideSource):
+    """A text file of an archive."""
 
     format = "zip of one CSV"
-
-    def __init__(self, path: Path, kept: IO[bytes], text: Path) -> None:
-        self._kept = kept
-        try:
-            super().__init__(text)
-        except RecordError as error:
-            raise RecordError(error.problem, file=path, where=error.where) from None
-        self._read_from, self.path = self.path, path
 
 
 def _is_record(name: str) -> bool:

@@ -15,10 +15,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
-from vinesexp.records.readers.source import BLOCK_ROWS, file_aside, file_of, part_of
-from vinesexp.records.readers.text import TextSource
+from vinesexp.records.readers.source import file_aside, file_of, part_of
+from vinesexp.records.readers.text import AsideSource
 from vinesexp.records.readers.unread import need, unreadable
 
 NAME = "Excel (.xlsx, .xls)"
@@ -69,42 +68,28 @@ class _Sheet:
     rows: Callable[[], Iterable[Iterable[Any]]]
 
 
-class SheetSource(TextSource):
-    """One sheet of a workbook. The interface is `readers.source.Source`."""
+class SheetSource(AsideSource):
+    """One sheet of a workbook."""
+
+    format = "Excel"
 
     def __init__(self, path: Path, sheet: str, rows: Iterable[Iterable[Any]]) -> None:
-        self.format = "Excel"
-        self._text, text = file_aside()
+        self._sheet = sheet
+        aside, text = file_aside()
         try:
             for row in rows:
-                self._text.write(f"{_line(row)}\n".encode())
+                aside.write(f"{_line(row)}\n".encode())
         except Exception as error:
             raise unreadable("an Excel workbook", error, path) from None
-        self._text.flush()
-        try:
-            super().__init__(text)
-        except RecordError as error:
-            raise self._meant(error, path, sheet) from None
-        self._sheet = sheet
-        self._workbook = path
-        self._read_from, self.path = self.path, path
+        super().__init__(path, aside, text)
 
-    def blocks(self, columns: Any, rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
-        """Blocks of the given columns; see `Source.blocks`."""
-        try:
-            yield from super().blocks(columns, rows)
-        except RecordError as error:
-            raise self._meant(error, self._workbook, self._sheet) from None
-
-    def locate(self, row: int) -> str:
+    def _placed(self, where: str) -> str:
         """``"row 12"`` of the sheet."""
-        return super().locate(row).replace("line", "row")
+        return where.replace("line", "row")
 
-    @staticmethod
-    def _meant(error: RecordError, path: Path, sheet: str) -> RecordError:
-        where = (error.where or "").replace("line", "row")
-        place = f"sheet '{sheet}'" + (f", {where}" if where else "")
-        return RecordError(error.problem.replace("line ", "row "), file=path, where=place)
+    def _meant(self, error: RecordError) -> RecordError:
+        place = ", ".join(filter(None, (f"sheet '{self._sheet}'", self._placed(error.where or ""))))
+        return RecordError(error.problem.replace("line ", "row "), file=self._from, where=place)
 
 
 def _xlsx(openpyxl: Any, path: Path) -> list[_Sheet]:

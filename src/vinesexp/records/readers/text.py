@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -415,24 +416,17 @@ class TextSource(Source):
         self.columns = tuple(columns)
 
 
-class BlockSource(TextSource):
-    """One of several blocks of a text file, the first where none is named."""
+class AsideSource(TextSource):
+    """Text that a reader laid aside (`file_aside`); what is said of it names where it is from."""
 
-    def __init__(self, path: Path, layout: Layout, blocks: Sequence[Block]) -> None:
-        file = file_of(path)
-        block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
-        self._text, text = file_aside()
-        self._text.writelines(line.encode() for line in lines_of_block(file, layout, block))
-        self._text.flush()
-        self._whole = path
-        self._shift = 0
+    def __init__(self, path: Path, aside: IO[bytes], text: Path) -> None:
+        aside.flush()
+        self._aside, self._from = aside, path  # what is aside is gone when it is closed
         try:
             super().__init__(text)
         except RecordError as error:
             raise self._meant(error) from None
-        self._shift = block.first - self.layout.first
         self._read_from, self.path = self.path, path
-        self.parts = tuple(str(k + 1) for k in range(len(blocks)))
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`."""
@@ -442,15 +436,34 @@ class BlockSource(TextSource):
             raise self._meant(error) from None
 
     def locate(self, row: int) -> str:
-        """``"line 120"`` of the whole file."""
-        return self._shifted(super().locate(row))
+        """Where row `row` stands in what the text is from."""
+        return self._placed(super().locate(row))
 
-    def _shifted(self, where: str) -> str:
-        return re.sub(r"(?<=line )\d+", lambda found: str(int(found[0]) + self._shift), where)
+    def _placed(self, where: str) -> str:
+        """A place in the text as one in what it is from."""
+        return where
 
     def _meant(self, error: RecordError) -> RecordError:
-        where = self._shifted(error.where) if error.where else None
-        return RecordError(error.problem, file=self._whole, where=where)
+        where = self._placed(error.where) if error.where else None
+        return RecordError(error.problem, file=self._from, where=where)
+
+
+class BlockSource(AsideSource):
+    """One of several blocks of a text file, the first where none is named."""
+
+    def __init__(self, path: Path, layout: Layout, blocks: Sequence[Block]) -> None:
+        file = file_of(path)
+        block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
+        aside, text = file_aside()
+        aside.writelines(line.encode() for line in lines_of_block(file, layout, block))
+        self._shift = 0
+        super().__init__(path, aside, text)
+        self._shift = block.first - self.layout.first
+        self.parts = tuple(str(k + 1) for k in range(len(blocks)))
+
+    def _placed(self, where: str) -> str:
+        """``"line 120"`` of the whole file."""
+        return re.sub(r"(?<=line )\d+", lambda found: str(int(found[0]) + self._shift), where)
 
 
 @dataclass(frozen=True)
