@@ -115,6 +115,7 @@ def _next_day(bench: Path, session: Session, *, monkey_analysis: object) -> None
     second = Session(bench, session.results, quiet=0.2)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("vinesexp.pipeline.analyse_record", monkey_analysis)
+        patch.setattr(second, "_begin_background", lambda: None)  # processes as on the first day
         second.begin()
         second.settle()
     second.stop()
@@ -123,7 +124,10 @@ def _next_day(bench: Path, session: Session, *, monkey_analysis: object) -> None
 
 
 @pytest.mark.long
-def test_a_file_renamed_after_it_was_taken_keeps_its_row(bench, session, texts):
+def test_a_file_renamed_keeps_its_row_and_one_taken_away_is_said_at_once(
+    bench, session, texts, monkeypatch
+):
+    monkeypatch.setattr(session, "_begin_background", lambda: None)  # nothing of all records
     raw = bench / "raw"
     (raw / "ring_1.csv").write_text(texts["ring_1.csv"])
     session.begin()
@@ -132,87 +136,14 @@ def test_a_file_renamed_after_it_was_taken_keeps_its_row(bench, session, texts):
     session.settle()
     assert rows(bench)["ring_1"]["file"] == "raw/decay one.csv"
     assert session.seen["ring_1"].view.verdict in ("good", "look")
-
-
-@pytest.mark.long
-def test_a_file_taken_away_is_said_at_once(bench, session, texts):
-    raw = bench / "raw"
-    (raw / "ring_1.csv").write_text(texts["ring_1.csv"])
-    session.begin()
-    session.settle()
-    shutil.copy(raw / "ring_1.csv", raw / "again.csv")
+    shutil.copy(raw / "decay one.csv", raw / "again.csv")
     session.settle()
     assert "raw/again.csv" in session.status.remarks
     (raw / "again.csv").unlink()
-    (raw / "ring_1.csv").unlink()
+    (raw / "decay one.csv").unlink()
     session.settle()
     assert "raw/again.csv" not in session.status.remarks
     assert session.seen["ring_1"].view.verdict == "cannot be used"
-
-
-@pytest.mark.long
-def test_one_file_cut_and_one_copied_twice(bench, session, texts):
-    """Each record counts once, and a file that is completed later has the row of all of it."""
-    raw, whole = bench / "raw", texts["s_b32.csv"]
-    cut = whole.index("\n2.6665,") + 12  # within a line
-    for name, text in (
-        ("ring_1.csv", texts["ring_1.csv"]),
-        ("ring_1 - Copy.csv", texts["ring_1.csv"]),
-        ("s_b32.csv", whole[:cut]),
-        ("s_b30.csv", texts["s_b30.csv"][:500]),  # in which no test can be seen
-        ("ring_2_400g.csv", texts["ring_2_400g.csv"][:40]),  # nor a number
-    ):
-        (raw / name).write_text(text)
-    session.begin()
-    session.settle()
-    (raw / "zz ring_1.csv").write_text(texts["ring_1.csv"])
-    session.settle()
-    assert set(rows(bench)) == {"ring_1", "s_b32", "s_b30"}
-    remarks = session.status.remarks
-    for copy in ("raw/ring_1 - Copy.csv", "raw/zz ring_1.csv"):
-        assert remarks[copy] == "has the same content as ring_1.csv; left out"
-    assert "no line of numbers found" in remarks["raw/ring_2_400g.csv"]
-    assert rows(bench)["s_b30"]["exclude"] == "yes"
-    seen = session.seen["s_b32"].view
-    assert seen.length == pytest.approx(2.6665)  # s
-    assert (seen.verdict, len(seen.words)) == ("look", 1)
-    assert "1 row at the end left out" in seen.words[0]
-    found = session.paths.identified.read_text()
-    assert "ring_1" in found
-    assert "Copy" not in found
-    # Copied anew, whole.
-    for name in ("s_b32", "s_b30", "ring_2_400g"):
-        (raw / f"{name}.csv").write_text(texts[f"{name}.csv"])
-    session.settle()
-    table = rows(bench)
-    assert set(table) == {"ring_1", "s_b32", "s_b30", "ring_2_400g"}
-    assert table["s_b30"]["test"] == "periodic"
-    assert table["s_b30"]["clearance_mm"] == "30"
-    assert table["s_b30"]["exclude"] == ""
-    assert {id: one.view.verdict for id, one in session.seen.items()} == dict.fromkeys(
-        table, "good"
-    )
-    assert session.seen["s_b32"].view.length == pytest.approx(4.0)
-    assert set(remarks) == {"raw/ring_1 - Copy.csv", "raw/zz ring_1.csv"}
-    # A copy that stays where the first file is deleted is the record.
-    (raw / "ring_1.csv").unlink()
-    session.settle()
-    assert rows(bench)["ring_1"]["file"] in ("raw/ring_1 - Copy.csv", "raw/zz ring_1.csv")
-    assert len(rows(bench)) == 4
-    assert session.seen["ring_1"].view.verdict == "good"
-
-
-@pytest.mark.long
-def test_a_row_that_a_person_changed_is_not_proposed_anew(bench, session, texts):
-    whole = texts["s_b30.csv"]
-    (bench / "raw/s_b30.csv").write_text(whole[:500])
-    session.begin()
-    session.settle()
-    session.correct("s_b30", {"note": "mine"}, {"note": rows(bench)["s_b30"]["note"]})
-    before = rows(bench)
-    (bench / "raw/s_b30.csv").write_text(whole)
-    session.settle()
-    assert rows(bench) == before
 
 
 def test_a_row_more_is_read_and_looked_at_alone(bench, session, monkeypatch):
