@@ -222,7 +222,12 @@ def test_an_added_mass_that_is_wrong_by_10_g_is_seen():
     loaded = Loaded(["a", "b", "c"], stated, (M + true) / k1, np.full(3, 0.001), M, k1)
     assert loaded.off == pytest.approx([0.0, 0.0, -0.010], abs=1e-12)
     residuals = added_mass_line(loaded, title="M = 4.7 kg").axes[1]
-    drawn = sorted(float(bar.lines[0].get_ydata()[0]) for bar in residuals.containers)
-    assert drawn == pytest.approx([-10.0, 0.0, 0.0], abs=1e-9)
+    points = [line for line in residuals.lines if line.get_url()]
+    assert sorted(float(point.get_ydata()[0]) for point in points) == pytest.approx(
+        [-10.0, 0.0, 0.0], abs=1e-9
+    )
+    (bars,) = residuals.containers
+    lengths = [float(np.ptp(ends[:, 1])) for ends in bars.lines[2][0].get_segments()]
+    assert lengths == pytest.approx([2.0, 2.0, 2.0])
     low, high = residuals.get_ylim()
     assert high - low < 20.0

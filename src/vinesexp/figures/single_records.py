@@ -287,12 +287,13 @@ def added_mass_line(loaded: Loaded, *, title: str) -> Figure:
     line.set_title(title)
     line.set_ylim(bottom=-0.2 * line.get_ylim()[1])  # room for the name of the intercept
     off.axhline(0.0, color=COLOURS["exact"])
-    points = zip(loaded.names, loads, loaded.off, loaded.half, strict=True)
-    for name, load, away, half in points:
-        drawn = off.errorbar(
-            1e3 * load, 1e3 * away, 1e3 * half, fmt="o", color=COLOURS["measured"], capsize=3
-        )
-        link(drawn.lines[0], name, f"{name}: {1e3 * load:g} g, {1e3 * away:+.2g} g off the line")
+    own = COLOURS["measured"]
+    off.errorbar(  # all bars at once: a call for each takes as long as all else of the figure
+        1e3 * loads, 1e3 * loaded.off, 1e3 * loaded.half, fmt="none", ecolor=own, capsize=3
+    )
+    for name, load, away in zip(loaded.names, loads, loaded.off, strict=True):
+        (point,) = off.plot(1e3 * load, 1e3 * away, "o", color=own)
+        link(point, name, f"{name}: {1e3 * load:g} g, {1e3 * away:+.2g} g off the line")
     off.set_xlabel("added mass (g)")
     off.set_ylabel("off the line (g)")
     off.set_title("what is left")

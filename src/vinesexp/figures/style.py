@@ -140,11 +140,17 @@ def save(figure: Figure, path: Path, *, title: str = "", description: str = "") 
 
     The SVG has the title and the description for those who do not see it.
     """
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
     files = [path.with_name(f"{path.name}.svg"), path.with_name(f"{path.name}.pdf")]
+    if (layout := figure.get_layout_engine()) is not None:
+        FigureCanvasSVG(figure)
+        figure.set_dpi(72.0)  # of an SVG
+        layout.execute(figure)  # else the whole figure is drawn once more for it
+        figure.set_layout_engine(None)
     write(figure, files[0])
     svg = files[0].read_text(encoding="utf-8")
     files[0].write_text(described(svg, title=title, description=description), encoding="utf-8")
-    figure.set_layout_engine(None)  # laid out by now, and the page is the same
     for artist in figure.findobj():
         artist.set_url(None)  # a link means nothing on paper
     write(figure, files[1])
