@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.records.stored.checks import Check
-from vinesexp.units import Quantity
+from vinesexp.units import COVERAGE_95, Quantity
 
 Rows = Sequence[Mapping[str, str]]
 
@@ -24,6 +24,7 @@ DISPLAY_ERROR = 1e-4
 DIFFERS = 3.0
 #: Shares from which on the base is worth a warning: harmonics, wander, dip.
 HARMONICS, WANDER, DIP = 0.03, 0.02, 0.05
+_STEADY = 2e-4  # of the frequency: its error where the phase follows no straight line
 
 
 @dataclass(frozen=True)
@@ -146,6 +147,9 @@ def _steadiness(row: Mapping[str, str]) -> list[Check]:
         words.append(f"an amplitude that wanders by {100 * wander:.2g} %")
     if dip > DIP:
         words.append(f"a dip of {100 * dip:.2g} %")
+    frequency, error = float(row["frequency_hz"]), float(row["frequency_error_hz"])
+    if error > _STEADY * frequency:
+        words.append(f"a frequency that is steady to {COVERAGE_95 * error:.1g} Hz only")
     if not words:
         return []
     detail = f"the base moved with {', '.join(words)}; predictions are for a steady sine"
