@@ -24,7 +24,7 @@ from vinesexp.signals.filters import oscillation_of
 from vinesexp.signals.means import channel_means
 
 _GRIDS, _MULTIPLES, _WANDERS = (50.0, 60.0), 7, 0.008  # Hz; relative
-_POINTS = 4000.0  # means a second at least
+_POINTS = 2000.0  # means a second at least
 _SHORTEST = 3.0  # s
 _OWN = 3  # lines of a spectrum on either side of a peak that are its own
 _AROUND = 3.0  # Hz on either side in which it stands alone
