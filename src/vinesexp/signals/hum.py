@@ -24,7 +24,8 @@ from vinesexp.signals.filters import oscillation_of
 from vinesexp.signals.means import channel_means
 
 _GRIDS, _MULTIPLES, _WANDERS = (50.0, 60.0), 7, 0.008  # Hz; relative
-_POINTS = 2000.0  # means a second at least
+_MOST = 1 << 22  # samples of a record; of a longer one means are looked at
+_ROUND = 1000  # samples to a multiple of which a record is cut: its transform is fast
 _SHORTEST = 3.0  # s
 _OWN = 3  # lines of a spectrum on either side of a peak that are its own
 _AROUND = 3.0  # Hz on either side in which it stands alone
@@ -69,11 +70,13 @@ def hum_in(x: FloatArray, step: float, *, frequency: float) -> list[Hum]:
     >>> round(line.frequency, 2), round(line.size, 6), round(line.phase, 2)
     (50.03, 0.0001, 0.4)
     """
-    seconds = x.size * step
-    if seconds < _SHORTEST:
+    if x.size * step < _SHORTEST:
         return []
     x = x - x.mean()
-    lines = np.abs(np.fft.rfft(x * np.hanning(x.size)))
+    whole = np.fft.rfft(x[: max(x.size // _ROUND, 1) * _ROUND])
+    seconds = step * 2.0 * (whole.size - 1)
+    lines = np.abs(whole)
+    lines[1:-1] = np.abs(0.5 * whole[1:-1] - 0.25 * (whole[:-2] + whole[2:]))  # by Hann's window
     f = np.arange(lines.size) / seconds
     # What belongs to the motion: its multiples, each as wide as a peak.
     order = f / frequency
@@ -141,7 +144,7 @@ def remove_hum(path: Path, record: Record) -> list[Check]:
         )
         if not frequency:
             return []
-        k = max(1, int(view.sample_rate / _POINTS))
+        k = 1 + view.n // _MOST
         found, checks = {}, []
         for role in view.roles:
             x = channel_means(view, role, k)
