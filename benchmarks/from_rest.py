@@ -69,9 +69,9 @@ def _soon(
     amplitude: FloatArray, shown: SteadyPart, skipped: int, b: float, f: float, rig: IdentifiedRig
 ) -> bool:
     row = {
-        "amplitude_mean_m": str(shown.mean),
-        "amplitude_start_m": str(amplitude[:3].mean()),
-        "steady_from_s": str((skipped + shown.first) / f),
+        "amplitude_mean_m": shown.mean,
+        "amplitude_start_m": amplitude[:3].mean(),
+        "steady_from_s": (skipped + shown.first) / f,
     }
     test = Tested(b, shown.mean, waited=waited(row))
     base = LevelBase(Quantity(1e-3), Quantity(f))

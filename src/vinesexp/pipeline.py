@@ -316,9 +316,8 @@ def write_identification(whole: Identified, *, paths: ResultPaths) -> None:
 
 def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:
     """Measured beside predicted clearances, clearances.csv; what is odd; budget.csv."""
-    from vinesexp.clearance.as_found import as_found
-    from vinesexp.clearance.clearance_budget import clearance_budget
-    from vinesexp.clearance.comparison import compare, write_clearances
+    from vinesexp.clearance.comparison import clearance_budget, compare, write_clearances
+    from vinesexp.clearance.levels import as_found
     from vinesexp.identification.budget import write_budget
     from vinesexp.identification.joint.whole import read_rig
     from vinesexp.records.stored.checks import write_checks
@@ -350,7 +349,7 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
 
 def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
     """Every record simulated again with the identified rig and its measured base, replay.csv."""
-    from vinesexp.clearance.as_found import as_found
+    from vinesexp.clearance.levels import as_found
     from vinesexp.records.stored.checks import write_checks
     from vinesexp.records.stored.result_columns import BASE, IDENTIFIED, INPUTS, RECORD_REGIMES
     from vinesexp.records.stored.tables import read_rows

@@ -10,8 +10,7 @@ import pytest
 
 from vinesexp.clearance.comparison import compare, write_clearances
 from vinesexp.clearance.curves import amplitude_curve, decay_curves, predicted_lowest
-from vinesexp.clearance.level_base import LevelBase
-from vinesexp.clearance.levels import periodic_levels, release_levels
+from vinesexp.clearance.levels import LevelBase, periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
     NEEDED,
     IdentifiedRig,
@@ -55,11 +54,11 @@ def periodic(b: float, **changed) -> Record:
     )
 
 
-def regime_row(record: str, mean_mm: float, regime: str, **more: str) -> dict[str, str]:
-    return {"record": record, "regime": regime, "amplitude_mean_m": str(1e-3 * mean_mm)} | more
+def regime_row(record: str, mean_mm: float, regime: str, **more: str) -> dict[str, object]:
+    return {"record": record, "regime": regime, "amplitude_mean_m": 1e-3 * mean_mm} | more
 
 
-def time_row(record: str, target_m: str, time_s: str) -> dict[str, str]:
+def time_row(record: str, target_m: float, time_s: float | None) -> dict[str, object]:
     return {"record": record, "target_m": target_m, "time_s": time_s}
 
 
@@ -158,7 +157,7 @@ def test_too_few_clearances_are_an_absence_with_its_reason(tests_at_025):
 
 def test_ring_downs_alone_have_no_row_and_one_reason():
     loaded = campaign([Record("a", Path("a"), "ringdown")])
-    regimes = [{"record": "a", "regime": "", "amplitude_mean_m": "0.01"}]
+    regimes = [{"record": "a", "regime": "", "amplitude_mean_m": 0.01}]
     rows, checks = compare(loaded, combined(TABLE_2), regimes)
     assert rows == []
     (found,) = checks
@@ -192,10 +191,10 @@ def test_releases_are_grouped_by_release_and_amplitude():
     regimes = [regime_row(r.id, 1.0, "strongly modulated") for r in records]
     times = []
     for r, t, s in zip(
-        records, (1.8, 1.4, 1.2, 1.3, 1.7, 1.2), ("4.3", "2.8", "2.9", "", "", ""), strict=True
+        records, (1.8, 1.4, 1.2, 1.3, 1.7, 1.2), (4.3, 2.8, 2.9, None, None, None), strict=True
     ):
-        far, near = ("0.01", "0.003") if r.release == 0.02 else ("0.015", "0.0045")
-        times += [time_row(r.id, far, f"{t}"), time_row(r.id, near, s)]
+        far, near = (0.01, 0.003) if r.release == 0.02 else (0.015, 0.0045)
+        times += [time_row(r.id, far, t), time_row(r.id, near, s)]
     names = [level.name for level in release_levels(campaign(records), regimes, times)]
     assert names == ["20 mm to 10 mm", "20 mm to 3 mm", "30 mm to 15 mm"]
     rows, checks = compare(campaign(records), combined(TABLE_2), regimes, times)
@@ -215,7 +214,7 @@ def test_releases_are_grouped_by_release_and_amplitude():
 def test_b_t_needs_r_only():
     records = [release(b) for b in (10, 27, 48)]
     regimes = [regime_row(r.id, 1.0, "") for r in records]
-    times = [time_row(r.id, "0.005", t) for r, t in zip(records, ("3", "2", "2.5"), strict=True)]
+    times = [time_row(r.id, 0.005, t) for r, t in zip(records, (3.0, 2.0, 2.5), strict=True)]
     rows, checks = compare(campaign(records), combined({"r": 0.6}), regimes, times)
     assert rows[0].exact_mm == pytest.approx(27.317, abs=1e-3)
     assert checks == []
@@ -226,15 +225,15 @@ def test_an_optimum_at_the_end_of_what_was_tried_is_a_bound():
     regimes = [regime_row(r.id, 1.0, "") for r in records]
     for fell, bound, said in (
         (
-            ("3", "2.5", "2.2", "2"),
+            (3.0, 2.5, 2.2, 2.0),
             "at least",
             "above 33 mm, maybe larger than any tried (10 to 48 mm)",
         ),
-        (("3", "2.5", "2", "2.01"), "at least", "above 27 mm, maybe larger than any tried"),
-        (("2", "2.5", "2.6", "2.7"), "at most", "below 27 mm, maybe smaller than any tried"),
-        (("2", "2.5", "2.6", "2.01"), "open", "not bracketed"),
+        ((3.0, 2.5, 2.0, 2.01), "at least", "above 27 mm, maybe larger than any tried"),
+        ((2.0, 2.5, 2.6, 2.7), "at most", "below 27 mm, maybe smaller than any tried"),
+        ((2.0, 2.5, 2.6, 2.01), "open", "not bracketed"),
     ):
-        times = [time_row(r.id, "0.005", t) for r, t in zip(records, fell, strict=True)]
+        times = [time_row(r.id, 0.005, t) for r, t in zip(records, fell, strict=True)]
         (row,), (found,) = compare(campaign(records), combined(TABLE_2), regimes, times)
         assert said in found.detail
         assert row.bound == bound

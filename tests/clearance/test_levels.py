@@ -1,4 +1,4 @@
-"""Tests that belong together, and what each of them shows."""
+"""Tests that belong together, what each of them shows, and their base: measured before sheet."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from vinesexp.clearance.levels import periodic_levels
+from vinesexp.clearance.levels import LevelBase, base_checks, base_of_level, periodic_levels
 from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.uncertainties import EXACT, Tolerance, Uncertainties
+from vinesexp.units import Quantity
 
 
 @pytest.mark.parametrize(
-    ("per_cycle", "regime"), [("0.0159", "no impact"), ("0.3", "chaos"), ("", "chaos")]
+    ("per_cycle", "regime"), [(0.0159, "no impact"), (0.3, "chaos"), (None, "chaos")]
 )
 def test_a_ball_that_hardly_ever_meets_a_wall_is_on_no_orbit(per_cycle, regime):
     """Where a rubbing ball was never taken along, one false impact is no loss of two per cycle."""
@@ -22,8 +24,92 @@ def test_a_ball_that_hardly_ever_meets_a_wall_is_on_no_orbit(per_cycle, regime):
     )  # fmt: skip
     row = {
         "record": "a", "regime": "chaos", "impacts_per_cycle": per_cycle,
-        "amplitude_mean_m": "0.019", "length_s": "10",
+        "amplitude_mean_m": 0.019, "length_s": 10.0,
     }  # fmt: skip
     (level,) = periodic_levels(campaign, [row], [])
     assert level.tests[0].regime == regime
     assert level.tests[0].length == 10.0
+
+
+def row(record="a", **changed: float) -> dict[str, str]:
+    parts = {
+        "frequency_hz": 7.862, "frequency_error_hz": 1e-6, "amplitude_m": 0.25e-3,
+        "amplitude_error_m": 1e-8, "harmonic_2": 0.0, "harmonic_3": 0.0, "wander": 0.0, "dip": 0.0,
+    } | changed  # fmt: skip
+    return {"record": record} | {name: repr(value) for name, value in parts.items()}
+
+
+def test_what_was_measured_wins_over_the_sheet():
+    rows = [row(amplitude_m=a) for a in (0.224e-3, 0.226e-3)]
+    inputs = Uncertainties(base=Tolerance(), clock=Tolerance(relative=2e-5))
+    base = base_of_level(0.25e-3, {7.862}, rows, inputs=inputs)
+    assert base.measured == 2
+    assert base.G.value == pytest.approx(0.225e-3)
+    assert base.G.std_error == pytest.approx(1e-6, rel=1e-3)  # they scatter
+    assert base.frequency.value == pytest.approx(7.862)
+    assert base.frequency.std_error == pytest.approx(2e-5 * 7.862, rel=1e-2)
+
+
+def test_what_all_records_together_show_wins_over_channel_and_sheet():
+    found = Quantity(0.2601e-3, 1e-6)
+    for rows in ([], [row()]):
+        base = base_of_level(0.25e-3, {7.862}, rows, inputs=Uncertainties(), found=found)
+        assert found == base.G
+
+
+def test_a_stated_sensitivity_error_counts_and_an_unstated_one_is_assumed():
+    stated = Uncertainties(base=Tolerance(relative=0.04))
+    for inputs, share in ((stated, 0.04), (Uncertainties(), 0.01)):
+        G = base_of_level(0.25e-3, {7.862}, [row()], inputs=inputs).G
+        assert G.std_error == pytest.approx(share * 0.25e-3, rel=1e-3)
+
+
+def test_a_sheet_that_is_stated_as_exact_is():
+    base = base_of_level(0.25e-3, {7.862}, [], inputs=EXACT)
+    assert (base.G, base.frequency) == (Quantity(0.25e-3), Quantity(7.862))
+    assumed = base_of_level(0.25e-3, {7.862}, [], inputs=Uncertainties())
+    assert assumed.G.std_error == pytest.approx(0.02 * 0.25e-3)
+    assert assumed.frequency.std_error == pytest.approx(1e-4 * 7.862)
+    stated = Uncertainties(clock=Tolerance(relative=1e-6))
+    better = base_of_level(0.25e-3, {7.862}, [], inputs=stated)
+    assert better.frequency.std_error == pytest.approx(2e-6 * 7.862)
+
+
+def test_tests_at_different_frequencies_share_none():
+    assert base_of_level(1e-4, {7.8, 7.9}, [], inputs=EXACT).frequency is None
+    rows = [row(frequency_hz=7.8), row(frequency_hz=7.9)]
+    assert base_of_level(1e-4, {7.8}, rows, inputs=EXACT).frequency is None
+
+
+DEFAULT = Uncertainties()
+
+
+def said(rows, nominal=0.25e-3, inputs=DEFAULT):
+    base = base_of_level(nominal, {7.862}, rows, inputs=inputs)
+    return base_checks("G = 0.25 mm", {7.862}, base, rows)
+
+
+@pytest.mark.parametrize(
+    ("changed", "check", "words"),
+    [
+        ({"frequency_hz": 7.79}, "base frequency", "shows 7.79 Hz, the test log says 7.862 Hz"),
+        ({"frequency_hz": 7.94}, "base frequency", "shows 7.94 Hz, the test log says 7.862 Hz"),
+        ({"harmonic_3": 0.08}, "base motion", "harmonics of 8 %"),
+        ({"wander": 0.04}, "base motion", "an amplitude that wanders by 4 %"),
+        (
+            {"frequency_error_hz": 0.0036},
+            "base motion",
+            "a frequency that is steady to 0.007 Hz only",
+        ),
+        ({"dip": 0.5}, "base motion", "a dip of 50 %"),
+    ],
+)
+def test_a_base_off_its_sheet_is_a_warning_of_its_own_name(changed, check, words):
+    (found,) = said([row(**changed)])
+    assert (found.check, found.outcome) == (check, "warning")
+    assert words in found.detail
+
+
+def test_without_a_frequency_on_the_sheet_none_is_compared():
+    base = LevelBase(Quantity(0.25e-3), Quantity(7.0), 1)
+    assert base_checks("x", set(), base, [row()]) == []

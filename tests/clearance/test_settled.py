@@ -82,10 +82,10 @@ def row_from_rest(b: float, zeta: float, seconds: float, wait: float) -> dict[st
     skipped = round(0.2 * amplitude.size)
     steady = steady_part(amplitude[skipped:])
     return {
-        "amplitude_mean_m": str(steady.mean),
-        "amplitude_error_m": str(steady.error),
-        "amplitude_start_m": str(amplitude[:3].mean()),
-        "steady_from_s": str((skipped + steady.first) / 7.862),
+        "amplitude_mean_m": steady.mean,
+        "amplitude_error_m": steady.error,
+        "amplitude_start_m": amplitude[:3].mean(),
+        "steady_from_s": (skipped + steady.first) / 7.862,
     }
 
 
@@ -93,16 +93,16 @@ def row_from_rest(b: float, zeta: float, seconds: float, wait: float) -> dict[st
 def test_a_lightly_damped_mass_recorded_from_rest_is_warned_of_and_not_after_a_wait(b):
     forgets = 1.0 / (2.0 * math.pi * 7.862 * 2e-3)
     soon = row_from_rest(b, 2e-3, 10.0, 0.0)
-    settled = float(row_from_rest(b, 2e-3, 100.0, 200.0)["amplitude_mean_m"])
-    assert abs(float(soon["amplitude_mean_m"]) / settled - 1.0) > 0.04  # what the warning is for
+    settled = row_from_rest(b, 2e-3, 100.0, 200.0)["amplitude_mean_m"]
+    assert abs(soon["amplitude_mean_m"] / settled - 1.0) > 0.04  # what the warning is for
     assert waited(soon) < 2.0 * forgets
     assert waited(row_from_rest(b, 2e-3, 10.0, 200.0)) == math.inf
     # 39.1 mm at the damping of the paper: the start is left out, and nothing is to be said.
     usual = row_from_rest(b, 6.5e-3, 60.0, 0.0)
     assert waited(usual) > 2.0 / (2.0 * math.pi * 7.862 * 6.5e-3)
     later = row_from_rest(b, 6.5e-3, 150.0, 150.0)
-    mean, other = (float(row["amplitude_mean_m"]) for row in (usual, later))
-    error = math.hypot(*(float(row["amplitude_error_m"]) for row in (usual, later)))
+    mean, other = (row["amplitude_mean_m"] for row in (usual, later))
+    error = math.hypot(*(row["amplitude_error_m"] for row in (usual, later)))
     assert abs(mean - other) < 2.5 * error
 
 
@@ -130,8 +130,6 @@ def test_a_mean_from_rest_holds_within_its_error_or_is_warned_of(zeta):
     unsaid = [(one, row) for one, row in zip(records, rows, strict=True) if one.id not in warned]
     assert 0 < len(unsaid) < len(rows)
     for record, row in unsaid:
-        mean, true = (float(r["amplitude_mean_m"]) for r in (row, settled[record.clearance[0]]))
-        error = math.hypot(
-            *(float(r["amplitude_error_m"]) for r in (row, settled[record.clearance[0]]))
-        )
+        mean, true = (r["amplitude_mean_m"] for r in (row, settled[record.clearance[0]]))
+        error = math.hypot(*(r["amplitude_error_m"] for r in (row, settled[record.clearance[0]])))
         assert abs(mean - true) < 3.0 * error + 1e-3 * true, record.id

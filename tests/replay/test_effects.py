@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
-from vinesexp.clearance.level_base import LevelBase
+from vinesexp.clearance.levels import LevelBase
 from vinesexp.excitation import Measured, WeakDamping
 from vinesexp.identification.decay_table import decay_by
 from vinesexp.records.campaign.load import Record

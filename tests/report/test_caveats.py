@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vinesexp.clearance.level_base import LevelBase
-from vinesexp.clearance.levels import PeriodicLevel, Tested
+from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested
 from vinesexp.report.verdict import (
     CAUSES,
     PeriodicVerdict,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from vinesexp.clearance.level_base import LevelBase
-from vinesexp.clearance.levels import PeriodicLevel, Tested
+from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.maps.basins import Attractor
 from vinesexp.report.verdict import explanation, other_branches

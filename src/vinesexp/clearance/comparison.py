@@ -3,18 +3,25 @@
 Two rows a base amplitude: where the amplitude was lowest, and between which clearances permanent
 impacts end, which is what b_c predicts. One row a release and amplitude to be reached, all of
 them beside the same b_t: there is no single best clearance for a release (docs/theory.md, 29).
+`clearance_budget` says what the intervals of the predictions are made of, for budget.csv.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from vinesexp.clearance.level_base import base_checks
-from vinesexp.clearance.levels import PeriodicLevel, Rows, Tested, periodic_levels, release_levels
+from vinesexp.clearance.levels import (
+    PeriodicLevel,
+    Rows,
+    Tested,
+    base_checks,
+    periodic_levels,
+    release_levels,
+)
 from vinesexp.clearance.optimum import (
     UNSEEN,
     Optimum,
@@ -33,6 +40,7 @@ from vinesexp.clearance.predicted import (
     predicted_b_t,
 )
 from vinesexp.errors import AnalysisError
+from vinesexp.identification.budget import COLLISIONS, rows_of
 from vinesexp.identification.joint.whole import RigPosterior
 from vinesexp.records.campaign.load import Campaign
 from vinesexp.records.stored.checks import Check
@@ -63,9 +71,8 @@ _HOW_TO_KNOW = {
 # Tests that ended before the oscillator had forgotten how they began.
 #
 # A lightly damped mass takes minutes to settle. A record that is shorter, on which the ball loses
-# its two impacts per cycle where the identified rig should keep them, may show the way there.
-#: Decay times of the oscillator that a record must last to be believed against the prediction.
-_LASTS = 1.0
+# its two impacts per cycle where the identified rig should keep them, may show the way there: to be
+# believed against the prediction it must last one decay time of the oscillator.
 
 
 def may_not_have_settled(
@@ -87,7 +94,7 @@ def may_not_have_settled(
     return [
         test
         for test in tests
-        if test.length < _LASTS * forgets
+        if test.length < forgets
         and test.clearance < b_c
         and test.regime not in (*PERMANENT, UNSEEN, "")
     ]
@@ -118,9 +125,10 @@ def start_lasts(*, f0: float, zeta: float) -> float:
 
 def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
     """What to say of tests whose counted cycles come too soon after a start from rest."""
-    if rig.f0 is None or rig.zeta is None or rig.zeta.value <= 0.0:
+    forgets = _decay_time(rig)
+    if forgets is None:
         return []
-    lasts = start_lasts(f0=rig.f0.value, zeta=rig.zeta.value)
+    lasts = _WAITED * forgets
     soon = [t for t in level.tests if t.waited < lasts]
     if not soon:
         return []
@@ -376,3 +384,73 @@ def write_clearances(path: Path, rows: Sequence[Comparison]) -> None:
     """clearances.csv: empty cells where a value cannot be known."""
     cells: list[dict[str, Value]] = [asdict(row) for row in rows]
     write_rows(path, CLEARANCES, cells)
+
+
+def clearance_budget(
+    campaign: Campaign,
+    identified: Rows,
+    budget: Rows,
+    regimes: Rows,
+    times: Rows,
+    base: Rows,
+    values: Rows = (),
+    joint: RigPosterior | None = None,
+) -> list[dict[str, Value]]:
+    """Rows of each b_c and b_t, contributions in m.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    identified, budget, regimes, times, base, values : sequences of mappings
+        Rows of identified.csv, of the rig's own budget, of regimes.csv, decay_times.csv, base.csv
+        and level_values.csv.
+    """
+    rig = identified_rig(identified, campaign.known, joint)
+    predictions = [
+        (f"b_c, {level.name}", partial(predicted_b_c, own, base=level.base, level=level.nominal))
+        for level in periodic_levels(campaign, regimes, base, identified)
+        for own in (at_level(rig, values, G=level.nominal),)
+    ]
+    releases = dict.fromkeys(level.x0 for level in release_levels(campaign, regimes, times))
+    predictions += [
+        (f"b_t, {1e3 * x0:.6g} mm", partial(predicted_b_t, rig, x0=x0)) for x0 in releases
+    ]
+    rows: list[dict[str, Value]] = []
+    for name, predict in predictions:
+        try:
+            found: Predicted = predict()
+        except AnalysisError:
+            continue
+        parts = (
+            found.parts if name.startswith("b_c") and joint else divided(found.parts, rig, budget)
+        )
+        rows += rows_of(name, parts, unit=1e-3, name_of_unit=" mm")
+    return rows
+
+
+def divided(parts: Mapping[str, float], rig: IdentifiedRig, budget: Rows) -> dict[str, float]:
+    """Contributions of identified values divided up as their own errors are.
+
+    Sources of one name in several values are added in quadrature.
+
+    Examples
+    --------
+    >>> own = [{"parameter": "M", "source": "records", "share": "0.36"},
+    ...        {"parameter": "M", "source": "added mass", "share": "0.64"}]
+    >>> found = divided({"M": 1e-3, "m": 1e-4}, IdentifiedRig({}), own)
+    >>> {name: round(part, 7) for name, part in found.items()}
+    {'records': 0.0006, 'added mass': 0.0008, 'ball mass': 0.0001}
+    """
+    found: dict[str, float] = {}
+    for name, part in parts.items():
+        for source, share in _shares(name, rig, budget):
+            found[source] = math.hypot(found.get(source, 0.0), part * math.sqrt(share))
+    return found
+
+
+def _shares(name: str, rig: IdentifiedRig, budget: Rows) -> Sequence[tuple[str, float]]:
+    """Sources of the error of one value, and their shares of its variance."""
+    if name in rig.effective:
+        return [(COLLISIONS, 1.0)]
+    own = [(row["source"], float(row["share"])) for row in budget if row["parameter"] == name]
+    return own or [("ball mass" if name == "m" else name, 1.0)]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.clearance.level_base import LevelBase
+from vinesexp.clearance.levels import LevelBase
 from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, end_over_plain, predicted_b_c
 from vinesexp.errors import AnalysisError
 from vinesexp.units import Quantity

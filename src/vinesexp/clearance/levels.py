@@ -1,29 +1,44 @@
 """Which tests belong together: those that differ in the clearance of one NES and in nothing else.
 
 A level is a base amplitude of periodic tests, or a release and the amplitude that it is to fall to.
-Within a level one number over clearance is to be made small.
+Within a level one number over clearance is to be made small. Its base is as measured where it was,
+else as the test log says; where they differ the joint model of the campaign decides, and
+predictions use what it found. `as_found` does the same for lengths and masses.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
-from vinesexp.clearance.level_base import LevelBase, base_of_level, found_base
 from vinesexp.records.campaign.load import Campaign, Record
-from vinesexp.records.stored.tables import number
+from vinesexp.records.campaign.uncertainties import Uncertainties
+from vinesexp.records.stored.checks import Check
+from vinesexp.records.stored.result_columns import Verdict
+from vinesexp.records.stored.tables import Row
 from vinesexp.theory.regime_definitions import PERMANENT, TELLING, Regime
 from vinesexp.theory.steadiness import UNKNOWN, Swing
+from vinesexp.units import COVERAGE_95, Quantity
 
-Rows = Sequence[Mapping[str, str]]
+Rows = Sequence[Row]
 _T = TypeVar("_T")
 
 #: Base amplitudes and releases in records.csv that agree to this share are one level.
 _SAME = 1e-6
 #: Impacts per cycle below which the ball of a periodic test lies in the middle of its cavity.
 _STILL = 0.1
+#: A frequency that nobody measured is as good as the generator's clock and its display: twice the
+#: relative error of the instrument's clock.
+GENERATOR = 2.0
+#: Relative error of a generator's display, which rounds whatever its clock is good for.
+DISPLAY_ERROR = 1e-4
+#: Standard errors from which on measured and sheet differ.
+DIFFERS = 3.0
+#: Shares from which on the base is worth a warning: harmonics, wander, dip.
+HARMONICS, WANDER, DIP = 0.03, 0.02, 0.05
+_STEADY = 2e-4  # of the frequency: its error where the phase follows no straight line
 
 
 @dataclass(frozen=True)
@@ -45,6 +60,22 @@ class Tested:
     waited: float = math.inf
 
     __test__ = False  # not for pytest
+
+
+@dataclass(frozen=True)
+class LevelBase:
+    """Base motion of a level.
+
+    Attributes
+    ----------
+    G : amplitude, m, with its standard error.
+    frequency : Hz; None where the tests do not share one.
+    measured : number of records that have a base channel; 0: all is from the test log.
+    """
+
+    G: Quantity
+    frequency: Quantity | None
+    measured: int = 0
 
 
 @dataclass(frozen=True)
@@ -106,15 +137,15 @@ def periodic_levels(
     measured = {row["record"]: row for row in base}
     groups: dict[float, list[tuple[Record, Tested]]] = {}
     for record, row in single_nes(campaign, regimes, "periodic"):
-        if record.base_amplitude and number(row.get("amplitude_mean_m")) is not None:
-            halves = (number(row.get(name, "")) for name in ("swing_first", "swing"))
+        if record.base_amplitude and row.get("amplitude_mean_m") is not None:
+            halves = (row.get(name) for name in ("swing_first", "swing"))
             tested = Tested(
                 record.clearance[0],
-                float(row["amplitude_mean_m"]),
+                row["amplitude_mean_m"],
                 _regime(row),
                 record.id,
                 Swing(*(math.nan if one is None else one for one in halves)),
-                number(row.get("length_s", "")) or math.inf,
+                row.get("length_s") or math.inf,
                 waited(row),
             )
             _group(groups, record.base_amplitude).append((record, tested))
@@ -132,27 +163,29 @@ def periodic_levels(
     return levels
 
 
-def waited(row: Mapping[str, Any]) -> float:
+def waited(row: Row) -> float:
     """`Tested.waited`: the first cycles of a start at rest are below half of the mean."""
-    start, since = (number(row.get(name, "")) for name in ("amplitude_start_m", "steady_from_s"))
-    if start is None or since is None or start > 0.5 * float(row["amplitude_mean_m"]):
+    start: float | None = row.get("amplitude_start_m")
+    since: float | None = row.get("steady_from_s")
+    if start is None or since is None or start > 0.5 * row["amplitude_mean_m"]:
         return math.inf
     return since
 
 
-def _regime(row: Mapping[str, str]) -> str:
+def _regime(row: Row) -> str:
     """The regime of a periodic test; a ball that meets its walls hardly ever is not on any orbit.
 
     What is found there are a false impact or two, or the last of how the test began. A test of few
     cycles does not tell what is permanent.
     """
-    per_cycle = number(row.get("impacts_per_cycle", ""))
-    if row["regime"] and per_cycle is not None and per_cycle < _STILL:
+    regime: str = row["regime"]
+    per_cycle = row.get("impacts_per_cycle")
+    if regime and per_cycle is not None and per_cycle < _STILL:
         return Regime.NO_IMPACT.value
-    cycles = number(row.get("cycles", ""))
-    if row["regime"] in PERMANENT and cycles is not None and cycles < TELLING:
+    cycles = row.get("cycles")
+    if regime in PERMANENT and cycles is not None and cycles < TELLING:
         return ""
-    return row["regime"]
+    return regime
 
 
 def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[ReleaseLevel]:
@@ -166,8 +199,8 @@ def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[Relea
     """
     reached: dict[str, dict[float, float | None]] = {}
     for row in times:
-        reached.setdefault(row["record"], {})[float(row["target_m"])] = number(row["time_s"])
-    groups: dict[float, list[tuple[Record, Mapping[str, str]]]] = {}
+        reached.setdefault(row["record"], {})[float(row["target_m"])] = row["time_s"]
+    groups: dict[float, list[tuple[Record, Row]]] = {}
     for record, row in single_nes(campaign, regimes, "transient"):
         if record.release:
             _group(groups, abs(record.release)).append((record, row))
@@ -185,9 +218,7 @@ def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[Relea
     return levels
 
 
-def single_nes(
-    campaign: Campaign, regimes: Rows, test: str
-) -> Iterable[tuple[Record, Mapping[str, str]]]:
+def single_nes(campaign: Campaign, regimes: Rows, test: str) -> Iterable[tuple[Record, Row]]:
     """Records of one test with exactly one NES, with their rows of regimes.csv."""
     by_id = {record.id: record for record in campaign.records}
     for row in regimes:
@@ -202,3 +233,157 @@ def _group(groups: dict[float, list[_T]], key: float) -> list[_T]:
         if abs(known - key) <= _SAME * abs(key):
             return groups[known]
     return groups.setdefault(key, [])
+
+
+def found_base(identified: Rows, records: set[str]) -> Quantity | None:
+    """Base amplitude of a level with these records as all records show it, m; identified.csv."""
+    for row in identified:
+        if row["parameter"] == "base_amplitude" and records & set(row["records"].split(";")):
+            return Quantity(float(row["value"]), float(row["std_error"] or 0.0))
+    return None
+
+
+def base_of_level(
+    nominal: float,
+    frequencies: set[float],
+    rows: Rows,
+    *,
+    inputs: Uncertainties,
+    found: Quantity | None = None,
+) -> LevelBase:
+    """Base of a level: its amplitude as all records show it, else of the channel or the test log.
+
+    Parameters
+    ----------
+    nominal : float
+        Base amplitude of the test log, m.
+    frequencies : set of float
+        Those of the test log, Hz.
+    rows : sequence of mappings
+        Of base.csv, of the level's records.
+    inputs : Uncertainties
+        Of the base channel's sensitivity and of the clock.
+    found : Quantity, optional
+        The amplitude that the joint model found, m (`found_base`).
+
+    Examples
+    --------
+    >>> base = base_of_level(0.25e-3, {7.86}, [], inputs=Uncertainties())
+    >>> base.G.std_error, base.frequency.value, base.measured
+    (5e-06, 7.86, 0)
+    """
+    stated = frequencies.pop() if len(frequencies) == 1 else None
+    if not rows:
+        at = None if stated is None else Quantity(stated, GENERATOR * inputs.clock.of(stated))
+        return LevelBase(found or Quantity(nominal, inputs.base_amplitude.of(nominal)), at)
+    gain, clock = inputs.base.of(1.0), inputs.clock.of(1.0)
+    G, noise = _mean([(float(r["amplitude_m"]), float(r["amplitude_error_m"])) for r in rows])
+    f, f_noise = _mean([(float(r["frequency_hz"]), float(r["frequency_error_hz"])) for r in rows])
+    # Tests at different frequencies have no prediction of their own: none is drawn for their mean.
+    shared = _spread([float(r["frequency_hz"]) for r in rows]) < 1e-3 * f
+    return LevelBase(
+        found or Quantity(G, math.hypot(noise, gain * G)),
+        Quantity(f, math.hypot(f_noise, clock * f)) if shared else None,
+        len(rows),
+    )
+
+
+def _mean(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Mean, and what scatter from record to record and the errors of each leave of it."""
+    values = [value for value, _ in pairs]
+    centre = sum(values) / len(values)
+    scatter = math.sqrt(sum((v - centre) ** 2 for v in values) / len(values))
+    return centre, math.hypot(scatter, max(error for _, error in pairs))
+
+
+def _spread(values: Sequence[float]) -> float:
+    return max(values) - min(values)
+
+
+def base_checks(name: str, frequencies: set[float], base: LevelBase, rows: Rows) -> list[Check]:
+    """Where the base did not do what the test log says, or was no steady sine.
+
+    Parameters
+    ----------
+    name : str
+        Of the level.
+    frequencies : set of float
+        Of the test log, Hz.
+    base : LevelBase
+    rows : sequence of mappings
+        Of base.csv, of the level's records.
+    """
+    checks: list[Check] = []
+    if not rows:
+        return checks
+    if len(frequencies) == 1 and base.frequency is not None:
+        sheet, found = next(iter(frequencies)), base.frequency
+        allowed = math.hypot(found.std_error, DISPLAY_ERROR * sheet)
+        if abs(found.value - sheet) > DIFFERS * allowed:
+            checks.append(
+                Check("", "base frequency", "warning",
+                      f"{name}: the base channel shows {found.value:.6g} Hz, the test log says "
+                      f"{sheet:.6g} Hz; predictions use what was measured; check frequency_hz and "
+                      "the sample rate")
+            )  # fmt: skip
+    return checks + [check for row in rows for check in _steadiness(row)]
+
+
+def _steadiness(row: Row) -> list[Check]:
+    harmonics = math.hypot(float(row["harmonic_2"]), float(row["harmonic_3"]))
+    wander, dip = float(row["wander"]), float(row["dip"])
+    words = []
+    if harmonics > HARMONICS:
+        words.append(f"harmonics of {100 * harmonics:.2g} %")
+    if wander > WANDER:
+        words.append(f"an amplitude that wanders by {100 * wander:.2g} %")
+    if dip > DIP:
+        words.append(f"a dip of {100 * dip:.2g} %")
+    frequency, error = float(row["frequency_hz"]), float(row["frequency_error_hz"])
+    if error > _STEADY * frequency:
+        words.append(f"a frequency that is steady to {COVERAGE_95 * error:.1g} Hz only")
+    if not words:
+        return []
+    detail = f"the base moved with {', '.join(words)}; predictions are for a steady sine"
+    return [Check(row["record"], "base motion", "warning", detail)]
+
+
+def as_found(campaign: Campaign, inputs: Sequence[Row]) -> Campaign:
+    """The campaign with the clearances and added masses of inputs.csv whose verdict is ``off``.
+
+    Base amplitudes stay, since they name the levels; what predictions take for them is in
+    identified.csv.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    inputs : sequence of mappings
+        Rows of inputs.csv.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from vinesexp.records.campaign.schema import Known
+    >>> b34 = Record("b34", Path("a.csv"), "periodic", (0.068,))
+    >>> whole = Campaign(Path(), "", "", Known(), {}, None, None, None, (b34,))
+    >>> row = {"item": "clearance", "record": "b34", "found": "34", "verdict": "off"}
+    >>> as_found(whole, [row]).records[0].clearance
+    (0.034,)
+    """
+    off = [row for row in inputs if row["verdict"] == Verdict.OFF.value]
+    if not off:
+        return campaign
+    return replace(campaign, records=tuple(_found(record, off) for record in campaign.records))
+
+
+def _found(record: Record, off: Sequence[Row]) -> Record:
+    clearance = list(record.clearance)
+    for row in off:
+        if record.id not in row["record"].split(";"):
+            continue
+        if row["item"] == "added_mass":
+            record = replace(record, added_mass=1e-3 * float(row["found"]))
+        elif row["item"].startswith("clearance"):
+            number = row["item"].removeprefix("clearance").removeprefix(" of ball ")
+            clearance[int(number or 1) - 1] = 1e-3 * float(row["found"])
+    return replace(record, clearance=tuple(clearance))

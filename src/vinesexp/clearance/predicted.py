@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.clearance.level_base import LevelBase
+from vinesexp.clearance.levels import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
 from vinesexp.identification.joint.whole import RigPosterior

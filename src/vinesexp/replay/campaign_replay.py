@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.clearance.level_base import LevelBase, base_of_level, found_base
+from vinesexp.clearance.levels import LevelBase, Rows, base_of_level, found_base
 from vinesexp.clearance.predicted import OF_BALL, ball_of
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
@@ -17,7 +17,7 @@ from vinesexp.records.campaign.load import Campaign, Record
 from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
-from vinesexp.records.stored.tables import Value
+from vinesexp.records.stored.tables import Row, Value
 from vinesexp.replay.measures import Measures, decay_time, is_steady, measures_of
 from vinesexp.replay.motions import (
     TESTS,
@@ -34,8 +34,6 @@ from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.impact_table import read_impacts
 from vinesexp.signals.means import cycle_amplitudes
-
-Rows = Sequence[Mapping[str, str]]
 
 _MOST = 60_000_000  # samples of a record
 _LONGEST = 300.0  # s of a record that are replayed
@@ -92,7 +90,7 @@ class Model:
         )
 
 
-def identified_model(identified: Sequence[Mapping[str, str]], masses: tuple[float, ...]) -> Model:
+def identified_model(identified: Rows, masses: tuple[float, ...]) -> Model:
     """From the rows of identified.csv.
 
     Examples
@@ -224,7 +222,7 @@ def replay_campaign(
 
 def _beside(
     campaign: Campaign, record: Record, model: Model, base: LevelBase | None, seen: Seen,
-    row: Mapping[str, str],
+    row: Row,
 ) -> tuple[list[Measures], list[Compared]]:  # fmt: skip
     """Replays of a record and the rows of replay.csv.
 
@@ -293,9 +291,7 @@ def _beginning(x: FloatArray, rate: float, frequency: float) -> tuple[float, flo
     return float(place), float(w * speed)
 
 
-def _base(
-    record: Record, bases: Mapping[str, Mapping[str, str]], identified: Rows
-) -> LevelBase | None:
+def _base(record: Record, bases: Mapping[str, Row], identified: Rows) -> LevelBase | None:
     """The base of one periodic test: as measured, else as the test log says."""
     if record.test != "periodic" or not record.base_amplitude:
         return None

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray, IntArray
-from vinesexp.clearance.level_base import LevelBase
+from vinesexp.clearance.levels import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Base, Harmonic, Measured, Release, Sweep, WeakDamping
 from vinesexp.records.campaign.schema import Record

@@ -16,7 +16,7 @@ import numpy as np
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import REPLAY, REPLAY_CYCLES
-from vinesexp.records.stored.tables import Row, Value, number, write_rows
+from vinesexp.records.stored.tables import Row, Value, write_rows
 from vinesexp.replay.measures import Measures
 from vinesexp.theory.regime_definitions import Regime
 
@@ -88,7 +88,7 @@ class Compared:
 
 def compared(
     record: Record,
-    row: Mapping[str, str],
+    row: Row,
     decay: float,
     found: Sequence[Measures],
     *,
@@ -112,7 +112,7 @@ def compared(
         The replays are of clearances within what nobody can know: a record replayed lies in the
         range of all of them.
     """
-    per_cycle = number(row.get("impacts_per_cycle"))
+    per_cycle = row.get("impacts_per_cycle")
     still = per_cycle is not None and per_cycle < _STILL and len(record.clearance) == 1
     regime = _NO_IMPACT if still and row["regime"] else row.get("regime", "")
     moving = bool(per_cycle) and not still
@@ -128,9 +128,9 @@ def compared(
 
     rows = []
     if record.test in ("periodic", "sweep"):
-        rows.append(of("amplitude", number(row["amplitude_mean_m"]), lambda m: m.amplitude))
+        rows.append(of("amplitude", row["amplitude_mean_m"], lambda m: m.amplitude))
     if record.test == "sweep":
-        rows.append(of("largest amplitude", number(row["amplitude_max_m"]), lambda m: m.largest))
+        rows.append(of("largest amplitude", row["amplitude_max_m"], lambda m: m.largest))
     elif record.test != "periodic":
         measured = decay if math.isfinite(decay) else None
         rows.append(of("decay time", measured, lambda m: m.decay_time))
@@ -138,7 +138,7 @@ def compared(
         rows.append(of("impacts per cycle", per_cycle, lambda m: m.impacts_per_cycle))
         rows.append(_regime(record.id, regime, found, "regime" in decisive, steady))
     if len(record.clearance) == 1:
-        rows.append(of("spells", number(row.get("spells")), lambda m: m.spells))
+        rows.append(of("spells", row.get("spells"), lambda m: m.spells))
     return rows
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from vinesexp.errors import ParameterError, VinesexpError, nearest
 from vinesexp.records.campaign.problems import Problems, read_file
 from vinesexp.records.campaign.yamltree import Section
-from vinesexp.records.stored.tables import Column, Row, Table, number, read_rows
+from vinesexp.records.stored.tables import Column, Row, Table, read_rows
 
 #: Rig values: rows of identified.csv, and what follows from them.
 RIG = ("f0", "zeta", "M", "c1", "k1", "r", "eps", "lambda")
@@ -128,7 +128,7 @@ def _value(row: Row) -> PublishedValue:
     except ValueError:
         raise ParameterError(f"found '{row['value']}' as value, expected a number") from None
     texts = {name: row.get(name, "") for name in _TEXTS}
-    numbers = [number(row.get(name)) for name in _NUMBERS]
+    numbers = [row.get(name) for name in _NUMBERS]
     return PublishedValue(
         quantity=quantity, value=row["value"], unit=texts["unit"],
         clearance_mm=texts["clearance_mm"], tried_mm=texts["tried_mm"],

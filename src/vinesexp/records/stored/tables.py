@@ -242,14 +242,3 @@ def ids_of(cell: str) -> tuple[str, ...]:
     (('a', 'b'), ())
     """
     return tuple(id for id in cell.split(";") if id)
-
-
-def number(cell: str | float | None) -> float | None:
-    """A cell as a number; None where it is empty or absent.
-
-    Examples
-    --------
-    >>> number("0.25"), number(0.0), number(""), number(None)
-    (0.25, 0.0, None, None)
-    """
-    return None if cell is None or cell == "" else float(cell)
