@@ -18,8 +18,7 @@ import numpy as np
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig
 from vinesexp.excitation import WeakDamping
-from vinesexp.maps.map_plan import MapPlan
-from vinesexp.maps.response_map import fill
+from vinesexp.maps.response_map import MapPlan, fill
 from vinesexp.solver.arrays import ball_table, closed_form, drive_table, parameters
 from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.kernel import run

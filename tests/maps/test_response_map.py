@@ -11,8 +11,17 @@ import pytest
 from vinesexp import response_map, simulate
 from vinesexp.design.ensemble import duration_of
 from vinesexp.errors import ParameterError, VinesexpError
-from vinesexp.maps.map_plan import VALUES, MapPlan, empty, published_line
-from vinesexp.maps.response_map import fill, joined, known_of, read_map, write_map
+from vinesexp.maps.response_map import (
+    VALUES,
+    MapPlan,
+    empty,
+    fill,
+    joined,
+    known_of,
+    published_line,
+    read_map,
+    write_map,
+)
 
 TABLE_2 = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6, "frequency": 7.862}
 

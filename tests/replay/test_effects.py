@@ -14,8 +14,8 @@ from vinesexp.excitation import Measured, WeakDamping
 from vinesexp.identification.decay_table import decay_by
 from vinesexp.records.campaign.load import Record
 from vinesexp.replay.campaign_replay import Model, identified_model, rig_of
-from vinesexp.replay.measures import measures_of
 from vinesexp.replay.motions import BaseSamples, drive_of, replays
+from vinesexp.replay.replay_table import measures_of
 from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.units import Quantity
 

@@ -16,9 +16,8 @@ from vinesexp.records.campaign.load import Campaign, Known, Record
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import create_record
 from vinesexp.replay.campaign_replay import Model, replay_campaign, rig_of
-from vinesexp.replay.measures import Measures, decay_time, measures_of
 from vinesexp.replay.motions import AS_RECORDED, ON_ORBIT, Replayed, begun, drive_of, replays
-from vinesexp.replay.replay_table import compared, replay_checks
+from vinesexp.replay.replay_table import Measures, compared, decay_time, measures_of, replay_checks
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts, write_impacts
 from vinesexp.signals.means import cycle_amplitudes

@@ -23,7 +23,7 @@ from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.maps.map_options import OPTIONS, along, cells_of, shortened
 
 if TYPE_CHECKING:
-    from vinesexp.maps.map_plan import MapPlan, Values
+    from vinesexp.maps.response_map import MapPlan, Values
 
 _SAVE_EVERY = 5.0  # s
 
@@ -89,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
 
 def plan_of(args: argparse.Namespace) -> MapPlan:
     """The plan that the options describe."""
-    from vinesexp.maps.map_plan import AXES, MapPlan, refuse_too_many
+    from vinesexp.maps.response_map import AXES, MapPlan, refuse_too_many
 
     values, ranges = map_values(args)
     if len(ranges) != 2:
@@ -130,7 +130,7 @@ def draw(plan: MapPlan, values: Values, picture: Path) -> None:
 
     from vinesexp.figures.response_map_panels import MapPicture, response_map_panels
     from vinesexp.figures.style import write
-    from vinesexp.maps.map_plan import AXES, published_line
+    from vinesexp.maps.response_map import AXES, published_line
 
     scale = {"m": (1e3, "mm"), "kg": (1e3, "g"), "1": (1.0, ""), "Hz": (1.0, "Hz")}
     (x_scale, x_unit), (y_scale, y_unit) = (scale[AXES[s][0]] for s in (plan.x, plan.y))

@@ -18,7 +18,6 @@ from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Row, Value
-from vinesexp.replay.measures import Measures, decay_time, is_steady, measures_of
 from vinesexp.replay.motions import (
     TESTS,
     BaseSamples,
@@ -29,7 +28,14 @@ from vinesexp.replay.motions import (
     replays,
     with_other_clearance,
 )
-from vinesexp.replay.replay_table import Compared, compared
+from vinesexp.replay.replay_table import (
+    Compared,
+    Measures,
+    compared,
+    decay_time,
+    is_steady,
+    measures_of,
+)
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.impact_table import read_impacts
