@@ -64,7 +64,7 @@ def library_versions(name: str) -> dict[str, str]:
     >>> sorted(library_versions("vinesexp.theory.manifold"))
     ['numpy']
     """
-    own = [part for path in _reached(name) if path.suffix == ".py" for part in _named(_tree(path))]
+    own = [part for path in _reached(name) if path.suffix == ".py" for part in _names(path)]
     roots = {part.partition(".")[0] for part in own} - {_PACKAGE} - sys.stdlib_module_names
     return {root: found for root in sorted(roots) if (found := _version(root))}
 
@@ -161,6 +161,12 @@ def _tree(path: Path) -> ast.Module:
 
 
 @cache
+def _names(path: Path) -> list[str]:
+    """Modules that a file names in its imports; its tree is large, and is not kept."""
+    return _named(ast.parse(path.read_bytes()))
+
+
+@cache
 def _files(name: str) -> tuple[Path, ...]:
     """Source of the module `name` of this package, and the data that lies beside it."""
     parts = name.split(".")
@@ -189,7 +195,7 @@ def _data(folder: Path) -> tuple[Path, ...]:
 
 @cache
 def _imports(path: Path) -> tuple[Path, ...]:
-    return tuple(found for name in _named(_tree(path)) for found in _files(name))
+    return tuple(found for name in _names(path) for found in _files(name))
 
 
 def _named(tree: ast.AST) -> list[str]:
