@@ -6,8 +6,8 @@ pair of multipliers leaves the unit circle (Neimark-Sacker): that clearance is t
 import matplotlib.pyplot as plt
 import numpy as np
 
+from vinesexp.theory.floquet import symmetric_orbits
 from vinesexp.theory.optimal_clearance import b_c_exact
-from vinesexp.theory.rig_orbits import symmetric_orbits
 
 values = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6}
 figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(8, 5), layout="constrained")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from vinesexp.clearance.levels import Tested
 from vinesexp.clearance.optimum import end_of_permanent, fastest, lowest_amplitude
 from vinesexp.errors import AnalysisError
-from vinesexp.theory.steadiness import Swing
+from vinesexp.theory.regime_definitions import Swing
 
 TWO, MODULATED = "two symmetric", "strongly modulated"
 

@@ -9,7 +9,7 @@ import pytest
 from benchmarks import free_decay, sequences
 
 from vinesexp.errors import AnalysisError, ParameterError
-from vinesexp.theory import boundaries, floquet, manifold, orbits, rig_orbits, slowflow
+from vinesexp.theory import boundaries, floquet, manifold, orbits, slowflow
 from vinesexp.theory import optimal_clearance as clearance
 from vinesexp.theory.orbits import Reduced
 from vinesexp.theory.transient import Decaying, best_clearance, captured_time
@@ -110,7 +110,7 @@ def test_detuning_without_orbit_is_reported() -> None:
     limit = float(orbits.saddle_node(p)[1])
     assert 1.0 < limit < 2.0, "of the order of the base motion itself"
     with pytest.raises(AnalysisError, match="no symmetric orbit with two impacts per cycle"):
-        rig_orbits.symmetric_orbits(G=0.25e-3, b=0.02, frequency=2.5 * 7.862, **RIG)
+        floquet.symmetric_orbits(G=0.25e-3, b=0.02, frequency=2.5 * 7.862, **RIG)
     assert 0.0 < float(boundaries.end_of_permanent_response(p).b_high) <= limit
 
 

@@ -7,8 +7,8 @@ import pytest
 from vinesexp import NES, Oscillator, Rig, coexisting
 from vinesexp.errors import ParameterError
 from vinesexp.maps.basins import Settled, grouped
+from vinesexp.theory.floquet import symmetric_orbits
 from vinesexp.theory.regime_definitions import Regime
-from vinesexp.theory.rig_orbits import symmetric_orbits
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
 

@@ -7,7 +7,7 @@ import pytest
 from benchmarks import free_decay, sequences, slow_flow
 
 from vinesexp import NES, Harmonic, Motion, Oscillator, Release, Rig, simulate
-from vinesexp.theory import boundaries, manifold, orbits, rig_orbits
+from vinesexp.theory import boundaries, floquet, manifold, orbits
 from vinesexp.theory.manifold import project
 from vinesexp.theory.orbits import Reduced
 from vinesexp.theory.regime_definitions import Regime, regime_of
@@ -29,7 +29,7 @@ def periodic(b: float, duration: float) -> Motion:
 def test_simulation_settles_on_the_exact_orbit_to_its_last_digits(b: float) -> None:
     i = periodic(b, 300.0).impacts
     run = np.hypot(i["x"][-1], i["v_after"][-1] / TABLE_2.w0)
-    exact = rig_orbits.symmetric_orbits(G=G, b=b, **VALUES)[0].amplitude
+    exact = floquet.symmetric_orbits(G=G, b=b, **VALUES)[0].amplitude
     assert run == pytest.approx(exact, rel=1e-7)
 
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp.errors import AnalysisError, ParameterError
-from vinesexp.theory import boundaries, floquet, manifold, orbits, rig_orbits, slowflow
+from vinesexp.theory import boundaries, floquet, manifold, orbits, slowflow
 from vinesexp.theory.orbits import Reduced
 
 RIG = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6}
@@ -42,7 +42,7 @@ def test_boundaries_of_the_published_rig(
     ],
 )
 def test_amplitudes_of_the_published_rig(b: float, amplitude: float, stable: bool) -> None:
-    orbit = rig_orbits.symmetric_orbits(G=0.25e-3, b=1e-3 * b, **RIG)[0]
+    orbit = floquet.symmetric_orbits(G=0.25e-3, b=1e-3 * b, **RIG)[0]
     assert 1e3 * orbit.amplitude == pytest.approx(amplitude, abs=5e-4)
     assert orbit.stable is stable
     assert orbit.admissible
@@ -178,9 +178,9 @@ def test_both_orbits_come_back_from_their_clearance() -> None:
 
 def test_no_orbit_is_reported_with_the_limit() -> None:
     with pytest.raises(AnalysisError, match=r"they end at b = 38\.1287 mm"):
-        rig_orbits.symmetric_orbits(G=0.25e-3, b=0.04, **RIG)
+        floquet.symmetric_orbits(G=0.25e-3, b=0.04, **RIG)
     with pytest.raises(ParameterError, match="base amplitude G"):
-        rig_orbits.symmetric_orbits(G=0.0, b=0.03, **RIG)
+        floquet.symmetric_orbits(G=0.0, b=0.03, **RIG)
 
 
 def test_asymmetric_orbit_branches_off_at_symmetry_breaking() -> None:

@@ -18,8 +18,7 @@ from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import Verdict
 from vinesexp.records.stored.tables import Row
-from vinesexp.theory.regime_definitions import PERMANENT, TELLING, Regime
-from vinesexp.theory.steadiness import UNKNOWN, Swing
+from vinesexp.theory.regime_definitions import PERMANENT, TELLING, UNKNOWN, Regime, Swing
 from vinesexp.units import COVERAGE_95, Quantity
 
 Rows = Sequence[Row]

@@ -224,7 +224,7 @@ def swings(tests: Sequence[Tested]) -> list[Tested]:
     Examples
     --------
     >>> from vinesexp.theory.regime_definitions import PERMANENT
-    >>> from vinesexp.theory.steadiness import Swing
+    >>> from vinesexp.theory.regime_definitions import Swing
     >>> steady, swinging = Swing(1e-4, 1e-4), Swing(0.016, 0.016)
     >>> tests = [Tested(0.030, 5.7, "two symmetric", "a", steady),
     ...          Tested(0.034, 5.3, "two symmetric", "b", swinging)]

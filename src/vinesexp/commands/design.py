@@ -199,7 +199,7 @@ def curve_of(advice: Advice) -> DesignCurve:
 def _amplitude_at_b_c(given: Given, b: float) -> float:
     """Amplitude of the orbit a hair inside its end, m."""
     from vinesexp.design.predictions import frequency_of
-    from vinesexp.theory.rig_orbits import symmetric_orbits
+    from vinesexp.theory.floquet import symmetric_orbits
 
     rig = {o.symbol: given.one(o.symbol).value for o in RIG}
     inside = b * (1.0 - 1e-9)

@@ -374,7 +374,7 @@ def _on_orbit(
 ) -> list[Replayed]:
     """A replay that starts on the stable orbit of two impacts per cycle, where there is one."""
     from vinesexp.solver.simulation import simulate
-    from vinesexp.theory.rig_orbits import symmetric_orbits
+    from vinesexp.theory.floquet import symmetric_orbits
 
     oscillator, ball = plain.oscillator, plain.nes[0]
     try:

@@ -42,10 +42,10 @@ from vinesexp.theory.regime_definitions import (
     BY_FREQUENCY,
     TELLING,
     Regime,
+    Swing,
     activation_spells,
     regime_of,
 )
-from vinesexp.theory.steadiness import Swing
 
 #: Clearances that differ by less than this share are alike.
 _ALIKE = 0.01

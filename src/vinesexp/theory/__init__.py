@@ -11,7 +11,7 @@ __all__, __getattr__, __dir__ = lazy(
         "b_t_published": "vinesexp.theory.optimal_clearance",
         "predict_periodic": "vinesexp.theory.intervals",
         "predict_transient": "vinesexp.theory.intervals",
-        "symmetric_orbits": "vinesexp.theory.rig_orbits",
+        "symmetric_orbits": "vinesexp.theory.floquet",
         "simulated_end": "vinesexp.theory.simulated_orbit",
         "fixed_points": "vinesexp.theory.slowflow",
         "amplitude": "vinesexp.theory.manifold",

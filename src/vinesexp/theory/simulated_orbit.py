@@ -20,8 +20,8 @@ from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Rig
 from vinesexp.solver.motion import Motion
 from vinesexp.solver.simulation import simulate
+from vinesexp.theory.floquet import SymmetricOrbit, symmetric_orbits
 from vinesexp.theory.optimal_clearance import b_c_exact
-from vinesexp.theory.rig_orbits import SymmetricOrbit, symmetric_orbits
 
 _BEGIN = (0.97, 0.85, 0.7)  # of the end without effects: where the orbit is first looked for
 _STEP = 0.01  # of the clearance, until the end lies between two
