@@ -8,9 +8,8 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.identification.bounces import bounces_heard
-from vinesexp.proposal.roles import Guess, label_of
+from vinesexp.proposal.roles import Guess, common_frequency, envelope, label_of, stands_out
 from vinesexp.proposal.survey import ColumnView, FileView
-from vinesexp.proposal.traits import common_frequency, envelope, stands_out
 from vinesexp.units import UNITS
 
 OPEN = "?"  # stands where a person has to fill in; no value is read from it
