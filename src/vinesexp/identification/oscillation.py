@@ -13,6 +13,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.records.stored.store import RecordView
+from vinesexp.signals.clipping import repeated
 from vinesexp.signals.means import block_means, channel_means, missing_means
 
 #: Block means a period: a sine loses 0.3 % of its information there.
@@ -63,7 +64,8 @@ def displacement_of(view: RecordView, frequency: float) -> tuple[FloatArray, flo
 def fewer(x: FloatArray, t: FloatArray, frequency: float) -> tuple[FloatArray, FloatArray]:
     """Means over groups of samples, some 24 a period, and their mean times.
 
-    What means take from a sine is given back. A group with a pause in it is left out.
+    What means take from a sine is given back. A group with a pause in it is left out. Samples so
+    few that none are averaged stay as they are, without those that repeat the one before.
 
     Examples
     --------
@@ -75,7 +77,8 @@ def fewer(x: FloatArray, t: FloatArray, frequency: float) -> tuple[FloatArray, F
     step = float(np.median(np.diff(t))) if t.size > 1 else math.inf
     k = max(1, int(1.0 / (POINTS * frequency * step)))
     if k == 1:
-        return x, t
+        new = ~repeated(x)
+        return x[new], t[new]
     whole = t.size // k * k
     groups = t[:whole].reshape(-1, k)
     dense = groups[:, -1] - groups[:, 0] < _PAUSE * k * step
@@ -98,7 +101,10 @@ def motion_samples(view: RecordView, frequency: float) -> tuple[FloatArray, Floa
             x = -x / (2.0 * math.pi * frequency) ** 2
         return x, t
     x, step = displacement_of(view, frequency)
-    known = ~missing_means(view, role, round(step * view.sample_rate))
+    k = round(step * view.sample_rate)
+    known = ~missing_means(view, role, k)
+    if k == 1:
+        known &= ~repeated(x)
     return x[known], np.asarray(step * np.flatnonzero(known), dtype=np.float64)
 
 

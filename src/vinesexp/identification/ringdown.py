@@ -211,7 +211,11 @@ def _trusted(
     difference = np.where(out, 0.0, y - (np.exp(log_A) * np.cos(phase))[0])
     q = np.linalg.qr(slow)[0]
     rest = np.abs(difference - q @ (q.T @ difference))
-    lost = rest > _OUTLYING * max(noise, float(np.median(rest)) / 0.6745)
+    # Times that are off leave more where the motion is larger, which is no loss.
+    A = np.exp(log_A[0])
+    loud = np.median(A) <= A
+    usual = np.maximum(float(np.median(rest)), A * float(np.median(rest[loud] / A[loud]))) / 0.6745
+    lost = rest > _OUTLYING * np.maximum(noise, usual)
     return ~(out | lost) if lost.mean() < _MOST_LOST else ~out
 
 

@@ -14,6 +14,7 @@ from vinesexp.records.stored.store import RecordView
 
 _BLOCK = 1 << 20
 _LOOK = 1 << 16  # samples whose differences show the resolution
+_MOVES = 3.0  # steps of the converter by which a signal goes on where it repeats no value by chance
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,27 @@ def resolution_of(x: np.ndarray) -> float:
     # Two float32 of the same code differ by less than this.
     steps = steps[steps > 1e-6 * max(abs(values[0]), abs(values[-1]))] if steps.size else steps
     return round(float(steps.min()), 15) if steps.size else 0.0
+
+
+def repeated(x: FloatArray) -> BoolArray:
+    """Which samples repeat the one before although the signal moves: frames that came too late.
+
+    A camera or a phone that has no new value gives its last one. Where a signal goes on by more
+    than three of its own steps before and after, equal neighbours are no chance.
+
+    Examples
+    --------
+    >>> repeated(np.array([0.0, 0.31, 0.31, 0.9, 1.0, 0.95])).tolist()
+    [False, False, True, False, False, False]
+    """
+    first = np.flatnonzero(np.append(True, x[1:] != x[:-1]))
+    length = np.diff(np.append(first, x.size))
+    step = np.abs(np.diff(x[first]))
+    least = np.minimum(np.append(np.inf, step), np.append(step, np.inf))
+    late = (length > 1) & (least > _MOVES * resolution_of(x[:_LOOK])) & np.isfinite(least)
+    marked = np.repeat(late, length)
+    marked[first] = False
+    return np.asarray(marked)
 
 
 def converter_range(record: RecordView, role: str, *, piled: float = 4.0) -> Range:
