@@ -6,10 +6,12 @@ the one its rule names.
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.result_paths import ResultPaths
+from vinesexp.whole_files import whole_file
 
 
 def figures_of_results(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
@@ -48,18 +50,38 @@ def report(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
 
 def bundle(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
-    """Put the results into one zip."""
+    """Put report, pages, tables, figures, records and logs into one zip, in a folder of its name.
+
+    What only later steps read, and what lies in the folder besides, is left out. The same results
+    give the same zip.
+    """
+    import zipfile
+
     from vinesexp.records.stored.freshness import Notes
-    from vinesexp.report.bundle import write_bundle
 
     roots = {"results": paths.folder, "campaign": campaign.folder}
-    written: list[Path] = []
+    written: set[Path] = set()
     for id in (None, *(record.id for record in campaign.records)):
         for file in paths.kept_notes(id):
             notes = Notes(file, roots)
             for step in notes.steps:
-                written += [*notes.files(step), paths.log(step, id)]
-    write_bundle(paths.folder, written, paths.bundle)
+                written |= {path.resolve() for path in (*notes.files(step), paths.log(step, id))}
+    home = paths.folder.resolve()
+    with whole_file(paths.bundle) as growing, zipfile.ZipFile(growing, "w") as made:
+        for path in sorted(written - {paths.bundle.resolve()}):
+            if not path.is_file() or not path.is_relative_to(home):
+                continue
+            within = path.relative_to(home)
+            if within.parts[0] == "steps":
+                continue
+            name = f"{home.name}/{within.as_posix()}"
+            entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+            entry.external_attr = 0o644 << 16
+            small = path.suffix in (".nc", ".pdf")  # already
+            entry.compress_type = zipfile.ZIP_STORED if small else zipfile.ZIP_DEFLATED
+            entry.file_size = path.stat().st_size  # says whether it needs a large entry
+            with path.open("rb") as source, made.open(entry, "w") as target:
+                shutil.copyfileobj(source, target, 1 << 20)
     return []
 
 
