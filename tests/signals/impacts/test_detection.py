@@ -5,8 +5,6 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from vinesexp.laboratory.sensors import contact_acceleration
 from vinesexp.settings.stages import ImpactSettings
@@ -70,9 +68,9 @@ def test_errors_of_the_jump_are_honest() -> None:
     assert 0.8 < pull.std() < 1.2
 
 
-@settings(deadline=None, max_examples=10)
-@given(seed=st.integers(0, 10_000))
+@pytest.mark.parametrize("seed", range(10))
 def test_noise_alone_is_no_impact(seed: int) -> None:
+    """Chosen seeds: about one in ten thousand such records has one by chance (seed 3943 does)."""
     a = np.random.default_rng(seed).standard_normal(200_000)
     assert detect_contacts(a, 1e4, highpass=None).time.size == 0
 
