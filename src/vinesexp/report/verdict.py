@@ -474,11 +474,8 @@ def _of_record(value: PublishedValue, record: Record, results: CampaignResults) 
 
 def _time(record: Record, value: PublishedValue, times: Sequence[Row]) -> float | None:
     level = 1e-3 * (value.level_mm or 0.0)
-    for row in times:
-        if row["record"] == record.id and abs(row["target_m"] / level - 1.0) < 1e-3:
-            time: float | None = row["time_s"]
-            return time
-    return None
+    own = (row for row in times if row["record"] == record.id)
+    return next((row["time_s"] for row in own if abs(row["target_m"] / level - 1.0) < 1e-3), None)
 
 
 def _best_of(value: PublishedValue, results: CampaignResults) -> Own | None:
@@ -646,19 +643,24 @@ def left_early(level: PeriodicLevel, end: Row, replay: Sequence[Row]) -> str:
     low, exact = end.get("measured_low_mm"), end.get("exact_mm")
     if exact is None:
         return ""
-    starts = {row["record"]: row for row in replay if row["quantity"] == "regime"}
-    for test in level.tests:
+    for test, shown in _replayed(level, replay):
         above = low is None or 1e3 * test.clearance > low
-        row = starts.get(test.record)
-        if not above or test.regime in PERMANENT or test.regime in ("", UNSEEN) or row is None:
+        if not above or test.regime in (*PERMANENT, "", UNSEEN):
             continue
-        shown = regimes_of(row)
         if 1e3 * test.clearance < exact and shown & set(PERMANENT):
             return (
                 f"at {1e3 * test.clearance:g} mm the identified rig keeps two impacts per cycle "
                 "from some starts only, so these tests do not show where that orbit ends"
             )
     return ""
+
+
+def _replayed(level: PeriodicLevel, replay: Sequence[Row]) -> Iterator[tuple[Tested, set[str]]]:
+    """Tests of a level with the regimes of their replays, where there are any."""
+    starts = {row["record"]: row for row in replay if row["quantity"] == "regime"}
+    for test in level.tests:
+        if test.record in starts:
+            yield test, regimes_of(starts[test.record])
 
 
 def branch_note(level: PeriodicLevel, replay: Sequence[Row]) -> str:
@@ -670,14 +672,9 @@ def branch_note(level: PeriodicLevel, replay: Sequence[Row]) -> str:
     replay : sequence of mappings
         Rows of replay.csv.
     """
-    starts = {row["record"]: row for row in replay if row["quantity"] == "regime"}
     kept: list[float] = []
     lost: list[float] = []
-    for test in level.tests:
-        row = starts.get(test.record)
-        if row is None:
-            continue
-        shown = regimes_of(row)
+    for test, shown in _replayed(level, replay):
         if shown <= set(PERMANENT):
             kept.append(test.clearance)
         elif shown & set(PERMANENT):
