@@ -36,9 +36,7 @@ _SURE = 0.01
 _OUTLYING = 4.0  # robust standard deviations
 
 
-def clearance_of_flights(
-    impacts: Impacts, *, r: Quantity, frequency: float, sure: float = _SURE
-) -> Quantity | None:
+def clearance_of_flights(impacts: Impacts, *, r: Quantity, frequency: float) -> Quantity | None:
     """Clearance of the one ball of a record with its standard error, m; None where it stays open.
 
     Parameters
@@ -49,8 +47,6 @@ def clearance_of_flights(
         Restitution, as far as it is known (`UNKNOWN_R`).
     frequency : float
         Of the oscillation, Hz.
-    sure : float
-        Largest relative standard error of an answer.
     """
     at_0, at_1 = (flights_of(impacts, nes=1, b=b, period=1.0 / frequency) for b in (0.0, 1.0))
     if at_0.index.size < _FEWEST:
@@ -93,7 +89,7 @@ def clearance_of_flights(
     covariance = np.linalg.pinv(solved.jac.T @ solved.jac)
     # Flights are shared by neighbouring impacts: half as many are independent.
     error = math.sqrt(2.0 * float(covariance[0, 0]))
-    if not (0.0 < b < 1.0 and 0.0 < answer[1] < 1.0) or error > sure * b:
+    if not (0.0 < b < 1.0 and 0.0 < answer[1] < 1.0) or error > _SURE * b:
         return None
     return Quantity(b, error)
 

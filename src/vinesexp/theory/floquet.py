@@ -132,13 +132,13 @@ def steady_samples(orbit: Family, *, samples: int = 65) -> tuple[FloatArray, Flo
     return x, (orbit.x - orbit.b)[..., None] + orbit.u[..., None] * t
 
 
-def stays_inside(orbit: Family, *, samples: int = 65) -> BoolArray:
+def stays_inside(orbit: Family) -> BoolArray:
     """Whether the ball keeps inside its cavity between impacts, so that the orbit is a motion.
 
-    |x - y| < b is looked at on `samples` instants of the half period; a graze between two of them
-    by less than (pi/samples)^2/8 of the amplitude passes.
+    |x - y| < b is looked at on 65 instants of the half period; a graze between two of them
+    by less than (pi/65)^2/8 of the amplitude passes.
     """
-    x, y = steady_samples(orbit, samples=samples)
+    x, y = steady_samples(orbit)
     inside = np.abs(x - y)[..., 1:-1] < orbit.b[..., None] * (1.0 + 1e-9)
     return np.asarray(inside.all(axis=-1))
 

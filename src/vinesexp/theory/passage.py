@@ -24,6 +24,9 @@ _AIRY = 2.338107410459767
 _CHATTER = 0.02
 #: No passage takes more flights than this.
 _MOST = 4000
+_LANES = 24  # balls, started at as many amplitudes
+_AFTER = 6.0  # cycles for which a ball is followed that has let go
+_POINTS = 240  # amplitudes of a passage
 
 
 @dataclass(frozen=True)
@@ -83,15 +86,13 @@ class Passage:
 
 
 @lru_cache(maxsize=64)  # b*(level) asks for the same flight once per clearance
-def passage(
-    *, eps: float, lam: float, r: float, lanes: int = 24, after: float = 6.0, points: int = 240
-) -> Passage:
+def passage(*, eps: float, lam: float, r: float) -> Passage:
     """Fly captured balls from above the fold until they have let go (docs/theory.md, 54).
 
-    The full system (1)-(4) without forcing, from flight to flight: started on the SIM at `lanes`
+    The full system (1)-(4) without forcing, from flight to flight: started on the SIM at 24
     amplitudes that share out one half cycle's decay, so that where the impacts fall about the
     fold is averaged over. A ball has let go at its first flight of more than three quarters of
-    a cycle; it is followed for `after` cycles more.
+    a cycle; it is followed for six cycles more.
 
     Raises
     ------
@@ -118,12 +119,12 @@ def passage(
     fall = eps * (
         0.5 * lam * start + 8.0 * float(loss_parameter(r)) * float(C) ** 2 / (np.pi**3 * start)
     )
-    offset = (np.arange(lanes) + 0.5) / lanes * np.pi
+    offset = (np.arange(_LANES) + 0.5) / _LANES * np.pi
     state = _on_the_manifold(start + fall * offset, r=r, eps=eps)
     zeta = 0.5 * eps * lam
     times, heights = [-offset], [start + fall * offset]
-    until, let_go = np.full(lanes, np.inf), np.full(lanes, np.nan)
-    active = np.ones(lanes, dtype=bool)
+    until, let_go = np.full(_LANES, np.inf), np.full(_LANES, np.nan)
+    active = np.ones(_LANES, dtype=bool)
     for _ in range(_MOST):
         flight = next_collision(state, zeta=zeta)
         now = times[-1] + flight
@@ -132,7 +133,7 @@ def passage(
         if not active.any():
             break
         lost = active & (flight > 1.5 * np.pi) & np.isinf(until)
-        until = np.where(lost, now + 2.0 * np.pi * after, until)
+        until = np.where(lost, now + 2.0 * np.pi * _AFTER, until)
         let_go = np.where(lost, heights[-1], let_go)
         arrived = fly(state, flight, zeta=zeta)
         left = impact(arrived, eps=eps, r=r)
@@ -142,7 +143,7 @@ def passage(
         heights.append(np.where(active, height, heights[-1]))
     tau = np.array(times).T
     fallen = np.minimum.accumulate(np.array(heights).T, axis=1)
-    A = np.geomspace(start, float(fallen.min()) * (1.0 - 1e-12), points)
+    A = np.geomspace(start, float(fallen.min()) * (1.0 - 1e-12), _POINTS)
     tau1 = np.array([np.interp(-A, -h, t, right=np.nan) for h, t in zip(fallen, tau, strict=True)])
     return Passage(A, eps * tau1, let_go, fallen[:, -1], eps * tau[:, -1])
 

@@ -31,6 +31,7 @@ from vinesexp.theory.passage import passage
 LOWEST_BELOW, HIGHEST_BELOW, HIGHEST = 0.1, 0.85, 2.5
 #: Share of the way from A_2 to HIGHEST over which the excess past T2 sets in.
 RISE = 0.1
+_POINTS = 2000  # of a curve of slow time over amplitude, on the branch and in chaos
 # Legendre coefficients over (place, 2 r - 1), from benchmarks.box_power
 _BELOW = np.array(
     [
@@ -183,9 +184,7 @@ def _elapsed(A: FloatArray, *, lam: float, r: float) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def decay_curve(
-    *, eps: float, lam: float, r: float, high: float, low: float, points: int = 2000
-) -> DecayCurve:
+def decay_curve(*, eps: float, lam: float, r: float, high: float, low: float) -> DecayCurve:
     """Slow time against amplitude from `high` down to `low` (clearances), docs/theory.md (26-29).
 
     Above T2 with the power of the shaken box, on the stable branch with that of the SIM, through
@@ -194,14 +193,14 @@ def decay_curve(
     fold = float(A_1(r))
     run = passage(eps=eps, lam=lam, r=r)
     top = max(high, run.A[0]) * (1.0 + 1e-12)
-    upper = np.geomspace(top, run.A[0], points)
+    upper = np.geomspace(top, run.A[0], _POINTS)
     breaking = float(A_2(r))
     if top > breaking > run.A[0]:
         upper = np.sort(np.append(upper, breaking))[::-1]
     first = _elapsed(upper, lam=lam, r=r)
     floor = min(low, run.A[-1]) * (1.0 - 1e-9)
-    below = np.concatenate([run.A, np.geomspace(run.A[-1], floor, points // 4)[1:]])
-    chaos = np.geomspace(fold * (1.0 - 1e-12), min(low, fold, floor), points)
+    below = np.concatenate([run.A, np.geomspace(run.A[-1], floor, _POINTS // 4)[1:]])
+    chaos = np.geomspace(fold * (1.0 - 1e-12), min(low, fold, floor), _POINTS)
     chaos_tau1 = _elapsed(chaos, lam=lam, r=r)
 
     def drifting(A: FloatArray) -> FloatArray:
