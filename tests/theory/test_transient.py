@@ -7,7 +7,7 @@ import pytest
 from benchmarks import box_power, free_decay
 
 from vinesexp.errors import AnalysisError
-from vinesexp.theory import manifold, passage, transient
+from vinesexp.theory import manifold, transient
 from vinesexp.theory.transient import Decaying
 
 TABLE_1 = Decaying(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6, x_m=0.030)
@@ -50,15 +50,17 @@ def test_ball_power_is_continuous_at_t2_and_jumps_at_t1() -> None:
 def test_balls_let_go_late_by_the_two_thirds_power() -> None:
     delays = []
     for eps in (1e-3, 1e-4):
-        run = passage.passage(eps=eps, lam=LAM, r=0.6)
+        run = transient.passage(eps=eps, lam=LAM, r=0.6)
         delays.append(float(manifold.A_1(0.6)) - run.let_go.mean())
-        assert delays[-1] == pytest.approx(passage.fold_rates(lam=LAM, r=0.6).delay(eps), rel=0.25)
+        assert delays[-1] == pytest.approx(
+            transient.fold_rates(lam=LAM, r=0.6).delay(eps), rel=0.25
+        )
     assert np.log10(delays[0] / delays[1]) == pytest.approx(2.0 / 3.0, abs=0.08)
 
 
 def test_passage_keeps_to_the_closed_form_above_the_fold() -> None:
     """Slow time from 1.5 delays above the fold to it: the flown balls and (25) agree."""
-    run = passage.passage(eps=1e-3, lam=LAM, r=0.6)
+    run = transient.passage(eps=1e-3, lam=LAM, r=0.6)
     A_1 = float(manifold.A_1(0.6))
     upper = run.A[A_1 + 0.5 * (run.A[0] - A_1) < run.A][-1]
     flown = run.tau1[:, upper == run.A].mean()
@@ -69,7 +71,7 @@ def test_passage_keeps_to_the_closed_form_above_the_fold() -> None:
 
 @pytest.mark.parametrize(("eps", "r"), [(1e-5, 0.6), (1e-4, 0.95), (1e-4, 0.0), (0.1, 0.3)])
 def test_passage_ends_whatever_the_rig(eps: float, r: float) -> None:
-    run = passage.passage(eps=eps, lam=LAM, r=r)
+    run = transient.passage(eps=eps, lam=LAM, r=r)
     assert np.all(np.isfinite(run.end_A))
     assert np.all(run.end_A > 0.0)
     assert np.all(np.diff(run.A) < 0.0)
@@ -92,7 +94,7 @@ def test_fold_rate_is_the_slope_of_the_multiplier() -> None:
     r, h = 0.6, 1e-6
     C = float(manifold.C_1(r)) + h
     largest = float(np.max(np.real(manifold.multipliers(C, r=r))))
-    rates = passage.fold_rates(lam=LAM, r=r)
+    rates = transient.fold_rates(lam=LAM, r=r)
     assert (largest - 1.0) / h == pytest.approx(-2.0 * np.pi * rates.nu, rel=1e-4)
 
 

@@ -20,13 +20,13 @@ from vinesexp.errors import AnalysisError
 from vinesexp.rig import checked
 from vinesexp.theory.intervals import OFFSETS, VALUES, WEIGHTS, covariance_of, rig_values, spread
 from vinesexp.theory.manifold import A_1
-from vinesexp.theory.passage import passage
 from vinesexp.theory.transient import (
     BestClearance,
     Decaying,
     best_clearance,
     captured_time,
     decay_curve,
+    passage,
 )
 from vinesexp.units import COVERAGE_95, Quantity
 
