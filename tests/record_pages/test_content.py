@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.record_pages.decoded import unpacked, unsqueezed
 
 from vinesexp.record_pages.drawn_content import (
     chunks_of,
@@ -13,8 +14,6 @@ from vinesexp.record_pages.drawn_content import (
     read_channel,
     squeezed,
     traces_of,
-    unpacked,
-    unsqueezed,
 )
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import create_record, open_record

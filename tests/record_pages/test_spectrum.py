@@ -5,8 +5,9 @@ import base64
 import numpy as np
 import pytest
 from scipy.signal import welch
+from tests.record_pages.decoded import unpacked
 
-from vinesexp.record_pages.drawn_content import phase_plane, spectrum, unpacked
+from vinesexp.record_pages.drawn_content import phase_plane, spectrum
 from vinesexp.records.stored.store import create_record, open_record
 
 RATE, F = 1000.0, 8.0

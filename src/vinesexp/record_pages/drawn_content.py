@@ -48,8 +48,10 @@ def packed(values: ArrayLike) -> dict[str, Any]:
     Examples
     --------
     >>> found = packed([0.0, 1.0, float("nan")])
-    >>> found["offset"], round(found["scale"] * 65000, 6), unpacked(found)
-    (0.5, 1.0, array([ 0.,  1., nan]))
+    >>> found["offset"], round(found["scale"] * 65000, 6)
+    (0.5, 1.0)
+    >>> np.frombuffer(base64.b64decode(found["int16"]), "<i2")
+    array([-32500,  32500, -32768], dtype=int16)
     """
     given = np.asarray(values, dtype=np.float64)
     known = np.isfinite(given)
@@ -57,14 +59,6 @@ def packed(values: ArrayLike) -> dict[str, Any]:
     offset, scale = 0.5 * (low + high), (high - low) / _PACKING_STEPS or 1.0
     steps = np.where(known, np.round((np.where(known, given, offset) - offset) / scale), _GAP)
     return {"offset": float(offset), "scale": float(scale), "int16": _text(steps, "<i2")}
-
-
-def unpacked(content: Mapping[str, Any]) -> np.ndarray:
-    """What `packed` packed; the page does the same."""
-    steps = np.frombuffer(base64.b64decode(content["int16"]), "<i2").astype(np.float64)
-    steps[steps == _GAP] = np.nan
-    found: np.ndarray = content["offset"] + content["scale"] * steps
-    return found
 
 
 def exact(values: ArrayLike) -> dict[str, str]:
@@ -189,9 +183,9 @@ def squeezed(values: FloatArray) -> dict[str, Any]:
 
     Examples
     --------
-    >>> x = np.sin(np.arange(1000) / 50.0)
-    >>> bool(np.abs(unsqueezed(squeezed(x)) - x).max() < 1e-4)
-    True
+    >>> found = squeezed(np.sin(np.arange(1000) / 50.0))
+    >>> found["order"], len(found["deflated"]) < 1000
+    (2, True)
     """
     known = np.isfinite(values)
     low, high = (values[known].min(), values[known].max()) if known.any() else (0.0, 0.0)
@@ -213,19 +207,6 @@ def squeezed(values: FloatArray) -> dict[str, Any]:
         "order": order,
         "deflated": base64.b64encode(content).decode("ascii"),
     }
-
-
-def unsqueezed(content: dict[str, Any]) -> FloatArray:
-    """What `squeezed` made small; the page does the same."""
-    planes = np.frombuffer(zlib.decompress(base64.b64decode(content["deflated"])), np.uint8)
-    half = planes.size // 2
-    folded = planes[:half].astype(np.int32) | planes[half:].astype(np.int32) << 8
-    steps = ((folded >> 1) ^ -(folded & 1)).astype(np.int16)
-    for _ in range(content["order"]):
-        steps = np.cumsum(steps, dtype=np.int16)
-    values: FloatArray = content["offset"] + content["scale"] * steps.astype(np.float64)
-    values[steps == _GAP] = np.nan
-    return values
 
 
 def _difference(steps: np.ndarray, order: int) -> np.ndarray:
