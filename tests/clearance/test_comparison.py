@@ -328,11 +328,11 @@ def test_predicted_swing_is_that_of_a_simulated_motion(frequency):
     assert swing[0] == pytest.approx(0.5 * np.ptp(x), rel=2e-3)
 
 
-def base_row(record: str, G: float = 0.225e-3, frequency: float = 7.8623) -> dict[str, str]:
+def base_row(record: str, G: float = 0.225e-3, frequency: float = 7.8623) -> dict[str, object]:
     return {
-        "record": record, "frequency_hz": str(frequency), "frequency_error_hz": "1e-6",
-        "amplitude_m": str(G), "amplitude_error_m": "1e-9", "harmonic_2": "0", "harmonic_3": "0",
-        "wander": "0", "dip": "0",
+        "record": record, "frequency_hz": frequency, "frequency_error_hz": 1e-6,
+        "amplitude_m": G, "amplitude_error_m": 1e-9, "harmonic_2": 0.0, "harmonic_3": 0.0,
+        "wander": 0.0, "dip": 0.0,
     }  # fmt: skip
 
 

@@ -276,10 +276,11 @@ def base_of_level(
         at = None if stated is None else Quantity(stated, GENERATOR * inputs.clock.of(stated))
         return LevelBase(found or Quantity(nominal, inputs.base_amplitude.of(nominal)), at)
     gain, clock = inputs.base.of(1.0), inputs.clock.of(1.0)
-    G, noise = _mean([(float(r["amplitude_m"]), float(r["amplitude_error_m"])) for r in rows])
-    f, f_noise = _mean([(float(r["frequency_hz"]), float(r["frequency_error_hz"])) for r in rows])
+    G, noise = _mean([(r["amplitude_m"], r["amplitude_error_m"]) for r in rows])
+    f, f_noise = _mean([(r["frequency_hz"], r["frequency_error_hz"]) for r in rows])
     # Tests at different frequencies have no prediction of their own: none is drawn for their mean.
-    shared = _spread([float(r["frequency_hz"]) for r in rows]) < 1e-3 * f
+    each = [r["frequency_hz"] for r in rows]
+    shared = max(each) - min(each) < 1e-3 * f
     return LevelBase(
         found or Quantity(G, math.hypot(noise, gain * G)),
         Quantity(f, math.hypot(f_noise, clock * f)) if shared else None,
@@ -293,10 +294,6 @@ def _mean(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:
     centre = sum(values) / len(values)
     scatter = math.sqrt(sum((v - centre) ** 2 for v in values) / len(values))
     return centre, math.hypot(scatter, max(error for _, error in pairs))
-
-
-def _spread(values: Sequence[float]) -> float:
-    return max(values) - min(values)
 
 
 def base_checks(name: str, frequencies: set[float], base: LevelBase, rows: Rows) -> list[Check]:
@@ -329,8 +326,8 @@ def base_checks(name: str, frequencies: set[float], base: LevelBase, rows: Rows)
 
 
 def _steadiness(row: Row) -> list[Check]:
-    harmonics = math.hypot(float(row["harmonic_2"]), float(row["harmonic_3"]))
-    wander, dip = float(row["wander"]), float(row["dip"])
+    harmonics = math.hypot(row["harmonic_2"], row["harmonic_3"])
+    wander, dip = row["wander"], row["dip"]
     words = []
     if harmonics > HARMONICS:
         words.append(f"harmonics of {100 * harmonics:.2g} %")
@@ -338,7 +335,7 @@ def _steadiness(row: Row) -> list[Check]:
         words.append(f"an amplitude that wanders by {100 * wander:.2g} %")
     if dip > DIP:
         words.append(f"a dip of {100 * dip:.2g} %")
-    frequency, error = float(row["frequency_hz"]), float(row["frequency_error_hz"])
+    frequency, error = row["frequency_hz"], row["frequency_error_hz"]
     if error > _STEADY * frequency:
         words.append(f"a frequency that is steady to {COVERAGE_95 * error:.1g} Hz only")
     if not words:

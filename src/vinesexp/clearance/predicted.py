@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.clearance.levels import LevelBase
+from vinesexp.clearance.levels import LevelBase, Rows
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
 from vinesexp.identification.joint.whole import RigPosterior
@@ -113,7 +113,7 @@ class IdentifiedRig:
 
 
 def identified_rig(
-    identified: Sequence[Mapping[str, str]], known: Known, joint: RigPosterior | None = None
+    identified: Rows, known: Known, joint: RigPosterior | None = None
 ) -> IdentifiedRig:
     """The `combined` rows of identified.csv and the weighed ball.
 
@@ -166,7 +166,7 @@ OF_BALL = (
 )  # fmt: skip
 
 
-def ball_effects(identified: Sequence[Mapping[str, str]]) -> dict[str, float]:
+def ball_effects(identified: Rows) -> dict[str, float]:
     """What identified.csv says of the ball beyond its mass and r, SI."""
     rows = (row for row in identified if row["parameter"] in OF_BALL)
     return {row["parameter"]: float(row["value"]) for row in rows}
@@ -250,12 +250,12 @@ def _end_over_plain(
     return end / end_of(values["m"], values["r"])
 
 
-def found_rolling(identified: Sequence[Mapping[str, str]]) -> float:
+def found_rolling(identified: Rows) -> float:
     """Share of the floor's motion that the ball takes, by its flights; 0 for one that slides."""
     return next((float(row["value"]) for row in identified if row["parameter"] == "rolling"), 0.0)
 
 
-def at_level(rig: IdentifiedRig, levels: Sequence[Mapping[str, str]], *, G: float) -> IdentifiedRig:
+def at_level(rig: IdentifiedRig, levels: Rows, *, G: float) -> IdentifiedRig:
     """The rig with f0, zeta, c1 and k1 of the amplitude at which a level works.
 
     Parameters
