@@ -89,6 +89,10 @@ _FEWEST_LINES = 20
 _BEAT = 5e-3  # of the amplitude: weaker lines are not reported
 _SIDE_LINES = 4  # half Fourier lines on each side that a second oscillation may take
 _STRONG = 8.0  # times the median of the lines around
+_ABSORBED, _SKIRT = 1.5, 13.0  # Fourier lines from f0: what a fit takes up; where a skirt shows
+_CHANCE = 3.09  # standard deviations of a mean: once in a thousand
+_PASSES = 8
+_BEGUN = 0.39  # lines: a random walk from zero, at f0 beside its skirt (6.6 times the first line)
 
 
 def likelihood(x: FloatArray, t: FloatArray, p: Phasors, envelope: RingDown) -> RingDown:
@@ -119,9 +123,10 @@ def likelihood(x: FloatArray, t: FloatArray, p: Phasors, envelope: RingDown) -> 
         both = np.concatenate([slow, _narrow(t, beat[0], rate)], axis=1)
         fit = _fitted(fit.vector, terms, t, y, both, kept, noise)
     rest = _even(fit.rest, t, step)
-    sigma = _noise_at(rest, step, envelope.f0) / math.sqrt(float(kept.sum()) / rest.size)
     decay = decay_of(fit.vector, start.form, start.start)
     even = np.asarray(t[0] + step * np.arange(rest.size), dtype=np.float64)
+    sigma = _noise_at(rest, step, envelope.f0) * _stirred(rest, even, decay)
+    sigma /= math.sqrt(float(kept.sum()) / rest.size)
     by = _lasting(rest, even, decay, sigma, round(p.span / step), counts(terms))
     free = with_next_terms(terms, spring=by[1] > 1.0)
     covariance = fit.covariance if free == terms else fit.covariance_with(free)
@@ -266,6 +271,41 @@ def _noise_at(rest: FloatArray, step: float, f0: float) -> float:
     # Few lines show their own mean badly: those further away raise it by no more than chance.
     around = float(power[(frequency > 0.5 * f0) & (frequency < _AROUND * f0)].mean())
     return math.sqrt(max(found, min(around, found * (1.0 + 2.0 / math.sqrt(n)))))
+
+
+def _stirred(rest: FloatArray, t: FloatArray, decay: Decay) -> float:
+    """By how much noise that drives the oscillator is more than what is seen beside its line.
+
+    A floor that trembles, or wind, makes the oscillator answer: its noise is a line as narrow as
+    its own, of which the fit takes up the middle. What is left beside it rises towards f0 as the
+    skirt of such a line does, and says how high the middle is. The noise that counts is the mean
+    over the spectrum of what f0 moves.
+    """
+    f0, width = decay.w / (2.0 * math.pi), 1.0 / (t[-1] - t[0])
+    f = np.fft.rfftfreq(rest.size, float(t[1] - t[0]))
+    apart = np.abs(f - f0) / width
+    near = (apart > _ABSORBED) & (apart < _SKIRT)
+    far = (apart > _SKIRT) & (f > 0.5 * f0) & (f < 2.0 * f0)
+    if near.sum() < _FEWEST_LINES or far.sum() < _FEWEST_LINES:
+        return 1.0
+    power = np.abs(np.fft.rfft(rest)) ** 2
+    flat = float(np.mean(power[far]))
+    if np.mean(power[near]) < flat * (1.0 + _CHANCE / math.sqrt(near.sum())):
+        return 1.0
+    log_A, phase = (
+        one[0] for one in logs_and_phases(decay.vector()[np.newaxis], t, start=decay.start)
+    )
+    A = np.exp(log_A)
+    half = decay.rate(float(A[0])) / (2.0 * math.pi)
+    skirt = 1.0 / ((f - f0) ** 2 + half**2 + (_BEGUN * width) ** 2)
+    size = 0.0
+    for _ in range(_PASSES):  # a power scatters as itself: weighted so
+        weight = skirt[near] / (flat + size * skirt[near]) ** 2
+        size = max(float(weight @ (power[near] - flat) / (weight @ skirt[near])), 0.0)
+    stirred = size * skirt
+    middle = float((t * A**2).sum() / (A**2).sum())
+    moved = np.abs(np.fft.rfft((t - middle) * A * np.sin(phase))) ** 2
+    return math.sqrt(1.0 + float((moved * stirred).sum() / moved.sum()) / flat)
 
 
 def envelope(p: Phasors, start: Decay) -> RingDown:
