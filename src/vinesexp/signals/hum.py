@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RecordView, create_record, open_record
@@ -75,25 +75,33 @@ def hum_in(x: FloatArray, step: float, *, frequency: float) -> list[Hum]:
     x = x - x.mean()
     whole = np.fft.rfft(x[: max(x.size // _ROUND, 1) * _ROUND])
     seconds = step * 2.0 * (whole.size - 1)
-    lines = np.abs(whole)
-    lines[1:-1] = np.abs(0.5 * whole[1:-1] - 0.25 * (whole[:-2] + whole[2:]))  # by Hann's window
-    f = np.arange(lines.size) / seconds
+    found = []
+    for line in (grid * n for grid in _GRIDS for n in range(1, _MULTIPLES)):
+        if line > 0.4 / step:
+            continue
+        near = _alone(whole, seconds, line, frequency)
+        hum = None if near is None else _steady(x, step, near)
+        found += [] if hum is None else [hum]
+    return found
+
+
+def _alone(whole: ComplexArray, seconds: float, line: float, frequency: float) -> float | None:
+    """Frequency of the peak at a multiple of the mains, where it stands alone and is no motion."""
+    reach = _AROUND + 2.0 * _WANDERS * line
+    k = np.arange(max(int((line - reach) * seconds), 1), int((line + reach) * seconds))
+    f = k / seconds
+    strength = np.abs(0.5 * whole[k] - 0.25 * (whole[k - 1] + whole[k + 1]))  # by Hann's window
     # What belongs to the motion: its multiples, each as wide as a peak.
     order = f / frequency
     of_motion = np.abs(order - np.rint(order)) * frequency * seconds < _OWN
-    found = []
-    for line in (grid * n for grid in _GRIDS for n in range(1, _MULTIPLES)):
-        band = np.abs(f - line) < _WANDERS * line
-        if line > 0.4 / step or not band.any():
-            continue
-        peak = int(np.flatnonzero(band)[np.argmax(lines[band])])
-        beside = (np.abs(f - f[peak]) < _AROUND) & ~of_motion
-        beside[peak - _OWN : peak + _OWN + 1] = False
-        alone = lines[peak] > _ALONE * float(lines[beside].max(initial=0.0))
-        if alone and not of_motion[peak] and abs(f[peak] / frequency - 1.0) > _APART:
-            hum = _steady(x, step, float(f[peak]))
-            found += [] if hum is None else [hum]
-    return found
+    band = np.flatnonzero(np.abs(f - line) < _WANDERS * line)
+    peak = int(band[np.argmax(strength[band])])
+    if of_motion[peak] or abs(f[peak] / frequency - 1.0) < _APART:
+        return None
+    beside = (np.abs(f - f[peak]) < _AROUND) & ~of_motion
+    beside[peak - _OWN : peak + _OWN + 1] = False
+    alone = strength[peak] > _ALONE * float(strength[beside].max(initial=0.0))
+    return float(f[peak]) if alone else None
 
 
 def _steady(x: FloatArray, step: float, near: float) -> Hum | None:
