@@ -15,7 +15,8 @@ from vinesexp.arrays import FloatArray
 
 _PARTS = 5  # of the decay, each with the same share of what it says
 _FEWEST = 2  # numbers beyond those that the fit took up
-_CHANCE = 3.09  # standard deviations of a normal distribution: once in a thousand
+#: Standard deviations of a normal distribution that chance gives once in a thousand times.
+CHANCE = 3.09
 
 
 def lasting(
@@ -73,7 +74,7 @@ def _grown(numbers: FloatArray, noise: float, freedom: int) -> float:
         return 1.0
     ratio = float(numbers @ numbers) / noise**2 / freedom
     share = 2.0 / (9.0 * freedom)  # chi^2 by Wilson and Hilferty (1931)
-    by_chance = (1.0 - share + _CHANCE * math.sqrt(share)) ** 3
+    by_chance = (1.0 - share + CHANCE * math.sqrt(share)) ** 3
     return math.sqrt(ratio) if ratio > by_chance else 1.0
 
 

@@ -31,7 +31,7 @@ from vinesexp.identification.decrement import log_decrement, straight_line, tell
 from vinesexp.identification.estimate import is_known
 from vinesexp.identification.least_squares import Solution
 from vinesexp.identification.oscillation import POINTS, fewer
-from vinesexp.identification.persistence import OF_PHASE, counts, grown, lasting
+from vinesexp.identification.persistence import CHANCE, OF_PHASE, counts, grown, lasting
 from vinesexp.identification.phasors import (
     Phasors,
     decay_window,
@@ -90,7 +90,6 @@ _BEAT = 5e-3  # of the amplitude: weaker lines are not reported
 _SIDE_LINES = 4  # half Fourier lines on each side that a second oscillation may take
 _STRONG = 8.0  # times the median of the lines around
 _ABSORBED, _SKIRT = 1.5, 13.0  # Fourier lines from f0: what a fit takes up; where a skirt shows
-_CHANCE = 3.09  # standard deviations of a mean: once in a thousand
 _PASSES = 8
 _BEGUN = 0.39  # lines: a random walk from zero, at f0 beside its skirt (6.6 times the first line)
 
@@ -290,7 +289,7 @@ def _stirred(rest: FloatArray, t: FloatArray, decay: Decay) -> float:
         return 1.0
     power = np.abs(np.fft.rfft(rest)) ** 2
     flat = float(np.mean(power[far]))
-    if np.mean(power[near]) < flat * (1.0 + _CHANCE / math.sqrt(near.sum())):
+    if np.mean(power[near]) <= flat * (1.0 + CHANCE / math.sqrt(near.sum())):
         return 1.0
     log_A, phase = (
         one[0] for one in logs_and_phases(decay.vector()[np.newaxis], t, start=decay.start)

@@ -10,7 +10,7 @@ of the phase itself, so that a base that wanders hides what it would hide from a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import NormalDist
@@ -517,7 +517,7 @@ def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
         with open_record(path) as view:
             if view.refused is not None:
                 return checks
-            frequency = _frequency(view, record)
+            frequency = frequency_of_test(view, record)
             if frequency is None:
                 return checks
             found = fault_of(view, frequency=frequency, driven=driven)
@@ -530,7 +530,8 @@ def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
     return checks
 
 
-def _frequency(view: RecordView, record: Record) -> float | None:
+def frequency_of_test(view: RecordView, record: Record) -> float | None:
+    """About that of the oscillation, Hz, by the row or the record; None where neither shows one."""
     if record.frequency:
         return sum(record.frequency) / len(record.frequency)
     return oscillation_of(view)
@@ -592,6 +593,25 @@ def _mended(path: Path, view: RecordView, found: Lost | Cut | OtherClock) -> Non
             role: _on_clock(view, role, found) if role == found.role else _blocks(view, role)
             for role in view.roles
         }
+    write_anew(path, view, streams, start=start)
+
+
+def write_anew(
+    path: Path, view: RecordView, streams: Mapping[str, Iterator[FloatArray]], *, start: float
+) -> None:
+    """Write a record in the place of the one that is read, with these blocks of its channels.
+
+    Parameters
+    ----------
+    path : Path
+        records/<id>.nc.
+    view : RecordView
+        The record as it is: rate, quantities and attributes stay.
+    streams : mapping
+        Role to blocks of samples, SI.
+    start : float
+        Time of the first sample, s.
+    """
     with create_record(
         path, sample_rate=view.sample_rate, start=start,
         quantities={role: view.quantity(role) for role in view.roles},

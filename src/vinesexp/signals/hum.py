@@ -18,9 +18,8 @@ import numpy as np
 from vinesexp.arrays import ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
-from vinesexp.records.stored.store import RecordView, create_record, open_record
-from vinesexp.signals.condition import in_step
-from vinesexp.signals.filters import oscillation_of
+from vinesexp.records.stored.store import RecordView, open_record
+from vinesexp.signals.clocks import frequency_of_test, write_anew
 from vinesexp.signals.means import channel_means
 
 _GRIDS, _MULTIPLES, _WANDERS = (50.0, 60.0), 7, 0.008  # Hz; relative
@@ -145,12 +144,7 @@ def remove_hum(path: Path, record: Record) -> list[Check]:
     with open_record(path) as view:
         if view.refused is not None or any(view.as_measured(role) for role in view.roles):
             return []
-        frequency = (
-            sum(record.frequency) / len(record.frequency)
-            if record.frequency
-            else oscillation_of(view)
-        )
-        if not frequency:
+        if not (frequency := frequency_of_test(view, record)):
             return []
         k = 1 + view.n // _MOST
         found, checks = {}, []
@@ -191,11 +185,4 @@ def _without(path: Path, view: RecordView, found: Mapping[str, list[Hum]]) -> No
             t = np.arange(first, first + x.size) / view.sample_rate
             yield x - sum((one.at(t) for one in found.get(role, [])), np.zeros(x.size))
 
-    with create_record(
-        path, sample_rate=view.sample_rate, start=view.start,
-        quantities={role: view.quantity(role) for role in view.roles},
-        attributes={k: v for k, v in view.attributes.items()
-                    if k not in ("Conventions", "sample_rate_hz", "start_s")},
-    ) as writer:  # fmt: skip
-        for block in in_step({role: blocks(role) for role in view.roles}, _SEEN):
-            writer.append(block)
+    write_anew(path, view, {role: blocks(role) for role in view.roles}, start=view.start)
