@@ -72,6 +72,25 @@ def test_the_motion_itself_is_no_hum(b, frequency, measure):
         assert hum_in(x, 1e-4, frequency=frequency) == []
 
 
+@pytest.mark.parametrize("clock", [0.976, 0.996, 1.004, 1.02])
+def test_multiples_of_a_motion_whose_frequency_is_not_as_stated_are_no_hum(clock, measure):
+    """A clock or a test log that is off: the nineteenth multiple of 7.862 Hz seems to be 150 Hz."""
+    record = measure(b=[0.031], drive=G25, start=10.0, duration=20.0)
+    for x in record.channels.values():
+        assert hum_in(x, 1e-4 / clock, frequency=F0) == []
+
+
+def test_lines_between_the_multiples_of_a_modulated_motion_are_no_hum():
+    """They come again at each multiple; hum beside them, which does not, is found."""
+    f, t = 6.7035, np.arange(75_000) / 5e3
+    motion = 5e-3 * np.cos(2 * np.pi * f * t)
+    motion += sum(1e-4 / n**2 * np.cos(2 * np.pi * (n + 0.928) * f * t + n) for n in range(1, 25))
+    assert hum_in(motion, 2e-4, frequency=f) == []
+    (line,) = hum_in(motion + 2e-5 * np.cos(2 * np.pi * 50.02 * t), 2e-4, frequency=f)
+    assert line.frequency == pytest.approx(50.02, abs=1e-3)
+    assert line.size == pytest.approx(2e-5, rel=0.01)
+
+
 def test_a_release_and_a_decay_at_the_frequency_of_the_grid_are_no_hum(measure):
     record = measure(b=[0.03], release=Release(x0=0.02, y0=[0.02 - 0.0299]), duration=8.0)
     for x in record.channels.values():

@@ -3,7 +3,9 @@
 On the displacement it is read as a place and a velocity of the mass at each impact: 0.1 mm of 60 Hz
 on the laser of a mass that moves by 6 mm made r 0.997 of 0.600, and M a fifth. A line is hum where
 it lies at 50 or 60 Hz, or a multiple, is as strong at the end as at the beginning, stands alone
-among the lines around it, and is no multiple of the motion itself.
+among the lines around it, and is no multiple of the motion itself. What impacts of a modulated
+motion or of one that repeats after several cycles add lies between the multiples, but never alone:
+it comes again at a distance of one and two times the frequency of the motion, and is no hum.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vinesexp.arrays import ComplexArray, FloatArray
+from vinesexp.arrays import ComplexArray, FloatArray, IntArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.store import RecordView, open_record
@@ -30,6 +32,8 @@ _OWN = 3  # lines of a spectrum on either side of a peak that are its own
 _AROUND = 3.0  # Hz on either side in which it stands alone
 _ALONE = 6.0  # times the strongest of these
 _AS_STRONG = 0.3  # by which the two halves of a record may differ, relative
+_AGAIN = (1, 2)  # times the frequency of the motion from a line of the motion to the next
+_OFF = 0.05  # by which the motion's frequency may differ from that stated, relative
 _APART = 0.2  # of the oscillation: nearer to it nothing is hum
 _LOUD = 0.005  # of a channel's own strength: a weaker one is no warning
 _SEEN = 1 << 18  # samples read at once
@@ -74,6 +78,7 @@ def hum_in(x: FloatArray, step: float, *, frequency: float) -> list[Hum]:
     x = x - x.mean()
     whole = np.fft.rfft(x[: max(x.size // _ROUND, 1) * _ROUND])
     seconds = step * 2.0 * (whole.size - 1)
+    frequency = _of_motion(x, step, whole, frequency)
     found = []
     for line in (grid * n for grid in _GRIDS for n in range(1, _MULTIPLES)):
         if line > 0.4 / step:
@@ -84,12 +89,30 @@ def hum_in(x: FloatArray, step: float, *, frequency: float) -> list[Hum]:
     return found
 
 
+def _of_motion(x: FloatArray, step: float, whole: ComplexArray, stated: float) -> float:
+    """Frequency of the motion, Hz: what a test log states, or a clock says, may be off."""
+    seconds = step * 2.0 * (whole.size - 1)
+    low, high = ((1.0 + off) * stated * seconds for off in (-_OFF, _OFF))
+    k = np.arange(max(int(low), 1), min(int(high) + 2, whole.size - 1))
+    if k.size < 2 * _OWN:
+        return stated
+    near = float(k[np.argmax(_strength(whole, k))]) / seconds
+    steady = _steady(x, step, near)
+    return near if steady is None else steady.frequency
+
+
+def _strength(whole: ComplexArray, k: IntArray) -> FloatArray:
+    """Size of some lines, by Hann's window."""
+    return np.asarray(np.abs(0.5 * whole[k] - 0.25 * (whole[k - 1] + whole[k + 1])))
+
+
 def _alone(whole: ComplexArray, seconds: float, line: float, frequency: float) -> float | None:
     """Frequency of the peak at a multiple of the mains, where it stands alone and is no motion."""
-    reach = _AROUND + 2.0 * _WANDERS * line
-    k = np.arange(max(int((line - reach) * seconds), 1), int((line + reach) * seconds))
+    reach = _AROUND + 2.0 * _WANDERS * line + max(_AGAIN) * frequency
+    last = min(int((line + reach) * seconds), whole.size - 1)
+    k = np.arange(max(int((line - reach) * seconds), 1), last)
     f = k / seconds
-    strength = np.abs(0.5 * whole[k] - 0.25 * (whole[k - 1] + whole[k + 1]))  # by Hann's window
+    strength = _strength(whole, k)
     # What belongs to the motion: its multiples, each as wide as a peak.
     order = f / frequency
     of_motion = np.abs(order - np.rint(order)) * frequency * seconds < _OWN
@@ -97,7 +120,10 @@ def _alone(whole: ComplexArray, seconds: float, line: float, frequency: float) -
     peak = int(band[np.argmax(strength[band])])
     if of_motion[peak] or abs(f[peak] / frequency - 1.0) < _APART:
         return None
-    beside = (np.abs(f - f[peak]) < _AROUND) & ~of_motion
+    beside = np.abs(f - f[peak]) < _AROUND
+    for times in _AGAIN:
+        beside |= np.abs(np.abs(f - f[peak]) - times * frequency) * seconds < _OWN
+    beside &= ~of_motion
     beside[peak - _OWN : peak + _OWN + 1] = False
     alone = strength[peak] > _ALONE * float(strength[beside].max(initial=0.0))
     return float(f[peak]) if alone else None
