@@ -18,7 +18,8 @@ import numpy as np
 from benchmarks.memory import peak_memory
 
 from vinesexp.pipeline import condition_record, estimate_from_record, find_impacts, ingest_record
-from vinesexp.records.campaign.load import Campaign, load_campaign
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 

@@ -17,8 +17,7 @@ from benchmarks.robustness.motion import Path as Motion
 from benchmarks.robustness.rig import Body, Drive
 
 from vinesexp.identification.estimate import Estimate
-from vinesexp.records.campaign.load import Campaign, Known, Record
-from vinesexp.records.campaign.schema import Channel
+from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.signals.impacts.find import Impacts, no_impacts
 from vinesexp.units import Quantity

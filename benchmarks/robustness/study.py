@@ -14,7 +14,8 @@ from benchmarks.robustness.rig import WORKING_SPEED
 from vinesexp.clearance.comparison import END, Comparison
 from vinesexp.identification.estimate import COMBINED, Estimate
 from vinesexp.pipeline import CampaignResult, analyse_campaign
-from vinesexp.records.campaign.load import Campaign, load_campaign
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.report.verdict import headline, periodic_verdicts, release_verdicts
 from vinesexp.results import open_results

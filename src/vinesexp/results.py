@@ -22,7 +22,7 @@ from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
 from vinesexp.errors import RecordError, nearest
 from vinesexp.identification.estimate import COMBINED, NOTHING, read_estimates
 from vinesexp.identification.joint.whole import read_rig
-from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.result_columns import IMPACTS, TABLES, WHERE
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_dataset

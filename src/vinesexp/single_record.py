@@ -177,9 +177,7 @@ def _campaign(record: Record, roles: Mapping[str, Any], known: Known, rate: floa
         title=record.id,
         known=known,
         channels=channels,
-        time=None,
         sample_rate=rate,
-        bandpass=None,
         records=(record,),
         settings=record.settings,
     )

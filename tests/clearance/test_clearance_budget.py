@@ -12,7 +12,7 @@ from vinesexp.clearance.comparison import clearance_budget
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig, predicted_b_c
 from vinesexp.identification.budget import rows_of as rows_of_budget
-from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.units import COVERAGE_95, Quantity
 

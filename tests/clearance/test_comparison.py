@@ -19,7 +19,7 @@ from vinesexp.clearance.predicted import (
     predicted_b_c,
 )
 from vinesexp.errors import AnalysisError
-from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Tolerance
 from vinesexp.records.stored.result_columns import CLEARANCES
 from vinesexp.records.stored.tables import read_rows

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from vinesexp.clearance.levels import LevelBase, base_checks, base_of_level, periodic_levels
-from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Tolerance, Uncertainties
 from vinesexp.units import Quantity
 

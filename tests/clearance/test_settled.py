@@ -18,7 +18,7 @@ from vinesexp.clearance.comparison import (
 )
 from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested, waited
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.signals.steady_part import steady_part
 from vinesexp.units import Quantity

@@ -16,14 +16,8 @@ import numpy as np
 from vinesexp.errors import RecordError, VinesexpError
 from vinesexp.pipeline import analyse_campaign, analyse_record
 from vinesexp.proposal.survey import view_file
-from vinesexp.records.campaign.load import (
-    Campaign,
-    Channel,
-    Known,
-    Record,
-    TimeColumn,
-    campaign_problems,
-)
+from vinesexp.records.campaign.load import campaign_problems
+from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record, TimeColumn
 from vinesexp.records.instrument.ingest import ingest
 from vinesexp.records.readers import open_source
 from vinesexp.records.stored.checks import Check, read_checks

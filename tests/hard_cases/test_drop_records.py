@@ -9,7 +9,7 @@ import pytest
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
-from vinesexp.records.campaign.load import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.stored.store import create_record
 from vinesexp.signals.condition import condition

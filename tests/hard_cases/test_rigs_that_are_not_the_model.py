@@ -128,7 +128,7 @@ def test_b_c_of_a_ball_that_rolls():
     """A lighter ball that slides in a longer cavity, and its simulated end."""
     from vinesexp.clearance.levels import LevelBase
     from vinesexp.clearance.predicted import identified_rig, predicted_b_c
-    from vinesexp.records.campaign.load import Known
+    from vinesexp.records.campaign.schema import Known
     from vinesexp.units import Quantity
 
     rows = [
@@ -214,7 +214,7 @@ def test_b_c_is_that_of_the_ball_as_it_was_found(body, end):
     """Within 2e-3 of where the simulated orbit ends: 33.907 of a plain ball."""
     from vinesexp.clearance.levels import LevelBase
     from vinesexp.clearance.predicted import identified_rig, predicted_b_c
-    from vinesexp.records.campaign.load import Known
+    from vinesexp.records.campaign.schema import Known
     from vinesexp.units import Quantity
 
     rows = [

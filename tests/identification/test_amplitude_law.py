@@ -12,7 +12,7 @@ from vinesexp.clearance.predicted import IdentifiedRig, at_level
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.identification.working_amplitude import law_rows, level_rows, level_values
-from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.units import Quantity
 

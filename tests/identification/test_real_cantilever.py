@@ -11,7 +11,7 @@ import pytest
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.ringdown import fit_ringdown
-from vinesexp.records.campaign.load import Channel
+from vinesexp.records.campaign.schema import Channel
 from vinesexp.records.instrument.ingest import read_channels
 
 REAL = Path(__file__).resolve().parents[2].parent / "shared/real/cantilever_lvm"

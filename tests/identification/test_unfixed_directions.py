@@ -17,7 +17,7 @@ from vinesexp.identification.ringdown import ring_down
 from vinesexp.identification.ringdown_result import oscillation_at
 from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.identification.working_amplitude import law_rows
-from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")

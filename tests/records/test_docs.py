@@ -10,9 +10,9 @@ from vinesexp.errors import RecordError
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.channel_section import CHANNEL_KEYS
 from vinesexp.records.campaign.description import KEYS, PEOPLE_KEYS, campaign_schema, schema_text
-from vinesexp.records.campaign.load import TESTS, load_campaign
+from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.records_csv import COLUMNS, PEOPLE
-from vinesexp.records.campaign.schema import ACCEPTABLE, ROLES, Channel, TimeColumn
+from vinesexp.records.campaign.schema import ACCEPTABLE, ROLES, TESTS, Channel, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers import READERS, open_source
 from vinesexp.records.stored.checks import OUTCOMES

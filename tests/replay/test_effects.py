@@ -12,7 +12,7 @@ from vinesexp import NES, Harmonic, Oscillator, Release, Rig, Sweep, simulate
 from vinesexp.clearance.levels import LevelBase
 from vinesexp.excitation import Measured, WeakDamping
 from vinesexp.identification.decay_table import decay_by
-from vinesexp.records.campaign.load import Record
+from vinesexp.records.campaign.schema import Record
 from vinesexp.replay.campaign_replay import Model, identified_model, rig_of
 from vinesexp.replay.motions import BaseSamples, drive_of, replays
 from vinesexp.replay.replay_table import measures_of

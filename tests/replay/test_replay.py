@@ -12,7 +12,7 @@ import pytest
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.clearance.levels import LevelBase
 from vinesexp.errors import AnalysisError
-from vinesexp.records.campaign.load import Campaign, Known, Record
+from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import create_record
 from vinesexp.replay.campaign_replay import Model, replay_campaign, rig_of

@@ -10,7 +10,7 @@ from tests.report.synthetic import FULL, VALUES, make_campaign, make_results
 
 from vinesexp.figures.gallery import draw_all
 from vinesexp.figures.style import Drawn
-from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.report.page import build_report
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from vinesexp.clearance.comparison import compare, write_clearances
 from vinesexp.identification.decay_table import decay_table
 from vinesexp.identification.estimate import read_estimates
-from vinesexp.records.campaign.load import Campaign, Record, load_campaign
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check, write_checks
 from vinesexp.records.stored.result_columns import (
     BASE,

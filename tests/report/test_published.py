@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from vinesexp.records.campaign.load import Campaign, Record
 from vinesexp.records.campaign.published_table import PublishedValue
-from vinesexp.records.campaign.schema import Known
+from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.report.verdict import published_rows
 from vinesexp.results import CampaignResults
 from vinesexp.units import Quantity

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vinesexp.records.campaign.load import Channel, TimeColumn
+from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.stored.store import create_record, open_record
 from vinesexp.settings.stages import ImpactSettings

@@ -42,7 +42,7 @@ from vinesexp.clearance.predicted import (
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import COLLISIONS, rows_of
 from vinesexp.identification.joint.whole import RigPosterior
-from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import CLEARANCES
 from vinesexp.records.stored.tables import Value, write_rows

@@ -20,7 +20,7 @@ from vinesexp.clearance.levels import LevelBase, Rows
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import BASE, FREQUENCY, RECORDS, RELEASE
 from vinesexp.identification.joint.whole import RigPosterior
-from vinesexp.records.campaign.load import Known
+from vinesexp.records.campaign.schema import Known
 from vinesexp.records.campaign.uncertainties import EXACT, Uncertainties
 from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
 from vinesexp.units import COVERAGE_95, Quantity

@@ -22,8 +22,9 @@ from io import StringIO
 from pathlib import Path
 
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
-from vinesexp.records.campaign.load import Campaign, Record, campaign_problems, load_campaign
+from vinesexp.records.campaign.load import campaign_problems, load_campaign
 from vinesexp.records.campaign.missing_cells import Evidence, missing_cells, read_evidence
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check, checks_of_regime
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record

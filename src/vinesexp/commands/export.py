@@ -15,7 +15,8 @@ from vinesexp.commands.options import writing
 from vinesexp.errors import RecordError, VinesexpError, nearest
 from vinesexp.handover.crate import NAME, Described, write_crate
 from vinesexp.handover.formats import WRITERS
-from vinesexp.records.campaign.load import Campaign, load_campaign
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.refusal import is_of_the_machine
 from vinesexp.records.stored.result_columns import WHERE
 from vinesexp.records.stored.result_paths import ResultPaths

@@ -16,7 +16,7 @@ from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.identification.bounces import bounces_heard
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
 from vinesexp.proposal.kind_of_test import oscillates
-from vinesexp.records.campaign.load import Campaign, Channel, Known, Record, TimeColumn
+from vinesexp.records.campaign.schema import Campaign, Channel, Record, TimeColumn
 from vinesexp.records.instrument.ingest import (
     channel_of,
     instrument_rate,
@@ -128,11 +128,9 @@ def _impacts_of(
         folder=path.parent,
         name=path.stem,
         title=path.name,
-        known=Known(),
         channels=channels,
         time=time,
         sample_rate=rate,
-        bandpass=None,
         records=(record,),
     )
     with tempfile.TemporaryDirectory(prefix="vinesexp-impacts-") as folder:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vinesexp.figures.style import Drawn, save
-from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.results import CampaignResults
 
 if TYPE_CHECKING:

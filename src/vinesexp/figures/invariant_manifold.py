@@ -14,7 +14,7 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.figures import style
 from vinesexp.figures.style import FAINT, Drawn, label, link
 from vinesexp.identification.flights import flights_of
-from vinesexp.records.campaign.load import Campaign, Record
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import read_impacts

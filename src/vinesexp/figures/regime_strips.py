@@ -13,7 +13,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.figures.numbers import clearances
 from vinesexp.figures.single_records import marks_of
 from vinesexp.figures.style import COLOURS, Drawn, label, link, new_figure, regime_colour
-from vinesexp.records.campaign.load import Record
+from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.results import CampaignResults

@@ -15,7 +15,7 @@ from vinesexp.figures.numbers import clearances, plus_minus
 from vinesexp.figures.style import COLOURS, SEQUENCE, Drawn, label, link, new_figure
 from vinesexp.identification.decay_table import of_ringdown
 from vinesexp.identification.estimate import Estimate, read_estimates
-from vinesexp.records.campaign.load import Campaign, Record
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.result_columns import DECAY, REPLAY_CYCLES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.errors import RecordError
-from vinesexp.records.campaign.load import Record
+from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.result_columns import IDENTIFIED
 from vinesexp.records.stored.tables import Value, write_rows
 from vinesexp.units import COVERAGE_95

@@ -25,7 +25,7 @@ from vinesexp.identification.flights import Flights, flights_of, mass_ratio, res
 from vinesexp.identification.oscillation import POINTS, displacement_of, frequency_of_motion
 from vinesexp.identification.phasors import SAMPLES
 from vinesexp.identification.sweep_record import estimates_of_sweep
-from vinesexp.records.campaign.load import Known, Record
+from vinesexp.records.campaign.schema import Known, Record
 from vinesexp.records.stored.refusal import is_of_the_machine, reason_of
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.signals.base_motion import base_of

@@ -26,7 +26,7 @@ from vinesexp.identification.working_amplitude import (
     law_rows,
     level_values,
 )
-from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import Verdict
 from vinesexp.records.stored.tables import Value

@@ -19,7 +19,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.identification.estimate import Estimate, is_known
 from vinesexp.identification.least_squares import covariance_of
-from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check, Outcome
 from vinesexp.records.stored.result_columns import LEVEL_VALUES
 from vinesexp.records.stored.tables import Value, write_rows

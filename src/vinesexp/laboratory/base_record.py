@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vinesexp.errors import ParameterError, RecordError
-from vinesexp.laboratory.scene_layers import Layers
+from vinesexp.errors import RecordError
+from vinesexp.records.campaign.channel_section import read_channel, read_time
 from vinesexp.records.campaign.schema import Channel, TimeColumn
-from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, unit_size
+from vinesexp.records.campaign.yamltree import Section
 
 if TYPE_CHECKING:
     from vinesexp.excitation import Measured
@@ -104,27 +104,23 @@ def _in_scene(text: str) -> str:
     return text.replace("channels.base", "base_record")
 
 
-def read_base_record(entry: Layers) -> BaseRecord | None:
-    """`base_record` of a scene; None where its description is wrong or the file is not there."""
+def read_base_record(entry: Section) -> BaseRecord | None:
+    """Understand `base_record` of a scene; None where it is wrong, which is noted."""
     before = len(entry.problems.found)
     entry.refuse_unknown(KEYS)
     file, folder = entry.text("file"), entry.problems.file.parent
     digest = _digest(entry, folder, file)
-    column = entry.value("column")
-    if column is None:
-        entry.complain("column", "is missing; give the column's name, a pattern, or its number")
-    time = _time(entry)
-    if time is not None and entry.value("sample_rate") is not None:
+    if entry.value("time") is not None and entry.value("sample_rate") is not None:
         entry.complain("sample_rate", "both 'time' and 'sample_rate' are given; keep one")
-    rate = entry.quantity("sample_rate", "frequency")
+    time, rate = read_time(entry), entry.quantity("sample_rate", "frequency")
     start = entry.quantity("start", "time", zero=True) or 0.0
-    channel = _channel(entry, column)
+    channel = read_channel("base", entry, "displacement")
     if len(entry.problems.found) > before or channel is None or file is None:
         return None
     return BaseRecord(file, digest, channel, time, rate, start, folder)
 
 
-def _digest(entry: Layers, folder: Path, file: str | None) -> str:
+def _digest(entry: Section, folder: Path, file: str | None) -> str:
     if file is None:
         entry.complain("file", "is missing; name a file of samples beside the scene")
         return ""
@@ -137,61 +133,3 @@ def _digest(entry: Layers, folder: Path, file: str | None) -> str:
     except OSError as error:
         entry.complain("file", f"'{file}' cannot be read ({error.strerror}); put it by the scene")
     return ""
-
-
-def _channel(entry: Layers, column: str | int | None) -> Channel | None:
-    unit, sensitivity = entry.text("unit"), entry.text("sensitivity")
-    if (unit is None) == (sensitivity is None):
-        entry.complain(
-            "unit" if unit is None else "sensitivity",
-            f"{'no unit' if unit is None else 'both unit and sensitivity'}; give exactly one of "
-            "'unit' (the file is in physical units) and 'sensitivity' (such as 0.5 V/mm)",
-        )
-        return None
-    kind, output, scale = "displacement", "V", 1.0
-    with entry.problems.at(entry.where("unit" if sensitivity is None else "sensitivity")):
-        if sensitivity is None:
-            output, scale = str(unit), unit_size(str(unit), kind)
-        else:
-            scale = 1.0 / parse_sensitivity(sensitivity, kind)
-    if output not in (*UNITS[kind], "V"):
-        return None
-    return Channel(
-        role="base",
-        column="" if column is None else column,
-        quantity=kind,
-        scale=scale,
-        offset=_output(entry, "offset", output) or 0.0,
-        unit=output,
-        sensitivity=sensitivity is not None,
-        file_size=_output(entry, "file_unit", output),
-    )
-
-
-def _output(entry: Layers, key: str, output: str) -> float | None:
-    """A value in the units of what the file holds: volts, or the unit of length."""
-    text = entry.text(key)
-    if text is None:
-        return None
-    kind = "voltage" if output == "V" else "displacement"
-    with entry.problems.at(entry.where(key)):
-        bare = key == "file_unit" and text in UNITS[kind]
-        value = parse_quantity(f"1 {text}" if bare else text, kind).value
-        if key == "file_unit" and value <= 0.0:
-            raise ParameterError(f"found '{text}', expected a unit of {kind}")
-        return value / unit_size(output, kind)
-    return None
-
-
-def _time(entry: Layers) -> TimeColumn | None:
-    if entry.value("time") is None:
-        return None
-    time = entry.under("time")
-    time.refuse_unknown(("column", "unit"))
-    column, unit = time.value("column"), time.text("unit")
-    if column is None or unit is None:
-        entry.complain("time", "give its column and unit, such as {column: 'Time*', unit: s}")
-        return None
-    with time.problems.at(time.where("unit")):
-        return TimeColumn(column, unit, unit_size(unit, "time"))
-    return None

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from vinesexp.excitation import Base, Harmonic, Release, SteppedSweep, Sweep, WeakDamping
 from vinesexp.laboratory.base_record import BaseRecord
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
-from vinesexp.laboratory.scene_layers import Layers
 from vinesexp.laboratory.sensors import Sensor
+from vinesexp.records.campaign.yamltree import Section
 from vinesexp.rig import NES, Oscillator, Rig
 
 #: Kind of each quantity of the section `sheet`.
@@ -69,7 +69,7 @@ class Sheet:
         return error * float(stream(own, " ".join(of), f"sheet {quantity}").standard_normal())
 
 
-def read_sheet(whole: Layers) -> Sheet:
+def read_sheet(whole: Section) -> Sheet:
     """The section `sheet` of scene.yaml."""
     entry = whole.under("sheet")
     entry.refuse_unknown((*KINDS, "seed"))

@@ -17,7 +17,8 @@ from vinesexp.laboratory.bench import Scene
 from vinesexp.laboratory.scene import load_scene, simulate_group
 from vinesexp.laboratory.simulated_files import campaign_text, records_text
 from vinesexp.pipeline import analyse_record
-from vinesexp.records.campaign.load import Campaign, load_campaign
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_paths import ResultPaths
 

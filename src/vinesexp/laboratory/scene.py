@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from itertools import chain
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, ParameterError, VinesexpError, nearest
@@ -18,12 +19,10 @@ from vinesexp.laboratory.base_record import BaseRecord, read_base_record
 from vinesexp.laboratory.bench import Scene, Test, read_sheet
 from vinesexp.laboratory.instrument_files import FORMATS
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
-from vinesexp.laboratory.scene_layers import Layers
 from vinesexp.laboratory.sensors import Accelerometer, Laser, Mode, Sensor
-from vinesexp.records.campaign.channel_section import refuse_unknown
 from vinesexp.records.campaign.problems import Problems
 from vinesexp.records.campaign.schema import MOTIONS
-from vinesexp.records.campaign.yamltree import Section, read_yaml
+from vinesexp.records.campaign.yamltree import Pairs, Section, read_yaml
 from vinesexp.rig import NES, Oscillator
 from vinesexp.units import parse_quantity, parse_sensitivity
 
@@ -33,40 +32,20 @@ from vinesexp.units import parse_quantity, parse_sensitivity
 # oscilloscope can be changed for a group or a record key by key, which is how a fault is asked
 # for. All mistakes of the file are collected, each with its line and key.
 KEYS = ("title", "seed", "rig", "sheet", "sensors", "oscilloscope", "groups")
-RIG_KEYS = (
-    "mass",
-    "damping",
-    "quadratic_damping",
-    "coulomb_damping",
-    "stiffness",
-    "cubic_stiffness",
-    "nes_mass",
-    "restitution",
-    "restitution_minus",
-    "restitution_slope",
-    "friction",
-    "tilt",
-    "contact_time",
+#: Key of a ball to the kind of its number, and what it may be beside above zero.
+BALL = {
+    "restitution": ("ratio", "zero"),
+    "restitution_minus": ("ratio", "zero"),
+    "restitution_slope": ("restitution slope", "signed"),
+    "friction": ("acceleration", "zero"),
+    "tilt": ("acceleration", "signed"),
+    "contact_time": ("time", "zero"),
+}
+HOST_KEYS = (
+    *("mass", "damping", "quadratic_damping", "coulomb_damping"),
+    *("stiffness", "cubic_stiffness"),
 )
-#: Keys of a record; a group takes them too, and `records`.
-TEST_KEYS = (
-    "test",
-    "duration",
-    "settle",
-    "clearance",
-    "clearance_minus",
-    "base_amplitude",
-    "frequency",
-    "dwell",
-    "base_record",
-    "release",
-    "ball_start",
-    "added_mass",
-    "height",
-    "note",
-    "sensors",
-    "oscilloscope",
-)
+RIG_KEYS = (*HOST_KEYS, "nes_mass", *BALL)
 DRIVEN = ("base_amplitude", "frequency", "base_record")
 #: What each test needs and what it can have besides; clearance brings ball_start along, and a
 #: driven test has base_amplitude and frequency, or base_record.
@@ -84,6 +63,9 @@ ALLOWED = {
     "transient": ("clearance_minus", "ball_start"),
     "drop": (),
 }
+_ALWAYS = ("test", "duration", "note", "sensors", "oscilloscope")
+#: Keys of a record; a group takes them too, and `records`.
+TEST_KEYS = tuple(dict.fromkeys(chain(_ALWAYS, *NEEDED.values(), *ALLOWED.values())))
 Balls = tuple[NES, ...]
 
 #: Keys of balls that `NES` has under another name.
@@ -120,18 +102,10 @@ ACCELEROMETER = {
     "cross_axis": ("ratio", "signed"),
     "range": ("acceleration", ""),
 }
-OSCILLOSCOPE_KEYS = (
-    "sample_rate",
-    "bits",
-    "full_scale",
-    "format",
-    "skew",
-    "clock_error",
-    "dropped_samples",
-)
+OSCILLOSCOPE_KEYS = tuple(field.name for field in fields(Oscilloscope))
 
 
-def read_sensors(layers: Layers, seed: int) -> dict[str, Sensor]:
+def read_sensors(layers: Section, seed: int) -> dict[str, Sensor]:
     """Role to sensor; a role that nobody mentions has no sensor.
 
     A gain that is stated with its uncertainty alone is drawn, one for the role in the whole scene.
@@ -140,7 +114,7 @@ def read_sensors(layers: Layers, seed: int) -> dict[str, Sensor]:
     found: dict[str, Sensor] = {}
     for role in MOTIONS:
         entry = layers.under(role)
-        if not entry.sections:
+        if not entry:
             continue
         if role == "acceleration":
             sensor = _sensor(entry, Accelerometer, "acceleration", ACCELEROMETER)
@@ -155,17 +129,17 @@ def read_sensors(layers: Layers, seed: int) -> dict[str, Sensor]:
     return found
 
 
-def _sensitivity(entry: Layers, kind: str) -> float | None:
+def _sensitivity(entry: Section, kind: str) -> float | None:
     text = entry.value("sensitivity")
     if text is None:
         entry.complain("sensitivity", "is missing; such as '40 mV/mm' or '20 mV/g'")
         return None
-    with entry.problems.at(entry.where("sensitivity")):
+    with entry.at("sensitivity"):
         return parse_sensitivity(text, kind)
     return None
 
 
-def _gain(entry: Layers, role: str, seed: int) -> tuple[float, float]:
+def _gain(entry: Section, role: str, seed: int) -> tuple[float, float]:
     """True gain over the sheet's, and the uncertainty that the sheet states."""
     stated = entry.quantity("gain_uncertainty", "ratio", zero=True) or 0.0
     error = entry.quantity("gain_error", "ratio", signed=True)
@@ -176,7 +150,7 @@ def _gain(entry: Layers, role: str, seed: int) -> tuple[float, float]:
     return 1.0 + error, stated
 
 
-def _mode(entry: Layers) -> Mode | None:
+def _mode(entry: Section) -> Mode | None:
     """A local mode of the structure; None where there is none."""
     if entry.value("mode") is None:
         return None
@@ -194,7 +168,7 @@ def _mode(entry: Layers) -> Mode | None:
 
 
 def _sensor(
-    entry: Layers, make: Callable[..., Sensor], kind: str, table: Mapping[str, tuple[str, str]]
+    entry: Section, make: Callable[..., Sensor], kind: str, table: Mapping[str, tuple[str, str]]
 ) -> Sensor | None:
     """A sensor of the numbers that are given; None where what it needs is missing."""
     entry.refuse_unknown((*COMMON_KEYS, *table))
@@ -209,7 +183,7 @@ def _sensor(
     return None if None in values.values() else make(**values)
 
 
-def read_oscilloscope(layers: Layers) -> Oscilloscope | None:
+def read_oscilloscope(layers: Section) -> Oscilloscope | None:
     """The oscilloscope; None where its description is wrong."""
     layers.refuse_unknown(OSCILLOSCOPE_KEYS)
     before = len(layers.problems.found)
@@ -224,17 +198,13 @@ def read_oscilloscope(layers: Layers) -> Oscilloscope | None:
         for role in MOTIONS
         if role in skew.names()
     }
-    error = 0.0
-    if layers.value("clock_error") is not None:
-        with layers.problems.at(layers.where("clock_error")):
-            error = parse_quantity(layers.value("clock_error"), "ratio").value
     scope = Oscilloscope(
         sample_rate=rate or 1.0,
         bits=layers.whole("bits", low=2, high=16, default=14),
         full_scale=layers.quantity("full_scale", "voltage") or 1.0,
         format=form,
         skew=late,
-        clock_error=error,
+        clock_error=layers.quantity("clock_error", "ratio", signed=True) or 0.0,
         dropped_samples=layers.whole("dropped_samples", low=0, high=10**6, default=0),
     )
     return scope if len(layers.problems.found) == before else None
@@ -250,12 +220,12 @@ class AskedBase:
     record: BaseRecord | None = None
 
 
-def read_base(entry: Layers, *, driven: bool, sweep: bool) -> AskedBase:
+def read_base(entry: Section, *, driven: bool, sweep: bool) -> AskedBase:
     """The base motion of one record of a scene; its mistakes are noted.
 
     Parameters
     ----------
-    entry : Layers
+    entry : Section
         Record over group.
     driven, sweep : bool
         Whether the kind of test has a base motion, and whether its frequency changes.
@@ -278,7 +248,7 @@ def read_base(entry: Layers, *, driven: bool, sweep: bool) -> AskedBase:
         if sweep
         else ("expected one frequency; [start, end] is for a sweep")
     )
-    if isinstance(entry.value("frequency"), Section):
+    if isinstance(entry.value("frequency"), Pairs):
         entry.complain("frequency", expected)
         return AskedBase()
     frequency = entry.lengthy("frequency", "frequency", needed=True)
@@ -287,7 +257,7 @@ def read_base(entry: Layers, *, driven: bool, sweep: bool) -> AskedBase:
     return AskedBase(amplitude, (frequency[0], frequency[-1]) if frequency else None)
 
 
-def _steps(entry: Layers, amplitude: float) -> SteppedSweep | None:
+def _steps(entry: Section, amplitude: float) -> SteppedSweep | None:
     """The stepped sweep that `dwell` makes of `frequency`."""
     frequencies = _frequencies(entry)
     dwell = entry.lengthy("dwell", "time")
@@ -302,9 +272,9 @@ def _steps(entry: Layers, amplitude: float) -> SteppedSweep | None:
     return SteppedSweep(amplitude, frequencies, dwell if len(dwell) > 1 else dwell[0])
 
 
-def _frequencies(entry: Layers) -> tuple[float, ...]:
+def _frequencies(entry: Section) -> tuple[float, ...]:
     """A list of frequencies, or start, stop (included) and step."""
-    if not isinstance(entry.value("frequency"), Section):
+    if not isinstance(entry.value("frequency"), Pairs):
         return entry.lengthy("frequency", "frequency", needed=True)
     span = entry.under("frequency")
     span.refuse_unknown(STEP_KEYS)
@@ -321,7 +291,7 @@ def _frequencies(entry: Layers) -> tuple[float, ...]:
 
 
 # The balls of a scene: mass, restitution wall by wall and over speed, friction, tilt.
-def read_balls(rig: Layers) -> tuple[NES, ...]:
+def read_balls(rig: Section) -> tuple[NES, ...]:
     """The balls under `rig`: one that stands for all, or each; empty where there is none.
 
     Every key has one value for all balls, or a list of one for each. Their clearances are those of
@@ -329,12 +299,8 @@ def read_balls(rig: Layers) -> tuple[NES, ...]:
     """
     masses = rig.lengthy("nes_mass", "mass")
     values = {
-        "restitution": rig.lengthy("restitution", "ratio", needed=bool(masses), zero=True),
-        "restitution_minus": rig.lengthy("restitution_minus", "ratio", zero=True),
-        "restitution_slope": rig.lengthy("restitution_slope", "restitution slope", signed=True),
-        "friction": rig.lengthy("friction", "acceleration", zero=True),
-        "tilt": rig.lengthy("tilt", "acceleration", signed=True),
-        "contact_time": rig.lengthy("contact_time", "time", zero=True),
+        key: rig.lengthy(key, kind, needed=key == "restitution" and bool(masses), **{may: True})
+        for key, (kind, may) in BALL.items()
     }
     if any(values["contact_time"]) and any(values["friction"]):
         rig.complain("contact_time", "contacts that last and friction are not simulated together")
@@ -345,8 +311,8 @@ def read_balls(rig: Layers) -> tuple[NES, ...]:
                 rig.complain(key, f"found {r:g}, expected a number from 0 to 1")
                 return ()
     if not masses or not values["restitution"]:
-        for key in ("restitution_minus", "restitution_slope", "friction", "tilt", "contact_time"):
-            if values[key]:
+        for key, found in values.items():
+            if found and key != "restitution":
                 rig.complain(key, "there is no ball; give nes_mass and restitution")
         return ()
     n = max(len(masses), *(len(found) for found in values.values()))
@@ -369,11 +335,10 @@ def read_balls(rig: Layers) -> tuple[NES, ...]:
 
 def read_scene(file: Path, problems: Problems) -> Scene | None:
     """Understand scene.yaml; what is wrong goes to `problems`, and the scene is None then."""
-    top = read_yaml(file, problems)
-    if top is None:
+    whole = read_yaml(file, problems)
+    if whole is None:
         return None
-    refuse_unknown(top, KEYS, problems)
-    whole = Layers((top,), problems)
+    whole.refuse_unknown(KEYS)
     rig = whole.under("rig")
     rig.refuse_unknown(RIG_KEYS)
     oscillator = _oscillator(rig)
@@ -388,9 +353,9 @@ def read_scene(file: Path, problems: Problems) -> Scene | None:
                 "nes_mass", f"{ball.m:g} kg is more than the mass {oscillator.M:g} kg that the "
                 "ball is to calm; write grams as 'g'"
             )  # fmt: skip
-    seed = top.values.get("seed")
+    seed = whole.value("seed")
     if not isinstance(seed, int):
-        problems.add(f"found '{seed}', expected a whole number", where=top.where("seed"))
+        whole.complain("seed", f"found '{seed}', expected a whole number")
     sheet = read_sheet(whole)
     known_seed = seed if isinstance(seed, int) else 0
     clock = sheet.off("clock", known_seed, "oscilloscope")
@@ -399,11 +364,11 @@ def read_scene(file: Path, problems: Problems) -> Scene | None:
     _refuse_twice(groups, whole)
     if problems.found or oscillator is None or not isinstance(seed, int):
         return None
-    title = str(top.values.get("title") or file.resolve().parent.name)
+    title = whole.text("title") or file.resolve().parent.name
     return Scene(title, seed, oscillator, balls, damping, groups, sheet)
 
 
-def _oscillator(rig: Layers) -> Oscillator | None:
+def _oscillator(rig: Section) -> Oscillator | None:
     M = rig.quantity("mass", "mass", needed=True)
     c1 = rig.quantity("damping", "damping", needed=True, zero=True)
     k1 = rig.quantity("stiffness", "stiffness", needed=True)
@@ -412,7 +377,7 @@ def _oscillator(rig: Layers) -> Oscillator | None:
 
 
 def _groups(
-    whole: Layers, balls: Balls, seed: int, clock: float
+    whole: Section, balls: Balls, seed: int, clock: float
 ) -> Iterator[tuple[str, tuple[Test, ...]]]:
     groups = whole.under("groups")
     if not groups.names():
@@ -441,7 +406,7 @@ def _with_clock(test: Test, error: float) -> Test:
     return replace(test, oscilloscope=replace(scope, clock_error=scope.clock_error + error))
 
 
-def _test(name: str, entry: Layers, whole: Layers, balls: Balls, seed: int) -> Test | None:
+def _test(name: str, entry: Section, whole: Section, balls: Balls, seed: int) -> Test | None:
     before = len(entry.problems.found)
     kind = entry.text("test")
     if kind not in NEEDED:
@@ -489,15 +454,14 @@ def _test(name: str, entry: Layers, whole: Layers, balls: Balls, seed: int) -> T
     )
 
 
-def _refuse_unused(kind: str, entry: Layers) -> None:
+def _refuse_unused(kind: str, entry: Section) -> None:
     """A key that this kind of test has no use for is a mistake, not a decoration."""
-    always = ("test", "duration", "note", "sensors", "oscilloscope", "records")
     for key in entry.names():
-        if key in TEST_KEYS and key not in (*always, *NEEDED[kind], *ALLOWED[kind]):
+        if key in TEST_KEYS and key not in (*_ALWAYS, *NEEDED[kind], *ALLOWED[kind]):
             entry.complain(key, f"a {kind} test has no use for '{key}'; remove it")
 
 
-def _require_balls(kind: str, entry: Layers, wanted: int, there: int) -> None:
+def _require_balls(kind: str, entry: Section, wanted: int, there: int) -> None:
     """One ball under `rig` stands for as many alike as a test has clearances."""
     if (wanted or kind == "drop") and not there:
         entry.complain("clearance", "no ball; give nes_mass and restitution under 'rig'")
@@ -505,7 +469,7 @@ def _require_balls(kind: str, entry: Layers, wanted: int, there: int) -> None:
         entry.complain("clearance", f"{wanted} clearances for {there} balls under 'rig'")
 
 
-def _clearance_minus(entry: Layers, balls: int) -> tuple[float, ...]:
+def _clearance_minus(entry: Section, balls: int) -> tuple[float, ...]:
     """Clearance of each ball to its wall of side -1; empty where the walls are alike."""
     minus = entry.lengthy("clearance_minus", "displacement")
     if minus and len(minus) != balls:
@@ -515,7 +479,7 @@ def _clearance_minus(entry: Layers, balls: int) -> tuple[float, ...]:
 
 
 def _ball_start(
-    entry: Layers, clearance: tuple[float, ...], minus: tuple[float, ...]
+    entry: Section, clearance: tuple[float, ...], minus: tuple[float, ...]
 ) -> tuple[float, ...]:
     """y - x over b of each ball: a wall, the middle, or a length from where both walls are b."""
     if not clearance:
@@ -532,7 +496,7 @@ def _ball_start(
         return ()
     found = []
     for word, b, c in zip(words, clearance, minus, strict=True):
-        with entry.problems.at(entry.where("ball_start")):
+        with entry.at("ball_start"):
             place = _WALLS.get(str(word))
             if place is None:
                 place = parse_quantity(word, "displacement").value
@@ -546,7 +510,7 @@ def _ball_start(
     return tuple(found)
 
 
-def _refuse_twice(groups: dict[str, tuple[Test, ...]], whole: Layers) -> None:
+def _refuse_twice(groups: dict[str, tuple[Test, ...]], whole: Section) -> None:
     seen: dict[str, str] = {}
     for group, tests in groups.items():
         for test in tests:

@@ -15,8 +15,7 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.planning.campaign_plan import LevelPlan, Needs, ring_downs_for
 from vinesexp.planning.expected_valley import Valley, expected_valley
 from vinesexp.planning.next_clearance import TARGET, bracket_of
-from vinesexp.records.campaign.load import Campaign, Record
-from vinesexp.records.campaign.schema import SHEET_COLUMNS
+from vinesexp.records.campaign.schema import SHEET_COLUMNS, Campaign, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.results import CampaignResults
 from vinesexp.theory.optimal_clearance import b_t_exact

@@ -13,7 +13,7 @@ from vinesexp.clearance.levels import LevelBase, Rows, base_of_level, found_base
 from vinesexp.clearance.predicted import OF_BALL, ball_of
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import WeakDamping
-from vinesexp.records.campaign.load import Campaign, Record
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record

@@ -14,7 +14,7 @@ from typing import Any
 
 from vinesexp.figures.gallery import listed
 from vinesexp.figures.methods import input_rows
-from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.readers.source import file_of
 from vinesexp.records.stored.result_columns import TABLES
 from vinesexp.records.stored.store import RecordView, open_record

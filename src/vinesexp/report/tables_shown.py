@@ -16,7 +16,7 @@ from vinesexp.figures.numbers import (
     plus_minus_brief,
     significant,
 )
-from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.tables import Column, Row, Table, ids_of, read_rows
 from vinesexp.theory.regime_definitions import BY_FREQUENCY
 from vinesexp.units import COVERAGE_95

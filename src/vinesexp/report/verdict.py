@@ -19,9 +19,9 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.errors import VinesexpError
 from vinesexp.figures.numbers import millimetres, outwards, percent, significant, with_interval
 from vinesexp.maps.basins import STARTS, Attractor, coexisting
-from vinesexp.records.campaign.load import Record
 from vinesexp.records.campaign.missing_cells import MISSING
 from vinesexp.records.campaign.published_table import RIG, PublishedValue
+from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.tables import Row
 from vinesexp.replay.replay_table import regimes_of
 from vinesexp.results import CampaignResults

@@ -7,7 +7,8 @@ import pytest
 
 from vinesexp import analyse
 from vinesexp.errors import CampaignError, ParameterError
-from vinesexp.records.campaign.load import Record, campaign_problems, load_campaign
+from vinesexp.records.campaign.load import campaign_problems, load_campaign
+from vinesexp.records.campaign.schema import Record
 from vinesexp.units import STANDARD_GRAVITY, Quantity
 
 # The example of the contract, word for word.

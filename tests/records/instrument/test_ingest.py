@@ -9,7 +9,8 @@ import scipy.io
 from scipy.io import wavfile
 
 from vinesexp.errors import RecordError
-from vinesexp.records.campaign.load import Channel, TimeColumn, load_campaign
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.records.instrument.ingest import ingest, ingest_or_refuse, read_channels
 from vinesexp.records.instrument.samples import find_column
 from vinesexp.records.readers import open_source

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import RecordError
-from vinesexp.records.campaign.load import Channel, TimeColumn, load_campaign
+from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.records.instrument.ingest import ingest, ingest_or_refuse, read_channels
 from vinesexp.records.readers import open_source
 from vinesexp.records.stored.store import open_record

@@ -24,7 +24,7 @@ from vinesexp.identification.joint.unknowns import (
     fit,
 )
 from vinesexp.identification.working_amplitude import Working
-from vinesexp.records.campaign.load import Campaign, Record
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.signals.channel_agreement import odds_of_corner
 from vinesexp.signals.impacts.from_integral import ACROSS
 from vinesexp.signals.impacts.impact_table import Impacts

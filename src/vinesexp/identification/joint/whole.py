@@ -37,7 +37,7 @@ from vinesexp.identification.joint.unknowns import (
     total,
 )
 from vinesexp.identification.working_amplitude import Working
-from vinesexp.records.campaign.load import Campaign
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.signals.impacts.impact_table import Impacts
 

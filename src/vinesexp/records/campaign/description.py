@@ -11,7 +11,7 @@ contradict one another).
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -20,23 +20,18 @@ from vinesexp.records.campaign.channel_section import (
     CHANNEL_KEYS,
     SETUP_KEYS,
     SOUND_KEYS,
-    above_zero,
-    positive,
     read_channels_section,
     read_setups,
     read_time,
-    refuse_unknown,
-    subsection,
-    yes_or_no,
 )
 from vinesexp.records.campaign.problems import Problems
-from vinesexp.records.campaign.published_table import PublishedValue, read_published
-from vinesexp.records.campaign.schema import ACCEPTABLE, ROLES, Channel, Known, Setup, TimeColumn
+from vinesexp.records.campaign.published_table import read_published
+from vinesexp.records.campaign.schema import ACCEPTABLE, ROLES, Campaign, Known, Setup
 from vinesexp.records.campaign.uncertainties import Uncertainties, read_uncertainties
 from vinesexp.records.campaign.yamltree import Section, read_yaml
 from vinesexp.settings.overrides import STAGES, changed, numbers_of
 from vinesexp.settings.stages import Settings
-from vinesexp.units import Quantity, refuse_impossible
+from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 
 KEYS = (
     "title",
@@ -61,69 +56,50 @@ PEOPLE_KEYS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Description:
-    """campaign.yaml, understood."""
-
-    title: str | None = None
-    known: Known = field(default_factory=Known)
-    channels: dict[str, Channel] = field(default_factory=dict)
-    time: TimeColumn | None = None
-    sample_rate: float | None = None
-    bandpass: tuple[float, float] | None = None
-    settings: Settings = field(default_factory=Settings)
-    allow_outside: bool = False
-    setups: dict[str, Setup] = field(default_factory=dict)
-    people: dict[str, str] = field(default_factory=dict)
-    published: tuple[PublishedValue, ...] = ()
-
-
-def read_description(file: Path, problems: Problems) -> Description:
-    """Read campaign.yaml; what is wrong goes to `problems`, what is right is returned."""
-    top = read_yaml(file, problems)
+def read_description(folder: Path, problems: Problems) -> tuple[Campaign, bool]:
+    """What campaign.yaml says, and whether files may lie outside; mistakes go to `problems`."""
+    name = folder.resolve().name
+    top = read_yaml(folder / "campaign.yaml", problems)
     if top is None:
-        return Description()
-    refuse_unknown(top, (*KEYS, *PEOPLE_KEYS), problems)
-    if "time" in top.values and "sample_rate" in top.values:
-        problems.add(
+        return Campaign(folder, name, name), False
+    top.refuse_unknown((*KEYS, *PEOPLE_KEYS))
+    if {"time", "sample_rate"} <= set(top.names()):
+        top.complain(
+            "sample_rate",
             "both 'time' and 'sample_rate' are given; keep 'time' where the files have a time "
             "column, else 'sample_rate'",
-            where=top.where("sample_rate"),
         )
-    title = top.values.get("title")
-    channels = read_channels_section(top, problems)
-    time = read_time(top, problems)
-    rate = positive(top, "sample_rate", "frequency", problems)
-    outside = yes_or_no(top, "allow_outside", problems)
+    channels, time = read_channels_section(top), read_time(top)
+    rate = top.quantity("sample_rate", "frequency")
+    outside = top.answer("allow_outside")
     gains = {role: channel.gain_error for role, channel in channels.items()}
-    return Description(
-        title=None if title is None else str(title),
-        known=_known(top, read_uncertainties(top, gains, problems), problems),
+    campaign = Campaign(
+        folder=folder,
+        name=name,
+        title=top.text("title") or name,
+        known=_known(top, read_uncertainties(top, gains)),
         channels=channels,
         time=time,
         sample_rate=rate,
-        bandpass=_bandpass(top, problems),
-        settings=read_settings(top, problems),
-        allow_outside=outside,
-        setups=read_setups(top, Setup(channels, time, rate), problems),
-        people={key: str(top.values[key]) for key in PEOPLE_KEYS if top.values.get(key)},
-        published=read_published(top, file.parent, problems, allow_outside=outside),
+        bandpass=_bandpass(top),
+        settings=read_settings(top),
+        setups=read_setups(top, Setup(channels, time, rate)),
+        people={key: str(top.value(key)) for key in PEOPLE_KEYS if top.value(key)},
+        published=read_published(top, folder, allow_outside=outside),
     )
+    return campaign, outside
 
 
-def _known(top: Section, uncertainties: Uncertainties, problems: Problems) -> Known:
-    section = subsection(top, "known", problems)
-    if section is None:
-        return Known(uncertainties=uncertainties)
-    refuse_unknown(section, KNOWN_KEYS, problems)
+def _known(top: Section, uncertainties: Uncertainties) -> Known:
+    section = top.under("known")
+    section.refuse_unknown(KNOWN_KEYS)
     mass = None
-    if section.values.get("mass") is not None:
-        with problems.at(section.where("mass")):
-            mass = _mass(section.values["mass"])
-    given = section.values.get("nes_mass")
+    if section.value("mass") is not None:
+        with section.at("mass"):
+            mass = _mass(section.value("mass"))
     balls: list[Quantity] = []
-    for text in given if isinstance(given, list) else [] if given is None else [given]:
-        with problems.at(section.where("nes_mass")):
+    for text in section.listed("nes_mass"):
+        with section.at("nes_mass"):
             ball = _mass(text)
             error = ball.std_error or uncertainties.nes_mass.of(ball.value)
             if mass is not None and ball.value > mass.value:
@@ -136,55 +112,42 @@ def _known(top: Section, uncertainties: Uncertainties, problems: Problems) -> Kn
 
 
 def _mass(text: object) -> Quantity:
-    found = above_zero(text, "mass")
+    found = parse_quantity(text, "mass")
+    if found.value <= 0.0:
+        raise ParameterError(f"found '{text}', expected a mass above zero")
     refuse_impossible(text, found.value, "mass")
     return found
 
 
-def _bandpass(top: Section, problems: Problems) -> tuple[float, float] | None:
-    section = subsection(top, "bandpass", problems)
-    if section is None:
+def _bandpass(top: Section) -> tuple[float, float] | None:
+    section = top.under("bandpass")
+    if not section:
         return None
-    refuse_unknown(section, BAND_KEYS, problems)
-    for key in ("low", "high"):
-        if section.values.get(key) is None:
-            problems.add(f"'{key}' is missing; give both low and high", where=top.where("bandpass"))
-    low = positive(section, "low", "frequency", problems)
-    high = positive(section, "high", "frequency", problems)
+    section.refuse_unknown(BAND_KEYS)
+    for key in BAND_KEYS:
+        if section.value(key) is None:
+            top.complain("bandpass", f"'{key}' is missing; give both low and high")
+    low, high = (section.quantity(key, "frequency") for key in BAND_KEYS)
     if low is None or high is None:
         return None
     if low >= high:
-        problems.add(
-            f"low ({low:g} Hz) is not below high ({high:g} Hz)", where=top.where("bandpass")
-        )
+        top.complain("bandpass", f"low ({low:g} Hz) is not below high ({high:g} Hz)")
     return low, high
 
 
-def read_settings(top: Section, problems: Problems) -> Settings:
+def read_settings(top: Section) -> Settings:
     """Settings of a campaign: under `settings` a section a stage, each number by its name."""
-    found = Settings()
-    section = top.values.get("settings")
-    if section is None:
-        return found
-    if not isinstance(section, Section):
-        problems.add(_not_a_section(section), where=top.where("settings"))
-        return found
-    for stage, numbers in section.values.items():
+    found, more = Settings(), "; docs/settings.md lists them"
+    section = top.under("settings", more=more)
+    for stage in section.names():
         if stage not in STAGES:
-            problems.add(
-                f"unknown stage '{stage}'; {nearest(stage, STAGES)}", where=section.where(stage)
-            )
-        elif isinstance(numbers, Section):
-            for name, text in numbers.values.items():
-                with problems.at(numbers.where(name)):
-                    found = changed(found, stage, name, text)
-        elif numbers is not None:
-            problems.add(_not_a_section(numbers), where=section.where(stage))
+            section.complain(stage, f"unknown stage '{stage}'; {nearest(stage, STAGES)}")
+            continue
+        numbers = section.under(stage, more=more)
+        for name in numbers.names():
+            with numbers.at(name):
+                found = changed(found, stage, name, numbers.value(name))
     return found
-
-
-def _not_a_section(value: object) -> str:
-    return f"found '{value}', expected 'name: value' pairs; docs/settings.md lists them"
 
 
 NAME = "campaign.schema.json"

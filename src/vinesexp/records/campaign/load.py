@@ -11,35 +11,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from vinesexp.errors import CampaignError, VinesexpError
-from vinesexp.records.campaign.description import Description, read_description
+from vinesexp.records.campaign.description import read_description
 from vinesexp.records.campaign.problems import Problems
 from vinesexp.records.campaign.records_csv import RowText, read_table
-from vinesexp.records.campaign.schema import (
-    ROLES,
-    SHEETS,
-    SI_UNITS,
-    TESTS,
-    Campaign,
-    Channel,
-    Known,
-    Record,
-    TimeColumn,
-    sheet_of,
-)
-
-__all__ = [
-    "ROLES",
-    "SI_UNITS",
-    "TESTS",
-    "Campaign",
-    "Channel",
-    "Known",
-    "Record",
-    "TimeColumn",
-    "campaign_problems",
-    "load_campaign",
-    "read_campaign",
-]
+from vinesexp.records.campaign.schema import SHEETS, Campaign, Record, sheet_of
 
 
 def load_campaign(folder: Path) -> Campaign:
@@ -86,47 +61,27 @@ def read_campaign(
     known : mapping, optional
         Rows that were read before, as of `read_table`; of the same campaign.yaml.
     """
-    problems = Problems(folder)
-    description_problems = Problems(folder / "campaign.yaml")
-    table_problems = Problems(sheet_of(folder))
-    description = Description()
-    records: tuple[Record, ...] = ()
+    whole, described, listed = map(Problems, (folder, folder / "campaign.yaml", sheet_of(folder)))
     if not folder.is_dir():
-        problems.add(
+        whole.add(
             "is not a folder; give the folder that holds campaign.yaml and records.csv"
             if folder.exists()
             else "no such folder; give the folder that holds campaign.yaml and records.csv"
         )
-    else:
-        if all((folder / name).exists() for name in SHEETS):
-            problems.add("holds records.csv and records.xlsx; keep the one that counts")
-        description = read_description(folder / "campaign.yaml", description_problems)
-        records = read_table(
-            sheet_of(folder),
-            folder,
-            allow_outside=description.allow_outside,
-            n_masses=len(description.known.nes_mass),
-            setups=tuple(description.setups),
-            problems=table_problems,
-            settings=description.settings,
-            known=known,
-        )
-    name = folder.resolve().name
-    campaign = Campaign(
-        folder=folder,
-        name=name,
-        title=description.title or name,
-        known=description.known,
-        channels=description.channels,
-        time=description.time,
-        sample_rate=description.sample_rate,
-        bandpass=description.bandpass,
-        records=tuple(
-            replace(record, people={**description.people, **record.people}) for record in records
-        ),
-        setups=description.setups,
-        people=description.people,
-        settings=description.settings,
-        published=description.published,
+        return Campaign(folder, folder.name, folder.name), whole.found
+    if all((folder / name).exists() for name in SHEETS):
+        whole.add("holds records.csv and records.xlsx; keep the one that counts")
+    campaign, outside = read_description(folder, described)
+    records = read_table(
+        sheet_of(folder),
+        folder,
+        allow_outside=outside,
+        n_masses=len(campaign.known.nes_mass),
+        setups=tuple(campaign.setups),
+        problems=listed,
+        settings=campaign.settings,
+        known=known,
     )
-    return campaign, [*problems.found, *description_problems.found, *table_problems.found]
+    of_people = (replace(r, people={**campaign.people, **r.people}) for r in records)
+    campaign = replace(campaign, records=tuple(of_people))
+    return campaign, [*whole.found, *described.found, *listed.found]

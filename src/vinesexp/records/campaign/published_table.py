@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError, nearest
-from vinesexp.records.campaign.problems import Problems, read_file
+from vinesexp.records.campaign.problems import read_file
 from vinesexp.records.campaign.yamltree import Section
 from vinesexp.records.stored.tables import Column, Row, Table, read_rows
 
@@ -87,33 +87,27 @@ class PublishedValue:
 
 
 def read_published(
-    top: Section, folder: Path, problems: Problems, *, allow_outside: bool
+    top: Section, folder: Path, *, allow_outside: bool
 ) -> tuple[PublishedValue, ...]:
-    """The table named by ``published``, seen from the campaign folder; mistakes to `problems`."""
-    name = top.values.get("published")
+    """The table named by ``published``, seen from the campaign folder; mistakes are noted."""
+    name = top.text("published")
     if name is None:
         return ()
-    found: list[PublishedValue] = []
-    try:
-        file = read_file(str(name), folder, allow_outside)
-    except ParameterError as error:
-        problems.add(error.problem, where=top.where("published"))
-        return ()
-    if not file.is_file():
-        problems.add(f"no file '{name}' in the campaign folder", where=top.where("published"))
-        return ()
-    try:
-        for line, row in enumerate(read_rows(file, PUBLISHED), start=2):
-            try:
+    with top.at("published"):
+        file = read_file(name, folder, allow_outside)
+        if not file.is_file():
+            raise ParameterError(f"no file '{name}' in the campaign folder")
+        where, found = "", []
+        try:
+            for line, row in enumerate(read_rows(file, PUBLISHED), start=2):
+                where = f", line {line}"
                 found.append(_value(row))
-            except ParameterError as error:
-                raise VinesexpError(error.problem, file=file, where=f"line {line}") from None
-    except VinesexpError as error:
-        problem = error.problem.partition("; run the")[0]
-        where = f", {error.where}" if error.where else ""
-        problems.add(f"'{name}'{where}: {problem}", where=top.where("published"))
-        return ()
-    return tuple(found)
+        except VinesexpError as error:
+            where = f", {error.where}" if error.where else where
+            problem = error.problem.partition("; run the")[0]
+            raise ParameterError(f"'{name}'{where}: {problem}") from None
+        return tuple(found)
+    return ()
 
 
 def _value(row: Row) -> PublishedValue:
@@ -127,11 +121,4 @@ def _value(row: Row) -> PublishedValue:
         [float(part) for part in row["value"].split(";")]
     except ValueError:
         raise ParameterError(f"found '{row['value']}' as value, expected a number") from None
-    texts = {name: row.get(name, "") for name in _TEXTS}
-    numbers = [row.get(name) for name in _NUMBERS]
-    return PublishedValue(
-        quantity=quantity, value=row["value"], unit=texts["unit"],
-        clearance_mm=texts["clearance_mm"], tried_mm=texts["tried_mm"],
-        base_amplitude_mm=numbers[0], release_mm=numbers[1], level_mm=numbers[2],
-        source=texts["source"], note=texts["note"],
-    )  # fmt: skip
+    return PublishedValue(**{name: row[name] for name in PUBLISHED.names if name in row})

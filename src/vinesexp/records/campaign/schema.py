@@ -225,12 +225,12 @@ class Campaign:
     folder: Path
     name: str
     title: str
-    known: Known
-    channels: dict[str, Channel]
-    time: TimeColumn | None
-    sample_rate: float | None
-    bandpass: tuple[float, float] | None
-    records: tuple[Record, ...] = field(default=())
+    known: Known = field(default_factory=Known)
+    channels: dict[str, Channel] = field(default_factory=dict)
+    time: TimeColumn | None = None
+    sample_rate: float | None = None
+    bandpass: tuple[float, float] | None = None
+    records: tuple[Record, ...] = ()
     settings: Settings = field(default_factory=Settings)
     setups: Mapping[str, Setup] = field(default_factory=dict)
     people: Mapping[str, str] = field(default_factory=dict)

@@ -10,9 +10,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
-from vinesexp.errors import ParameterError, nearest
-from vinesexp.records.campaign.problems import Problems
-from vinesexp.records.campaign.yamltree import Section
+from vinesexp.errors import ParameterError
+from vinesexp.records.campaign.yamltree import Pairs, Section
 from vinesexp.units import UNITS, parse_quantity
 
 
@@ -94,9 +93,7 @@ _QUANTITIES: Mapping[str, str] = {
 _NAMES = tuple(field.name for field in fields(Uncertainties))
 
 
-def read_uncertainties(
-    top: Section, gains: Mapping[str, float | None], problems: Problems
-) -> Uncertainties:
+def read_uncertainties(top: Section, gains: Mapping[str, float | None]) -> Uncertainties:
     """The section `uncertainties` of campaign.yaml over the defaults; ``exact`` for all of it.
 
     Parameters
@@ -106,26 +103,21 @@ def read_uncertainties(
     gains : mapping
         Role of a channel to the relative uncertainty that its sensitivity states (``40 +- 2
         mV/mm``), None where it states none; `uncertainties` overrides it.
-    problems : Problems
     """
-    given = top.values.get("uncertainties")
     stated = {role: Tolerance(relative=u) for role, u in gains.items() if u is not None}
-    if given is None:
-        return replace(Uncertainties(), **stated)
+    given = top.value("uncertainties")
     if given == "exact":
         return replace(EXACT, **stated)
-    if not isinstance(given, Section):
-        problems.add(
-            f"found '{given}', expected exact, or 'name: value' pairs of " + ", ".join(_NAMES),
-            where=top.where("uncertainties"),
-        )
+    if given is not None and not isinstance(given, Pairs):
+        expected = "exact, or 'name: value' pairs of " + ", ".join(_NAMES)
+        top.complain("uncertainties", f"found '{given}', expected {expected}")
         return Uncertainties()
-    for name, text in given.values.items():
-        if name not in _NAMES:
-            problems.add(f"unknown key '{name}'; {nearest(name, _NAMES)}", where=given.where(name))
-            continue
-        with problems.at(given.where(name)):
-            stated[name] = _tolerance(name, text)
+    section = top.under("uncertainties")
+    section.refuse_unknown(_NAMES)
+    for name in section.names():
+        if name in _NAMES:
+            with section.at(name):
+                stated[name] = _tolerance(name, section.value(name))
     return replace(Uncertainties(), **stated)
 
 

@@ -1,22 +1,29 @@
 """YAML with the line of every key, no key twice, and scalars left as the person wrote them.
 
 The usual YAML types would turn `no` into False and `10_000` into a number before anybody saw
-the missing unit; here a scalar stays text, but for plain integers (column numbers).
+the missing unit; here a scalar stays text, but for plain integers (column numbers). A key is looked
+up through layers: of a scene in the record before its group, and a mistake is noted at the line
+where the value in force was written.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass, field
+from collections.abc import Collection
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.campaign.problems import Problems
+from vinesexp.units import parse_quantity
 
 _LARGEST = 1 << 20  # characters
 _MOST = 20_000  # keys and values
 _DEEPEST = 20  # levels
+_YES = {"yes": True, "true": True, "on": True, "no": False, "false": False, "off": False}
 #: A title or a note of one line, unquoted, in which a colon stands before a blank.
 _WORDS = re.compile(
     r"^(title:|notes:)[ \t]+([^\s'\"|>&*!\[{#%@`][^\n#]*:[ \t][^\n#]*?)[ \t]*([ \t]#[^\n]*)?$",
@@ -25,7 +32,7 @@ _WORDS = re.compile(
 
 
 @dataclass
-class Section:
+class Pairs:
     """A mapping of the file: its place (``channels.base``), values, and the line of each key."""
 
     path: str = ""
@@ -42,6 +49,155 @@ class Section:
         """Line and full key, for a message."""
         full = f"{self.path}.{key}" if self.path else key
         return f"line {self.lines[key]}, key {full}" if key in self.lines else f"key {full}"
+
+
+@dataclass(frozen=True)
+class Section:
+    """Mappings of one meaning, the most particular first; false where there is none.
+
+    Parameters
+    ----------
+    layers : tuple of Pairs
+    problems : Problems
+        Where mistakes go.
+    place : str
+        Where the section stands, for a message.
+    """
+
+    layers: tuple[Pairs, ...]
+    problems: Problems
+    place: str = ""
+
+    def __bool__(self) -> bool:
+        return bool(self.layers)
+
+    def over(self, other: Section) -> Section:
+        """These mappings before those of `other`."""
+        return replace(self, layers=(*self.layers, *other.layers))
+
+    def under(self, key: str, *, more: str = "") -> Section:
+        """The mappings under `key` of every layer that has one; `more` ends the message."""
+        found = []
+        for layer in self.layers:
+            value = layer.values.get(key)
+            if isinstance(value, Pairs):
+                found.append(value)
+            elif value is not None:
+                expected = f"found '{value}', expected 'name: value' pairs{more}"
+                self.problems.add(expected, where=layer.where(key))
+        return Section(tuple(found), self.problems, self.where(key))
+
+    def names(self) -> tuple[str, ...]:
+        """Keys of all layers, the most general layer's first, each once."""
+        return tuple(dict.fromkeys(k for one in reversed(self.layers) for k in one.values))
+
+    def refuse_unknown(self, known: Collection[str]) -> None:
+        """Note every key that is not among the known ones, with the nearest of them."""
+        for layer in self.layers:
+            for key in layer.values:
+                if key not in known:
+                    words = f"unknown key '{key}'; {nearest(key, known)}"
+                    self.problems.add(words, where=layer.where(key))
+
+    def _holder(self, key: str) -> Pairs | None:
+        return next((one for one in self.layers if one.values.get(key) is not None), None)
+
+    def value(self, key: str) -> Any:
+        """The value in force, as the person wrote it; None where nobody did."""
+        holder = self._holder(key)
+        return None if holder is None else holder.values[key]
+
+    def text(self, key: str) -> str | None:
+        """The value in force as text."""
+        value = self.value(key)
+        return None if value is None else str(value)
+
+    def listed(self, key: str) -> list[Any]:
+        """The value in force as a list, which one value alone makes too."""
+        value = self.value(key)
+        return value if isinstance(value, list) else [] if value is None else [value]
+
+    def where(self, key: str) -> str:
+        """Line and key of the value in force, or of where it should stand."""
+        holder = self._holder(key) or (self.layers[0] if self.layers else None)
+        return f"key {key}" if holder is None else holder.where(key)
+
+    def complain(self, key: str, problem: str) -> None:
+        """Note a mistake at `key`."""
+        self.problems.add(problem, where=self.where(key))
+
+    def lacks(self, key: str, problem: str) -> None:
+        """Note a mistake at `key`, or at the section itself where nobody gave the key."""
+        given = self.value(key) is not None
+        self.problems.add(problem, where=self.where(key) if given else self.place)
+
+    def at(self, key: str) -> AbstractContextManager[None, bool]:
+        """Turn a ParameterError inside into a mistake noted at `key`, and go on after it."""
+        return self.problems.at(self.where(key))
+
+    def quantity(
+        self,
+        key: str,
+        kind: str,
+        *,
+        needed: bool = False,
+        zero: bool = False,
+        signed: bool = False,
+    ) -> float | None:
+        """One number with its unit, in SI; above zero unless `zero` or `signed` allow more."""
+        value = self.value(key)
+        if value is None:
+            if needed:
+                self.complain(key, f"is missing; expected a {kind} with its unit")
+            return None
+        with self.at(key):
+            return _checked(value, kind, zero, signed)
+        return None
+
+    def lengthy(
+        self,
+        key: str,
+        kind: str,
+        *,
+        needed: bool = False,
+        zero: bool = False,
+        signed: bool = False,
+    ) -> tuple[float, ...]:
+        """One number with its unit or a list of them, in SI."""
+        if needed and self.value(key) is None:
+            self.complain(key, f"is missing; expected a {kind} with its unit, or a list")
+        found = []
+        for item in self.listed(key):
+            with self.at(key):
+                found.append(_checked(item, kind, zero, signed))
+        return tuple(found)
+
+    def whole(self, key: str, *, low: int, high: int, default: int) -> int:
+        """A whole number from low to high."""
+        value = self.value(key)
+        if value is None:
+            return default
+        if not isinstance(value, int) or not low <= value <= high:
+            self.complain(key, f"found '{value}', expected a whole number from {low} to {high}")
+            return default
+        return value
+
+    def answer(self, key: str) -> bool:
+        """Yes or no; no where nobody answers."""
+        value = self.value(key)
+        answer = _YES.get(str(value).lower())
+        if value is not None and answer is None:
+            self.complain(key, f"found '{value}', expected yes or no")
+        return bool(answer)
+
+
+def _checked(text: object, kind: str, zero: bool, signed: bool) -> float:
+    value = parse_quantity(text, kind).value
+    if not signed and (value < 0.0 or (value == 0.0 and not zero)):
+        raise ParameterError(
+            f"found '{text}', expected a {kind} {'of zero or more' if zero else 'above zero'}"
+        )
+    return value
 
 
 def read_yaml(file: Path, problems: Problems) -> Section | None:
@@ -77,8 +233,7 @@ def read_yaml(file: Path, problems: Problems) -> Section | None:
             else "holds no 'key: value' pairs"
         )
         return None
-    top: Section = _build(node, "", problems, yaml)
-    return top
+    return Section((_build(node, "", problems, yaml),), problems)
 
 
 def _with_plain_texts(text: str) -> str:
@@ -125,7 +280,7 @@ def _reason(error: Exception) -> str:
 
 def _build(node: Any, path: str, problems: Problems, yaml: Any) -> Any:
     if isinstance(node, yaml.MappingNode):
-        section = Section(path)
+        section = Pairs(path)
         for key_node, value_node in node.value:
             line = key_node.start_mark.line + 1
             if not isinstance(key_node, yaml.ScalarNode):
