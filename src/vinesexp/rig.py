@@ -234,51 +234,6 @@ class Rig:
         eps = self.eps
         return 2.0 * self.oscillator.zeta / eps if eps > 0.0 else math.inf
 
-    @classmethod
-    def from_reduced(
-        cls,
-        *,
-        eps: float,
-        lam: float,
-        r: float,
-        M: float,
-        f0: float,
-        b: float,
-        alpha: Sequence[float] = (1.0,),
-        delta: Sequence[float] = (1.0,),
-    ) -> Rig:
-        """The rig of given reduced parameters (docs/theory.md, 5, 47): the way back.
-
-        Parameters
-        ----------
-        eps, lam, r : float
-            Mass ratio of all balls together, reduced damping, restitution.
-        M, f0, b : float
-            The three scales that reduction takes out: mass (kg), frequency (Hz), clearance of the
-            first ball (m).
-        alpha, delta : sequence of float
-            Share of the ball mass and clearance in units of b, one entry a ball; alpha sums to 1.
-
-        Examples
-        --------
-        >>> rig = Rig.from_reduced(eps=0.00681, lam=1.91, r=0.6, M=4.7, f0=7.862, b=0.034)
-        >>> round(rig.eps, 5), round(rig.lam, 3), round(1e3 * rig.nes[0].m, 2)
-        (0.00681, 1.91, 32.01)
-        """
-        require(math.isfinite(eps) and eps > 0, "mass ratio eps", eps, "a number above zero")
-        require(math.isfinite(lam) and lam >= 0, "lambda", lam, "a number, zero or above")
-        require(math.isfinite(f0) and f0 > 0, "frequency f0", f0, "Hz, above zero")
-        if len(alpha) != len(delta) or not math.isclose(math.fsum(alpha), 1.0, rel_tol=1e-9):
-            raise ParameterError(
-                f"shares alpha {tuple(alpha)} and clearances delta {tuple(delta)}: expected one "
-                "entry a ball in each, and shares that sum to 1"
-            )
-        oscillator = Oscillator.from_modal(M=M, f0=f0, zeta=0.5 * eps * lam)
-        return cls(
-            oscillator,
-            [NES(m=a * eps * M, b=d * b, r=r) for a, d in zip(alpha, delta, strict=True)],
-        )
-
     @property
     def alpha(self) -> tuple[float, ...]:
         """Share of each ball in the ball mass, m_i/(eps M) (equation 47)."""

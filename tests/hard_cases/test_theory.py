@@ -26,8 +26,7 @@ def test_elastic_limit() -> None:
     assert clearance.b_c_published(G=1.0, eps=0.01, lam=2.0, r=1.0) == pytest.approx(
         np.pi**2 / (8.0 * 0.01)
     )
-    left, right = manifold.branches(0.3, r=1.0)
-    assert (float(left), float(right)) == pytest.approx((0.7, 1.3))
+    assert float(manifold.upper_branch(0.3, r=1.0)) == pytest.approx(1.3)
     for point in slowflow.fixed_points(F=1.2, sigma=0.0, lam=2.0, r=1.0):
         assert np.isfinite([point.A, point.C, point.rho]).all()
 
@@ -82,9 +81,8 @@ def test_across_resonance_without_damping_nothing_jumps() -> None:
 def test_exactly_on_the_fold() -> None:
     for r in (0.0, 0.3, 0.6, 0.9, 1.0 - 1e-12):
         A_1 = float(manifold.A_1(r))
-        left, right = manifold.branches(A_1, r=r)
-        assert float(left) == pytest.approx(float(right), abs=1e-12)
-        assert float(right) == pytest.approx(float(manifold.C_1(r)), abs=1e-12)
+        at_fold = manifold.upper_branch(A_1, r=r)
+        assert float(at_fold) == pytest.approx(float(manifold.C_1(r)), abs=1e-12)
     A_1 = float(manifold.A_1(0.6))
     assert free_decay.decay_time(A_1, A_1, lam=1.9, r=0.6) == 0.0
 

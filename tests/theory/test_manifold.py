@@ -89,14 +89,11 @@ def test_impact_map_is_the_derivative_of_the_box_itself(C: float) -> None:
 
 @settings(deadline=None, max_examples=60)
 @given(st.floats(0.0, 1.0), st.floats(1.0, 20.0))
-def test_both_branches_lie_on_the_manifold(r: float, factor: float) -> None:
+def test_the_branch_lies_on_the_manifold(r: float, factor: float) -> None:
     A = max(float(manifold.A_1(r)), 1e-3) * factor
-    left, right = manifold.branches(A, r=r)
-    assert manifold.amplitude(right, r=r) == pytest.approx(A, rel=1e-12)
-    if A <= 1.0:
-        assert manifold.amplitude(left, r=r) == pytest.approx(A, rel=1e-9)
-    else:
-        assert np.isnan(left), "past A = 1 the left branch has ended"
+    C = manifold.upper_branch(A, r=r)
+    assert manifold.amplitude(C, r=r) == pytest.approx(A, rel=1e-12)
+    assert manifold.C_1(r) <= C
 
 
 def test_stability_is_between_the_transitions() -> None:
@@ -109,14 +106,13 @@ def test_stability_is_between_the_transitions() -> None:
 def test_several_clearances_scale_the_fold() -> None:
     assert manifold.A_1(0.6, delta=2.0) == pytest.approx(2.0 * float(manifold.A_1(0.6)))
     assert manifold.C_1(0.6, delta=2.0) == pytest.approx(2.0 * float(manifold.C_1(0.6)))
-    left, right = manifold.branches(0.9, r=0.6, delta=2.0)
-    unit = manifold.branches(0.45, r=0.6)
-    assert (left, right) == pytest.approx((2.0 * float(unit[0]), 2.0 * float(unit[1])))
+    unit = float(manifold.upper_branch(0.45, r=0.6))
+    assert manifold.upper_branch(0.9, r=0.6, delta=2.0) == pytest.approx(2.0 * unit)
 
 
 def test_below_the_fold_is_refused_in_one_line() -> None:
     with pytest.raises(AnalysisError, match=r"below the fold A_1 = 0\.157177"):
-        manifold.branches(0.15, r=0.6)
+        manifold.upper_branch(0.15, r=0.6)
     with pytest.raises(
         ParameterError, match=r"restitution r = 1\.2: expected a number from 0 to 1"
     ):

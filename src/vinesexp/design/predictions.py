@@ -7,14 +7,18 @@ from dataclasses import dataclass
 from vinesexp.design.inputs import RIG, Given
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.rig import NES, Oscillator
-from vinesexp.theory.intervals import ClearancePrediction, predict_periodic, predict_transient
+from vinesexp.theory.intervals import (
+    ClearancePrediction,
+    predict_best,
+    predict_periodic,
+    predict_transient,
+)
 from vinesexp.theory.manifold import A_1, A_2
 from vinesexp.theory.multiple import ActivationBand, bands
 from vinesexp.theory.optimal_clearance import b_c_published, release_amplitude
 from vinesexp.theory.slowflow import threshold
-from vinesexp.theory.timing import predict_best
 from vinesexp.theory.transient import Decaying, bare_time, best_clearance
-from vinesexp.units import Quantity
+from vinesexp.units import COVERAGE_95, Quantity
 
 #: Shares of the release amplitude for which b*(level) is given.
 LEVELS = (0.5, 0.25, 0.1)
@@ -156,8 +160,9 @@ def releases(given: Given, values: dict[str, Quantity]) -> list[ReleaseLevel]:
             best = best_clearance(case, level=level)
             low = high = None
             if uncertain:
-                interval = predict_best(x_m=Quantity(x_m, 0.0), level=level, values=values)
-                low, high = interval.low, interval.high
+                own = predict_best(x_m=Quantity(x_m), level=level, values=values)
+                half = COVERAGE_95 * own.std_error
+                low, high = max(own.value - half, 0.0), own.value + half
         except AnalysisError:
             continue
         bare = bare_time(case, level=level)

@@ -12,7 +12,7 @@ from vinesexp.clearance.levels import PeriodicLevel
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.design.ensemble import duration_of
 from vinesexp.planning.expected_valley import Valley, expected_valley
-from vinesexp.planning.next_clearance import TARGET, bracket_of, next_clearance
+from vinesexp.planning.next_clearance import TARGET, bracket_of, follow_plan, next_clearance
 from vinesexp.records.stored.result_columns import IMPACTS
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.tables import read_rows
@@ -23,6 +23,7 @@ from vinesexp.units import Quantity
 
 #: Scatter of mean amplitudes where no two records or replays show one.
 SCATTER = 0.002
+_AHEAD = 12  # clearances planned at once
 
 
 @dataclass(frozen=True)
@@ -106,19 +107,19 @@ def _ahead(
     if valley is None or not math.isfinite(target):
         one = next_clearance(tested, expected=None) if len(tested) > 1 else None
         return (() if one is None else (one,)), None
-    seen = dict(tested)
     size = _scale(tested, valley)
-    ahead: list[float] = []
-    while len(ahead) < 12:
-        b = next_clearance(seen, expected=valley.lowest, target=target)
-        if b is None:
-            break
-        seen[b] = size * _modelled(valley, b)
-        ahead.append(b)
+    seen = follow_plan(
+        lambda b: size * _modelled(valley, b),
+        expected=valley.lowest,
+        target=target,
+        tested=tested,
+        most=len(tested) + _AHEAD,
+    )
+    ahead = tuple(seen)[len(tested) :]
     found = bracket_of(seen)
     if found.low is None or found.high is None:
-        return tuple(ahead), None
-    return tuple(ahead), (found.low, found.best, found.high)
+        return ahead, None
+    return ahead, (found.low, found.best, found.high)
 
 
 def _modelled(valley: Valley, b: float) -> float:

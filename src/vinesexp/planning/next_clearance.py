@@ -129,7 +129,12 @@ def _into(gap: float, step: float, ahead: float | None) -> float:
 
 
 def follow_plan(
-    amplitude: Callable[[float], float], *, expected: float, target: float = TARGET, most: int = 40
+    amplitude: Callable[[float], float],
+    *,
+    expected: float,
+    target: float = TARGET,
+    tested: Mapping[float, float] | None = None,
+    most: int = 40,
 ) -> dict[float, float]:
     """Follow the plan on a rig that is known as a function, until the bracket is reached.
 
@@ -139,18 +144,20 @@ def follow_plan(
         Clearance (m) to mean amplitude (m), as a test would measure it.
     expected : float
         Where the minimum is expected, m.
+    tested : mapping, optional
+        What is there already, as is returned.
     most : int
-        Tests after which to give up.
+        Tests after which to give up, those that are there included.
 
     Returns
     -------
     dict
-        Every test: clearance to amplitude.
+        Every test: clearance to amplitude, in the order of the tests.
     """
-    tested: dict[float, float] = {}
-    while len(tested) < most:
-        b = next_clearance(tested, expected=expected, target=target)
+    seen = dict(tested or {})
+    while len(seen) < most:
+        b = next_clearance(seen, expected=expected, target=target)
         if b is None:
             break
-        tested[b] = amplitude(b)
-    return tested
+        seen[b] = amplitude(b)
+    return seen

@@ -1,18 +1,23 @@
-"""b_c and b_t with their 95 % intervals, from rig values and their uncertainty (delta method)."""
+"""b_c, b_t and b*(level) with derivatives by every rig value, and their intervals (delta method).
+
+b* is where the time to the level over b has an elbow or a flat bottom, and its derivative is that
+of whichever it is (docs/theory.md, 57, 58). To its interval the scatter of the passage through the
+fold is added: no value of the rig gives it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
-from vinesexp.errors import ParameterError, nearest
+from vinesexp.errors import AnalysisError, ParameterError, nearest
 from vinesexp.rig import RIG_VALUES, checked
 from vinesexp.theory.boundaries import boundary_residuals, end_of_permanent_response
-from vinesexp.theory.manifold import loss_parameter
+from vinesexp.theory.manifold import A_1, loss_parameter
 from vinesexp.theory.optimal_clearance import (
     b_c_published,
     b_t_exact,
@@ -20,10 +25,19 @@ from vinesexp.theory.optimal_clearance import (
     release_amplitude,
 )
 from vinesexp.theory.orbits import Reduced, family
+from vinesexp.theory.transient import (
+    BestClearance,
+    Decaying,
+    best_clearance,
+    captured_time,
+    passage,
+)
 from vinesexp.units import COVERAGE_95, Quantity
 
-#: Rig values that a prediction depends on, in the order of every gradient and covariance.
-VALUES = RIG_VALUES
+#: Names of the derivatives of b*(level): the rig's values and the release amplitude.
+RELEASE_VALUES = (*RIG_VALUES, "x_m")
+#: Relative step of these; the flown balls' irregularity stays below a percent of it.
+_RELEASE_STEP = 0.04
 
 
 # Derivatives of b_c with respect to every rig value.
@@ -33,8 +47,8 @@ VALUES = RIG_VALUES
 # partial derivatives of the two smooth functions by central differences of fourth order (relative
 # error about 1e-11, docs/theory.md, 46). No difference of two root searches is taken.
 _STEP = 1e-3  # relative; fourth-order differences: truncation 1e-12, rounding 1e-13
-OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
-WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
+_OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
+_WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 
 
 def gradient_published(
@@ -108,12 +122,12 @@ def gradient_exact(
     steps = _STEP * np.array([C, *(_scale(name, rig, near, frequency) for name in RIG_VALUES)])
     points = np.array([C, *rig.values()])[:, None, None] + np.zeros((6, 6, 4))
     for row in range(6):
-        points[row, row] += steps[row] * OFFSETS
+        points[row, row] += steps[row] * _OFFSETS
     moved = dict(zip(rig, points[1:], strict=True))
     with_frequency = None if frequency is None else np.broadcast_to(frequency, (6, 4))
     reduced = _unchecked(moved, with_frequency)
     beta, H = _beta_and_H(points[0], reduced, node)
-    d_beta, d_H = (f @ WEIGHTS / steps for f in (beta, H))
+    d_beta, d_H = (f @ _WEIGHTS / steps for f in (beta, H))
     along = d_beta[0] / d_H[0] if not node else 0.0  # b is stationary in C at a saddle-node
     slopes = G * (d_beta[1:] - along * d_H[1:])
     return G * float(ends.b_high), dict(zip(RIG_VALUES, map(float, slopes), strict=True))
@@ -158,7 +172,7 @@ class ClearancePrediction:
     published, exact : the paper's formula and the exact value.
     std_error : standard error of `exact`, from those of the rig's values.
     low, high : its 95 % interval, not below zero.
-    gradient : d exact/d value for each of `VALUES`, SI.
+    gradient : d exact/d value for each of `RIG_VALUES`, SI.
     gradient_published : the same of `published`.
     """
 
@@ -179,13 +193,13 @@ def rig_values(values: Mapping[str, Quantity], needed: tuple[str, ...]) -> dict[
             f"rig values missing: {', '.join(missing)}; given: {', '.join(values) or 'none'}"
         )
     for name in values:
-        if name not in VALUES:
-            raise ParameterError(f"unknown rig value '{name}'; {nearest(name, VALUES)}")
+        if name not in RIG_VALUES:
+            raise ParameterError(f"unknown rig value '{name}'; {nearest(name, RIG_VALUES)}")
     return {name: float(values[name].value) for name in needed}
 
 
 def covariance_of(values: Mapping[str, Quantity], covariance: ArrayLike | None) -> FloatArray:
-    """5 x 5 covariance in the order of `VALUES`: the one given, else independent standard errors.
+    """5 x 5 covariance, in the order of `RIG_VALUES`; where none is given, independent errors.
 
     Raises
     ------
@@ -193,12 +207,12 @@ def covariance_of(values: Mapping[str, Quantity], covariance: ArrayLike | None) 
         A matrix of another shape, not symmetric, or with a negative variance.
     """
     if covariance is None:
-        errors = [values[n].std_error if n in values else 0.0 for n in VALUES]
+        errors = [values[n].std_error if n in values else 0.0 for n in RIG_VALUES]
         return np.diag(np.square(checked(errors, "standard error", "a number, zero or above")))
     matrix = np.asarray(covariance, dtype=np.float64)
-    if matrix.shape != (len(VALUES), len(VALUES)):
+    if matrix.shape != (len(RIG_VALUES), len(RIG_VALUES)):
         raise ParameterError(
-            f"covariance of shape {matrix.shape}: expected 5 x 5 in the order {', '.join(VALUES)}"
+            f"covariance of shape {matrix.shape}: expected 5 x 5, of {', '.join(RIG_VALUES)}"
         )
     scale = np.sqrt(np.abs(np.diag(matrix)))
     if not np.all(np.isfinite(matrix)) or np.any(np.diag(matrix) < 0.0):
@@ -221,7 +235,7 @@ def _prediction(
     slopes_published: Mapping[str, float],
     covariance: FloatArray,
 ) -> ClearancePrediction:
-    std_error = spread(slopes, VALUES, covariance)
+    std_error = spread(slopes, RIG_VALUES, covariance)
     return ClearancePrediction(
         published=published,
         exact=exact,
@@ -249,7 +263,7 @@ def predict_periodic(
     values : mapping
         `Quantity` (SI value, standard error) of each of M, c1, k1, r, m.
     covariance : array_like, shape (5, 5), optional
-        In the order of `VALUES`; replaces the independent standard errors of `values`.
+        In the order of `RIG_VALUES`; replaces the independent standard errors of `values`.
     frequency : float, optional
         Hz; the oscillator's own frequency (which moves with M and k1) where None.
 
@@ -265,7 +279,7 @@ def predict_periodic(
     >>> [round(1e3 * b, 2) for b in (b_c.published, b_c.exact, b_c.low, b_c.high)]
     [33.97, 33.92, 32.94, 34.9]
     """
-    rig = rig_values(values, VALUES)
+    rig = rig_values(values, RIG_VALUES)
     matrix = covariance_of(values, covariance)
     exact, slopes = gradient_exact(G=G, frequency=frequency, **rig)
     published, slopes_published = gradient_published(G=G, **rig)
@@ -307,3 +321,135 @@ def predict_transient(
     slopes_published = {name: published * s for name, s in share.items()}
     slopes = {name: exact * s for name, s in share.items()} | {"r": by_r}
     return _prediction(published, exact, slopes, slopes_published, matrix)
+
+
+# The clearance that is fastest to a level of a release, with its interval.
+def _by_rig(release: Decaying, by_eps: float, by_lam: float, by_r: float) -> dict[str, float]:
+    """Chain rule from eps = m/M, lambda = c1/(m w0), r to the rig's values (5)."""
+    eps, lam = release.eps, release.lam
+    slopes = {
+        "M": (-by_eps * eps + 0.5 * by_lam * lam) / release.M,
+        "c1": by_lam / (release.m * release.w0),
+        "k1": -0.5 * by_lam * lam / release.k1,
+        "r": by_r,
+        "m": (by_eps * eps - by_lam * lam) / release.m,
+    }
+    return {name: float(slope) for name, slope in slopes.items()}
+
+
+def _steps(release: Decaying) -> FloatArray:
+    """Steps of eps, lambda and r; those of r stay below 1, those of lambda cross zero freely."""
+    eps, lam, r = release.eps, release.lam, release.r
+    # at lambda = 0 the step is of the order of the ball's own damping at the fold
+    step = _RELEASE_STEP
+    return np.array([step * eps, step * max(lam, 0.5), min(step * 0.5, 0.8 * (1.0 - r))])
+
+
+def _moved(release: Decaying, index: int, offset: float, step: float) -> tuple[float, float, float]:
+    values = [release.eps, release.lam, release.r]
+    values[index] += offset * step
+    return values[0], values[1], values[2]
+
+
+def _elbow(eps: float, lam: float, r: float) -> float:
+    """Amplitude at which the flown balls let go, on the average (clearances)."""
+    run = passage(eps=eps, lam=lam, r=r)
+    gone = run.let_go[np.isfinite(run.let_go)]
+    if gone.size == 0:
+        raise AnalysisError("b*(level): no ball lets go below the fold; no elbow to follow")
+    return float(gone.mean())
+
+
+def gradient_best(
+    release: Decaying, *, level: float
+) -> tuple[BestClearance, dict[str, float], str]:
+    """b*(level), its derivative by every value (m per SI unit) and the kind of optimum.
+
+    The kinds are `let go` (the level is reached as the ball lets go: b* = level/A_let_go, 57),
+    `start at T1` (b* = x_m/A_1: a larger cavity would not capture) and `smooth` (58).
+
+    Raises
+    ------
+    AnalysisError
+        The least time lies at an end of the range searched: no optimum, no derivative.
+
+    Examples
+    --------
+    >>> release = Decaying(M=4.7, c1=3.02, k1=1.147e4, m=0.032, r=0.6, x_m=0.03)
+    >>> best, slopes, kind = gradient_best(release, level=0.005)
+    >>> kind, slopes["x_m"]
+    ('let go', 0.0)
+    """
+    best = best_clearance(release, level=level)
+    eps, lam, r = release.eps, release.lam, release.r
+    fold = float(A_1(r))
+    if release.x_m / best.b < fold * 1.005:
+        h = 1e-4
+        slope = (float(A_1(r + h)) - float(A_1(r - h))) / (2.0 * h) if h < r < 1.0 - h else 0.0
+        by_r = -best.b * slope / fold
+        return (
+            best,
+            _by_rig(release, 0.0, 0.0, by_r) | {"x_m": best.b / release.x_m},
+            "start at T1",
+        )
+    run = passage(eps=eps, lam=lam, r=r)
+    reach = run.let_go[np.isfinite(run.let_go)]
+    if reach.size and reach.min() * 0.9 < level / best.b < fold:
+        by = np.zeros(3)
+        for k, step in enumerate(_steps(release)):  # a let-go amplitude moves in half cycles
+            values = [np.log(_elbow(*_moved(release, k, d, step))) for d in _OFFSETS]
+            by[k] = float(np.dot(_WEIGHTS, values)) / step
+        return best, _by_rig(release, *(-best.b * by)) | {"x_m": 0.0}, "let go"
+    return best, _smooth_optimum(release, best.b, level), "smooth"
+
+
+def _smooth_optimum(release: Decaying, b: float, level: float) -> dict[str, float]:
+    """-t_bp/t_bb, the implicit function theorem at t_b = 0 (58)."""
+    h = 0.03 * b
+
+    def slope_and_bend(case: Decaying) -> tuple[float, float]:
+        low, middle, high = captured_time(case, b=[b - h, b, b + h], level=level)
+        return float(high - low) / (2.0 * h), float(low - 2.0 * middle + high) / h**2
+
+    bend = slope_and_bend(release)[1]
+    if not bend > 0.0:
+        raise AnalysisError(
+            f"b*({1e3 * level:.4g} mm) lies at an end of the range searched: no optimum inside"
+        )
+    slopes = {}
+    for name in RELEASE_VALUES:
+        value = getattr(release, name)
+        step = 0.01 * (value if value > 0.0 else 1.0)
+        up, down = (slope_and_bend(replace(release, **{name: value + d}))[0] for d in (step, -step))
+        slopes[name] = -(up - down) / (2.0 * step) / bend
+    return slopes
+
+
+def predict_best(*, x_m: Quantity, level: float, values: Mapping[str, Quantity]) -> Quantity:
+    """b*(level), m, with its standard error: of the values, and of where the ball is at the start.
+
+    Parameters
+    ----------
+    x_m : Quantity
+        Amplitude of the release, m.
+    level : float
+        Amplitude to be reached, m.
+    values : mapping
+        M, c1, k1, r, m with their standard errors.
+
+    Raises
+    ------
+    ParameterError, AnalysisError
+        A value is missing; there is no such clearance.
+    """
+    release = Decaying(**rig_values(values, RIG_VALUES), x_m=float(x_m.value))
+    matrix = np.zeros((6, 6))
+    matrix[:5, :5] = covariance_of(values, None)
+    matrix[5, 5] = float(checked(x_m.std_error, "standard error of x_m", "m, zero or above")) ** 2
+    best, slopes, kind = gradient_best(release, level=level)
+    scatter = 0.0
+    if kind == "let go":
+        gone = passage(eps=release.eps, lam=release.lam, r=release.r).let_go
+        scatter = best.b * float(np.nanstd(gone) / np.nanmean(gone))
+    std_error = spread(slopes, RELEASE_VALUES, matrix)
+    return Quantity(best.b, float(np.hypot(std_error, scatter)))

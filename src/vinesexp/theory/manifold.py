@@ -133,37 +133,6 @@ def amplitude(C: ArrayLike, *, r: ArrayLike, delta: ArrayLike = 1.0) -> FloatArr
     return np.hypot(np.asarray(delta) - ball, 2.0 * ball * loss_parameter(r) / np.pi)
 
 
-def branches(
-    A: ArrayLike, *, r: ArrayLike, delta: ArrayLike = 1.0
-) -> tuple[FloatArray, FloatArray]:
-    """Both ball amplitudes that go with A: the left (unstable) and the right branch of the SIM.
-
-    C = C_1 +- sqrt((pi^2/S)(A - A_1)(A + A_1)) (docs/theory.md, 10): factored, so that no digit is
-    lost at the fold; the left branch comes from the product of the roots for the same reason.
-
-    Returns
-    -------
-    left, right : ndarray
-        Units of b. `left` is NaN where A > delta: there the left branch has ended (C would be
-        negative). That is the only NaN, and it means "no such branch".
-
-    Raises
-    ------
-    AnalysisError
-        An amplitude below the fold A_1, where no motion with two impacts per cycle exists.
-
-    Examples
-    --------
-    >>> left, right = branches(0.5, r=0.6)
-    >>> round(float(left), 6), round(float(right), 6)
-    (0.506542, 1.444049)
-    """
-    right = upper_branch(A, r=r, delta=delta)
-    height, length = np.asarray(A, dtype=np.float64), np.asarray(delta, dtype=np.float64)
-    left = C_1(r) * (length - height) * (length + height) / right
-    return np.where(left >= 0.0, left, np.nan), right
-
-
 def upper_branch(A: ArrayLike, *, r: ArrayLike, delta: ArrayLike = 1.0) -> FloatArray:
     """C on the right branch, the one with a stable part (see `branches`)."""
     height = checked(A, "amplitude A", "a number, zero or above")

@@ -341,14 +341,12 @@ class DecayCurve:
     Attributes
     ----------
     A, tau1 : captured branch followed by chaos, amplitudes falling; mean over the passage.
-    spread : standard deviation of tau1 over the balls that were flown through the fold.
     chaos_A, chaos_tau1 : chaos alone, for releases that start below A_1.
     fold : A_1.
     """
 
     A: FloatArray
     tau1: FloatArray
-    spread: FloatArray
     chaos_A: FloatArray
     chaos_tau1: FloatArray
     fold: float
@@ -360,10 +358,6 @@ class DecayCurve:
             -start, -self.chaos_A, self.chaos_tau1
         )
         return np.where(start >= self.fold, captured, chaotic)
-
-    def scatter(self, start: FloatArray, end: FloatArray) -> FloatArray:
-        """Standard deviation of tau1 over starts, of captured releases; zero on the branch."""
-        return np.where(start >= self.fold, np.interp(-end, -self.A, self.spread), 0.0)
 
 
 def _elapsed(A: FloatArray, *, lam: float, r: float) -> FloatArray:
@@ -402,7 +396,6 @@ def decay_curve(*, eps: float, lam: float, r: float, high: float, low: float) ->
     return DecayCurve(
         A=np.concatenate([upper, below[1:]]),
         tau1=np.concatenate([first, lanes.mean(axis=0)[1:]]),
-        spread=np.concatenate([np.zeros_like(first), lanes.std(axis=0)[1:]]),
         chaos_A=chaos,
         chaos_tau1=chaos_tau1,
         fold=fold,
