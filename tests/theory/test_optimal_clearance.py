@@ -147,7 +147,7 @@ def test_refusals() -> None:
         predict_periodic(G=1e-3, values={n: values[n] for n in ("M", "k1", "r")})
     with pytest.raises(ParameterError, match="unknown rig value 'k2'; known: M, c1, k1, r, m"):
         predict_periodic(G=1e-3, values={**values, "k2": Quantity(1.0)})
-    with pytest.raises(ParameterError, match="5 x 5 in the order M, c1, k1, r, m"):
+    with pytest.raises(ParameterError, match="5 x 5, of M, c1, k1, r, m"):
         predict_periodic(G=1e-3, values=values, covariance=np.eye(4))
     with pytest.raises(ParameterError, match="symmetric"):
         predict_periodic(G=1e-3, values=values, covariance=np.triu(np.ones((5, 5))))
