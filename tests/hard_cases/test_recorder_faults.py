@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
+from scipy.signal import bilinear, lfilter
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, analyse, simulate
 from vinesexp.records.campaign.schema import Record
@@ -282,3 +283,17 @@ def test_a_ball_that_comes_to_rest_at_a_wall_is_no_knock():
     """Many small impacts within 20 ms move the mass smoothly: its slope hardly jumps."""
     checks = analysed(channels(0.045), b=0.045).checks
     assert "knocks" not in set(checks["check"])
+
+
+def test_an_ac_coupling_under_a_motion_that_changes_is_no_fault_of_a_clock():
+    step, rng = 1e-3, np.random.default_rng(8)
+    t = step * np.arange(-2000, 9000)  # at rest in its filter before the record begins
+    late = np.tanh(t - 5.0)  # the ball is lost once
+    z = (4e-3 + 2e-3 * late) * np.exp(1j * (2 * np.pi * F * t + 0.8 * late))
+    a = np.gradient(np.gradient(z.real, step), step)
+    pole = 2 * np.pi * 2.0
+    a = lfilter(*bilinear([1.0, 0.0], [1.0, pole], 1 / step), a)[2000:]
+    x = z.real[2000:] + 2e-6 * rng.standard_normal(9000)
+    law = law_of(lag_over_time(a + 0.1 * rng.standard_normal(9000), x, step, frequency=F))
+    assert not law.steps
+    assert not law.slopes

@@ -17,7 +17,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from vinesexp.arrays import ComplexArray, FloatArray
+from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
@@ -53,7 +53,7 @@ class Series:
     """A phase (rad) or lag (s) over time, from windows that begin `every` s apart.
 
     A moment lies in `shared` windows: so many show a step as a mixture. `weight` (1 by default) is
-    one over the error of each value, in any unit.
+    one over the error of each value, in any unit. `beside`, (n, k): what else it may follow.
     """
 
     time: FloatArray
@@ -61,6 +61,7 @@ class Series:
     every: float
     shared: int = 1
     weight: FloatArray | None = None
+    beside: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -171,6 +172,8 @@ def law_of(series: Series) -> Law | None:
     s = (t - t.mean()) / (t[-1] - t[0])
     weight = np.ones(n) if series.weight is None else series.weight / np.median(series.weight)
     columns = np.stack([np.ones(n), s], axis=1)
+    if series.beside is not None and n > _FEWEST + 2 * series.beside.shape[1]:
+        columns = np.column_stack([columns, _scaled(series.beside)])
     index, mixed = np.arange(n), series.shared
 
     def stepped(i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -191,7 +194,7 @@ def law_of(series: Series) -> Law | None:
         weight[1 + mixed :], weight[: -1 - mixed]
     )
     usual = 1.4826 * float(np.median(np.abs(moves - np.median(moves))))
-    step, step_error = float(solved[2]), float(error[2])
+    step, step_error = float(solved[-1]), float(error[-1])
     if abs(step) <= sure * max(step_error, usual / math.sqrt(2.0)):
         columns, y = columns * weight[:, np.newaxis], weight * y
         solved = np.linalg.lstsq(columns, y, rcond=None)[0]
@@ -199,8 +202,15 @@ def law_of(series: Series) -> Law | None:
     length, at = float(t[-1] - t[0]), float(t[best + 2 : best + 2 + mixed].mean())
     return Law(
         float(solved[1]) / length, float(error[1]) / length, step, step_error, at,
-        _left(own[:, :2], y_own) < _left(own[:, [0, 2]], y_own), sure,
+        _left(own[:, :-1], y_own) < _left(np.delete(own, 1, axis=1), y_own), sure,
     )  # fmt: skip
+
+
+def _scaled(columns: FloatArray) -> FloatArray:
+    """Without their means, of size one; those that do not change are left out."""
+    off = columns - columns.mean(axis=0)
+    size = off.std(axis=0)
+    return np.asarray(off[:, size > 0.0] / size[size > 0.0])
 
 
 def _left(columns: FloatArray, y: FloatArray) -> float:
@@ -259,7 +269,9 @@ def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Series
 def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float) -> Series | None:
     """Lag of a displacement behind an acceleration (s), window by window of four cycles.
 
-    Windows in which the two do not move together are left out.
+    Windows in which the two do not move together are left out. A filter of one channel (an AC
+    coupling, a mount) turns the phase of a motion whose size or frequency changes: that is no
+    clock, and stands beside the lag.
     """
     size = round(_LAG_CYCLES / (frequency * step))
     n = min(a.size, x.size)
@@ -271,11 +283,13 @@ def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float
     if not near.any():
         return None
     w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
-    ratio, size_of = np.zeros(begins.size, dtype=np.complex128), np.zeros(begins.size)
+    ratio, changes = (np.zeros(begins.size, dtype=np.complex128) for _ in range(2))
+    size_of = np.zeros(begins.size)
     for k, i in enumerate(begins):
         A, X = second_derivative_beside(a[i : i + size], x[i : i + size], step, w, near)
         power = float((np.abs(X) ** 2).sum())
         ratio[k] = complex((A * X.conj()).sum()) / power if power else 0.0
+        changes[k] = _change(A, a[i : i + size], near)
         size_of[k] = math.sqrt(power)
     error = _error_of_phase(ratio, size_of)
     good = error < _ALIKE
@@ -284,7 +298,19 @@ def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float
     sign = np.sign(float(np.median(ratio[good].real))) or 1.0
     lag = np.unwrap(np.angle(sign * ratio[good])) / (2.0 * math.pi * frequency)
     middle = np.asarray((begins[good] + 0.5 * size) * step, dtype=np.float64)
-    return Series(middle, lag, 0.5 * size * step, shared=2, weight=1.0 / error[good])
+    beside = np.stack([changes[good].real, changes[good].imag], axis=1)
+    return Series(middle, lag, 0.5 * size * step, shared=2, weight=1.0 / error[good], beside=beside)
+
+
+def _change(A: ComplexArray, a: FloatArray, near: BoolArray) -> complex:
+    """How much the motion of a window changes within it: 0 where it stays the same.
+
+    A filter H makes H X + i H' T of the lines X, T being those by the slope of the taper.
+    """
+    slope = np.sin(2.0 * np.pi * (np.arange(a.size) + 0.5) / a.size)
+    T = np.fft.rfft((a - a.mean()) * slope)[near]
+    power = float((np.abs(A) ** 2).sum())
+    return complex((T * A.conj()).sum()) / power if power else 0.0
 
 
 def _error_of_phase(ratio: ComplexArray, size: FloatArray) -> FloatArray:

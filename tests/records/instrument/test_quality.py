@@ -70,6 +70,25 @@ def test_clipped_peaks_are_found(motion, rate, bits, noise, clip, stored):
         assert abs(stretch[0]) >= 0.99 * np.abs(values).max()
 
 
+def of_three_digits(values):
+    """A file that prints millimetres with three digits, as metres."""
+    return np.array([float(f"{value:.3g}") for value in 1e3 * values]) * 1e-3
+
+
+@pytest.mark.parametrize("size", [0.59, 0.78, 1.9])
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_a_file_of_three_digits_is_not_clipped(size, noise, stored):
+    values = of_three_digits(size * digitised("decay", 5e3, 16, noise, seconds=8.0))
+    with stored(values, 5e3) as view:
+        assert findings.saturated(view, "displacement") == []
+
+
+def test_clipped_peaks_of_a_file_of_three_digits_are_found(stored):
+    values = of_three_digits(digitised("steady", 5e3, 16, 1.0, clip=0.9, seconds=8.0))
+    with stored(values, 5e3) as view:
+        assert len(findings.saturated(view, "displacement")) > 100
+
+
 def test_clipped_spikes_of_an_accelerometer_are_found(stored):
     rng = np.random.default_rng(1)
     t = np.arange(100_000) / 1e4

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,7 @@ _DEFECTS = {
 # It then gives the end of its range, or its last value, and comes back at once. Nothing that moves
 # gets there or back so fast. Such a stretch is a gap; a crest cut off by a range too small is not.
 _BLOCK = 1 << 18
+_NEAR_END = 0.02  # of the range
 _FALL = 8.0  # quanta: twice what a parabola falls by
 _LONG = 16  # samples: a clipped parabola falls by 0.75 n quanta or more, 12 here
 _REST = 0.03  # of the range: what is left of a motion that comes to rest
@@ -114,6 +115,7 @@ def saturated(view: RecordView, role: str) -> list[Stretch]:
     short: list[Stretch] = []
     gentle: list[Stretch] = []
     elsewhere = 0
+    ends = {end: _levels_at(view, role, levels, end) for end in {levels.low, levels.high}}
     for runs in equal_runs(view, role, least=2):
         at_end = (runs.values == levels.low) | (runs.values == levels.high)
         elsewhere += int(np.count_nonzero(runs.lengths[~at_end] > 2))
@@ -123,13 +125,14 @@ def saturated(view: RecordView, role: str) -> list[Stretch]:
         # A record that begins so was held before its release, most likely.
         candidate = at_end & (runs.starts > 0)
         long.extend(runs.stretches(candidate & is_long & (far >= _FALL * near)))
-        candidate &= ~is_long & (far > _FALL * levels.least)
-        steep = far > _FALL * levels.fine
-        short.extend(runs.stretches(candidate & steep))
-        gentle.extend(runs.stretches(candidate & ~steep))
-    for value in (levels.low, levels.high):
-        ends = ([run for run in runs if run.value == value] for runs in (short, gentle))
-        long.extend(_clipped(next(ends), next(ends), levels, elsewhere))
+        for end, own in ends.items():
+            here = candidate & ~is_long & (runs.values == end) & (far > _FALL * own.least)
+            steep = far > _FALL * own.fine
+            short.extend(runs.stretches(here & steep))
+            gentle.extend(runs.stretches(here & ~steep))
+    for end, own in ends.items():
+        found = ([run for run in runs if run.value == end] for runs in (short, gentle))
+        long.extend(_clipped(next(found), next(found), own, elsewhere))
     return sorted(long, key=lambda run: run.start)
 
 
@@ -260,6 +263,24 @@ def _levels(view: RecordView, role: str) -> _Levels:
             usual.append(quantiles[1])
     middle = [float(np.median(values)) if values else 0.0 for values in (fine, usual)]
     return _Levels(float(low), float(high), float(least), *middle)
+
+
+def _levels_at(view: RecordView, role: str, levels: _Levels, end: float) -> _Levels:
+    """How finely the channel moves near an end of its range.
+
+    A file of three digits has steps of 0.01 below 10 and of 0.1 above. The quantum there is the
+    smallest difference of any two values; where hardly any are, that of the record.
+    """
+    near = _NEAR_END * (levels.high - levels.low)
+    parts = []
+    for begin in range(0, view.n, _BLOCK):
+        block = view.read(role, begin, begin + _BLOCK)
+        parts.append(np.unique(block[np.abs(block - end) <= near]))
+    values = np.unique(np.concatenate(parts))
+    if len(values) < 3:
+        return levels
+    quantum = float(np.diff(values).min())
+    return replace(levels, least=max(levels.least, quantum), fine=max(levels.fine, quantum))
 
 
 def _fall(view: RecordView, role: str, runs: Runs, distance: NDArray[np.int64]) -> FloatArray:
