@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 #: Cause: how the package writes of it. A text may name several.
 CAUSES: Mapping[str, str] = {
     "friction": r"ball rubs|friction slows|friction of the ball",
-    "tilt": r"cavity (that )?slopes|tilt of",
+    "tilt": r"cavity (that )?slopes|tilt of|slope of the cavity",
     "walls": r"two walls differ|walls of different r",
     "speed": r"r (that )?depends on (impact )?speed",
     "contact": r"contact (that )?lasts",
@@ -30,6 +30,7 @@ CAUSES: Mapping[str, str] = {
     "magnet": r"magnet|pull to the middle|hollow",
     "knocks": r"knock|spikes that are no impacts",
     "clearance": r"clearance_mm (of|is|in|that)|true value of clearance_mm|clearances [-+\d]",
+    "release": r"release_mm",
     "rows exchanged": r"exchanged|swapped|interchanged",
     "twice": r"clearance_mm (that )?is [12][.\d]* times",
     "diameter": (

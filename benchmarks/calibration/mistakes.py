@@ -14,6 +14,7 @@ from benchmarks.calibration.draw import over_records, plain, warmed, worn
 from benchmarks.calibration.scene import Scene, Test
 
 _KINDS = ("ringdown", "periodic", "transient", "drop")
+_BALLS = "periodic transient"
 _SEEDS = 10_000  # of the rigs: none that a campaign of the other family has
 
 Change = Callable[[Scene, np.random.Generator], Scene]
@@ -196,6 +197,22 @@ def _aliased(scene: Scene, rng: np.random.Generator) -> Scene:
     return ringing.mapped(lambda t: t.suffers("aliased", 10.0))
 
 
+def _set_up_anew(scene: Scene, rng: np.random.Generator) -> Scene:
+    """The cavity slopes from the middle of the periodic tests on."""
+    slope = float(rng.uniform(0.08, 0.2) * rng.choice([-1.0, 1.0]))
+    late = {t.name for t in scene.periodic()[len(scene.periodic()) // 2 :]}
+    return scene.mapped(
+        lambda t: replace(t, body=replace(t.body, tilt=slope)) if t.name in late else t, "periodic"
+    )
+
+
+def _dusty(scene: Scene, rng: np.random.Generator) -> Scene:
+    """Friction of the ball is another one in each test."""
+    return scene.mapped(
+        lambda t: replace(t, body=replace(t.body, friction=float(rng.uniform(0.02, 0.4)))), _BALLS
+    )
+
+
 def _ball(scene: Scene, rng: np.random.Generator) -> Scene:
     return replace(scene, ball=scene.ball * float(rng.choice([0.8, 1.25])))
 
@@ -204,7 +221,6 @@ def _every(name: str, causes: str, make: Change, *, held: bool = False) -> Mista
     return Mistake(name, frozenset(c for c in causes.split("|") if c), make, held)
 
 
-_BALLS = "periodic transient"
 _ALL = [
     _every("2b typed for b", "twice", _all_clearances(lambda b: 2.0 * b)),
     _every("ball diameter added to all clearances", "diameter", _diameter),
@@ -226,6 +242,10 @@ _ALL = [
     _every("aliased accelerometer", "alias", _aliased),
     _every("held before release", "", _held),
     _every("laser loses its target 40 times", "dropouts", _suffer("dropouts", 40.0, kinds=_BALLS)),
+    _every("release typed 1.2 times", "release",
+           _typed("release_mm", lambda x: 1.2 * x, "transient")),
+    _every("cavity set up anew, with a slope", "tilt", _set_up_anew),
+    _every("floor more or less dusty", "friction", _dusty),
     _every("one clearance wrong", "clearance", _one_clearance, held=True),
     _every("displacement in inches", "displacement scale", _gain(laser_gain=1 / 25.4), held=True),
     _every("displacement ten times", "displacement scale", _gain(laser_gain=10.0), held=True),

@@ -317,7 +317,8 @@ class CampaignResults(Results):
     @cached_property
     def releases(self) -> list[ReleaseLevel]:
         """Releases by height and amplitude to be reached."""
-        return release_levels(self.campaign, self.rows("regimes"), self.rows("decay_times"))
+        tables = (self.rows(name) for name in ("regimes", "decay_times", "identified"))
+        return release_levels(self.campaign, *tables)
 
     @cached_property
     def compared(self) -> dict[tuple[str, str], Row]:

@@ -30,6 +30,9 @@ MISTAKES = (
     "laser loses its target 40 times",
     "displacement in inches",
     "acceleration in g",
+    "release typed 1.2 times",
+    "cavity set up anew, with a slope",
+    "floor more or less dusty",
 )
 
 #: A contact that rings where it moves no value is not named.

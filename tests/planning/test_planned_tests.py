@@ -28,7 +28,7 @@ def record(id: str, test: str, **cells) -> Record:
 
 def release(target: float, **times: float | None) -> ReleaseLevel:
     tests = [Tested(int(name[1:]) / 1e3, time) for name, time in times.items()]
-    return ReleaseLevel(0.02, target, tuple(tests))
+    return ReleaseLevel(0.02, target, tuple(tests), Quantity(0.02, 2e-4))
 
 
 def test_a_release_known_on_one_side_asks_beyond_the_edge_and_a_bracketed_one_does_not():

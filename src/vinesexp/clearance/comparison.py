@@ -234,8 +234,10 @@ def compare(
             )
     # Without f0 the time between two samples of the amplitude is unknown: no ties.
     resolution = 0.5 / rig.f0.value if rig.f0 else 0.0
-    for release in release_levels(campaign, regimes, times):
-        predicted = _predicted(checks, release.name, partial(predicted_b_t, rig, x0=release.x0))
+    for release in release_levels(campaign, regimes, times, identified):
+        predicted = _predicted(
+            checks, release.name, partial(predicted_b_t, rig, release=release.release)
+        )
         optimum = _measured(
             *(checks, "transient", release.name, release.tests),
             partial(fastest, resolution=resolution),
@@ -411,9 +413,10 @@ def clearance_budget(
         for level in periodic_levels(campaign, regimes, base, identified)
         for own in (at_level(rig, values, G=level.nominal),)
     ]
-    releases = dict.fromkeys(level.x0 for level in release_levels(campaign, regimes, times))
+    levels = release_levels(campaign, regimes, times, identified)
     predictions += [
-        (f"b_t, {1e3 * x0:.6g} mm", partial(predicted_b_t, rig, x0=x0)) for x0 in releases
+        (f"b_t, {1e3 * x0:.6g} mm", partial(predicted_b_t, rig, release=release))
+        for x0, release in {level.x0: level.release for level in levels}.items()
     ]
     rows: list[dict[str, Value]] = []
     for name, predict in predictions:

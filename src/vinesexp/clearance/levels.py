@@ -110,11 +110,15 @@ class PeriodicLevel:
 
 @dataclass(frozen=True)
 class ReleaseLevel:
-    """Releases from x0, m: time (s) until the amplitude is below `target`, m, over clearance."""
+    """Releases from x0, m: time (s) until the amplitude is below `target`, m, over clearance.
+
+    `x0` is that of the test log and names the level; `release` is what predictions use, m.
+    """
 
     x0: float
     target: float
     tests: tuple[Tested, ...]
+    release: Quantity
 
     @property
     def name(self) -> str:
@@ -156,7 +160,7 @@ def periodic_levels(
             {record.frequency[0] for record in records if record.frequency},
             [measured[record.id] for record in records if record.id in measured],
             inputs=campaign.known.uncertainties,
-            found=found_base(identified, {record.id for record in records}),
+            found=found_length("base_amplitude", identified, {record.id for record in records}),
         )
         levels.append(PeriodicLevel(G, moved, tuple(sorted(tests, key=lambda t: t.clearance))))
     return levels
@@ -187,14 +191,16 @@ def _regime(row: Row) -> str:
     return regime
 
 
-def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[ReleaseLevel]:
+def release_levels(
+    campaign: Campaign, regimes: Rows, times: Rows, identified: Rows = ()
+) -> list[ReleaseLevel]:
     """Levels of the releases with one NES: by release, then from high to low amplitude.
 
     Parameters
     ----------
     campaign : Campaign
-    regimes, times : sequences of mappings
-        Rows of regimes.csv and decay_times.csv.
+    regimes, times, identified : sequences of mappings
+        Rows of regimes.csv, decay_times.csv and identified.csv; the last for the releases found.
     """
     reached: dict[str, dict[float, float | None]] = {}
     for row in times:
@@ -205,6 +211,9 @@ def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[Relea
             _group(groups, abs(record.release)).append((record, row))
     levels = []
     for x0 in sorted(groups):
+        ids = {record.id for record, _ in groups[x0]}
+        stated = Quantity(x0, campaign.known.uncertainties.release.of(x0))
+        release = found_length("release", identified, ids) or stated
         targets: dict[float, list[Tested]] = {}
         for record, row in groups[x0]:
             for target, time in reached.get(record.id, {}).items():
@@ -213,7 +222,7 @@ def release_levels(campaign: Campaign, regimes: Rows, times: Rows) -> list[Relea
         for target in sorted(targets, reverse=True):
             tests = sorted(targets[target], key=lambda t: t.clearance)
             if any(test.value is not None for test in tests):
-                levels.append(ReleaseLevel(x0, target, tuple(tests)))
+                levels.append(ReleaseLevel(x0, target, tuple(tests), release))
     return levels
 
 
@@ -234,10 +243,10 @@ def _group(groups: dict[float, list[_T]], key: float) -> list[_T]:
     return groups.setdefault(key, [])
 
 
-def found_base(identified: Rows, records: set[str]) -> Quantity | None:
-    """Base amplitude of a level with these records as all records show it, m; identified.csv."""
+def found_length(what: str, identified: Rows, records: set[str]) -> Quantity | None:
+    """``base_amplitude`` or ``release`` of these records as all show it, m; identified.csv."""
     for row in identified:
-        if row["parameter"] == "base_amplitude" and records & set(row["records"].split(";")):
+        if row["parameter"] == what and records & set(row["records"].split(";")):
             return Quantity(float(row["value"]), float(row["std_error"] or 0.0))
     return None
 
@@ -263,7 +272,7 @@ def base_of_level(
     inputs : Uncertainties
         Of the base channel's sensitivity and of the clock.
     found : Quantity, optional
-        The amplitude that the joint model found, m (`found_base`).
+        The amplitude that the joint model found, m (`found_length`).
 
     Examples
     --------

@@ -422,16 +422,16 @@ def _parts(rig: IdentifiedRig, gradient: Mapping[str, float]) -> dict[str, float
     }
 
 
-def predicted_b_t(rig: IdentifiedRig, *, x0: float) -> Predicted:
-    """b_t for a release from x0, m; MissingValuesError where r is not known."""
+def predicted_b_t(rig: IdentifiedRig, *, release: Quantity) -> Predicted:
+    """b_t for a release, m; MissingValuesError where r is not known."""
     from vinesexp.theory.intervals import predict_transient
 
     _require(rig, ("r",))
-    found = predict_transient(x0=x0, values=rig.values, covariance=rig.covariance)
+    found = predict_transient(x0=release.value, values=rig.values, covariance=rig.covariance)
     # b_t is in proportion to the release.
-    release = found.exact * rig.inputs.release.of(x0) / x0 if x0 else 0.0
+    error = found.exact * release.std_error / release.value if release.value else 0.0
     r = abs(found.gradient["r"]) * rig.values["r"].std_error
-    slides = _with_error(found, error=release, parts={"r": r, RELEASE: release})
+    slides = _with_error(found, error=error, parts={"r": r, RELEASE: error})
     return slides.times(1.0 - rig.rolling)
 
 

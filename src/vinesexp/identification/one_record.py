@@ -15,6 +15,8 @@ from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.driven_motion import DRIVEN, driven_motion
 from vinesexp.identification.estimate import (
+    FIRST_SWING,
+    HELD,
     INTEGRATED,
     NOTHING,
     Estimate,
@@ -30,6 +32,7 @@ from vinesexp.records.stored.refusal import is_of_the_machine, reason_of
 from vinesexp.records.stored.store import RecordView, open_record
 from vinesexp.signals.base_motion import base_of
 from vinesexp.signals.channel_agreement import Agreement, agreement_in
+from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.from_integral import Integrated, integrated_impacts, may_be_integrated
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
 from vinesexp.signals.means import channel_means
@@ -37,6 +40,10 @@ from vinesexp.signals.means import channel_means
 __all__ = ["NOTHING", "estimate_record", "nothing"]
 
 _SEEN = 1 << 16  # samples of a channel by which copies are known
+_FEWEST = 3  # cycles of a third of a release
+_TURNS = 1.0 / 16.0  # of a cycle around a turning point
+_FINE = 200.0  # means a cycle: the first of a swing is smaller by 2e-4 of it
+_SEES = 1e-3  # of a release: what is left of the place at which it was let go
 
 
 # What the impacts of one record give: r and M, from flights between the walls.
@@ -150,7 +157,7 @@ def estimate_record(
         `zeta_added` where a mass was added, the same with `_at` over amplitude;
         `damping_linear`, `damping_quadratic`, `damping_coulomb`, `stiffening`, `frequency_slope`
         and `beat` of a decay; `working_amplitude`, `base_seen`, `base_frequency` and `driven` of
-        a periodic test;
+        a periodic test; `release_seen` of a release;
         `accelerometer_gain` and `channel_lag` of the channels, `accelerometer_corner` of one that
         is AC-coupled, `accelerometer_across` of one that shows motion across its axis;
         `integrated_phase` where the displacement is the integral of the acceleration; `content`,
@@ -201,7 +208,7 @@ def _by_test(
     if record.test == "ringdown":
         return found + estimates_of_decay(record, view, frequency)
     if record.clearance:
-        found += _swing(record, view, band, frequency)
+        found += _swing(record, view, band, frequency) + _released(record, view, band, frequency)
         table = read_impacts(impacts)
         found += _driven(record, view, table, frequency, agreement)
         if "displacement" in view.roles or not table.n:
@@ -255,6 +262,37 @@ def _swing(record: Record, view: RecordView, band: RecordView, frequency: float)
     return estimates_of(
         record, "displacement", [("working_amplitude", math.sqrt(2.0) * float(x.std()), 0.0, "m")]
     )
+
+
+def _released(
+    record: Record, view: RecordView, band: RecordView, frequency: float
+) -> list[Estimate]:
+    """Displacement from which the mass was let go, m, where the record shows it.
+
+    The method is `held` where the mass is seen at rest before, and `first swing` where the record
+    begins at a turning point: it may be that of a later swing.
+    """
+    if record.test != "transient" or "displacement" not in view.roles:
+        return []
+    k = max(1, int(view.sample_rate / (_FINE * frequency)))
+    step, x = k / view.sample_rate, channel_means(view, "displacement", k)
+    cycle = 1.0 / (frequency * step)
+    free = round(float(band.attributes.get(FREE_FROM, 0.0)) / step)
+    part = round(int((x.size - free) / cycle / 3.0) * cycle)  # a third of it, in whole cycles
+    if part < _FEWEST * cycle:
+        return []
+    rest, before = (float(one.mean()) for one in (x[-part:], x[-2 * part : -part]))
+    near = max(round(_TURNS * cycle), 1)
+    held = x[max(free - round(cycle), 0) : max(free - near, 0)]
+    if held.size > near:
+        seen, noise, method = float(held.mean()), float(held.std()), HELD
+    else:
+        swing = np.abs(x[free : free + round(0.25 * cycle)] - rest)
+        if int(np.argmax(swing)) > near:
+            return []
+        seen, noise, method = rest + float(swing.max()), 0.0, FIRST_SWING
+    error = math.hypot(noise, rest - before, _SEES * (seen - rest))
+    return estimates_of(record, method, [("release_seen", abs(seen - rest), error, "m")])
 
 
 def _driven(

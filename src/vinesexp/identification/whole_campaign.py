@@ -9,7 +9,14 @@ from dataclasses import dataclass, replace
 from vinesexp.identification.average import DISAGREES, mean_of, weighted_mean
 from vinesexp.identification.budget import Source
 from vinesexp.identification.driven_motion import DRIVEN, driven_from
-from vinesexp.identification.estimate import COMBINED, INTEGRATED, NOTHING, Estimate, is_known
+from vinesexp.identification.estimate import (
+    COMBINED,
+    FIRST_SWING,
+    INTEGRATED,
+    NOTHING,
+    Estimate,
+    is_known,
+)
 from vinesexp.identification.joint.unknowns import Posterior
 from vinesexp.identification.joint.whole import (
     HIDDEN,
@@ -39,6 +46,7 @@ _IMPACTS = "impacts"
 _OFF = 4.0
 #: ... and the share of a stated uncertainty that has to be left of it to say anything.
 _SHOWN = 0.9
+_BEGUN_LATER = 3.0  # errors by which the first swing of a record is smaller than the release
 
 
 # Estimates that are none: of copies of a record, and values that no rig can have.
@@ -339,7 +347,7 @@ def identify_campaign(
     excluded = {record.id for record in campaign.records if record.exclude}
     used = [e for e in found if not excluded & set(e.records)]
     used, checks = without_copies(used, campaign)
-    checks += _silent(used, campaign)
+    checks += [*_silent(used, campaign), *_begun_later(used, campaign)]
     copies = {check.record for check in checks if check.check == "copy"}
     used, impossible = possible([e for e in used if e.parameter != NOTHING])
     working = at_working_amplitude(used, campaign)
@@ -356,7 +364,7 @@ def identify_campaign(
     rows += [source.total for source in sources]
     rows += _effects(answer, campaign)
     rows += _ball(answer, campaign)
-    rows += _bases(answer, campaign)
+    rows += [*_bases(answer, campaign), *_releases(answer, campaign)]
     have = {s.estimate.parameter: s.total for s in sources}
     levels: tuple[LevelValues, ...] = ()
     if working.amplitude is not None and {"f0", "zeta"} <= set(have):
@@ -391,6 +399,28 @@ def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
         for e in found
         if e.parameter == NOTHING
     ]  # fmt: skip
+
+
+def _begun_later(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
+    """Releases whose record begins with a smaller swing than stated, without the mass held before.
+
+    What b_t is made of is then as unsure as they differ (`observations`).
+    """
+    error = campaign.known.uncertainties
+    checks = []
+    for e in found:
+        stated = abs(campaign.record(e.records[0]).release or 0.0) if e.records else 0.0
+        if e.parameter != "release_seen" or e.method != FIRST_SWING or not stated:
+            continue
+        width = math.hypot(e.std_error, error.release.of(stated), error.displacement.of(stated))
+        if e.value < stated - _BEGUN_LATER * width:
+            detail = (
+                f"the record begins with a swing of {1e3 * e.value:.4g} mm, release_mm says "
+                f"{1e3 * stated:.4g}: the record begins later, or release_mm is wrong. b_t holds "
+                "both; record from before the mass is let go"
+            )
+            checks.append(Check(e.records[0], "release", "warning", detail))
+    return checks
 
 
 def _by_method(found: Sequence[Estimate]) -> list[Estimate]:
@@ -564,6 +594,23 @@ def _bases(answer: Answer, campaign: Campaign) -> list[Estimate]:
     return rows
 
 
+def _releases(answer: Answer, campaign: Campaign) -> list[Estimate]:
+    """Displacement from which each release began, as test log and records show it."""
+    rows = []
+    for stated, name in answer.observed.releases.items():
+        value, error = answer.posterior.of({name: 1.0})
+        size, ids = stated * math.exp(value), _released_from(stated, campaign)
+        rows.append(Estimate("release", size, size * error, "m", "displacement", ids))
+    return rows
+
+
+def _released_from(stated: float, campaign: Campaign) -> tuple[str, ...]:
+    return tuple(
+        r.id for r in campaign.records
+        if r.test == "transient" and r.release and abs(abs(r.release) / stated - 1.0) < 1e-6
+    )  # fmt: skip
+
+
 def _absent(rows: Sequence[Estimate]) -> list[Check]:
     """What is not in the table, and what it would take."""
     reasons = {
@@ -602,6 +649,9 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
             if r.base_amplitude and abs(r.base_amplitude / level - 1.0) < 1e-6
         )  # fmt: skip
         rows.append(_input(answer, "base_amplitude", ids, "mm", 1e3, level, {name: 1.0}, log=True))
+    for release, name in o.releases.items():
+        ids = _released_from(release, campaign)
+        rows.append(_input(answer, "release", ids, "mm", 1e3, release, {name: 1.0}, log=True))
     for load, name in o.loads.items():
         ids = tuple(r.id for r in campaign.records if r.added_mass == load)
         scaled = load * math.expm1(answer.posterior.of({"load scale": 1.0})[0])

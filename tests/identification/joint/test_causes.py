@@ -45,7 +45,9 @@ def campaign(values, error=0.01):
     ]
     beliefs = Beliefs({n: Prior(0.0, 1.0 if n == "level" else 1e-3) for n in NAMES})
     order = tuple(f"t{i}" for i in range(N))
-    observed = Observed(NAMES, beliefs, tuple(blocks), np.zeros(N + 1), {}, {}, {}, {}, {}, order)
+    observed = Observed(
+        NAMES, beliefs, tuple(blocks), np.zeros(N + 1), {}, {}, {}, {}, {}, {}, order
+    )
     return observed, expand(blocks, NAMES, np.zeros(N + 1))
 
 
@@ -142,6 +144,15 @@ def test_a_factor_that_cannot_be_negative_has_no_evidence_from_a_negative_value(
     free, held = scores(data, observed.beliefs, base, [plain, positive])
     assert free > 100.0
     assert held < free - 20.0
+
+
+def test_what_no_lab_has_explains_nothing():
+    """A cause that had to be ten times what a lab meets is not believed, however well it fits."""
+    line = 5.0 * np.linspace(-0.5, 0.5, N)
+    judged = judge(*reversed(campaign(0.5 + line)), CAUSES[:1])
+    assert judged.found == ()
+    (near,) = judge(*reversed(campaign(0.5 + 0.3 * line)), CAUSES[:1]).found
+    assert near.value == pytest.approx(1.5, abs=0.02)
 
 
 def test_what_nothing_explains_is_in_the_errors():

@@ -58,15 +58,20 @@ _WIDTHS = {
 }
 _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 #: What none of the causes would explain: scatter from record to record, as standard deviations.
-_SCATTER = {"own r": (3e-3, 3e-2), "own momentum": (1e-2, 1e-1), "clearance": (3e-4, 3e-3),
-            "own base": (1e-2, 1e-1), "own f0": (1e-3, 1e-2), "own zeta": (0.05, 0.3)}  # fmt: skip
+_SCATTER = {
+    "own r": (3e-3, 3e-2), "own momentum": (1e-2, 1e-1), "clearance": (3e-4, 3e-3),
+    "own base": (1e-2, 1e-1), "own f0": (1e-3, 1e-2), "own zeta": (0.05, 0.3),
+    "own friction": (0.03, 0.3), "own tilt": (0.01, 0.1),
+}  # fmt: skip
 _MOUNT = 0.05  # what the displacement may read a jump off by where the accelerometer does
 #: Prior odds of an effect of ball and contact, of a mistake, of a scatter without a cause.
 _ODDS = {"effect": 0.05, "mistake": 0.01, "drift": 0.01, "scatter": 0.003}
 _ENOUGH = 3.0  # natural logarithm of the odds from which on a cause is believed
 _RIVAL = 4.0  # of the evidence by which another explains nearly as well
+_COUNTS = 0.25  # of the evidence by which rivals differ: their weights in the values
 _EXPLAINS = 2.0  # by which a rival's evidence falls when the best cause is believed
 _SURE, _CERTAIN = 4.0, 10.0  # standard errors, and logarithm of the odds, of a cause named
+_WITHIN = 4.0  # of its prior's widths: a cause that would have to go farther is another one
 _MOST = 5  # causes of one campaign
 _WIDTH = 6  # sets of causes that are searched side by side
 _NO_WORSE = 1.0  # logarithm of the odds of the records left out: chance
@@ -104,7 +109,11 @@ class Cause:
 
     @property
     def log_odds(self) -> float:
-        return math.log(_ODDS[self.kind] / self.members)
+        """Logarithm of its odds before the records; of what is positive, all lies on one side."""
+        odds = math.log(_ODDS[self.kind] / self.members)
+        if self.positive and self.direction is not None:
+            odds -= math.log(_above_zero(self.direction.prior.value / self.direction.prior.error))
+        return odds
 
     @property
     def moves(self) -> set[str]:
@@ -162,13 +171,13 @@ def believed(beliefs: Beliefs, cause: Cause) -> Beliefs:
     return beliefs if cause.direction is None else beliefs.believing(cause.key, cause.direction)
 
 
-def judge(data: Quadratic, observed: Observed, possible: Sequence[Cause]) -> Judged:
+def judge(data: Quadratic, observed: Observed, causes: Sequence[Cause]) -> Judged:
     """What is believed where the log-likelihood is this expansion: `proposed` and `weighed`."""
-    return weighed(data, observed, possible, proposed(data, observed, possible))
+    return weighed(data, observed, causes, proposed(data, observed, causes))
 
 
 def proposed(
-    data: Quadratic, observed: Observed, possible: Sequence[Cause], begin: Sequence[Cause] = ()
+    data: Quadratic, observed: Observed, causes: Sequence[Cause], begin: Sequence[Cause] = ()
 ) -> tuple[Cause, ...]:
     """The most probable set of causes near a fit, searched for one cause at a time.
 
@@ -182,7 +191,7 @@ def proposed(
         Log-likelihood of the records near the point where they are explained best.
     observed : Observed
         For the priors.
-    possible : sequence of Cause
+    causes : sequence of Cause
     begin : sequence of Cause
         Believed to begin with; they go again where the records do not need them.
     """
@@ -193,28 +202,34 @@ def proposed(
         for terms, _ in block.sums for name in terms
     }  # fmt: skip
     best, most = tuple(begin), 0.0
-    front = [(0.0, first, best)]
+    base = posterior_of(data, believing(observed.beliefs, best))
+    front = [(0.0, first, best, base)]
     while front:
         longer: dict[frozenset[str], tuple[float, float, tuple[Cause, ...]]] = {}
-        for so_far, first, chosen in front:
+        for so_far, first, chosen, base in front:
             if len(chosen) >= _MOST:
                 continue
-            left = _others(possible, chosen)
-            beliefs = believing(observed.beliefs, chosen)
-            odds = scores(data, beliefs, posterior_of(data, beliefs), left)
+            left = _others(causes, chosen)
+            odds = scores(data, believing(observed.beliefs, chosen), base, left)
             for i in np.argsort(-odds)[:_WIDTH]:
                 own, cause = float(odds[i]), left[i]
                 if own > max(_ENOUGH, _LAW * first if cause.moves & in_flights else 0.0):
                     key = frozenset(one.key for one in (*chosen, cause))
                     longer[key] = so_far + own, max(first, own), (*chosen, cause)
-        front = sorted(longer.values(), key=lambda one: -one[0])[:_WIDTH]
+        front = []
+        for so_far, first, chosen in sorted(longer.values(), key=lambda one: -one[0]):
+            base = posterior_of(data, believing(observed.beliefs, chosen))
+            if all_possible(base, chosen):
+                front.append((so_far, first, chosen, base))
+            if len(front) == _WIDTH:
+                break
         if front and front[0][0] > most:
-            most, _, best = front[0]
+            most, _, best, _ = front[0]
     return tuple(_without_needless(data, observed.beliefs, list(best)))
 
 
 def weighed(
-    data: Quadratic, observed: Observed, possible: Sequence[Cause], chosen: Sequence[Cause]
+    data: Quadratic, observed: Observed, causes: Sequence[Cause], chosen: Sequence[Cause]
 ) -> Judged:
     """Some causes as they are believed: their evidence, their rivals, and all unknowns with them.
 
@@ -223,10 +238,10 @@ def weighed(
     data : Quadratic
         Log-likelihood near the fit with these causes.
     observed : Observed
-    possible, chosen : sequences of Cause
+    causes, chosen : sequences of Cause
     """
     plain, beliefs = observed.beliefs, believing(observed.beliefs, chosen)
-    left = _others(possible, chosen)
+    left = _others(causes, chosen)
     whole = posterior_of(data, beliefs)
     found, rivals, scattered = [], [], False
     by_odds = sorted(zip(_odds(data, plain, chosen), chosen, strict=True), key=lambda one: -one[0])
@@ -234,7 +249,10 @@ def weighed(
         beside = [c for c in chosen if c is not cause]
         without = believing(plain, beside)
         others = _rivals(data, without, cause, odds, left)
-        rivals += [believing(plain, [*beside, rival]) for rival in others]
+        rivals += [
+            (believing(plain, [*beside, rival]), rival.log_odds - cause.log_odds)
+            for rival in others
+        ]
         scattered = scattered or cause.kind == "scatter"
         value, error = whole.of({cause.key: 1.0}) if cause.direction else (0.0, 0.0)
         sure = (
@@ -242,7 +260,7 @@ def weighed(
             and cause.direction is not None
             and odds > _CERTAIN
             and abs(value) > _SURE * error
-            and _possible(cause, value)
+            and possible(cause, value, 0.0)
             and _predicts(data, without, beliefs)
         )
         found.append(Weighed(cause, odds, value, error, others, sure))
@@ -256,10 +274,10 @@ def believing(beliefs: Beliefs, causes: Sequence[Cause]) -> Beliefs:
     return beliefs
 
 
-def _others(possible: Sequence[Cause], chosen: Sequence[Cause]) -> list[Cause]:
+def _others(causes: Sequence[Cause], chosen: Sequence[Cause]) -> list[Cause]:
     """Causes that say something else than those chosen."""
     return [
-        one for one in possible
+        one for one in causes
         if not any(one.key == cause.key or _same(one, cause) for cause in chosen)
     ]  # fmt: skip
 
@@ -285,13 +303,30 @@ def _without_needless(data: Quadratic, plain: Beliefs, chosen: list[Cause]) -> l
     return chosen
 
 
-def _possible(cause: Cause, value: float) -> bool:
-    """Whether a lab could have it: no negative friction, no ball that rolls more than it can."""
-    if cause.positive and value < 0.0:
-        return False
-    return not (cause.about == "rolling" and not _LEAST_ROLLING < value < _MOST_ROLLING)
+def possible(cause: Cause, value: float, error: float) -> bool:
+    """Whether a lab could have it: as far as a lab meets it, no negative friction, no ball that
+    rolls more than it can; a coefficient within its error of this is possible too.
+
+    Without it, what no cause explains is explained by several that are absurd: for a cavity whose
+    slope changed, clearances a quarter of those stated and a ball that rolls three quarters.
+    """
+    if cause.direction is None:
+        return True
+    prior = cause.direction.prior
+    low, high = prior.value - _WITHIN * prior.error, prior.value + _WITHIN * prior.error
+    if cause.about == "rolling":
+        low, high = _LEAST_ROLLING, _MOST_ROLLING
+    elif cause.positive:
+        low = 0.0
+    return low - _ERRORS * error < value < high + _ERRORS * error
 
 
+def all_possible(found: Posterior, chosen: Sequence[Cause]) -> bool:
+    """Whether causes can be as a posterior with them has their coefficients."""
+    return all(possible(cause, *found.of({cause.key: 1.0})) for cause in chosen if cause.direction)
+
+
+_ERRORS = 2.0
 _LEAST_ROLLING, _MOST_ROLLING = 0.05, 0.42
 
 
@@ -332,11 +367,10 @@ def scores(
     directions = [d for cause in causes if (d := cause.direction) is not None]
     if own:
         gains, values, errors = gains_of(data, beliefs, base, directions)
-        for i, d, gain, value, error in zip(own, directions, gains, values, errors, strict=True):
-            odds[i] += gain
-            if causes[i].positive:  # the share of the posterior over that of the prior
-                before = _above_zero(d.prior.value / d.prior.error)
-                odds[i] += math.log(max(_above_zero(value / error), 1e-300) / before)
+        for i, gain, value, error in zip(own, gains, values, errors, strict=True):
+            odds[i] += gain if possible(causes[i], value, error) else -math.inf
+            if causes[i].positive:
+                odds[i] += math.log(max(_above_zero(value / error), 1e-300))
     for i, cause in enumerate(causes):
         if cause.direction is None:
             wide = evidence_of(data, beliefs.wider(cause.wider))
@@ -387,9 +421,16 @@ def _predicts(data: Quadratic, without: Beliefs, with_it: Beliefs) -> bool:
 
 
 def _averaged(
-    data: Quadratic, beliefs: Beliefs, left: Sequence[Cause], rivals: Sequence[Beliefs]
+    data: Quadratic,
+    beliefs: Beliefs,
+    left: Sequence[Cause],
+    rivals: Sequence[tuple[Beliefs, float]],
 ) -> Posterior:
-    """The posterior averaged over one more cause of those left, and over rivals, by their odds."""
+    """The posterior averaged over one more cause of those left, and over rivals, by their odds.
+
+    Of the evidence by which rivals differ only a part counts: their laws are only so true, and what
+    is said to be held by the errors has to be.
+    """
     base = posterior_of(data, beliefs)
     n = len(data.names)
     found = total(base, beliefs)
@@ -403,8 +444,9 @@ def _averaged(
         for odds, key in tried[:_AVERAGED]
         if odds > _NEGLIGIBLE
     ]
-    for other in rivals:
-        others.append((evidence_of(data, other) - base.log_evidence, other))
+    for other, odds in rivals:
+        odds += evidence_of(data, other) - base.log_evidence
+        others.append((_COUNTS * odds, other))
     for odds, more in others:
         own = total(posterior_of(data, more), more)
         weights.append(math.exp(min(odds, 5.0)))
@@ -511,15 +553,22 @@ def _of_clearances(o: Observed) -> list[Cause]:
 
 
 def _of_levels(o: Observed) -> list[Cause]:
-    names = list(o.levels.values())
+    return [
+        *_of_lengths("base", "base amplitude", list(o.levels.values())),
+        *_of_lengths("release", "release", list(o.releases.values())),
+    ]
+
+
+def _of_lengths(key: str, about: str, names: Sequence[str]) -> list[Cause]:
+    """A column of lengths, by their logarithms, that is wrong throughout or in one value."""
     if not names:
         return []
     every = dict.fromkeys(names, 1.0)
-    found = _factors("base", "base amplitude", every, _LENGTH)
-    found.append(Cause("base +", "mistake", "base amplitude", Direction(every, Prior(0.0, 0.3))))
+    found = _factors(key, about, every, _LENGTH)
+    found.append(Cause(f"{key} +", "mistake", about, Direction(every, Prior(0.0, 0.3))))
     if len(names) > 1:
         found += [
-            Cause(f"one {name}", "mistake", "base amplitude",
+            Cause(f"one {name}", "mistake", about,
                   Direction({name: 1.0}, Prior(0.0, 0.3)), members=len(names))
             for name in names
         ]  # fmt: skip
@@ -574,7 +623,8 @@ def _of_gains(o: Observed) -> list[Cause]:
     return found
 
 
-_DRIFTS = {"own r": ("r", 0.05), "own gain": ("displacement gain", 0.05), "own f0": ("f0", 5e-3)}
+_DRIFTS = {"own r": ("r", 0.05), "own gain": ("displacement gain", 0.05), "own f0": ("f0", 5e-3),
+           "own friction": ("friction", 0.3), "own tilt": ("slope of the cavity", 0.1)}  # fmt: skip
 
 
 def _of_order(o: Observed) -> list[Cause]:

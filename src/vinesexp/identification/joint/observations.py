@@ -11,7 +11,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.identification.average import weighted_mean
 from vinesexp.identification.driven_motion import DrivenMotion
-from vinesexp.identification.estimate import INTEGRATED, Estimate
+from vinesexp.identification.estimate import FIRST_SWING, INTEGRATED, Estimate
 from vinesexp.identification.flights import Flights, flights_of
 from vinesexp.identification.joint.collisions import EFFECTS, LOCALS, Collisions, with_errors
 from vinesexp.identification.joint.unknowns import (
@@ -57,6 +57,8 @@ _INTEGRATED = 30.0
 _OWN_BASE, _OWN_F0, _OWN_ZETA = 2e-3, 3e-5, 5e-3
 #: What looks like friction in it, as a share of what drives the mass.
 _OWN_PUSH = 3e-3
+#: Effects that another record need not have: a floor gets dusty, a cavity is set up anew.
+CHANGING = ("friction", "tilt")
 _FLAT = (0.0, 0.0, 0.0)  # of a rig whose f0 and zeta do not depend on amplitude
 _FEWEST = 10  # collisions of a record
 _ENOUGH = 150  # more add nothing to what a whole record may be off by
@@ -65,6 +67,8 @@ _FREE = (0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3, 0.05, 0.05, 0.3, 0.3, 1.5e
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
 _TINY = 1e-9
+#: By which single releases from one stop differ, relative; errors that a swing is smaller by.
+_OWN_RELEASE, _FEW = 3e-3, 3.0
 _AIR = 1e-3  # of r from a drop: air, table
 
 
@@ -82,6 +86,7 @@ class Observed:
     clearances : (record, number of the ball) to the name of its own error and its stated value, m.
     levels : stated base amplitude, m, to the name of its logarithm's error.
     loads : stated added mass, kg, to the name of its error.
+    releases : stated release, m, to the name of its logarithm's error.
     gains : channel (role, setup) to the name of the logarithm of its gain.
     collisions : (record, ball) to the collisions.
     order : ids of the records in the order of records.csv.
@@ -95,6 +100,7 @@ class Observed:
     clearances: Mapping[tuple[str, int], tuple[str, float]]
     levels: Mapping[float, str]
     loads: Mapping[float, str]
+    releases: Mapping[float, str]
     gains: Mapping[tuple[str, str], str]
     collisions: Mapping[tuple[str, int], Collisions]
     order: tuple[str, ...]
@@ -111,6 +117,7 @@ class _Builder:
     clearances: dict[tuple[str, int], tuple[str, float]] = field(default_factory=dict)
     levels: dict[float, str] = field(default_factory=dict)
     loads: dict[float, str] = field(default_factory=dict)
+    releases: dict[float, str] = field(default_factory=dict)
     gains: dict[tuple[str, str], str] = field(default_factory=dict)
     collisions: dict[tuple[str, int], Collisions] = field(default_factory=dict)
     late: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -166,12 +173,13 @@ def observe(
     for record in sorted(campaign.records, key=lambda one: one.id):
         if not record.exclude:
             _base(b, record, found, driven.get(record.id), working)
+    _releases(b, found)
     _drops(b, found)
     _share_speed(b)
     names = tuple(b.priors)
     return Observed(
         names, Beliefs(b.priors), tuple(b.blocks), np.array([b.start[name] for name in names]),
-        b.clearances, b.levels, b.loads, b.gains, b.collisions,
+        b.clearances, b.levels, b.loads, b.releases, b.gains, b.collisions,
         tuple(record.id for record in campaign.records),
     )  # fmt: skip
 
@@ -402,7 +410,8 @@ def _group(
          b.add(f"own late: {record.id}", *b.late.get(record.id, (0.0, _LATE))): 1.0},
         {b.add("clearance scale", 0.0, 0.0): stated, b.add("clearance offset", 0.0, u): 1.0,
          own: 1.0},
-        *({name: 1.0} for name in EFFECTS),
+        *({name: 1.0} | ({b.add(f"own {name}: {tag}", 0.0, 0.0): 1.0} if name in CHANGING else {})
+          for name in EFFECTS),
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
@@ -564,8 +573,10 @@ def _answered(
     # a ball that rolls is inertia that the mass takes along; one that rubs pulls at it
     eps = _share_of_ball(b)
     drive = (2.0 * math.pi * f0) ** 2 * level
+    push = math.hypot(_OWN_PUSH, 2.0 * bent * swing / level)
     for name in ("friction", "rolling"):
         b.add(name, 0.0, 0.0)
+    rubs = {"friction": eps, b.add(f"own friction: {record.id}", 0.0, 0.0): eps}
     return (
         ({"ln_f0": 1.0, "clock": -1.0, **at["f0"],
           b.add(f"mounting f0: b = {place}", 0.0, inputs.remounting.of(1.0)): 1.0,
@@ -579,7 +590,7 @@ def _answered(
           b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0,
           b.add(f"bent: {record.id}", 0.0, 2.0 * bent * swing / level): 1.0}, math.log(level)),
         (turned, inverted),
-        ({"friction": eps, b.add(f"own push: {record.id}", 0.0, _OWN_PUSH * drive): 1.0}, 0.0),
+        ({**rubs, b.add(f"own push: {record.id}", 0.0, push * drive): 1.0}, 0.0),
     )  # fmt: skip
 
 
@@ -599,6 +610,34 @@ class _Answer:
         model, J = self.driven.driven(p)
         rest, inverse = self.driven.values - model, self.driven.information
         return J.T @ inverse @ J, J.T @ (inverse @ rest), -0.5 * float(rest @ inverse @ rest)
+
+
+def _releases(b: _Builder, found: Sequence[Estimate]) -> None:
+    """Displacement from which the mass was let go: stated, and as the record shows it.
+
+    A record that begins with a smaller swing than stated may have begun later: the release may be
+    either, and is as unsure as they differ.
+    """
+    seen = {e.records[0]: e for e in found if e.parameter == "release_seen"}
+    error = b.campaign.known.uncertainties.release
+    for record in b.campaign.records:
+        if record.exclude or record.test != "transient" or not record.release:
+            continue
+        stated = abs(record.release)
+        stated = next((one for one in b.releases if abs(one / stated - 1.0) < 1e-6), stated)
+        name = b.add(f"release: {1e3 * stated:g} mm", 0.0, error.of(stated) / stated)
+        b.releases[stated] = name
+        if (e := seen.get(record.id)) is None or not e.value > 0.0:
+            continue
+        off, width = math.log(e.value / stated), e.std_error / e.value
+        gain = b.gain(record, "displacement")
+        expected = math.hypot(width, b.priors[name].error, b.priors[gain].error)
+        if e.method == FIRST_SWING and off < -_FEW * expected:
+            b.priors[name] = replace(b.priors[name], error=max(b.priors[name].error, -off))
+            continue
+        own = b.add(f"own release: {record.id}", 0.0, _OWN_RELEASE)
+        sums = ({name: 1.0, gain: 1.0, own: 1.0}, 0.0)
+        b.blocks.append(Block(record.id, "release", (sums,), _Single(off, width)))
 
 
 def _drops(b: _Builder, found: Sequence[Estimate]) -> None:

@@ -47,7 +47,7 @@ class Block:
     ----------
     record : id; empty for what belongs to no single record.
     kind : ``decay``, ``loaded`` (a decay with added mass), ``flights``, ``base``,
-        ``base channel``, ``channels``, ``drop``.
+        ``base channel``, ``channels``, ``release``, ``drop``.
     sums : the local quantities.
     look : local values to information and gradient.
     """

@@ -19,6 +19,7 @@ from vinesexp.identification.joint.causes import (
     Cause,
     Judged,
     Weighed,
+    all_possible,
     believing,
     possible_causes,
     proposed,
@@ -45,6 +46,7 @@ _FITS = 10  # of causes proposed, at most
 _ANY_CLEARANCE = 0.5  # share by which a clearance may be wrong while causes are looked for
 _ANY_LOAD = 3.0  # ln of a factor of all added masses
 _FAR_WORSE = 20.0  # mean square residual over the usual one from which a record counts less
+_IMPOSSIBLE = 1e6  # off the logarithm of the odds of causes that no lab has
 _JUDGED = 4  # records with flights from which on one of them can be judged by the others
 #: Share of a law's correction that no law of friction or of a contact is truer than.
 _LAW = 0.1
@@ -70,6 +72,7 @@ INPUTS = {
     "increment f0": "amplitude",
     "increment zeta": "amplitude",
     "base": "base amplitude",
+    "release": "release",
 }
 
 
@@ -256,7 +259,10 @@ def _best(observed: Observed, wide: Beliefs, causes: Sequence[Cause]) -> tuple[J
             aim = total(posterior_of(data, own), own).values[: len(observed.names)]
             data = fit(observed.blocks, observed.names, own, aim)
             evidence = evidence_of(data, own) + data.log_likelihood
-            fits[key] = evidence + sum(cause.log_odds for cause in chosen), chosen, data
+            evidence += sum(cause.log_odds for cause in chosen)
+            if not all_possible(posterior_of(data, own), chosen):
+                evidence -= _IMPOSSIBLE
+            fits[key] = evidence, chosen, data
             queue.append((proposed(data, observed, causes, chosen), data))
             queue.append((proposed(data, observed, causes), data))
     _, chosen, data = max(fits.values(), key=lambda one: one[0])

@@ -13,6 +13,7 @@ from vinesexp.units import COVERAGE_95, with_error
 _PLACES = {
     "clearance": "clearance_mm",
     "base amplitude": "base_amplitude_mm",
+    "release": "release_mm",
     "ball mass": "known.nes_mass",
     "added mass": "added_mass_g",
 }
@@ -36,6 +37,8 @@ _SCATTERED = {
     "own base": "the motion of the mass asks for another base in each record",
     "own f0": "f0 differs from record to record by more than mounting does",
     "own zeta": "zeta differs from record to record by more than mounting does",
+    "own friction": "friction of the ball differs from record to record",
+    "own tilt": "the slope of the cavity differs from record to record",
 }
 
 
@@ -146,7 +149,7 @@ def said(weighed: Weighed) -> str:
         )
     if "offset" in cause.key or cause.key.startswith("one "):
         unit, size = ("mm", 1e3) if cause.about == "clearance" else ("g", 1e3)
-        if cause.about == "base amplitude":
+        if cause.about in ("base amplitude", "release"):
             return _by_share(place, value, error, cause)
         where = "in all records" if "offset" in cause.key else f"in {_place_of(cause)}"
         return (
@@ -181,15 +184,20 @@ def _by_share(place: str, value: float, error: float, cause: Cause) -> str:
     )
 
 
+#: Of what changes along a campaign: size and unit; of all others per cent.
+_UNITS = {"r": (1.0, ""), "friction": (1.0, " m/s^2"), "slope of the cavity": (1.0, " m/s^2")}
+
+
 def _drift(cause: Cause, value: float, error: float) -> str:
     name = cause.about
-    size = _signed(value, error) if name == "r" else f"{_signed(100 * value, 100 * error)} %"
+    scale, unit = _UNITS.get(name, (100.0, " %"))
+    size = f"{_signed(scale * value, scale * error)}{unit}"
     if cause.records:
         return (
             f"{name} changes by {size} with record {cause.records[0]} and stays so, in the order "
             "of records.csv: something was changed, worked loose or warmed up; values hold both"
         )
-    why = "wear, or dirt" if name == "r" else "temperature, or something that works loose"
+    why = "wear, or dirt" if name in _UNITS else "temperature, or something that works loose"
     return (
         f"{name} drifts by {size} from the first record to the last, in the order of records.csv "
         f"({why}); values are those of the middle"

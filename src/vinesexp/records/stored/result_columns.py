@@ -63,7 +63,8 @@ IDENTIFIED = Table("identified", "identify", (
 
 #: What the records say of what was stated: one row an input.
 INPUTS = Table("inputs", "identify", (
-    Column("item", "clearance, base_amplitude, added_mass, nes_mass, mass, gain of a channel"),
+    Column("item", "clearance, base_amplitude, release, added_mass, nes_mass, mass, gain of a "
+           "channel"),
     Column("record", "ids of the records that it was stated for; empty: the whole campaign"),
     Column("unit", "unit of the four numbers; 1 for a gain, which is the reading over the true "
             "value"),
