@@ -140,7 +140,7 @@ def _records(args: argparse.Namespace, names: Sequence[str]) -> list[Described]:
     for name in names:
         try:
             with open_record(paths.record(name)) as measured:
-                refused, about = measured.refused, measured.attributes
+                refused, about = measured.refused, dict(measured.attributes)
         except RecordError as error:  # one damaged file: the others are handed on
             refused = str(error)
         if refused is not None:

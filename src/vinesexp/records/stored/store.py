@@ -20,7 +20,8 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -311,6 +312,36 @@ class RecordWriter:
             data.dims[0].attach_scale(time)
 
 
+def _unreadable(path: Path, error: Exception) -> RecordError:
+    return RecordError(f"cannot be read as a record ({error}); remove it and run again", file=path)
+
+
+class _Attributes(Mapping[str, Any]):
+    """What was stored about a record, each read when it is asked for: most steps want one or two."""
+
+    def __init__(self, path: Path, file: Any) -> None:
+        self._path, self._file = path, file
+        self._known: dict[str, Any] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._known:
+            attributes = self._file.attrs
+            try:
+                value = attributes[name] if (there := name in attributes) else None
+            except (OSError, KeyError, RuntimeError) as error:
+                raise _unreadable(self._path, error) from None
+            if not there:
+                raise KeyError(name)
+            self._known[name] = value.item() if isinstance(value, np.generic) else value
+        return self._known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._file.attrs)
+
+    def __len__(self) -> int:
+        return len(self._file.attrs)
+
+
 class RecordView:
     """A record on disk, read by slices. Made by `open_record`; close it or use `with`.
 
@@ -322,7 +353,7 @@ class RecordView:
         Hz; time of the first sample, s.
     n : int
         Samples.
-    attributes : dict
+    attributes : mapping
         What was stored about the record.
     refused : str or None
         Why the record cannot be used; such a record has no channels.
@@ -335,26 +366,29 @@ class RecordView:
         try:
             self._file: Any = h5py.File(self.path, "r")
         except OSError as error:
-            raise RecordError(
-                f"cannot be read as a record ({error}); remove it and run again", file=self.path
-            ) from None
+            raise _unreadable(self.path, error) from None
+        self.attributes: Mapping[str, Any] = _Attributes(self.path, self._file)
         try:
-            self.attributes: dict[str, Any] = {
-                name: value.item() if isinstance(value, np.generic) else value
-                for name, value in self._file.attrs.items()
-            }
-        except (OSError, KeyError, RuntimeError) as error:
+            self.refused: str | None = self.attributes.get("refused")
+        except RecordError:
             self._file.close()
-            raise RecordError(
-                f"cannot be read as a record ({error}); remove it and run again", file=self.path
-            ) from None
-        self.refused: str | None = self.attributes.get("refused")
-        self.roles: tuple[str, ...] = tuple(
-            name for name in self._file if name not in ("time", _MEASURED)
-        )
-        self.sample_rate = float(self.attributes.get("sample_rate_hz", np.nan))
-        self.start = float(self.attributes.get("start_s", 0.0))
-        self.n = int(self._file["time"].shape[0]) if "time" in self._file else 0
+            raise
+
+    @cached_property
+    def roles(self) -> tuple[str, ...]:
+        return tuple(name for name in self._file if name not in ("time", _MEASURED))
+
+    @cached_property
+    def sample_rate(self) -> float:
+        return float(self.attributes.get("sample_rate_hz", np.nan))
+
+    @cached_property
+    def start(self) -> float:
+        return float(self.attributes.get("start_s", 0.0))
+
+    @cached_property
+    def n(self) -> int:
+        return int(self._file["time"].shape[0]) if "time" in self._file else 0
 
     def read(self, role: str, start: int = 0, stop: int | None = None) -> FloatArray:
         """Samples [start, stop) of one channel, SI, float64.
