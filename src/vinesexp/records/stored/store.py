@@ -317,7 +317,7 @@ def _unreadable(path: Path, error: Exception) -> RecordError:
 
 
 class _Attributes(Mapping[str, Any]):
-    """What was stored about a record, each read when it is asked for: most steps want one or two."""
+    """What was stored about a record, read as it is asked for: most steps want one or two."""
 
     def __init__(self, path: Path, file: Any) -> None:
         self._path, self._file = path, file
