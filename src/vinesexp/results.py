@@ -23,7 +23,7 @@ from vinesexp.errors import RecordError, nearest
 from vinesexp.identification.estimate import COMBINED, NOTHING, read_estimates
 from vinesexp.identification.joint.whole import read_rig
 from vinesexp.records.campaign.schema import Campaign
-from vinesexp.records.stored.result_columns import IMPACTS, TABLES, WHERE
+from vinesexp.records.stored.result_columns import IMPACTS, TABLES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_dataset
 from vinesexp.records.stored.tables import Row, read_frame, read_rows
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-_TABLE = {table.name: table for table in TABLES}
 #: Tables that a campaign may lack.
 _OPTIONAL = ("bands", "transitions", "budget", "decay_times", "inputs")
 
@@ -162,10 +161,9 @@ class Results:
             The table is missing or damaged, with the line.
         """
         if name not in self._rows:
-            place, table = WHERE[name][0], _TABLE[name]
-            path = self.folder / place
+            path = self.folder / TABLES[name].file
             absent = name in _OPTIONAL and not path.is_file()
-            self._rows[name] = [] if absent else read_rows(path, table)
+            self._rows[name] = [] if absent else read_rows(path, TABLES[name])
         return self._rows[name]
 
     def by_record(self, name: str) -> dict[str, list[dict[str, Any]]]:
@@ -199,7 +197,7 @@ class Results:
         if not path.is_file():
             known = [found.stem for found in sorted(self.folder.glob("*.csv"))]
             raise RecordError(f"has no table '{name}'; {nearest(name, known)}", file=self.folder)
-        return read_frame(path, _TABLE.get(name))
+        return read_frame(path, TABLES.get(name))
 
     @property
     def record_names(self) -> list[str]:

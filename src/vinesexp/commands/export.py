@@ -18,7 +18,7 @@ from vinesexp.handover.formats import WRITERS
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.refusal import is_of_the_machine
-from vinesexp.records.stored.result_columns import WHERE
+from vinesexp.records.stored.result_columns import TABLES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.results import open_results
@@ -105,11 +105,11 @@ def _asked(results: Path, wanted: Sequence[str] | None) -> list[str]:
 def _tables(results: Path, out: Path) -> list[Described]:
     """The tables of the whole campaign, copied."""
     found = []
-    for file, about in WHERE.values():
-        source = results / file
-        if source.is_file() and "/" not in file:
-            shutil.copyfile(source, out / file)
-            found.append(Described(out / file, about, {}))
+    for table in TABLES.values():
+        source, target = results / table.file, out / table.file
+        if source.is_file() and "/" not in table.file:
+            shutil.copyfile(source, target)
+            found.append(Described(target, table.answers, {}))
     return found
 
 

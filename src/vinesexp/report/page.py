@@ -404,7 +404,7 @@ def page_content(campaign: Campaign, results: Path) -> dict[str, Any]:
         "stated": stated_rows(inputs),
         "stated_sentence": stated_sentence(inputs),
         **_inputs(campaign, results),
-        "files": files_beside(results, [table.name for table in TABLES]),
+        "files": files_beside(results, list(TABLES)),
         "most": MOST_ROWS,
     }
 

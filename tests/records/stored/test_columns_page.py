@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from vinesexp.records.stored import result_columns
-from vinesexp.records.stored.result_columns import TABLES, WHERE
+from vinesexp.records.stored.result_columns import TABLES
 from vinesexp.records.stored.tables import Column, Table
 
 PAGE = Path(__file__).resolve().parents[3] / "docs/columns.md"
@@ -18,11 +17,11 @@ that is not known. `std_error` and `error` are standard errors. Tables are CSV w
 
 def columns_page() -> str:
     """The page in Markdown."""
-    return _HEAD + "".join(f"\n{_section(table)}" for table in TABLES)
+    return _HEAD + "".join(f"\n{_section(table)}" for table in TABLES.values())
 
 
 def _section(table: Table) -> str:
-    file, about = WHERE[table.name]
+    file, about = table.file, table.answers
     rows = "\n".join(_row(column) for column in table.columns)
     return (
         f"## {file}\n\n{about} Made by the step `{table.step}`.\n\n"
@@ -43,9 +42,10 @@ def test_the_page_is_that_of_the_code():
 
 
 def test_every_table_and_every_column_is_explained():
-    tables = [table for table in vars(result_columns).values() if isinstance(table, Table)]
-    assert {table.name for table in tables} == {table.name for table in TABLES} == set(WHERE)
-    for table in tables:
+    assert len(TABLES) == 17
+    for table in TABLES.values():
+        assert table.file
+        assert table.answers
         for column in table.columns:
             assert column.meaning, f"{table.name}.{column.name}"
 

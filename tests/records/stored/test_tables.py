@@ -110,7 +110,7 @@ def test_further_columns_a_byte_order_mark_and_windows_lines_do_no_harm(tmp_path
 
 
 def test_every_column_has_a_meaning_and_a_name_of_its_own():
-    for table in TABLES:
+    for table in TABLES.values():
         assert len(set(table.names)) == len(table.names)
         assert all(column.meaning for column in table.columns)
 

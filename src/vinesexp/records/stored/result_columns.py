@@ -29,7 +29,9 @@ def _whole(name: str, meaning: str) -> Column:
 _RECORD = Column("record", "id of the record")
 
 #: impacts/<record>.csv.
-IMPACTS = Table("impacts", "impacts", (
+IMPACTS = Table(
+    "impacts", "impacts", file="impacts/RECORD.csv",
+    answers="When and how hard the ball hit: one row an impact.", columns=(
     _number("time_s", "s", "time of the impact on the record's axis", ".9g"),
     _whole("nes", "ball, from 1, in the order of clearance_mm; 0 where it is not known"),
     _whole("side", "+1 where x - y = +b, -1 at the other wall"),
@@ -50,7 +52,9 @@ IMPACTS = Table("impacts", "impacts", (
     _whole("clipped", "1 where the acceleration saturated"),
 ))  # fmt: skip
 
-IDENTIFIED = Table("identified", "identify", (
+IDENTIFIED = Table(
+    "identified", "identify", file="identified.csv",
+    answers="What the rig is: one row a parameter and method.", columns=(
     Column("parameter", "f0, zeta, M, c1, k1, r; r_1, r_2 for several balls"),
     _number("value", "", "in the unit of the column unit"),
     _number("std_error", "", "standard error, in the same unit"),
@@ -62,7 +66,9 @@ IDENTIFIED = Table("identified", "identify", (
 ))  # fmt: skip
 
 #: What the records say of what was stated: one row an input.
-INPUTS = Table("inputs", "identify", (
+INPUTS = Table(
+    "inputs", "identify", file="inputs.csv",
+    answers="What the records say of what was stated: one row an input.", columns=(
     Column("item", "clearance, base_amplitude, release, added_mass, nes_mass, mass, gain of a "
            "channel"),
     Column("record", "ids of the records that it was stated for; empty: the whole campaign"),
@@ -76,7 +82,9 @@ INPUTS = Table("inputs", "identify", (
            "contradict it, and the analysis takes the value found"),
 ))  # fmt: skip
 
-BUDGET = Table("budget", "compare", (
+BUDGET = Table(
+    "budget", "compare", file="budget.csv",
+    answers="What the errors of identified.csv are made of.", columns=(
     Column("parameter", "the value whose error is divided up"),
     Column("source", "what contributes"),
     _number("contribution", "", "standard error from this source alone, SI"),
@@ -85,7 +93,9 @@ BUDGET = Table("budget", "compare", (
 ))  # fmt: skip
 
 #: f0 and zeta where the mass swings at each base amplitude; no row where they are the same at all.
-LEVEL_VALUES = Table("level_values", "identify", (
+LEVEL_VALUES = Table(
+    "level_values", "identify", file="level_values.csv",
+    answers="f0, zeta, c1 and k1 at the amplitude of each level.", columns=(
     _number("base_amplitude_mm", "mm", "base amplitude in records.csv", ".7g"),
     _number("amplitude_m", "m", "smallest mean amplitude of the mass in these tests", ".6g"),
     _number("f0_hz", "Hz", "natural frequency at that amplitude", ".10g"),
@@ -98,7 +108,9 @@ LEVEL_VALUES = Table("level_values", "identify", (
     _number("k1_error_n_m", "N/m", "standard error", ".3g"),
 ))  # fmt: skip
 
-RECORD_REGIMES = Table("regimes", "regimes", (
+RECORD_REGIMES = Table(
+    "regimes", "regimes", file="regimes.csv",
+    answers="How each record moves: one row a record.", columns=(
     _RECORD,
     Column("regime", "by docs/theory.md; one a ball, separated by ' | '; a sweep: by frequency"),
     _number("impacts_per_cycle", "1", "impacts of all balls per cycle"),
@@ -137,8 +149,25 @@ RECORD_REGIMES = Table("regimes", "regimes", (
     _number("base_amplitude_mm", "mm", "as in records.csv", ".7g", needed=False),
 ))  # fmt: skip
 
+#: How the base moved in each periodic test, from its own channel.
+BASE = Table(
+    "base", "regimes", file="base.csv",
+    answers="How the base moved in each periodic test, from its own channel.", columns=(
+    _RECORD,
+    _number("frequency_hz", "Hz", "measured", ".10g"),
+    _number("frequency_error_hz", "Hz", "standard error", ".3g"),
+    _number("amplitude_m", "m", "of the displacement at that frequency", ".7g"),
+    _number("amplitude_error_m", "m", "standard error, without that of the sensitivity", ".3g"),
+    _number("harmonic_2", "1", "displacement at twice the frequency over amplitude_m", ".3g"),
+    _number("harmonic_3", "1", "at three times the frequency", ".3g"),
+    _number("wander", "1", "standard deviation of the amplitude over its mean", ".3g"),
+    _number("dip", "1", "largest drop of the amplitude over its median", ".3g"),
+))  # fmt: skip
+
 #: What each ball does over the frequency of a sweep: one row a band.
-BANDS = Table("bands", "regimes", (
+BANDS = Table(
+    "bands", "regimes", file="bands.csv",
+    answers="A sweep over its frequency: one row a ball and band of response.", columns=(
     _RECORD,
     _whole("nes", "ball, from 1; 0: all balls, where they are not told apart"),
     Column("response", "permanent, modulated or inactive (docs/signals.md)"),
@@ -153,7 +182,9 @@ BANDS = Table("bands", "regimes", (
 ))  # fmt: skip
 
 #: When each ball of each release is captured and lost: one row a ball that is captured at all.
-TRANSITIONS = Table("transitions", "regimes", (
+TRANSITIONS = Table(
+    "transitions", "regimes", file="transitions.csv",
+    answers="Where each ball of a release is captured and lost.", columns=(
     _RECORD,
     _whole("nes", "ball, from 1; 0: all balls, where they are not told apart"),
     _number("clearance_mm", "mm", "clearance of the ball", ".6g"),
@@ -164,27 +195,18 @@ TRANSITIONS = Table("transitions", "regimes", (
     _number("decay_rate_1_s", "1/s", "decay rate of the amplitude in between", ".6g"),
 ))  # fmt: skip
 
-#: How the base moved in each periodic test, from its own channel.
-BASE = Table("base", "regimes", (
-    _RECORD,
-    _number("frequency_hz", "Hz", "measured", ".10g"),
-    _number("frequency_error_hz", "Hz", "standard error", ".3g"),
-    _number("amplitude_m", "m", "of the displacement at that frequency", ".7g"),
-    _number("amplitude_error_m", "m", "standard error, without that of the sensitivity", ".3g"),
-    _number("harmonic_2", "1", "displacement at twice the frequency over amplitude_m", ".3g"),
-    _number("harmonic_3", "1", "at three times the frequency", ".3g"),
-    _number("wander", "1", "standard deviation of the amplitude over its mean", ".3g"),
-    _number("dip", "1", "largest drop of the amplitude over its median", ".3g"),
-))  # fmt: skip
-
 #: How fast each release fell to each amplitude: one row a record and amplitude.
-DECAY_TIMES = Table("decay_times", "regimes", (
+DECAY_TIMES = Table(
+    "decay_times", "regimes", file="decay_times.csv",
+    answers="How fast each release fell to each amplitude.", columns=(
     _RECORD,
     _number("target_m", "m", "amplitude to be reached"),
     _number("time_s", "s", "from the start until the amplitude stays below; empty: not reached"),
 ))  # fmt: skip
 
-CLEARANCES = Table("clearances", "compare", (
+CLEARANCES = Table(
+    "clearances", "compare", file="clearances.csv",
+    answers="Best clearances, measured beside predicted.", columns=(
     Column("test", "periodic or transient"),
     Column("level", "name of the row"),
     _number("measured_mm", "mm", "measured clearance", ".6g"),
@@ -208,7 +230,9 @@ CLEARANCES = Table("clearances", "compare", (
 ))  # fmt: skip
 
 #: Every record beside what the identified rig does from several starts: one row a number.
-REPLAY = Table("replay", "replay", (
+REPLAY = Table(
+    "replay", "replay", file="replay.csv",
+    answers="Each record beside a simulation of the identified rig.", columns=(
     _RECORD,
     Column("quantity", "amplitude, impacts per cycle, regime, spells or decay time"),
     Column("unit", "SI; 1 for a count"),
@@ -223,24 +247,18 @@ REPLAY = Table("replay", "replay", (
     Column("starts", "regimes that the starts lead to, with their number, where these differ"),
 ))  # fmt: skip
 
-#: Amplitude of each cycle of each record, measured and replayed.
-REPLAY_CYCLES = Table("replay_cycles", "replay", (
-    _RECORD,
-    _number("time_s", "s", "middle of the cycle from the beginning of the record", ".6g"),
-    _number("measured_m", "m", "measured amplitude", ".5g"),
-    _number("replayed_m", "m", "median of the replayed amplitude over the starts", ".5g"),
-    _number("replayed_low_m", "m", "smallest over the starts", ".5g"),
-    _number("replayed_high_m", "m", "largest over the starts", ".5g"),
-))  # fmt: skip
-
-CHECKS = Table("checks", "checks", (
+CHECKS = Table(
+    "checks", "checks", file="checks.csv",
+    answers="Every problem found in the data: one row each.", columns=(
     Column("record", "id of the record; empty: the whole campaign"),
     Column("check", "what was looked at"),
     Column("outcome", "ok, warning, refused or excluded"),
     Column("detail", "what was found, where, and what to do"),
 ))  # fmt: skip
 
-TRUTH = Table("truth", "score", (
+TRUTH = Table(
+    "truth", "score", file="truth.csv",
+    answers="Simulated campaigns: what was found against the truth.", columns=(
     Column("what", "parameter or quantity of the impacts"),
     Column("record", "id of the record; empty: the whole campaign"),
     _number("truth", "", "value in the scene"),
@@ -249,18 +267,34 @@ TRUTH = Table("truth", "score", (
     Column("unit", "unit of the column error; missed, false: counts of impacts"),
 ))  # fmt: skip
 
-#: truth/<record>.csv in a simulated campaign's folder.
-TRUE_IMPACTS = Table("true impacts", "simulate", (
-    _number("time_s", "s", "true time on the record's axis"),
-    _number("velocity_jump_m_s", "m/s", "velocity jump of the oscillator"),
-))  # fmt: skip
-
 #: steps/<record>/decay.csv: amplitude of a ring-down beside what was identified from it.
-DECAY = Table("decay", "estimate", (
+DECAY = Table(
+    "decay", "estimate", file="steps/records/RECORD/decay.csv",
+    answers="The amplitude of a ring-down beside the identified law.", columns=(
     _number("time_s", "s", "middle of a cycle, on the record's axis", ".9g"),
     _number("amplitude_m", "m", "half the swing of the cycle", ".9g"),
     _number("law_m", "m", "amplitude by the identified law of damping", ".9g"),
     _number("viscous_m", "m", "amplitude by the identified viscous damping alone", ".9g"),
+))  # fmt: skip
+
+#: Amplitude of each cycle of each record, measured and replayed.
+REPLAY_CYCLES = Table(
+    "replay_cycles", "replay", file="steps/replay_cycles.csv",
+    answers="Amplitudes by cycle, measured and replayed.", columns=(
+    _RECORD,
+    _number("time_s", "s", "middle of the cycle from the beginning of the record", ".6g"),
+    _number("measured_m", "m", "measured amplitude", ".5g"),
+    _number("replayed_m", "m", "median of the replayed amplitude over the starts", ".5g"),
+    _number("replayed_low_m", "m", "smallest over the starts", ".5g"),
+    _number("replayed_high_m", "m", "largest over the starts", ".5g"),
+))  # fmt: skip
+
+#: truth/<record>.csv in a simulated campaign's folder.
+TRUE_IMPACTS = Table(
+    "true impacts", "simulate", file="truth/RECORD.csv in the campaign's folder",
+    answers="Simulated campaigns: the true impacts of a record.", columns=(
+    _number("time_s", "s", "true time on the record's axis"),
+    _number("velocity_jump_m_s", "m/s", "velocity jump of the oscillator"),
 ))  # fmt: skip
 
 #: What a step on one record leaves for tables of all records, by the name it goes under there.
@@ -272,50 +306,5 @@ COLLECTED = {
     "times": DECAY_TIMES,
 }
 
-#: The tables of one results folder, in the order in which they are made.
-TABLES = (
-    IMPACTS,
-    IDENTIFIED,
-    INPUTS,
-    BUDGET,
-    LEVEL_VALUES,
-    RECORD_REGIMES,
-    BASE,
-    BANDS,
-    TRANSITIONS,
-    DECAY_TIMES,
-    CLEARANCES,
-    REPLAY,
-    CHECKS,
-    TRUTH,
-    DECAY,
-    REPLAY_CYCLES,
-    TRUE_IMPACTS,
-)
-
-#: Where each table lies, from the results folder, and what it answers.
-WHERE = {
-    "impacts": ("impacts/RECORD.csv", "When and how hard the ball hit: one row an impact."),
-    "identified": ("identified.csv", "What the rig is: one row a parameter and method."),
-    "inputs": ("inputs.csv", "What the records say of what was stated: one row an input."),
-    "budget": ("budget.csv", "What the errors of identified.csv are made of."),
-    "level_values": ("level_values.csv", "f0, zeta, c1 and k1 at the amplitude of each level."),
-    "regimes": ("regimes.csv", "How each record moves: one row a record."),
-    "base": ("base.csv", "How the base moved in each periodic test, from its own channel."),
-    "bands": ("bands.csv", "A sweep over its frequency: one row a ball and band of response."),
-    "transitions": ("transitions.csv", "Where each ball of a release is captured and lost."),
-    "decay_times": ("decay_times.csv", "How fast each release fell to each amplitude."),
-    "clearances": ("clearances.csv", "Best clearances, measured beside predicted."),
-    "replay": ("replay.csv", "Each record beside a simulation of the identified rig."),
-    "checks": ("checks.csv", "Every problem found in the data: one row each."),
-    "truth": ("truth.csv", "Simulated campaigns: what was found against the truth."),
-    "decay": (
-        "steps/records/RECORD/decay.csv",
-        "The amplitude of a ring-down beside the identified law.",
-    ),
-    "replay_cycles": ("steps/replay_cycles.csv", "Amplitudes by cycle, measured and replayed."),
-    "true impacts": (
-        "truth/RECORD.csv in the campaign's folder",
-        "Simulated campaigns: the true impacts of a record.",
-    ),
-}
+#: The tables of one results folder by name, in the order in which they are made.
+TABLES = {table.name: table for table in [*globals().values()] if isinstance(table, Table)}

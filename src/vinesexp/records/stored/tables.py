@@ -55,11 +55,22 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of the results folder: its name, the step that writes it, its columns."""
+    """A table of the results folder.
+
+    Attributes
+    ----------
+    name : as programs call it.
+    step : that writes it.
+    columns : in their order.
+    file : where it lies, from the results folder.
+    answers : the question it answers, for docs and exports.
+    """
 
     name: str
     step: str
     columns: tuple[Column, ...]
+    file: str = ""
+    answers: str = ""
 
     @property
     def names(self) -> tuple[str, ...]:
