@@ -12,7 +12,6 @@ from pathlib import Path, PurePosixPath
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.source import file_aside, file_of, part_of
 from vinesexp.records.readers.text import AsideSource
-from vinesexp.records.readers.unread import unreadable
 
 NAME = "zip of CSVs"
 
@@ -27,24 +26,17 @@ def recognises(head: bytes, suffix: str) -> bool:
 
 def open_file(path: Path) -> ZippedText:
     """Read a text file of an archive, the largest unless the path names one."""
-    try:
-        with zipfile.ZipFile(file_of(path)) as archive:
-            texts = {i.filename: i for i in archive.infolist() if _is_record(i.filename)}
-            parts = _parts(list(texts))
-            largest = max(texts.values(), key=lambda i: i.file_size, default=None)
-            chosen = texts[_wanted(parts, path)] if part_of(path) or not largest else largest
-            if chosen.file_size > _SWELL * max(chosen.compress_size, 1 << 12):
-                raise RecordError(
-                    f"'{chosen.filename}' unpacks to {chosen.file_size} bytes", file=path
-                )
-            aside, text = file_aside()
-            with archive.open(chosen) as stream:
-                shutil.copyfileobj(stream, aside)
-            aside.flush()  # a full disk shows here
-    except RecordError:
-        raise
-    except Exception as error:  # whatever the broken bytes lead to
-        raise unreadable("a zip archive", error, path) from None
+    with zipfile.ZipFile(file_of(path)) as archive:
+        texts = {i.filename: i for i in archive.infolist() if _is_record(i.filename)}
+        parts = _parts(list(texts))
+        largest = max(texts.values(), key=lambda i: i.file_size, default=None)
+        chosen = texts[_wanted(parts, path)] if part_of(path) or not largest else largest
+        if chosen.file_size > _SWELL * max(chosen.compress_size, 1 << 12):
+            raise RecordError(f"'{chosen.filename}' unpacks to {chosen.file_size} bytes", file=path)
+        aside, text = file_aside()
+        with archive.open(chosen) as stream:
+            shutil.copyfileobj(stream, aside)
+        aside.flush()  # a full disk shows here
     source = ZippedText(path, aside, text)
     if len(parts) > 1:
         source.parts = tuple(parts)

@@ -18,7 +18,7 @@ from typing import Any
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.source import file_aside, file_of, part_of
 from vinesexp.records.readers.text import AsideSource
-from vinesexp.records.readers.unread import need, unreadable
+from vinesexp.records.readers.unread import need
 
 NAME = "Excel (.xlsx, .xls)"
 LIBRARIES = ("openpyxl", "xlrd")
@@ -39,11 +39,8 @@ def open_file(path: Path) -> SheetSource:
     with file_of(path).open("rb") as stream:
         old = stream.read(4) == _XLS
     module = need("xlrd" if old else "openpyxl", extra="excel", what="an Excel workbook", path=path)
-    try:
-        sheets = (_xls if old else _xlsx)(module, file_of(path))
-        longest = max(sheets, key=lambda one: one.count)
-    except Exception as error:  # whatever the broken bytes lead to
-        raise unreadable("an Excel workbook", error, path) from None
+    sheets = (_xls if old else _xlsx)(module, file_of(path))
+    longest = max(sheets, key=lambda one: one.count)
     wanted = part_of(path)
     chosen = next((one for one in sheets if one.name == wanted), None) if wanted else longest
     if chosen is None:
@@ -76,11 +73,8 @@ class SheetSource(AsideSource):
     def __init__(self, path: Path, sheet: str, rows: Iterable[Iterable[Any]]) -> None:
         self._sheet = sheet
         aside, text = file_aside()
-        try:
-            for row in rows:
-                aside.write(f"{_line(row)}\n".encode())
-        except Exception as error:
-            raise unreadable("an Excel workbook", error, path) from None
+        for row in rows:
+            aside.write(f"{_line(row)}\n".encode())
         super().__init__(path, aside, text)
 
     def _placed(self, where: str) -> str:

@@ -89,34 +89,31 @@ class Hdf5Source(Source):
         losses: list[str] = []
         found: list[tuple[str, Any]] = []
         stated: dict[str, dict[str, list[float]]] = {"": {}}
-        try:
-            with h5py.File(path, "r") as file:
-                _gather(file.attrs, stated[""])
+        with h5py.File(path, "r") as file:
+            _gather(file.attrs, stated[""])
 
-                def see(name: str, item: Any) -> None:
-                    self._visit(name, item, found, stated, scalars)
+            def see(name: str, item: Any) -> None:
+                self._visit(name, item, found, stated, scalars)
 
-                def require_own(name: str, item: Any) -> None:
-                    if reason := _elsewhere(file, item):
-                        raise RecordError(
-                            f"dataset '{name}' {reason}; copy its samples into this file", file=path
-                        )
+            def require_own(name: str, item: Any) -> None:
+                if reason := _elsewhere(file, item):
+                    raise RecordError(
+                        f"dataset '{name}' {reason}; copy its samples into this file", file=path
+                    )
 
-                if scalars:
-                    visit(file, see, self._units, require_own)
-                else:
-                    file.visititems(see)
-                for name, item in found:
-                    require_own(name, item)
-                    losses += _never_written(name, item)
-                losses += _links_elsewhere(file)
-                columns = [
-                    column
-                    for name, item in found
-                    for column in self._columns_of(name, item, stated, scalars)
-                ]
-        except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
-            raise unreadable("HDF5", error, path) from None
+            if scalars:
+                visit(file, see, self._units, require_own)
+            else:
+                file.visititems(see)
+            for name, item in found:
+                require_own(name, item)
+                losses += _never_written(name, item)
+            losses += _links_elsewhere(file)
+            columns = [
+                column
+                for name, item in found
+                for column in self._columns_of(name, item, stated, scalars)
+            ]
         if not columns:
             raise RecordError("holds no columns of numbers", file=path)
         if self._contradictions and all(math.isnan(c.interval or 0.0) for c in columns):

@@ -23,7 +23,6 @@ from vinesexp.errors import RecordError
 from vinesexp.records.readers import hdf5
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
-from vinesexp.records.readers.unread import unreadable
 
 NAME = "MATLAB .mat"
 LIBRARIES = ("scipy.io", "h5py")
@@ -220,10 +219,7 @@ class MatlabSource(Source):
     def _call(self, function: str, **options: Any) -> Any:
         import scipy.io
 
-        try:
-            return getattr(scipy.io, function)(self.path, **options)
-        except Exception as error:  # scipy raises whatever the broken bytes lead to
-            raise unreadable("MATLAB", error, self.path) from None
+        return getattr(scipy.io, function)(self.path, **options)
 
 
 def _state(stated: dict[str, dict[str, list[float]]], path: str, value: Any) -> None:

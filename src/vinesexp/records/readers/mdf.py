@@ -14,7 +14,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.source import Column, TableSource
-from vinesexp.records.readers.unread import need, unreadable
+from vinesexp.records.readers.unread import need
 
 NAME = "MDF (MF4)"
 LIBRARIES = ("asammdf",)
@@ -31,16 +31,13 @@ def open_file(path: Path) -> TableSource:
     columns: list[Column] = []
     series: list[FloatArray] = []
     groups = 0
-    try:
-        with asammdf.MDF(path) as file:
-            for number in file.virtual_groups:
-                found = _group(file, number)
-                if found:
-                    groups += 1
-                    columns += [column for column, _ in found]
-                    series += [values for _, values in found]
-    except Exception as error:  # whatever the broken bytes lead to
-        raise unreadable("MDF", error, path) from None
+    with asammdf.MDF(path) as file:
+        for number in file.virtual_groups:
+            found = _group(file, number)
+            if found:
+                groups += 1
+                columns += [column for column, _ in found]
+                series += [values for _, values in found]
     time = 0 if groups == 1 else None
     if time == 0:
         columns = [Column(c.name, c.unit) for c in columns]

@@ -19,7 +19,6 @@ from vinesexp.errors import RecordError
 from vinesexp.records.readers.hdf5 import interval_from
 from vinesexp.records.readers.labels import only_time, unit_in_name
 from vinesexp.records.readers.source import Column, TableSource
-from vinesexp.records.readers.unread import unreadable
 
 NAME = "NumPy (.npy, .npz)"
 
@@ -41,25 +40,14 @@ def open_file(path: Path) -> TableSource:
     stated: dict[str, list[float]] = {}
     ends: int | None = None
     deep: list[tuple[int, ...]] = []
-    try:
-        for name, values in _arrays(path):
-            ends = values.offset + values.nbytes if isinstance(values, np.memmap) else None
-            if values.size == 1 and values.dtype.kind in "iuf":
-                stated.setdefault(name.lower(), []).append(float(values.reshape(-1)[0]))
-            deep += [values.shape] if values.ndim > 2 else []
-            for own, one in _columns(name, values):
-                columns.append(Column(own, unit_in_name(own)))
-                series.append(one)
-    except RecordError:
-        raise
-    except Exception as error:  # whatever the broken bytes lead to
-        if "allow_pickle" in str(error):
-            raise RecordError(
-                "holds Python objects, which are not read, since that may run code of others; save "
-                "its numbers as arrays",
-                file=path,
-            ) from None
-        raise unreadable("NumPy arrays", error, path) from None
+    for name, values in _arrays(path):
+        ends = values.offset + values.nbytes if isinstance(values, np.memmap) else None
+        if values.size == 1 and values.dtype.kind in "iuf":
+            stated.setdefault(name.lower(), []).append(float(values.reshape(-1)[0]))
+        deep += [values.shape] if values.ndim > 2 else []
+        for own, one in _columns(name, values):
+            columns.append(Column(own, unit_in_name(own)))
+            series.append(one)
     if not columns and deep:
         shape = " x ".join(map(str, deep[0]))
         raise RecordError(
@@ -82,6 +70,19 @@ def open_file(path: Path) -> TableSource:
 
 
 def _arrays(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
+    try:
+        yield from _loaded(path)
+    except ValueError as error:
+        if "allow_pickle" not in str(error):
+            raise
+        raise RecordError(
+            "holds Python objects, which are not read, since that may run code of others; save "
+            "its numbers as arrays",
+            file=path,
+        ) from None
+
+
+def _loaded(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     if not zipfile.is_zipfile(path):
         yield "", np.load(path, mmap_mode="r", allow_pickle=False)
         return

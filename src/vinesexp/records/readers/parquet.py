@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vinesexp.records.readers.labels import only_time, unit_in_name
 from vinesexp.records.readers.source import Column, TableSource
-from vinesexp.records.readers.unread import need, unreadable
+from vinesexp.records.readers.unread import need
 
 NAME = "Parquet"
 LIBRARIES = ("pyarrow.parquet",)
@@ -27,18 +27,15 @@ def open_file(path: Path) -> TableSource:
     parquet = need("pyarrow.parquet", extra="parquet", what="a Parquet table", path=path)
     columns: list[Column] = []
     series: list[NDArray[np.generic]] = []
-    try:
-        # In this thread: room for the stacks of others is memory that the limits count.
-        table = parquet.ParquetFile(path, pre_buffer=False).read(use_threads=False)
-        for name in table.column_names:
-            values = table[name].to_numpy()
-            unit = unit_in_name(name)
-            if values.dtype.kind in "mM":
-                values, unit = (values - values[0]) / np.timedelta64(1, "s"), "s"
-            if values.dtype.kind in "iuf":
-                columns.append(Column(name, unit))
-                series.append(values)
-    except Exception as error:  # whatever the broken bytes lead to
-        raise unreadable("Parquet", error, path) from None
+    # In this thread: room for the stacks of others is memory that the limits count.
+    table = parquet.ParquetFile(path, pre_buffer=False).read(use_threads=False)
+    for name in table.column_names:
+        values = table[name].to_numpy()
+        unit = unit_in_name(name)
+        if values.dtype.kind in "mM":
+            values, unit = (values - values[0]) / np.timedelta64(1, "s"), "s"
+        if values.dtype.kind in "iuf":
+            columns.append(Column(name, unit))
+            series.append(values)
     time = only_time(columns)
     return TableSource(path, "Parquet", columns, series, time_column=time, place="row")

@@ -18,7 +18,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import only_time, unit_in_name, unit_of_label
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
-from vinesexp.records.readers.unread import need, unreadable
+from vinesexp.records.readers.unread import need
 
 NAME = "LabVIEW TDMS"
 LIBRARIES = ("nptdms",)
@@ -46,15 +46,12 @@ class TdmsSource(Source):
         nptdms = need("nptdms", extra="tdms", what="a LabVIEW TDMS file", path=path)
         self.path = path
         self.losses = tuple(_cut_short(path))
-        try:
-            # By the file itself: by its name, the index beside it would be believed.
-            self._file = nptdms.TdmsFile.open(path.open("rb"))
-            channels = [c for group in self._file.groups() for c in group.channels()]
-            self._channels = [c for c in channels if c.dtype.kind in "iufM" and len(c) > 1]
-            counted = Counter(c.name for c in self._channels)
-            self.columns = tuple(_column(c, counted[c.name] > 1) for c in self._channels)
-        except Exception as error:  # whatever the broken bytes lead to
-            raise unreadable("TDMS", error, path) from None
+        # By the file itself: by its name, the index beside it would be believed.
+        self._file = nptdms.TdmsFile.open(path.open("rb"))
+        channels = [c for group in self._file.groups() for c in group.channels()]
+        self._channels = [c for c in channels if c.dtype.kind in "iufM" and len(c) > 1]
+        counted = Counter(c.name for c in self._channels)
+        self.columns = tuple(_column(c, counted[c.name] > 1) for c in self._channels)
         if not self.columns:
             raise RecordError("holds no channels of numbers", file=path)
         self.time_column = only_time(self.columns)
@@ -65,10 +62,7 @@ class TdmsSource(Source):
         lengths = {self.columns[j].name: len(c) for j, c in zip(columns, channels, strict=True)}
         require_equal_lengths(lengths, self.path)
         for begin in range(0, len(channels[0]), rows):
-            try:
-                parts = [_numbers(c, begin, min(rows, len(c) - begin)) for c in channels]
-            except Exception as error:
-                raise unreadable("TDMS", error, self.path) from None
+            parts = [_numbers(c, begin, min(rows, len(c) - begin)) for c in channels]
             yield np.stack(parts, axis=1)
 
 

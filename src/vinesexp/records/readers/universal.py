@@ -15,7 +15,7 @@ import numpy as np
 from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import unit_of_label
 from vinesexp.records.readers.source import Column, TableSource
-from vinesexp.records.readers.unread import need, unreadable
+from vinesexp.records.readers.unread import need
 
 NAME = "Universal file (UFF 58)"
 LIBRARIES = ("pyuff",)
@@ -37,12 +37,9 @@ def recognises(head: bytes, suffix: str) -> bool:
 def open_file(path: Path) -> TableSource:
     """Read the time records of a universal file; RecordError where it holds none."""
     pyuff = need("pyuff", extra="uff", what="a universal file (UFF)", path=path)
-    try:
-        file = pyuff.UFF(str(path))
-        types = [int(kind) for kind in file.get_set_types()]
-        sets = [file.read_sets(k) for k, kind in enumerate(types) if kind == 58]
-    except Exception as error:  # whatever the broken bytes lead to
-        raise unreadable("a universal file", error, path) from None
+    file = pyuff.UFF(str(path))
+    types = [int(kind) for kind in file.get_set_types()]
+    sets = [file.read_sets(k) for k, kind in enumerate(types) if kind == 58]
     records = [one for one in sets if _is_time(one)]
     if not records:
         kinds = ", ".join(str(kind) for kind in sorted(set(types)))
