@@ -18,7 +18,7 @@ from benchmarks.detectors_on_records import found_by
 from vinesexp import NES, Release, Rig, simulate
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.settings.overrides import numbers_of
 from vinesexp.settings.stages import ImpactSettings, Settings, SlopeSettings
 from vinesexp.signals.condition import condition
@@ -124,7 +124,7 @@ def _measured(clearance: tuple[float, ...], folder: Path) -> dict[str, np.ndarra
         role: trace.codes[i] * (scope.step / sensor.sensitivity)
         for i, (role, sensor) in enumerate(sensors.items())
     }
-    with create_record(
+    with RecordWriter(
         folder / "r.nc", sample_rate=1e4, quantities={role: role for role in channels}
     ) as writer:
         writer.append(channels)

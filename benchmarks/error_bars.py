@@ -22,9 +22,9 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
+from benchmarks.rehearsal import rehearse
 
 from vinesexp.identification.estimate import BEST, COMBINED
-from vinesexp.laboratory.rehearsal import rehearse
 from vinesexp.units import COVERAGE_95
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -33,7 +33,7 @@ from vinesexp.identification.ringdown import envelope, kept, likelihood, ring_do
 from vinesexp.identification.sweep_record import half_power, transmissibility
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.means import block_means
@@ -338,7 +338,7 @@ def mass_of(
     with tempfile.TemporaryDirectory() as folder:
         record, band, table = (Path(folder) / name for name in ("r.nc", "c.nc", "i.csv"))
         quantities = {role: role for role in sensors}
-        with create_record(record, sample_rate=RATE, quantities=quantities) as writer:
+        with RecordWriter(record, sample_rate=RATE, quantities=quantities) as writer:
             writer.append(channels)
         condition(record, band, f0_hint=7.862)
         impacts = impacts_of_record(record, band, table, clearance=(b,))

@@ -16,7 +16,7 @@ import pytest
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 
 T = TypeVar("T")
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)
@@ -107,7 +107,7 @@ def measure(tmp_path: Path) -> Callable[..., Measured]:
 
 def write(path: Path, channels: dict[str, np.ndarray], sample_rate: float) -> None:
     kinds = {r: "acceleration" if r == "acceleration" else "displacement" for r in channels}
-    with create_record(path, sample_rate=sample_rate, quantities=kinds) as writer:
+    with RecordWriter(path, sample_rate=sample_rate, quantities=kinds) as writer:
         writer.append(channels)
 
 

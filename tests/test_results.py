@@ -11,7 +11,7 @@ from vinesexp.errors import RecordError, VinesexpError
 from vinesexp.identification.estimate import Estimate, nothing, write_estimates
 from vinesexp.records.stored.checks import Check, write_checks
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.condition import condition
 
 IDENTIFIED = """parameter,value,std_error,ci95_low,ci95_high,unit,method,records
@@ -39,7 +39,7 @@ def folder(tmp_path: Path) -> Path:
     write_estimates(ResultPaths(tmp_path).estimates("b34"), found)
     x = np.linspace(0.0, 1e-3, 100)
     for kind in ("records", "conditioned"):
-        with create_record(
+        with RecordWriter(
             tmp_path / kind / "b34.nc",
             sample_rate=100.0,
             start=0.25,
@@ -112,7 +112,7 @@ def test_arrays_and_tables_of_a_record_hold_the_numbers_of_its_files(folder: Pat
     x = 1e-3 * np.sin(2.0 * np.pi * 8.0 * np.arange(20_011) / 3333.3) + 1e-6 * rng.normal(
         size=20_011
     )
-    with create_record(
+    with RecordWriter(
         paths.record("b34"),
         sample_rate=3333.3,
         start=12.3456789,

@@ -10,7 +10,7 @@ import pytest
 from vinesexp.cli import main
 from vinesexp.records.stored.checks import Check, write_checks
 from vinesexp.records.stored.result_columns import CLEARANCES, IDENTIFIED, RECORD_REGIMES
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.records.stored.tables import write_rows
 from vinesexp.results_differences import compare_results
 
@@ -34,7 +34,7 @@ def write_results(
     regimes = {"record": "b34", "regime": regime, "amplitude_mean_m": 3e-3}
     write_rows(folder / "regimes.csv", RECORD_REGIMES, [regimes])
     write_checks(folder / "checks.csv", [Check("b34", "ingest", "ok", "fine")])
-    with create_record(
+    with RecordWriter(
         folder / "records/b34.nc", sample_rate=10.0, quantities={"base": "displacement"},
         attributes={"source_sha256": source},
     ) as writer:  # fmt: skip

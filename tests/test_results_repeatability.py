@@ -7,7 +7,7 @@ import pytest
 
 from vinesexp.cli import main
 from vinesexp.records.stored.result_columns import CLEARANCES, IDENTIFIED, RECORD_REGIMES
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.records.stored.tables import write_rows
 from vinesexp.results_repeatability import Series, repeatability_of
 
@@ -22,7 +22,7 @@ def write_results(folder, *, M, error=0.02, b=34.0, source):
     regimes = {"record": "b34", "regime": "two symmetric"}
     write_rows(folder / "regimes.csv", RECORD_REGIMES, [regimes])
     (folder / "records").mkdir(exist_ok=True)
-    with create_record(
+    with RecordWriter(
         folder / "records/b34.nc", sample_rate=10.0, quantities={"base": "displacement"},
         attributes={"source_sha256": source},
     ) as writer:  # fmt: skip

@@ -25,7 +25,7 @@ from vinesexp.figures.single_records import (
     impacts_on_acceleration,
     sequence,
 )
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.theory.regime_definitions import REGIMES
 from vinesexp.units import COVERAGE_95
 
@@ -42,7 +42,7 @@ def test_a_band_shows_every_extreme_and_keeps_to_its_columns(n, columns, seed):
 
 
 def write_record(path: Path, values: np.ndarray, rate: float, **attributes: float) -> None:
-    with create_record(
+    with RecordWriter(
         path, sample_rate=rate, quantities={"displacement": "displacement"}, attributes=attributes
     ) as writer:
         writer.append({"displacement": values})

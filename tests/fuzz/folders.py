@@ -18,7 +18,7 @@ from vinesexp.records.stored.checks import Check, write_checks
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_columns import CLEARANCES, IDENTIFIED, IMPACTS, RECORD_REGIMES
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.records.stored.tables import write_rows
 from vinesexp.results_differences import compare_results
 from vinesexp.resultslock import hold_results, remove_leftovers
@@ -81,7 +81,7 @@ def _results(folder: Path) -> tuple[Campaign, ResultPaths]:
     hold_results(paths.folder, campaign=campaign.folder).close()
     roots = {"results": paths.folder, "campaign": campaign.folder}
     for id in (*IDS, "gone"):
-        with create_record(
+        with RecordWriter(
             paths.record(id), sample_rate=10.0, quantities={"base": "displacement"},
             attributes={"source_sha256": id},
         ) as writer:  # fmt: skip

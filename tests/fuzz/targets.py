@@ -22,7 +22,7 @@ from vinesexp.records.instrument.ingest import ingest
 from vinesexp.records.readers import open_source
 from vinesexp.records.stored.checks import Check, read_checks
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 
 from . import commands, folders, scenes, seeds, signals
 from .mutations import damaged, reworded
@@ -191,7 +191,7 @@ def signal(rng: random.Random, folder: Path) -> str:
     """A hostile signal through every step on records, and sometimes those on a campaign."""
     rate, channels = signals.hostile(rng)
     kinds = {r: "acceleration" if r == "acceleration" else "displacement" for r in channels}
-    with create_record(
+    with RecordWriter(
         folder / "raw.h5",
         sample_rate=rate,
         quantities=kinds,

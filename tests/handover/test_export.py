@@ -14,7 +14,7 @@ from vinesexp.cli import main
 from vinesexp.records.campaign.schema import Channel
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.stored.result_columns import IDENTIFIED, IMPACTS, RECORD_REGIMES
-from vinesexp.records.stored.store import create_record, write_refused
+from vinesexp.records.stored.store import RecordWriter, write_refused
 from vinesexp.records.stored.tables import write_rows
 
 RATE, N = 1000.0, 70_000
@@ -34,7 +34,7 @@ def results(tmp_path: Path) -> Path:
     ]  # fmt: skip
     write_rows(folder / "impacts/b34.csv", IMPACTS, hits)
     for kind in ("records", "conditioned"):
-        with create_record(
+        with RecordWriter(
             folder / kind / "b34.nc", sample_rate=RATE, start=0.25,
             quantities={"displacement": "displacement", "acceleration": "acceleration"},
             attributes={"source": "raw/a.csv", "source_sha256": "ab" * 32},

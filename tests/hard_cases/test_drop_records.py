@@ -11,7 +11,7 @@ from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts
@@ -57,7 +57,7 @@ def found_in(
 ) -> Impacts:
     kinds = {role: "acceleration" if role == "acceleration" else "displacement"}
     attributes = {"record": "drop", "test": "drop"}
-    with create_record(
+    with RecordWriter(
         folder / "r.nc", sample_rate=rate, quantities=kinds, attributes=attributes
     ) as writer:
         writer.append({role: x})

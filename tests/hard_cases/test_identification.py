@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.rehearsal import rehearse
 
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.ringdown import fit_ringdown
-from vinesexp.laboratory.rehearsal import rehearse
 
 F0, ZETA, RATE = 7.862, 0.0065, 500.0
 

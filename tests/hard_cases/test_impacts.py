@@ -11,7 +11,7 @@ import pytest
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
 from vinesexp.laboratory.sensors import Accelerometer, Laser
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts
@@ -60,7 +60,7 @@ def measured(*, b=0.030, r=0.6, start=10.0, duration=8.0, bits=14, noise=1.0, li
 def found_in(channels: dict[str, np.ndarray], folder: Path) -> Impacts:
     """The whole way from a record on disk to its table of impacts."""
     kinds = {role: role for role in channels}
-    with create_record(folder / "r.nc", sample_rate=RATE, quantities=kinds) as writer:
+    with RecordWriter(folder / "r.nc", sample_rate=RATE, quantities=kinds) as writer:
         writer.append(channels)
     condition(folder / "r.nc", folder / "c.nc", f0_hint=7.862)
     return impacts_of_record(

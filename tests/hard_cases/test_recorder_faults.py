@@ -12,7 +12,7 @@ from scipy.signal import bilinear, lfilter
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, analyse, simulate
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.channel_agreement import compare_channels
 from vinesexp.signals.clocks import lag_over_time, law_of, mend_clocks
 
@@ -105,7 +105,7 @@ def mended(folder, given, *, rate=RATE, test="periodic"):
     """Checks of the clocks of a stored record, and the channels afterwards."""
     path = folder / "record.nc"
     kinds = {role: "acceleration" if role == "acceleration" else "displacement" for role in given}
-    with create_record(
+    with RecordWriter(
         path, sample_rate=rate, quantities=kinds, attributes={"test": test}
     ) as writer:
         writer.append(given)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.rehearsal import rehearse
 
-from vinesexp.laboratory.rehearsal import rehearse
 from vinesexp.laboratory.score import score_impacts
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record

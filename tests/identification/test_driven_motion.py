@@ -7,7 +7,7 @@ import pytest
 
 from vinesexp.errors import RecordError
 from vinesexp.identification.driven_motion import driven_from, driven_motion
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.impacts.impact_table import no_impacts
 
 F0, ZETA, G, F = 8.0, 4e-3, 0.3e-3, 7.95
@@ -40,7 +40,7 @@ def motion(rng, *, jump):
 def record(path, x, base=None, *, start=0.0):
     channels = {"displacement": x} | ({} if base is None else {"base": base})
     quantities = dict.fromkeys(channels, "displacement")
-    with create_record(path, sample_rate=RATE, start=start, quantities=quantities) as writer:
+    with RecordWriter(path, sample_rate=RATE, start=start, quantities=quantities) as writer:
         writer.append(channels)
     return open_record(path)
 

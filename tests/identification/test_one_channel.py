@@ -8,7 +8,7 @@ import pytest
 from vinesexp import Harmonic
 from vinesexp.identification.one_record import estimate_record
 from vinesexp.records.campaign.schema import Known, Record
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.units import Quantity
@@ -21,7 +21,7 @@ def analysed(folder: Path, channels: dict, *, rate: float, quantities=None, **ro
     measured, band = folder / "r.nc", folder / "c.nc"
     kinds = {"base": "displacement", "displacement": "displacement", "acceleration": "acceleration"}
     kinds = {role: (quantities or kinds)[role] for role in channels}
-    with create_record(measured, sample_rate=rate, quantities=kinds) as writer:
+    with RecordWriter(measured, sample_rate=rate, quantities=kinds) as writer:
         writer.append(channels)
     record = Record("one", Path("f"), **row)
     centre = sum(record.frequency) / 2 if record.frequency else None

@@ -4,9 +4,9 @@ import random
 from dataclasses import replace
 
 import pytest
+from benchmarks.rehearsal import rehearse
 
 from vinesexp.identification.whole_campaign import identify_campaign
-from vinesexp.laboratory.rehearsal import rehearse
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.signals.impacts.impact_table import read_impacts
 

@@ -1,8 +1,7 @@
 """Tests with an accelerometer and a base and no laser: r and M by flights from one sensor."""
 
 import pytest
-
-from vinesexp.laboratory.rehearsal import rehearse
+from benchmarks.rehearsal import rehearse
 
 pytestmark = pytest.mark.long
 

@@ -11,7 +11,7 @@ from vinesexp.identification.decay_record import estimates_of_decay
 from vinesexp.identification.estimate import Estimate
 from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.records.campaign.schema import Campaign, Known, Record
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 
 RATE, SECONDS = 400.0, 16.0
 W = 2 * math.pi * 7.862
@@ -31,7 +31,7 @@ def decays(folder: Path, law: Decay, *, releases=(0.020, 0.012)):
         x = (np.exp(log_A) * np.cos(phase))[0]
         x += 5e-6 * np.random.default_rng(i).standard_normal(t.size)
         path = folder / f"d{i}.nc"
-        with create_record(
+        with RecordWriter(
             path, sample_rate=RATE, quantities={"displacement": "displacement"}
         ) as writer:
             writer.append({"displacement": x})

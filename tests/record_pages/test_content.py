@@ -16,13 +16,13 @@ from vinesexp.record_pages.drawn_content import (
     traces_of,
 )
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 
 RATE, F = 1000.0, 8.0
 
 
 def record(path, samples, rate=RATE):
-    with create_record(path, sample_rate=rate, quantities={"displacement": "displacement"}) as made:
+    with RecordWriter(path, sample_rate=rate, quantities={"displacement": "displacement"}) as made:
         made.append({"displacement": samples})
     return path
 

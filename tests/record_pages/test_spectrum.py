@@ -8,7 +8,7 @@ from scipy.signal import welch
 from tests.record_pages.decoded import unpacked
 
 from vinesexp.record_pages.drawn_content import phase_plane, spectrum
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 
 RATE, F = 1000.0, 8.0
 
@@ -46,7 +46,7 @@ def test_a_gap_leaves_its_sections_out():
 def test_a_harmonic_motion_is_a_circle(tmp_path):
     x = 2e-3 * np.sin(2.0 * np.pi * F * np.arange(20_000) / RATE)
     kinds = {"displacement": "displacement"}
-    with create_record(tmp_path / "a.nc", sample_rate=RATE, quantities=kinds) as made:
+    with RecordWriter(tmp_path / "a.nc", sample_rate=RATE, quantities=kinds) as made:
         made.append({"displacement": x})
     with open_record(tmp_path / "a.nc") as view:
         found = phase_plane(view, F)

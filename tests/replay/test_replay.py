@@ -14,7 +14,7 @@ from vinesexp.clearance.levels import LevelBase
 from vinesexp.errors import AnalysisError
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.replay.campaign_replay import Model, replay_campaign, rig_of
 from vinesexp.replay.motions import AS_RECORDED, ON_ORBIT, Replayed, begun, drive_of, replays
 from vinesexp.replay.replay_table import Measures, compared, decay_time, measures_of, replay_checks
@@ -78,7 +78,7 @@ def replayed(folder: Path, records: list[Record], *, truth=TABLE_2, identified=T
         regimes.append(row)
         for path in (paths.conditioned(record.id), paths.record(record.id)):
             path.parent.mkdir(parents=True, exist_ok=True)
-            with create_record(
+            with RecordWriter(
                 path, sample_rate=RATE, quantities={"displacement": "displacement"},
                 attributes={"oscillation_hz": F},
             ) as writer:  # fmt: skip
@@ -351,7 +351,7 @@ def test_a_ring_down_that_was_held_first_is_replayed_from_where_it_is_free(tmp_p
     w, alpha = np.sqrt(rig["k1"] / rig["M"]), 0.5 * rig["c1"] / rig["M"]
     x = 0.010 * np.exp(-alpha * free) * np.cos(w * free)
     paths.record("held").parent.mkdir(parents=True)
-    with create_record(
+    with RecordWriter(
         paths.record("held"), sample_rate=2000.0, quantities={"displacement": "displacement"},
         attributes={"test": "ringdown"},
     ) as writer:  # fmt: skip

@@ -25,7 +25,7 @@ from vinesexp.records.stored.result_columns import (
     REPLAY_CYCLES,
 )
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.store import create_record, write_refused
+from vinesexp.records.stored.store import RecordWriter, write_refused
 from vinesexp.records.stored.tables import read_rows, write_rows
 
 RATE, F0, ZETA = 1000.0, 8.0, 0.0065
@@ -101,7 +101,7 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
             continue
         signals, impacts = _signals(record)
         for kind in ("records", "conditioned"):
-            with create_record(
+            with RecordWriter(
                 results / f"{kind}/{record.id}.nc",
                 sample_rate=RATE,
                 quantities=QUANTITIES,

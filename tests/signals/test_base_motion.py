@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.base_motion import base_motion, base_rows
 
 RATE, F, G = 1000.0, 7.862, 0.25e-3
@@ -76,7 +76,7 @@ def test_a_base_at_rest_and_a_short_record_have_no_motion():
 
 
 def write(path: Path, base: np.ndarray, quantity: str, **attributes: float) -> None:
-    with create_record(
+    with RecordWriter(
         path, sample_rate=RATE, quantities={"base": quantity}, attributes=attributes
     ) as writer:
         writer.append({"base": base})

@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 from vinesexp import Harmonic, Release
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.channel_agreement import agreement_in, odds_of_corner
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
@@ -27,7 +27,7 @@ def stored(path: Path, channels: dict[str, np.ndarray]) -> Path:
     kinds = {
         role: "acceleration" if role == "acceleration" else "displacement" for role in channels
     }
-    with create_record(path, sample_rate=1e4, quantities=kinds) as writer:
+    with RecordWriter(path, sample_rate=1e4, quantities=kinds) as writer:
         writer.append(channels)
     return path
 

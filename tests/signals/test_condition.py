@@ -32,11 +32,11 @@ def test_last_impact_survives(measure, tmp_path: Path) -> None:
     last = record.time[-1]
     cut = round(last * 1e4) + 4  # the record ends within the contact
     channels = {role: values[:cut] for role, values in record.channels.items()}
-    from vinesexp.records.stored.store import create_record
+    from vinesexp.records.stored.store import RecordWriter
 
     path = tmp_path / "cut.nc"
     kinds = {"base": "displacement", "displacement": "displacement", "acceleration": "acceleration"}
-    with create_record(path, sample_rate=1e4, quantities=kinds) as writer:
+    with RecordWriter(path, sample_rate=1e4, quantities=kinds) as writer:
         writer.append(channels)
     condition(path, tmp_path / "out.nc", f0_hint=7.862)
     with open_record(tmp_path / "out.nc") as out:

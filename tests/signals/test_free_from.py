@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.free_from import FREE_FROM, free_from
 from vinesexp.signals.means import cycle_amplitudes
@@ -63,7 +63,7 @@ def test_beats_whose_second_is_the_louder_are_no_hold():
 def test_the_filter_makes_no_swing_of_a_hold(tmp_path, hold):
     """The first free cycles of the bandpassed record are those of the motion, to 1 %."""
     measured, band = tmp_path / "a.nc", tmp_path / "b.nc"
-    with create_record(measured, sample_rate=RATE, quantities={"displacement": "displacement"},
+    with RecordWriter(measured, sample_rate=RATE, quantities={"displacement": "displacement"},
                        attributes={"test": "ringdown"}) as writer:  # fmt: skip
         writer.append({"displacement": 0.02 + released(hold)})
     condition(measured, band, f0_hint=7.9)
@@ -87,7 +87,7 @@ def test_an_accelerometer_alone_shows_when_a_release_began(tmp_path, hold, struc
     hits = np.arange(hold + 0.05, 5.0, 0.5 / 7.9)
     a[np.round(hits * RATE).astype(int)] += struck * np.resize([1.0, -1.0], hits.size)
     a += 0.3 * np.random.default_rng(3).standard_normal(t.size)
-    with create_record(
+    with RecordWriter(
         tmp_path / "r.nc", sample_rate=RATE, quantities={"acceleration": "acceleration"},
         attributes={"test": "transient"},
     ) as writer:  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import AnalysisError
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.filters import default_bands, dominant_frequency, oscillation_of
 
@@ -43,7 +43,7 @@ def record_with(folder: Path, channels: dict[str, np.ndarray], *, rate: float, t
         role: "acceleration" if role == "acceleration" else "displacement" for role in channels
     }
     path = folder / "r.nc"
-    with create_record(
+    with RecordWriter(
         path, sample_rate=rate, quantities=kinds, attributes={"record": "r", "test": test}
     ) as writer:
         writer.append(channels)

@@ -5,7 +5,7 @@ import pytest
 
 from vinesexp import Harmonic, Release
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.signals.condition import condition
 from vinesexp.signals.hum import hum_in, remove_hum
 from vinesexp.signals.impacts.find import impacts_of_record
@@ -18,7 +18,7 @@ def stored(path, channels, rate=1e4):
     kinds = {
         role: "acceleration" if role == "acceleration" else "displacement" for role in channels
     }
-    with create_record(path, sample_rate=rate, quantities=kinds) as writer:
+    with RecordWriter(path, sample_rate=rate, quantities=kinds) as writer:
         writer.append(channels)
     return path
 

@@ -7,7 +7,7 @@ import pytest
 
 from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.detection import detect_contacts
@@ -26,7 +26,7 @@ def conditioned(name: str, column: str, folder: Path) -> tuple[Path, Path]:
     rate, start, values = read_channels(REAL / f"{name}.lvm", {"acceleration": role}, time=times)
     record, filtered = folder / "record.nc", folder / "conditioned.nc"
     kinds = {"acceleration": "acceleration"}
-    with create_record(record, sample_rate=rate, start=start, quantities=kinds) as writer:
+    with RecordWriter(record, sample_rate=rate, start=start, quantities=kinds) as writer:
         writer.append({"acceleration": np.asarray(values["acceleration"])})
     condition(record, filtered)
     return record, filtered

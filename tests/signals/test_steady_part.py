@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.impacts.impact_table import no_impacts
 from vinesexp.signals.means import cycle_amplitudes
 from vinesexp.signals.regimes import shown_by_record
@@ -72,7 +72,7 @@ def test_a_start_from_rest_does_not_count(tmp_path: Path) -> None:
     with_start = cycle_amplitudes(long[:25000], rate, F)[1][79:].mean()
     assert with_start > 1.03 * settled  # the first fifth alone is not all of the start
     for name in ("r.nc", "c.nc"):
-        with create_record(
+        with RecordWriter(
             tmp_path / name, sample_rate=rate, quantities={"displacement": "displacement"},
             attributes={"oscillation_hz": F},
         ) as writer:  # fmt: skip

@@ -7,7 +7,7 @@ import pytest
 
 from vinesexp import Harmonic
 from vinesexp.records.campaign.schema import Record
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.regimes import shown_by_record
@@ -17,7 +17,7 @@ F0 = 7.862
 
 def regime(channels: dict[str, np.ndarray], rate: float, folder: Path, *, b: float = 0.03):
     kinds = {role: role for role in channels}
-    with create_record(folder / "r.nc", sample_rate=rate, quantities=kinds) as writer:
+    with RecordWriter(folder / "r.nc", sample_rate=rate, quantities=kinds) as writer:
         writer.append(channels)
     condition(folder / "r.nc", folder / "c.nc", f0_hint=F0)
     record = Record("r", folder / "r.csv", "periodic", clearance=(b,))

@@ -7,8 +7,6 @@ run refuses it until it is filled in. Nothing that is there is overwritten.
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import json
 import shlex
 import sys
@@ -28,8 +26,9 @@ from vinesexp.proposal.survey import FileView, view_file
 from vinesexp.records.campaign.description import NAME as SCHEMA_NAME
 from vinesexp.records.campaign.description import schema_text
 from vinesexp.records.campaign.missing_cells import FILL_IN
+from vinesexp.records.campaign.records_csv import sheet_text
 from vinesexp.records.campaign.records_xlsx import new_workbook
-from vinesexp.records.campaign.schema import SHEET_COLUMNS, SHEETS
+from vinesexp.records.campaign.schema import SHEETS
 from vinesexp.units import UNITS
 from vinesexp.whole_files import write_whole
 
@@ -67,7 +66,9 @@ def run(args: argparse.Namespace) -> int:
     sheet = SHEETS[1] if args.xlsx else SHEETS[0]
     contents = {
         "campaign.yaml": campaign_text(folder, proposal).encode(),
-        sheet: records_workbook(proposal) if args.xlsx else records_text(proposal).encode(),
+        sheet: _workbook(proposal)
+        if args.xlsx
+        else sheet_text(map(proposed_row, proposal.records)).encode(),
     }
     if not (folder / SCHEMA_NAME).exists():
         contents[SCHEMA_NAME] = schema_text().encode()
@@ -148,16 +149,12 @@ def _channel_lines(channel: ProposedChannel) -> list[str]:
     return [f"  # {channel.role}: {mark}{channel.why}", f"  {channel.role}: {entry}"]
 
 
-def records_text(proposal: Proposal) -> str:
+def _sheet(proposal: Proposal) -> bytes:
     """records.csv; the note of a row says what it is proposed for and what is open in it."""
-    stream = io.StringIO()
-    writer = csv.DictWriter(stream, SHEET_COLUMNS, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(map(proposed_row, proposal.records))
-    return stream.getvalue()
+    return sheet_text(map(proposed_row, proposal.records)).encode()
 
 
-def records_workbook(proposal: Proposal) -> bytes:
+def _workbook(proposal: Proposal) -> bytes:
     """records.xlsx: the same rows, in colours."""
     rows = [proposed_row(record) for record in proposal.records]
     return new_workbook(rows, proposed=[{"test", *record.cells} for record in proposal.records])

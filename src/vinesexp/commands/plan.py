@@ -22,9 +22,9 @@ from vinesexp.planning.planned_tests import (
     mm,
     next_tests,
     plan_others,
-    records_sheet,
 )
 from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.records_csv import sheet_text
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.results import CampaignResults
 from vinesexp.rig import Oscillator
@@ -78,7 +78,8 @@ def run(args: argparse.Namespace) -> int:
         tests = _of_values(texts)
     if args.records is not None and tests:
         with writing(args.records):
-            args.records.write_text(records_sheet(tests), encoding="utf-8")
+            rows = [test.cells | {"note": test.why} for test in tests]
+            args.records.write_text(sheet_text(rows), encoding="utf-8")
         print(f"written: {args.records}; fill in the files as they are measured")
     return 0
 

@@ -7,6 +7,5 @@ __all__, __getattr__, __dir__ = lazy(
     {
         "load_scene": "vinesexp.laboratory.scene",
         "simulate_group": "vinesexp.laboratory.scene",
-        "rehearse": "vinesexp.laboratory.rehearsal",
     },
 )

@@ -25,7 +25,8 @@ from vinesexp.laboratory.scene import (
     truth_file,
 )
 from vinesexp.laboratory.sensors import Accelerometer
-from vinesexp.records.campaign.schema import SHEET_COLUMNS, Campaign
+from vinesexp.records.campaign.records_csv import sheet_text
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.units import STANDARD_GRAVITY
 
@@ -190,8 +191,7 @@ def campaign_text(scene: Scene) -> str:
 
 def records_text(scene: Scene) -> str:
     """records.csv of a scene."""
-    rows = [",".join(_row(test)) for test in scene.tests]
-    return "\n".join([",".join(SHEET_COLUMNS), *rows, ""])
+    return sheet_text(map(_row, scene.tests))
 
 
 def _range(test: Test) -> tuple[float, float]:
@@ -203,19 +203,20 @@ def _range(test: Test) -> tuple[float, float]:
     return start, end
 
 
-def _row(test: Test) -> tuple[str, ...]:
+def _row(test: Test) -> dict[str, str]:
     start, end = _range(test)
     frequency = f"{start:.10g}" if start == end else f"{start:.10g}:{end:.10g}"
-    note = test.note or (f"dropped from {1e3 * test.height:.10g} mm" if test.height else "")
-    return (
-        test.record,
-        raw_file(test).as_posix(),
-        test.kind,
-        ";".join(f"{1e3 * b:.10g}" for b in test.clearance),
-        f"{1e3 * test.base_amplitude:.10g}" if test.base_amplitude else "",
-        frequency if test.frequency else "",
-        f"{1e3 * test.added_mass:.10g}" if test.added_mass else "",
-        f"{1e3 * test.release:.10g}" if test.release else "",
-        "",
-        '"' + note.replace('"', '""') + '"' if "," in note or '"' in note else note,
-    )
+    thousandths = {
+        "base_amplitude_mm": test.base_amplitude,
+        "added_mass_g": test.added_mass,
+        "release_mm": test.release,
+    }
+    return {
+        "record": test.record,
+        "file": raw_file(test).as_posix(),
+        "test": test.kind,
+        "clearance_mm": ";".join(f"{1e3 * b:.10g}" for b in test.clearance),
+        "frequency_hz": frequency if test.frequency else "",
+        "note": test.note or (f"dropped from {1e3 * test.height:.10g} mm" if test.height else ""),
+        **{column: f"{1e3 * size:.10g}" for column, size in thousandths.items() if size},
+    }

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -15,7 +13,7 @@ from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.planning.campaign_plan import LevelPlan, Needs, ring_downs_for
 from vinesexp.planning.expected_valley import Valley, expected_valley
 from vinesexp.planning.next_clearance import TARGET, bracket_of
-from vinesexp.records.campaign.schema import SHEET_COLUMNS, Campaign, Record
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.results import CampaignResults
 from vinesexp.theory.optimal_clearance import b_t_exact
@@ -133,22 +131,6 @@ def periodic_cells(b: float, G: float, frequency: float | None) -> dict[str, str
     """Cells of a periodic test."""
     cells = {"test": "periodic", "clearance_mm": mm(b), "base_amplitude_mm": mm(G)}
     return cells | ({} if frequency is None else {"frequency_hz": f"{frequency:.6g}"})
-
-
-def records_sheet(tests: Sequence[PlannedTest]) -> str:
-    """records.csv to fill in: the file of each test stays open, its reason is the note.
-
-    Examples
-    --------
-    >>> print(records_sheet([planned("a", {"test": "drop"}, "r")]).splitlines()[1])
-    a,raw/a.csv,drop,,,,,,,r
-    """
-    stream = io.StringIO()
-    writer = csv.DictWriter(stream, SHEET_COLUMNS, restval="", lineterminator="\n")
-    writer.writeheader()
-    for test in tests:
-        writer.writerow(test.cells | {"note": test.why})
-    return stream.getvalue()
 
 
 def planned(name: str, cells: dict[str, str], why: str) -> PlannedTest:

@@ -21,7 +21,7 @@ from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.instrument.timebase import Resampler
 from vinesexp.records.stored.checks import Check
-from vinesexp.records.stored.store import RECORDERS, RecordView, create_record, open_record
+from vinesexp.records.stored.store import RECORDERS, RecordView, RecordWriter, open_record
 from vinesexp.signals.base_motion import sines_of_windows
 from vinesexp.signals.channel_agreement import second_derivative_beside
 from vinesexp.signals.condition import in_step
@@ -638,7 +638,7 @@ def write_anew(
     start : float
         Time of the first sample, s.
     """
-    with create_record(
+    with RecordWriter(
         path, sample_rate=view.sample_rate, start=start,
         quantities={role: view.quantity(role) for role in view.roles},
         attributes={k: v for k, v in view.attributes.items()

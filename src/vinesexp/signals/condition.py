@@ -29,8 +29,8 @@ from vinesexp.errors import ParameterError
 from vinesexp.records.stored.refusal import refused_where_it_fails
 from vinesexp.records.stored.store import (
     RecordView,
+    RecordWriter,
     carried,
-    create_record,
     open_record,
     write_refused,
 )
@@ -124,7 +124,7 @@ def condition(
             }
         except ParameterError as error:
             raise ParameterError(f"{record_path}: {error}") from None
-        with create_record(
+        with RecordWriter(
             Path(out_path),
             sample_rate=record.sample_rate,
             start=record.start,

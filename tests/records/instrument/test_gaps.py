@@ -7,13 +7,13 @@ import pytest
 
 from vinesexp.records.instrument import findings
 from vinesexp.records.instrument.findings import gaps_of
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 
 RATE, F = 5000.0, 7.9
 
 
 def stored(folder, x, role="displacement"):
-    with create_record(folder / "a.nc", sample_rate=RATE, quantities={role: "displacement"}) as out:
+    with RecordWriter(folder / "a.nc", sample_rate=RATE, quantities={role: "displacement"}) as out:
         out.append({role: x})
     return open_record(folder / "a.nc")
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp.records.instrument import findings
-from vinesexp.records.stored.store import create_record, open_record
+from vinesexp.records.stored.store import RecordWriter, open_record
 
 F = 7.862
 MOTIONS = {
@@ -26,7 +26,7 @@ def stored(tmp_path_factory):
 
     def make(values, rate, role="displacement"):
         quantities = {role: "acceleration" if role == "acceleration" else "displacement"}
-        with create_record(folder / "a.nc", sample_rate=rate, quantities=quantities) as writer:
+        with RecordWriter(folder / "a.nc", sample_rate=rate, quantities=quantities) as writer:
             writer.append({role: values})
         return open_record(folder / "a.nc")
 

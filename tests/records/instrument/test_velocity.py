@@ -8,7 +8,7 @@ from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.instrument.ingest import ingest, read_file
 from vinesexp.records.stored import store
-from vinesexp.records.stored.store import create_record, integrate, integrated, open_record
+from vinesexp.records.stored.store import RecordWriter, integrate, integrated, open_record
 
 F, ZETA, RATE = 7.9, 0.006, 1000.0
 W = 2 * np.pi * F
@@ -84,7 +84,7 @@ def test_a_gyroscope_alone_is_the_rate_of_an_arc(tmp_path):
 def test_the_integral_of_a_long_record_is_made_by_blocks(tmp_path, monkeypatch):
     v = motion()[1]
     v[1390:1420] = np.nan
-    with create_record(
+    with RecordWriter(
         tmp_path / "a.nc", sample_rate=RATE, quantities={"displacement": "velocity"}
     ) as writer:
         writer.append({"displacement": v})

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vinesexp.errors import RecordError
 from vinesexp.records.stored.store import (
-    create_record,
+    RecordWriter,
     open_dataset,
     open_record,
     uniform_times,
@@ -19,7 +19,7 @@ QUANTITIES = {"base": "displacement", "acceleration": "acceleration"}
 
 def write(path, blocks, **options):
     options = {"sample_rate": 1e4, "start": 0.5, "quantities": QUANTITIES} | options
-    with create_record(path, **options) as writer:
+    with RecordWriter(path, **options) as writer:
         for block in blocks:
             writer.append({"base": block, "acceleration": -block})
 
@@ -64,7 +64,7 @@ def test_other_readers_see_dimensions_units_and_times(tmp_path):
 
 def test_an_interrupted_write_leaves_nothing(tmp_path):
     def interrupted():
-        with create_record(tmp_path / "a.nc", sample_rate=1.0, quantities=QUANTITIES) as writer:
+        with RecordWriter(tmp_path / "a.nc", sample_rate=1.0, quantities=QUANTITIES) as writer:
             writer.append({"base": np.ones(3), "acceleration": np.ones(3)})
             raise RuntimeError("killed")
 
@@ -76,7 +76,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path):
 def test_an_interrupted_write_leaves_the_old_record(tmp_path):
     path = tmp_path / "a.nc"
     write(path, [np.arange(5.0)])
-    writer = create_record(path, sample_rate=1.0, quantities=QUANTITIES)
+    writer = RecordWriter(path, sample_rate=1.0, quantities=QUANTITIES)
     writer.discard()
     with open_record(path) as record:
         assert record.n == 5
@@ -108,7 +108,7 @@ def test_a_file_that_is_no_record_is_reported(tmp_path):
 
 
 def test_sampling_may_be_known_at_the_end_only(tmp_path):
-    with create_record(tmp_path / "a.nc", sample_rate=np.nan, quantities=QUANTITIES) as writer:
+    with RecordWriter(tmp_path / "a.nc", sample_rate=np.nan, quantities=QUANTITIES) as writer:
         writer.append({"base": np.ones(3), "acceleration": np.ones(3)})
         writer.sample_rate, writer.start = 100.0, 2.0
     with open_record(tmp_path / "a.nc") as record:
@@ -124,7 +124,7 @@ def test_sampling_may_be_known_at_the_end_only(tmp_path):
     ],
 )
 def test_blocks_that_do_not_fit_are_a_programmers_error(block, tmp_path):
-    writer = create_record(tmp_path / "a.nc", sample_rate=1.0, quantities=QUANTITIES)
+    writer = RecordWriter(tmp_path / "a.nc", sample_rate=1.0, quantities=QUANTITIES)
     with pytest.raises(ValueError, match="equal length"):
         writer.append(block)
     writer.discard()

@@ -13,7 +13,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -291,6 +291,21 @@ def _record(
         people={name: text for name, text in row.items() if name not in COLUMNS and text},
     )
     return record if len(problems.found) == before else None
+
+
+def sheet_text(rows: Iterable[Mapping[str, str]]) -> str:
+    """records.csv of such rows, each column to its cell; what a row lacks is empty.
+
+    Examples
+    --------
+    >>> sheet_text([{"record": "a", "file": "raw/a.csv", "note": "dropped, twice"}]).splitlines()[1]
+    'a,raw/a.csv,,,,,,,,"dropped, twice"'
+    """
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, SHEET_COLUMNS, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return stream.getvalue()
 
 
 def read_number(text: str, comma: bool) -> float:

@@ -354,11 +354,11 @@ def gaps_of(view: RecordView, role: str, *, frozen: Sequence[Stretch] = ()) -> G
     A sine, in which the sensor shows the end of its range for 60 samples.
 
     >>> import tempfile; from pathlib import Path
-    >>> from vinesexp.records.stored.store import create_record, open_record
+    >>> from vinesexp.records.stored.store import RecordWriter, open_record
     >>> x = 0.005 * np.sin(np.arange(8000) / 100.0); x[3000:3060] = 0.03
     >>> path = Path(tempfile.mkdtemp()) / "a.nc"
     >>> quantities = {"displacement": "displacement"}
-    >>> with create_record(path, sample_rate=1e3, quantities=quantities) as writer:
+    >>> with RecordWriter(path, sample_rate=1e3, quantities=quantities) as writer:
     ...     writer.append({"displacement": x})
     >>> with open_record(path) as view:
     ...     gaps_of(view, "displacement").missing

@@ -27,7 +27,7 @@ from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.refusal import is_of_the_machine, reason_of
 from vinesexp.records.stored.store import (
     RECORDERS,
-    create_record,
+    RecordWriter,
     integrate,
     integrated,
     leave_out,
@@ -130,7 +130,7 @@ def _file_attributes(record: Record, samples: AnySamples) -> dict[str, str]:
 
 
 def _write(path: Path, samples: AnySamples, attributes: Mapping[str, Any]) -> None:
-    with create_record(
+    with RecordWriter(
         path,
         sample_rate=samples.sample_rate,
         start=samples.start,

@@ -193,8 +193,31 @@ def increments(velocity: FloatArray) -> FloatArray:
 class RecordWriter:
     """Writes one record by blocks; the file appears under its name only when complete.
 
-    Made by `create_record`. `sample_rate` and `start` may be set until the writer closes, for a
-    source whose true sampling is known only after its last row.
+    `sample_rate` and `start` may be set until the writer closes, for a source whose true sampling
+    is known only after its last row.
+
+    Parameters
+    ----------
+    path : Path
+        Where it goes; folders are made.
+    sample_rate, start : float
+        Hz; time of the first sample, s.
+    quantities : mapping
+        Role of each channel to what it measures (``displacement``, ``acceleration``).
+    attributes : mapping, optional
+        About the record: text, numbers, or sequences of numbers; None values are left out.
+    state : str
+        What was done to the samples, in a word, such as ``bandpassed``.
+
+    Examples
+    --------
+    >>> import tempfile; folder = Path(tempfile.mkdtemp())
+    >>> with RecordWriter(folder / "a.nc", sample_rate=10.0, quantities={"base": "displacement"},
+    ...                   attributes={"test": "ringdown"}) as writer:
+    ...     writer.append({"base": np.array([0.0, 0.5, 1.0])})
+    >>> with open_record(folder / "a.nc") as record:
+    ...     record.roles, record.n, record.read("base", 1), record.time(1)
+    (('base',), 3, array([0.5, 1. ]), array([0.1, 0.2]))
     """
 
     def __init__(
@@ -202,10 +225,10 @@ class RecordWriter:
         path: Path,
         *,
         sample_rate: float,
-        start: float,
+        start: float = 0.0,
         quantities: Mapping[str, str],
-        attributes: Mapping[str, Any],
-        state: str,
+        attributes: Mapping[str, Any] | None = None,
+        state: str = "",
     ) -> None:
         import h5py
 
@@ -220,7 +243,7 @@ class RecordWriter:
         self._partial = partial_path(self.path)
         # netCDF readers want the order in which things were made.
         self._file: Any = h5py.File(self._partial, "w", track_order=True)
-        write_attributes(self._file, {"Conventions": CONVENTIONS, **attributes})
+        write_attributes(self._file, {"Conventions": CONVENTIONS, **(attributes or {})})
 
     def append(self, block: Mapping[str, FloatArray]) -> None:
         """Add one block: for every role, the same number of further samples (SI)."""
@@ -455,50 +478,6 @@ def uniform_times(sample_rate: float, start: float, begin: int, end: int) -> Flo
     times /= sample_rate
     times += start
     return times
-
-
-def create_record(
-    path: Path,
-    *,
-    sample_rate: float,
-    start: float = 0.0,
-    quantities: Mapping[str, str],
-    attributes: Mapping[str, Any] | None = None,
-    state: str = "",
-) -> RecordWriter:
-    """Begin a record file; nothing is seen under `path` before it is complete.
-
-    Parameters
-    ----------
-    path : Path
-        Where it goes; folders are made.
-    sample_rate, start : float
-        Hz; time of the first sample, s.
-    quantities : mapping
-        Role of each channel to what it measures (``displacement``, ``acceleration``).
-    attributes : mapping, optional
-        About the record: text, numbers, or sequences of numbers; None values are left out.
-    state : str
-        What was done to the samples, in a word, such as ``bandpassed``.
-
-    Examples
-    --------
-    >>> import tempfile; folder = Path(tempfile.mkdtemp())
-    >>> with create_record(folder / "a.nc", sample_rate=10.0, quantities={"base": "displacement"},
-    ...                    attributes={"test": "ringdown"}) as writer:
-    ...     writer.append({"base": np.array([0.0, 0.5, 1.0])})
-    >>> with open_record(folder / "a.nc") as record:
-    ...     record.roles, record.n, record.read("base", 1), record.time(1)
-    (('base',), 3, array([0.5, 1. ]), array([0.1, 0.2]))
-    """
-    return RecordWriter(
-        path,
-        sample_rate=sample_rate,
-        start=start,
-        quantities=quantities,
-        attributes=attributes or {},
-        state=state,
-    )
 
 
 def leave_out(

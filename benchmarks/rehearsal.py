@@ -1,12 +1,11 @@
 """A simulated campaign, made and analysed in one process: what would these tests give?
 
-The workflow does the same step by step, a process each. For studies over many campaigns, for tests,
-and for planning: write the tests that you could do into a scene, and see the errors they leave.
+The workflow does the same step by step, a process each. For studies over many campaigns, and for
+tests.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -55,15 +54,13 @@ class Rehearsal:
         return combined(self.rows, parameter)
 
 
-def rehearse(scene_file: Path, *, groups: Sequence[str] | None = None) -> Rehearsal:
+def rehearse(scene_file: Path) -> Rehearsal:
     """Simulate the tests of a scene and analyse them; the folder of the scene becomes the campaign.
 
     Parameters
     ----------
     scene_file : Path
         scene.yaml (docs/scenes.md).
-    groups : sequence of str, optional
-        Only these groups are simulated; records of others must be there already.
 
     Returns
     -------
@@ -81,7 +78,7 @@ def rehearse(scene_file: Path, *, groups: Sequence[str] | None = None) -> Rehear
     ):
         if not (folder / name).exists():
             (folder / name).write_text(text, encoding="utf-8")
-    for group in scene.groups if groups is None else groups:
+    for group in scene.groups:
         simulate_group(scene, group, folder)
     campaign = load_campaign(folder)
     paths = ResultPaths(folder)
