@@ -6,7 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from vinesexp.clearance.levels import LevelBase, base_checks, base_of_level, periodic_levels
+from vinesexp.clearance.levels import (
+    LevelBase,
+    Tested,
+    base_checks,
+    base_of_level,
+    periodic_levels,
+)
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Tolerance, Uncertainties
 from vinesexp.units import Quantity
@@ -17,18 +23,28 @@ from vinesexp.units import Quantity
 )
 def test_a_ball_that_hardly_ever_meets_a_wall_is_on_no_orbit(per_cycle, regime):
     """Where a rubbing ball was never taken along, one false impact is no loss of two per cycle."""
+    test = as_tested(regime="chaos", impacts_per_cycle=per_cycle)
+    assert test.regime == regime
+    assert test.length == 10.0
+
+
+@pytest.mark.parametrize(("error", "regime"), [(1e-5, "two symmetric"), (6e-4, "")])
+def test_an_amplitude_on_its_way_does_not_tell_what_is_permanent(error, regime):
+    """A light ball 2 % beyond its orbit's end met both walls for a whole record, ever less far."""
+    test = as_tested(regime="two symmetric", impacts_per_cycle=2.0, amplitude_error_m=error)
+    assert test.regime == regime
+
+
+def as_tested(**cells: object) -> Tested:
+    """What a level makes of a row of regimes.csv."""
     record = Record("a", Path("a"), "periodic", (0.033,), 0.25e-3, (7.862, 7.862))
     campaign = Campaign(
         folder=Path(), name="c", title="c", known=Known(), channels={}, time=None,
         sample_rate=None, bandpass=None, records=(record,),
     )  # fmt: skip
-    row = {
-        "record": "a", "regime": "chaos", "impacts_per_cycle": per_cycle,
-        "amplitude_mean_m": 0.019, "length_s": 10.0,
-    }  # fmt: skip
+    row = {"record": "a", "amplitude_mean_m": 0.019, "length_s": 10.0} | cells
     (level,) = periodic_levels(campaign, [row], [])
-    assert level.tests[0].regime == regime
-    assert level.tests[0].length == 10.0
+    return level.tests[0]
 
 
 def row(record="a", **changed: float) -> dict[str, object]:

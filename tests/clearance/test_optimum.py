@@ -160,6 +160,7 @@ def swinging(b: float, first: float, second: float) -> Tested:
     [
         (0.016, 0.016, 0.033),  # neither lost nor steady: says nothing
         (0.016, 0.005, 0.034),  # dies away: the orbit is stable there
+        (0.2, 0.027, 0.033),  # the ball was lost and caught: it may be lost again
         (0.002, 0.002, 0.034),  # too little to be told from a shaker's wander
     ],
 )

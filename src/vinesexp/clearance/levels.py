@@ -28,6 +28,8 @@ _T = TypeVar("_T")
 _SAME = 1e-6
 #: Impacts per cycle below which the ball of a periodic test lies in the middle of its cavity.
 _STILL = 0.1
+#: Error of a mean amplitude, relative, that only an amplitude on its way has.
+_MOVES = 0.02
 #: A frequency that nobody measured is as good as the generator's clock and its display: twice the
 #: relative error of the instrument's clock.
 GENERATOR = 2.0
@@ -179,16 +181,18 @@ def _regime(row: Row) -> str:
     """The regime of a periodic test; a ball that meets its walls hardly ever is not on any orbit.
 
     What is found there are a false impact or two, or the last of how the test began. A test of few
-    cycles does not tell what is permanent.
+    cycles does not tell what is permanent, nor does one whose amplitude still moves: on an orbit it
+    is constant.
     """
     regime: str = row["regime"]
     per_cycle = row.get("impacts_per_cycle")
     if regime and per_cycle is not None and per_cycle < _STILL:
         return Regime.NO_IMPACT.value
     cycles = row.get("cycles")
-    if regime in PERMANENT and cycles is not None and cycles < TELLING:
-        return ""
-    return regime
+    if regime not in PERMANENT:
+        return regime
+    moves = (row.get("amplitude_error_m") or 0.0) > _MOVES * row["amplitude_mean_m"]
+    return "" if moves or (cycles is not None and cycles < TELLING) else regime
 
 
 def release_levels(

@@ -20,6 +20,7 @@ from typing import Literal
 from vinesexp.clearance.levels import Tested
 from vinesexp.errors import AnalysisError
 from vinesexp.theory.regime_definitions import PERMANENT
+from vinesexp.theory.regime_definitions import SWINGS as LOSES_THE_BALL
 
 #: Regime of a record in which no impact was found: the ball may rest, or was not seen.
 UNSEEN = "no impact"
@@ -177,7 +178,8 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
     smallest from which none is; the estimate is their middle. Permanent at all of them, or at none,
     is a bound. A test without a found impact says nothing: what was not seen is unknown. Nor does
     one of two impacts per cycle whose phase swings without dying away (`swings`): near its end the
-    orbit takes longer to be lost than a record lasts.
+    orbit takes longer to be lost than a record lasts. For the same reason a test whose amplitude
+    still moves has no regime here (`levels.periodic_levels`).
 
     Raises
     ------
@@ -219,7 +221,8 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
 def swings(tests: Sequence[Tested]) -> list[Tested]:
     """Tests of permanent impacts whose phase swings more than that of the others, and stays so.
 
-    What all of them share is the shaker's.
+    What all of them share is the shaker's. A swing that dies away is the start of the test, unless
+    it was so large that the ball was lost and caught again: it may be lost again.
 
     Examples
     --------
@@ -236,7 +239,12 @@ def swings(tests: Sequence[Tested]) -> list[Tested]:
         return []
     usual = sorted(test.swing.lasting for test in known)[(len(known) - 1) // 2]
     least = max(_SWINGS, _UNUSUAL * usual)
-    return [test for test in known if test.swing.lasting > least and not test.swing.settles]
+    return [
+        test
+        for test in known
+        if test.swing.lasting > least
+        and not (test.swing.settles and test.swing.first <= LOSES_THE_BALL)
+    ]
 
 
 def fastest(tests: Sequence[Tested], *, resolution: float) -> Optimum:
