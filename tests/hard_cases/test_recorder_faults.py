@@ -101,13 +101,12 @@ def same_length(given):
     return {role: x[:n] for role, x in given.items()}
 
 
-def mended(folder, given, *, rate=RATE, test="periodic"):
+def mended(folder, given, *, rate=RATE, test="periodic", recorders=""):
     """Checks of the clocks of a stored record, and the channels afterwards."""
     path = folder / "record.nc"
     kinds = {role: "acceleration" if role == "acceleration" else "displacement" for role in given}
-    with RecordWriter(
-        path, sample_rate=rate, quantities=kinds, attributes={"test": test}
-    ) as writer:
+    attributes = {"test": test} | ({"recorders": recorders} if recorders else {})
+    with RecordWriter(path, sample_rate=rate, quantities=kinds, attributes=attributes) as writer:
         writer.append(given)
     row = Record("a", Path("a"), test, frequency=(F, F))
     checks = mend_clocks(path, row, driven=test == "periodic")
@@ -297,3 +296,18 @@ def test_an_ac_coupling_under_a_motion_that_changes_is_no_fault_of_a_clock():
     law = law_of(lag_over_time(a + 0.1 * rng.standard_normal(9000), x, step, frequency=F))
     assert not law.steps
     assert not law.slopes
+
+
+@pytest.mark.parametrize("late", [1170, -1603, 0])
+def test_recorders_started_by_hand_are_laid_over_one_another_by_the_motion(tmp_path, late):
+    whole = channels(0.036)  # modulated: no two cycles are alike
+    begins = {role: 2000 - late * (role == "displacement") for role in whole}
+    given = same_length({role: x[begins[role] :] for role, x in whole.items()})
+    said, found = mended(tmp_path, given, recorders="base,acceleration;displacement")
+    assert len(said) == bool(late)
+    if late:
+        assert f"comes {late / RATE:+.4g} s later" in said[0]
+    begin = 2000 - min(late, 0)
+    for role, x in found.items():
+        assert x.size > 30_000
+        assert np.array_equal(x, whole[role][begin:][: x.size].astype(np.float32)), role

@@ -43,6 +43,12 @@ _MOST = 8  # faults of one record that are looked for
 _TRIANGLE = 1.0 / 12.0  # of a period: over as much accelerations are averaged to find a place
 _SURE_PLACE = 12.0  # twice as much in chi^2: five standard deviations
 _ALIKE = 0.3  # rad: error of a phase up to which two channels move together
+_SHOWS = (0.5, 12.0)  # of the oscillation: where two recorders are compared
+_EDGE = 1.0  # periods at the ends of a record, over which a filter fades in
+_OVERLAP = 0.5  # of the record, that two recorders share at least
+_MOVE_ALIKE, _SURE_SHIFT = 0.8, 25.0  # correlation; difference in chi^2
+_SAME_MOTION = 1e-5  # of the correlation: a cycle that differs by less is the same
+_TOGETHER = 0.04  # periods: less may be a lag, or a filter
 _JUMP, _STANDS_OUT = 8, 3.0  # samples beside a jump; times the largest elsewhere
 _MOST_SAMPLES = 60_000_000  # of a record
 _SEEN = 1 << 18  # samples read at once
@@ -149,6 +155,14 @@ class OtherClock:
     role: str
     ratio: float
     error: float
+
+
+@dataclass(frozen=True)
+class Start:
+    """Recorders that did not begin together: channels that come late, by how many samples."""
+
+    roles: tuple[str, ...]
+    late: int
 
 
 def law_of(series: Series) -> Law | None:
@@ -327,7 +341,9 @@ def _error_of_phase(ratio: ComplexArray, size: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(max(always, 1e-9), noise / np.maximum(size, 1e-300)))
 
 
-def fault_of(view: RecordView, *, frequency: float, driven: bool) -> Lost | Cut | OtherClock | None:
+def fault_of(
+    view: RecordView, *, frequency: float, driven: bool
+) -> Lost | Cut | OtherClock | Start | None:
     """The most certain fault of a record's clocks.
 
     Parameters
@@ -338,6 +354,9 @@ def fault_of(view: RecordView, *, frequency: float, driven: bool) -> Lost | Cut 
     driven : bool
         Whether the base moves as a steady sine: a decay has no phase that is known beforehand.
     """
+    start = _start_of_recorders(view, frequency)
+    if start is not None:
+        return start
     every = _lost_by_all(view, frequency) if driven and "base" in view.roles else None
     if every is not None and every.certain:
         return every
@@ -345,6 +364,58 @@ def fault_of(view: RecordView, *, frequency: float, driven: bool) -> Lost | Cut 
     if isinstance(one, Lost) and not one.certain:
         return Cut(one.first, one.last, one.roles, one.whole)
     return one or _jump(view, frequency) or every
+
+
+def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
+    """How late the recorder of the displacement stands beside that of the acceleration.
+
+    Both show the velocity of the mass. Of a motion that repeats, the shift by the fewest periods
+    counts: the others are as good.
+    """
+    groups = [one.split(",") for one in str(view.attributes.get(RECORDERS, "")).split(";")]
+    own = next((tuple(one) for one in groups if "displacement" in one), ())
+    if not own or "acceleration" in own or "acceleration" not in view.roles:
+        return None
+    k = max(1, int(view.sample_rate / (_FINER * frequency)))
+    a, x = (channel_means(view, role, k) for role in ("acceleration", "displacement"))
+    step = k / view.sample_rate
+    v_a, v_x = (_velocity(y, step, frequency, order) for y, order in ((a, -1), (x, 1)))
+    n = v_a.size
+    if n < 2:
+        return None
+    late = np.arange(-int(_OVERLAP * n), int(_OVERLAP * n) + 1)
+    size = 1 << (2 * n - 1).bit_length()
+    both = np.fft.irfft(np.fft.rfft(v_x, size) * np.fft.rfft(v_a, size).conj(), size)[late]
+    # By the power that each of the two has where they overlap.
+    power_a, power_x = (np.concatenate([[0.0], np.cumsum(v**2)]) for v in (v_a, v_x))
+    begin, end = np.maximum(late, 0), np.minimum(n + late, n)
+    shared = (power_x[end] - power_x[begin]) * (power_a[end - late] - power_a[begin - late])
+    alike = both / np.sqrt(np.maximum(shared, 1e-12 * power_a[-1] * power_x[-1] + 1e-300))
+    # Peaks between samples: a period is no whole number of them.
+    top = 1 + np.flatnonzero((alike[1:-1] >= alike[:-2]) & (alike[1:-1] > alike[2:]))
+    if not top.size:
+        return None
+    below, above = alike[top - 1], alike[top + 1]
+    bend = np.minimum(below - 2.0 * alike[top] + above, -1e-300)
+    high = alike[top] - (below - above) ** 2 / (8.0 * bend)
+    best = float(high.max())
+    if best < _MOVE_ALIKE:
+        return None
+    free = 2.0 * _SHOWS[1] * frequency * step * n  # values that a record of this band has
+    good = top[1.0 - high <= math.exp(_SURE_SHIFT / free) * (1.0 - best) + _SAME_MOTION]
+    shift = int(late[good[np.argmin(np.abs(late[good]))]])
+    return Start(own, shift * k) if abs(shift) * step * frequency > _TOGETHER else None
+
+
+def _velocity(y: FloatArray, step: float, frequency: float, order: int) -> FloatArray:
+    """Velocity of the mass by a channel, differentiated `order` times, without its ends."""
+    edge = round(_EDGE / (frequency * step))
+    inside = np.minimum(np.arange(y.size), np.arange(y.size)[::-1])
+    f = np.fft.rfftfreq(y.size, step)
+    seen = (f > _SHOWS[0] * frequency) & (f < _SHOWS[1] * frequency)
+    turn = np.where(seen, (2j * math.pi * np.where(seen, f, 1.0)) ** order, 0.0)
+    tapered = (y - y.mean()) * np.minimum(1.0, inside / edge)
+    return np.fft.irfft(np.fft.rfft(tapered) * turn, y.size)[2 * edge : y.size - 2 * edge]
 
 
 def _between_channels(view: RecordView, frequency: float) -> Lost | OtherClock | None:
@@ -563,7 +634,7 @@ def frequency_of_test(view: RecordView, record: Record) -> float | None:
     return oscillation_of(view)
 
 
-def _in_words(found: Lost | Cut | OtherClock, view: RecordView, frequency: float) -> str:
+def _in_words(found: Lost | Cut | OtherClock | Start, view: RecordView, frequency: float) -> str:
     if isinstance(found, OtherClock):
         total = found.ratio * view.n / view.sample_rate
         return (
@@ -581,6 +652,12 @@ def _in_words(found: Lost | Cut | OtherClock, view: RecordView, frequency: float
         return (
             f"samples are lost at {at:.6g} s: {seen}; the number of lost samples is not "
             f"certain, so only the longer part, {kept} this time, is used"
+        )
+    if isinstance(found, Start):
+        return (
+            f"the recorders of {' and '.join(found.roles)} and of the acceleration did not start "
+            f"together: the motion comes {found.late / view.sample_rate:+.4g} s later in the "
+            "first; they are laid over one another by the motion. Start both by one trigger"
         )
     at = float(view.time(found.first, found.first + 1)[0])
     where = "all channels" if found.roles == view.roles else found.roles[0]
@@ -601,7 +678,7 @@ def _in_words(found: Lost | Cut | OtherClock, view: RecordView, frequency: float
     )
 
 
-def _mended(path: Path, view: RecordView, found: Lost | Cut | OtherClock) -> None:
+def _mended(path: Path, view: RecordView, found: Lost | Cut | OtherClock | Start) -> None:
     """Write the record anew without the fault."""
     streams: dict[str, Iterator[FloatArray]]
     start = view.start
@@ -614,6 +691,11 @@ def _mended(path: Path, view: RecordView, found: Lost | Cut | OtherClock) -> Non
         ahead = {r: found.count if begin and found.late and r not in found.late else 0
                  for r in view.roles}  # fmt: skip
         streams = {role: _blocks(view, role, begin + ahead[role], end) for role in view.roles}
+    elif isinstance(found, Start):
+        first, n = max(-found.late, 0), view.n - abs(found.late)
+        start = float(view.time(first, first + 1)[0])
+        begins = {role: first + found.late * (role in found.roles) for role in view.roles}
+        streams = {role: _blocks(view, role, i, i + n) for role, i in begins.items()}
     else:
         streams = {
             role: _on_clock(view, role, found) if role == found.role else _blocks(view, role)
