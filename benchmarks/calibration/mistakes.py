@@ -213,6 +213,26 @@ def _dusty(scene: Scene, rng: np.random.Generator) -> Scene:
     )
 
 
+def _aimed_anew(scene: Scene, rng: np.random.Generator) -> Scene:
+    """The laser reads less in the second half of the periodic tests."""
+    share = float(rng.uniform(0.94, 0.97))
+    late = {t.name for t in scene.periodic()[len(scene.periodic()) // 2 :]}
+
+    def seen(t: Test) -> Test:
+        gain = share * t.sensors.laser_gain
+        return replace(t, sensors=replace(t.sensors, laser_gain=gain)) if t.name in late else t
+
+    return scene.mapped(seen, "periodic")
+
+
+def _loads_exchanged(scene: Scene, rng: np.random.Generator) -> Scene:
+    loads = {t.name: t.typed["added_mass_g"] for t in scene.tests if t.load}
+    turned = dict(zip(loads, [*list(loads.values())[1:], *list(loads.values())[:1]], strict=True))
+    return scene.mapped(
+        lambda t: t.says(added_mass_g=turned[t.name]) if t.name in turned else t, "ringdown"
+    )
+
+
 def _ball(scene: Scene, rng: np.random.Generator) -> Scene:
     return replace(scene, ball=scene.ball * float(rng.choice([0.8, 1.25])))
 
@@ -246,6 +266,8 @@ _ALL = [
            _typed("release_mm", lambda x: 1.2 * x, "transient")),
     _every("cavity set up anew, with a slope", "tilt", _set_up_anew),
     _every("floor more or less dusty", "friction", _dusty),
+    _every("laser aimed anew", "drift of gain", _aimed_anew),
+    _every("added masses exchanged", "added mass", _loads_exchanged),
     _every("one clearance wrong", "clearance", _one_clearance, held=True),
     _every("displacement in inches", "displacement scale", _gain(laser_gain=1 / 25.4), held=True),
     _every("displacement ten times", "displacement scale", _gain(laser_gain=10.0), held=True),

@@ -33,6 +33,7 @@ MISTAKES = (
     "release typed 1.2 times",
     "cavity set up anew, with a slope",
     "floor more or less dusty",
+    "laser aimed anew",
 )
 
 #: A contact that rings where it moves no value is not named.

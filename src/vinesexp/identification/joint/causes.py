@@ -94,6 +94,7 @@ class Cause:
     positive : whether its coefficient cannot be negative.
     wider : unknowns whose prior it widens, and by how much: all that a scatter does.
     records : those it concerns; empty: all.
+    stated : values of the test log that it concerns, as written there; empty: all.
     factor : stated over true, where it is a factor.
     """
 
@@ -105,6 +106,7 @@ class Cause:
     positive: bool = False
     wider: Mapping[str, float] = field(default_factory=dict)
     records: tuple[str, ...] = ()
+    stated: tuple[str, ...] = ()
     factor: float | None = None
 
     @property
@@ -540,37 +542,45 @@ def _of_clearances(o: Observed) -> list[Cause]:
             Cause(f"one {name}", "mistake", "clearance", Direction({name: 1.0}, Prior(0.0, 5e-3)),
                   members=n, records=(record,))
         )  # fmt: skip
-    for i, ((a, _), (name_a, b_a)) in enumerate(items):
-        for (c, _), (name_c, b_c) in items[i + 1 :]:
-            if abs(b_a - b_c) > 1e-4:
-                terms = {name_a: b_c - b_a, name_c: b_a - b_c}
-                found.append(
-                    Cause(f"exchanged {name_a}, {name_c}", "mistake", "clearance",
-                          Direction(terms, Prior(1.0, 1e-3)), members=n * n // 2 + 1,
-                          records=(a, c))
-                )  # fmt: skip
-    return found
+    return found + _exchanged("clearance", [(name, b, (id,), ()) for (id, _), (name, b) in items])
+
+
+#: Name of an unknown, what was stated (SI), the records that it belongs to, as it was written.
+_Stated = tuple[str, float, tuple[str, ...], tuple[str, ...]]
+
+
+def _exchanged(about: str, items: Sequence[_Stated]) -> list[Cause]:
+    """Any two of a column's values, each in the place of the other."""
+    return [
+        Cause(f"exchanged {a}, {c}", "mistake", about,
+              Direction({a: of_c - of_a, c: of_a - of_c}, Prior(1.0, 1e-3)),
+              members=len(items) ** 2 // 2 + 1, records=here + there, stated=as_a + as_c)
+        for i, (a, of_a, here, as_a) in enumerate(items)
+        for c, of_c, there, as_c in items[i + 1 :]
+        if abs(of_a - of_c) > 1e-4
+    ]  # fmt: skip
 
 
 def _of_levels(o: Observed) -> list[Cause]:
     return [
-        *_of_lengths("base", "base amplitude", list(o.levels.values())),
-        *_of_lengths("release", "release", list(o.releases.values())),
+        *_of_lengths("base", "base amplitude", o.levels),
+        *_of_lengths("release", "release", o.releases),
     ]
 
 
-def _of_lengths(key: str, about: str, names: Sequence[str]) -> list[Cause]:
+def _of_lengths(key: str, about: str, names: Mapping[float, str]) -> list[Cause]:
     """A column of lengths, by their logarithms, that is wrong throughout or in one value."""
     if not names:
         return []
-    every = dict.fromkeys(names, 1.0)
+    every = dict.fromkeys(names.values(), 1.0)
     found = _factors(key, about, every, _LENGTH)
     found.append(Cause(f"{key} +", "mistake", about, Direction(every, Prior(0.0, 0.3))))
     if len(names) > 1:
         found += [
             Cause(f"one {name}", "mistake", about,
-                  Direction({name: 1.0}, Prior(0.0, 0.3)), members=len(names))
-            for name in names
+                  Direction({name: 1.0}, Prior(0.0, 0.3)), members=len(names),
+                  stated=(f"{1e3 * length:g} mm",))
+            for length, name in names.items()
         ]  # fmt: skip
     return found
 
@@ -592,9 +602,13 @@ def _of_masses(o: Observed) -> list[Cause]:
         if len(o.loads) > 1:
             found += [
                 Cause(f"one {name}", "mistake", "added mass",
-                      Direction({name: 1.0}, Prior(0.0, 0.2 * load)), members=len(o.loads))
+                      Direction({name: 1.0}, Prior(0.0, 0.2 * load)), members=len(o.loads),
+                      stated=(f"{1e3 * load:g} g",))
                 for load, name in o.loads.items()
             ]  # fmt: skip
+            found += _exchanged(
+                "added mass", [(n, load, (), (f"{1e3 * load:g} g",)) for load, n in o.loads.items()]
+            )
         found.append(
             Cause("load offset +", "mistake", "added mass", Direction(offset, Prior(0.0, 0.05)))
         )
@@ -623,7 +637,9 @@ def _of_gains(o: Observed) -> list[Cause]:
     return found
 
 
-_DRIFTS = {"own r": ("r", 0.05), "own gain": ("displacement gain", 0.05), "own f0": ("f0", 5e-3),
+_DRIFTS = {"own r": ("r", 0.05), "own f0": ("f0", 5e-3),
+           "own displacement gain": ("displacement gain", 0.05),
+           "own acceleration gain": ("acceleration gain", 0.05),
            "own friction": ("friction", 0.3), "own tilt": ("slope of the cavity", 0.1)}  # fmt: skip
 
 

@@ -139,6 +139,22 @@ class _Builder:
         self.gains[key] = self.add(":".join(filter(None, (f"gain {role}", record.setup))), 0, error)
         return self.gains[key]
 
+    def own_gain(self, record: Record, role: str) -> dict[str, float]:
+        """Logarithm of the gain of a channel in one record, as a sum: a laser may be aimed anew."""
+        moves = "displacement" if self.has(record, "displacement") else "acceleration"
+        loose = _OWN_GAIN * (self.loose(record) - 1.0) if role == moves else 0.0
+        own = self.add(f"own {role} gain: {record.id}", 0.0, loose)
+        return {self.gain(record, role): 1.0, own: 1.0}
+
+    def loose(self, record: Record) -> float:
+        """How many times less sure the motion beside an impact is than in a steady test."""
+        if not self.has(record, "displacement"):
+            return _INTEGRATED
+        return _RELEASED if record.test == "transient" else 1.0
+
+    def has(self, record: Record, role: str) -> bool:
+        return role in self.campaign.setup_of(record).channels
+
 
 def observe(
     found: Sequence[Estimate],
@@ -311,7 +327,7 @@ def _flights(b: _Builder, record: Record, impacts: Impacts, f0: float | None) ->
     frequency = f0 or float(np.mean(record.frequency or (0.0,)))
     period = 1.0 / frequency if frequency else math.inf
     several = len(record.clearance) > 1
-    integrated = "displacement" not in b.campaign.setup_of(record).channels
+    integrated = not b.has(record, "displacement")
     for number, stated in enumerate(record.clearance, start=1):
         flights = flights_of(impacts, nes=number, b=stated, period=period)
         whole = np.isfinite(flights.v_before + flights.v_previous + flights.v_next + flights.jump)
@@ -384,25 +400,23 @@ def _group(
     r = b.add(f"r{suffix}", 0.6, _WIDE_R)
     ln_m, mass = _ball(b, max(number, 1))
     role = "acceleration" if integrated else "displacement"
-    g_x = b.gain(record, role)
-    jumps = {g_x: 1.0, b.add("pulse area", 0.0, inputs.template.of(1.0)): 1.0}
-    if not integrated and "acceleration" in b.campaign.setup_of(record).channels:
-        jumps = {b.gain(record, "acceleration"): 1.0, "pulse area": 1.0}
+    moved = b.own_gain(record, role)
+    both = not integrated and b.has(record, "acceleration")
+    pulses = b.own_gain(record, "acceleration") if both else {b.gain(record, role): 1.0}
+    jumps = {**pulses, b.add("pulse area", 0.0, inputs.template.of(1.0)): 1.0}
     # Of what is stated one half of the variance is common to all clearances, one each one's own.
     u = inputs.clearance.of(stated) / math.sqrt(2.0)
     own = b.add(f"clearance: {tag}", 0.0, u)
     b.clearances[record.id, number] = own, stated
     for name in EFFECTS:
         b.add(name, 0.0, 0.0)
-    loose = _RELEASED if record.test == "transient" else 1.0
-    if integrated:
-        loose = _INTEGRATED
+    loose = b.loose(record)
     collisions = collisions_of(flights, impacts, omega2=(2.0 * math.pi * frequency) ** 2)
-    pulses = np.abs(flights.jump_acceleration[np.isfinite(flights.jump_acceleration)])
+    areas = np.abs(flights.jump_acceleration[np.isfinite(flights.jump_acceleration)])
     local = (
         {r: 1.0, b.add(f"own r: {tag}", 0.0, loose * _OWN_R): 1.0},
         {ln_m: 1.0, "ln_M": -1.0, b.add(f"own momentum: {tag}", 0.0, loose * _OWN_EPS): 1.0},
-        {g_x: 1.0, b.add(f"own gain: {record.id}", 0.0, _OWN_GAIN * (loose - 1.0)): 1.0},
+        moved,
         jumps,
         {b.add("jump reading", 0.0, _READING): 1.0},
         {b.add("share", 0.0, _SHARE): 1.0},
@@ -421,8 +435,8 @@ def _group(
     start[6] = b.late.get(record.id, (0.0, 0.0))[0]
     late = float(np.median(impacts.time_error_s[flights.index]))
     collisions = with_errors(collisions, start, time_error=late)
-    if pulses.size >= _FEWEST:  # one template a record: its noise is common to all impacts
-        relative = collisions.scatter[2] / float(np.median(pulses)) / math.sqrt(pulses.size)
+    if areas.size >= _FEWEST:  # one template a record: its noise is common to all impacts
+        relative = collisions.scatter[2] / float(np.median(areas)) / math.sqrt(areas.size)
         width = math.hypot(_PULSE * relative, _TEMPLATE)
         jumps[b.add(f"own pulse: {tag}", 0.0, width)] = 1.0
     b.collisions[record.id, number] = collisions
@@ -492,7 +506,8 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
         record = b.campaign.record(e.records[0])
         if record.exclude or not record.clearance or not e.value:
             continue
-        sums = ({b.gain(record, "acceleration"): 1.0, b.gain(record, "displacement"): -1.0}, 0.0)
+        displaced = {name: -factor for name, factor in b.own_gain(record, "displacement").items()}
+        sums = ({**b.own_gain(record, "acceleration"), **displaced}, 0.0)
         error = max(e.std_error / abs(e.value), 3e-4)
         b.blocks.append(
             Block(record.id, "channels", (sums,), _Single(math.log(abs(e.value)), error))
@@ -586,7 +601,7 @@ def _answered(
           b.add(f"mounting zeta: b = {place}", 0.0, inputs.damping.of(1.0)): 1.0,
           b.add(f"own zeta: {record.id}", 0.0, math.hypot(_OWN_ZETA, bent / zeta)): 1.0,
           "rolling": -0.5 * eps}, 0.0),
-        ({**base, b.gain(record, "displacement"): 1.0,
+        ({**base, **b.own_gain(record, "displacement"),
           b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0,
           b.add(f"bent: {record.id}", 0.0, 2.0 * bent * swing / level): 1.0}, math.log(level)),
         (turned, inverted),
@@ -636,7 +651,7 @@ def _releases(b: _Builder, found: Sequence[Estimate]) -> None:
             b.priors[name] = replace(b.priors[name], error=max(b.priors[name].error, -off))
             continue
         own = b.add(f"own release: {record.id}", 0.0, _OWN_RELEASE)
-        sums = ({name: 1.0, gain: 1.0, own: 1.0}, 0.0)
+        sums = ({name: 1.0, **b.own_gain(record, "displacement"), own: 1.0}, 0.0)
         b.blocks.append(Block(record.id, "release", (sums,), _Single(off, width)))
 
 

@@ -113,14 +113,15 @@ def called(cause: Cause) -> str:
     if cause.kind == "drift":
         after = f" from {cause.records[0]} on" if cause.records else " along the campaign"
         return f"{cause.about} that changes{after}"
+    whose = cause.records or cause.stated
     if cause.key.startswith("exchanged"):
-        return f"clearance_mm of {cause.records[0]} and {cause.records[1]} exchanged"
+        return f"{place} of {whose[0]} and {whose[1]} exchanged"
     if cause.records:
         return f"{place} of {', '.join(cause.records)} that is wrong"
     if cause.factor is not None:
         return f"{place} that is {cause.factor:.4g} times the true value"
-    if cause.key.startswith("one "):
-        return f"{place} that is wrong ({cause.key.partition(': ')[2]})"
+    if cause.stated:
+        return f"{place} that is wrong ({', '.join(cause.stated)})"
     if "offset" in cause.key:
         return f"{place} that is off by one length or mass throughout"
     return f"{place} that is off by one factor throughout"
@@ -134,11 +135,11 @@ def said(weighed: Weighed) -> str:
     if cause.kind == "drift":
         return _drift(cause, value, error)
     place = _PLACES.get(cause.about, f"the sensitivity of the {cause.about.removesuffix(' gain')}")
+    whose = cause.records or cause.stated
     if cause.key.startswith("exchanged"):
         return (
-            f"clearance_mm of {cause.records[0]} and {cause.records[1]} are exchanged: the flights "
-            "of each are those of the other's clearance; the analysis has them turned round. "
-            "Correct records.csv"
+            f"{place} of {whose[0]} and {whose[1]} are exchanged: each record shows the value of "
+            "the other; the analysis has them turned round. Correct records.csv"
         )
     if cause.factor is not None:
         why = FACTORS[cause.factor]
@@ -151,7 +152,7 @@ def said(weighed: Weighed) -> str:
         unit, size = ("mm", 1e3) if cause.about == "clearance" else ("g", 1e3)
         if cause.about in ("base amplitude", "release"):
             return _by_share(place, value, error, cause)
-        where = "in all records" if "offset" in cause.key else f"in {_place_of(cause)}"
+        where = f"in {', '.join(whose)}" if whose else "in all records"
         return (
             f"the true value of {place} {where} is {_signed(size * value, size * error)} "
             f"{unit} from what is stated; the analysis takes the values found. Measure it again "
@@ -169,10 +170,6 @@ def _signed(value: float, half: float) -> str:
     ('+0.0123 +- 0.0040', '-0.200 +- 0.050')
     """
     return f"{'+' if value > 0.0 else ''}{with_error(value, half)}"
-
-
-def _place_of(cause: Cause) -> str:
-    return ", ".join(cause.records) or cause.key.partition(": ")[2]
 
 
 def _by_share(place: str, value: float, error: float, cause: Cause) -> str:
