@@ -5,9 +5,10 @@ goes from node to node, a ninth of a cycle apart: the same constant matrix turns
 motion each time, so a node costs no sine and no table. Between two nodes the gaps to both walls are
 bounded below by quartics from either end (`search.py`); if both stay open the step is proved to
 pass no contact, and the amplitude at the node enters the statistics. If not, the lane waits until
-enough lanes do, and the contacts of all of them are found together: Newton's rule on the Taylor
-polynomial from the nearer node, the closed form evaluated there, one last step that is exact to
-rounding, and the proof that nothing came before (`flight.py` says why it is one).
+as many steps are missed as a landing is worth, and the contacts of all that wait are found at once:
+Newton's rule on the Taylor polynomial from the nearer node, the closed form evaluated there, one
+last step that is exact to rounding, and the proof that nothing came before (`flight.py` says why it
+is one).
 
 What the proofs do not cover leaves the lane and is finished by one turn of the scalar loop
 (`kernel.one_turn`): rest, chatter, grazing, the start at a wall, the end of the run. Every
@@ -160,7 +161,6 @@ def amplitude(x: float, v: float, per_w0: float) -> float:
 
 LANES = 72  # from row to row of the table: no two rows overlap in a vector, or in a set of a cache
 MOST = 64  # lanes in use
-MARCH = 6  # steps at most until the contacts are found of the lanes that wait
 ORDER = 13  # of the series over half a step, pi/9 rad: (pi/9)^14/14! = 5e-18
 
 # Rows of the table: what a lane is given, in units of metres and of its own step (H, s), so that a
@@ -190,8 +190,7 @@ REFRESH = 128.0  # nodes and contacts after which the turned phasor is taken afr
 STEP_RATE = 2.0 * math.pi / PER_CYCLE  # rad of a step, by the faster of oscillator and base
 SETTLED = 3e-6 / STEP_RATE  # steps: from here the last one, whose error is its cube, is exact
 BRIEF = SHORT / STEP_RATE  # steps: shorter flights are for the scalar loop (`kernel.is_flight`)
-ENOUGH = 2  # of the lanes one in so many has to wait until contacts are found
-FEW = 16  # of the lanes one in so many may wait for the scalar loop until it is called
+WORTH = 10  # steps that a landing of a lane costs, and as many may be missed before it
 STALL = 300_000  # evaluations of one spell in the scalar loop after which a run is given up
 
 # Columns of a run, as it is given.
@@ -205,10 +204,13 @@ RESULTS = 6
 
 
 @compiled
-def march(P: FloatArray, n: int) -> int:
-    """One step on in every lane that flies, where the way is proved to be free; lanes stopped."""
+def march(P: FloatArray, n: int) -> tuple[int, int]:
+    """One step on in every lane that flies, where the way is proved to be free.
+
+    Lanes that now wait for their contact, and lanes that want something else.
+    """
     wide()
-    stopped = 0
+    waiting, gone = 0, 0
     for i in range(n):
         c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
         xh, vh = P[X_FREE * LANES + i], P[V_FREE * LANES + i]
@@ -254,8 +256,9 @@ def march(P: FloatArray, n: int) -> int:
         P[WAY * LANES + i] = way1 if go else way0
         P[RATE * LANES + i] = rate1 if go else rate0
         P[STEPS * LANES + i] = steps + 1.0 if go else steps
-        stopped += 1 if flying & (not go) else 0
-    return stopped
+        waiting += 1 if flying & (not go) & (stop == WAITING) else 0
+        gone += 1 if flying & (stop != WAITING) else 0
+    return waiting, gone
 
 
 @compiled
@@ -272,9 +275,13 @@ def closer(
 
 
 @compiled
-def land(P: FloatArray, n: int) -> None:
-    """The contact and the impact of every lane that waits; what is not proved is to leave."""
+def land(P: FloatArray, n: int) -> int:
+    """The contact and the impact of every lane that waits; what is not proved is to leave.
+
+    Lanes that leave.
+    """
     wide()
+    gone = 0
     for i in range(n):
         c0, c1 = P[C_RE * LANES + i], P[C_IM * LANES + i]
         xh, vh = P[X_FREE * LANES + i], P[V_FREE * LANES + i]
@@ -436,23 +443,8 @@ def land(P: FloatArray, n: int) -> None:
         P[WAY * LANES + i] = 0.0 if hit else way0
         P[RATE * LANES + i] = r1 if hit else rate0
         P[AGE * LANES + i] += since + 1.0 if hit else 0.0
-
-
-@compiled
-def gather(P: FloatArray, Q: FloatArray, who: IntArray, count: int) -> None:
-    """Copy the lanes `who` side by side into Q."""
-    wide()
-    for row in range(AGE + 1):
-        for j in range(count):
-            Q[row * LANES + j] = P[np.uint64(row * LANES) + np.uint64(who[j])]
-
-
-@compiled
-def scatter(P: FloatArray, Q: FloatArray, who: IntArray, count: int) -> None:
-    """Copy what a landing changes back."""
-    for row in range(C_RE, AGE + 1):
-        for j in range(count):
-            P[np.uint64(row * LANES) + np.uint64(who[j])] = Q[row * LANES + j]
+        gone += 1 if (mode == WAITING) & ((not sound) | (stop == LEAVING)) else 0
+    return gone
 
 
 @compiled
@@ -618,46 +610,13 @@ def leave(
 
 
 @compiled
-def survey(P: FloatArray, n: int, who: IntArray, responses: FloatArray) -> tuple[int, int]:
-    """Lanes that wait, listed in `who`; those for the scalar loop. A stale phasor is refreshed."""
-    waiting, gone = 0, 0
-    for i in range(n):
-        mode = P[MODE * LANES + i]
-        if mode == WAITING:
-            who[waiting] = i
-            waiting += 1
-        elif mode == STALE:
-            refresh(P, i, responses[i])
-        elif mode != FLYING:
-            gone += 1
-    return waiting, gone
-
-
-@compiled
-def fly_lanes(
-    P: FloatArray, Q: FloatArray, responses: FloatArray, who: IntArray, n: int, few: int
-) -> None:
-    """Carry n lanes on, until more than `few` of them want the scalar loop.
-
-    `P` and `Q` (ROWS LANES) hold the lanes and those that land, `responses` (MOST, header and
-    table) their closed forms.
-    """
-    enough = max(n // ENOUGH, 1)
-    while True:
-        waiting, gone = survey(P, n, who, responses)
-        if gone > few:
-            return
-        if 2 * waiting >= n:
-            land(P, n)
-        elif waiting > 0:
-            gather(P, Q, who, waiting)
-            land(Q, waiting)
-            scatter(P, Q, who, waiting)
-        stopped = 0
-        for _ in range(MARCH):
-            stopped += march(P, n)
-            if stopped >= enough:
-                break
+def move_lane(P: FloatArray, responses: FloatArray, old: int, new: int) -> None:
+    """Put the lane `old` in the place of `new`, and nothing in its own."""
+    for row in range(ROWS):
+        P[row * LANES + new] = P[row * LANES + old]
+    for j in range(responses.shape[1]):
+        responses[new, j] = responses[old, j]
+    P[MODE * LANES + old] = IDLE
 
 
 @compiled
@@ -699,34 +658,52 @@ def attend_to(
         mode = IDLE
 
 
+@compiled
+def whole_vectors(n: int) -> int:
+    """Lanes that fill vectors of eight: those beyond n cost less than a rest of single ones."""
+    return (n + 7) // 8 * 8
+
+
 @entry
 def carry_on(
-    runs: FloatArray, P: FloatArray, Q: FloatArray, who: IntArray, responses: FloatArray,
-    found: FloatArray, progress: IntArray, balls: FloatArray, numbers: FloatArray,
-    labels: IntArray, work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray,
-    n: int, rounds: int,
+    runs: FloatArray, P: FloatArray, responses: FloatArray, found: FloatArray,
+    progress: IntArray, balls: FloatArray, numbers: FloatArray, labels: IntArray,
+    work: FloatArray, table: FloatArray, par: FloatArray, scratch: FloatArray, steps: int,
 ) -> None:  # fmt: skip
-    """Run every row of `runs` in n lanes, or as far as so many rounds come.
+    """Run every row of `runs` in lanes, or as far as so many steps of all lanes come.
 
-    `progress` (loaded, done, last lane loaded) says how far it is, zeros at the start; `found`
-    (runs, RESULTS). The rest are the arrays of `fly_lanes` and scratch space.
+    `progress` (loaded, done, last lane loaded, lanes in use) says how far it is; `found` (runs,
+    RESULTS). `P` (ROWS LANES) holds the lanes, `responses` (lanes, header and table) their closed
+    forms. The rest is scratch space.
     """
-    for _ in range(rounds):
-        idle = 0
-        for i in range(n):
-            mode = P[MODE * LANES + i]
-            if mode == LEAVING or mode == IDLE:  # noqa: SIM109
-                attend_to(
-                    P, i, runs, responses, found, progress, balls, numbers, labels, work, table,
-                    par, scratch,
-                )  # fmt: skip
-                idle += int(P[MODE * LANES + i] == IDLE)
-        if idle == n:
-            return
-        fly_lanes(P, Q, responses, who, n, min(idle + n // FEW, n - 1))
+    n, gone = progress[3], progress[3]
+    waiting, missed = n, 0  # for all that is known here
+    for _ in range(steps):
+        if gone > 0:
+            for i in range(n - 1, -1, -1):  # from behind: what moves is at work
+                mode = P[MODE * LANES + i]
+                if mode == STALE:
+                    refresh(P, i, responses[i])
+                elif mode == LEAVING or mode == IDLE:  # noqa: SIM109
+                    attend_to(
+                        P, i, runs, responses, found, progress, balls, numbers, labels, work,
+                        table, par, scratch,
+                    )  # fmt: skip
+                    if P[MODE * LANES + i] == IDLE:
+                        n -= 1
+                        move_lane(P, responses, n, i)
+            if n == 0:
+                break
+        new, gone = march(P, whole_vectors(n))
+        waiting += new
+        missed += waiting
+        if missed >= WORTH * (n - waiting):
+            gone += land(P, whole_vectors(n))
+            waiting, missed = 0, 0
+    progress[3] = n
 
 
-ROUNDS = 1000  # after which an interrupt is heard
+STEPS_HEARD = 100_000  # steps of all lanes after which an interrupt is heard
 
 
 @dataclass(frozen=True)
@@ -793,14 +770,14 @@ def amplitudes(rows: FloatArray, *, stop: Callable[[], bool] = lambda: False) ->
     array([ 5.9, 19.2])
     """
     n, found = min(MOST, len(rows)), np.zeros((len(rows), RESULTS))
-    P, Q, who = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES), np.zeros(LANES, dtype=np.int32)
-    tables, progress = np.zeros((n, HEADER + WIDTH * ENTRIES)), np.zeros(3, dtype=np.int32)
+    P, tables = np.zeros(ROWS * LANES), np.zeros((n, HEADER + WIDTH * ENTRIES))
+    progress = np.array([0, 0, 0, n], dtype=np.int32)
     scratch = (
         np.zeros((1, COLUMNS)), np.zeros((64, LOG_COLUMNS)), np.zeros((64, 3), dtype=np.int32),
         np.zeros((4, SERIES_ORDER + 1)), np.zeros((1, 5)), np.zeros(6), np.zeros((4, 5)),
     )  # fmt: skip
     while progress[1] < len(rows) and not stop():
-        carry_on(rows, P, Q, who, tables, found, progress, *scratch, n, ROUNDS)
+        carry_on(rows, P, tables, found, progress, *scratch, STEPS_HEARD)
     if found[:, O_STALLED].any():
         raise _stalled(rows[int(found[:, O_STALLED].argmax())])
     with np.errstate(invalid="ignore"):
