@@ -25,9 +25,12 @@ def figures_of_records(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
 
 def _figures(family: str, campaign: Campaign, paths: ResultPaths) -> list[Path]:
+    from vinesexp.codedigest import kept_code
     from vinesexp.figures.gallery import draw_family
 
-    drawn = draw_family(family, campaign, paths.folder)
+    name = f"vinesexp.showing:figures_of_{family}"
+    code = kept_code((name,), paths.code)[name]
+    drawn = draw_family(family, campaign, paths.folder, code=code)
     folder = paths.figures(family).parent
     return [folder / f"{entry.name}.{kind}" for entry in drawn for kind in ("svg", "pdf")]
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import pickle
 import re
 import shutil
+import subprocess
+import sys
 
 import pytest
 
@@ -75,6 +79,59 @@ def test_the_same_results_give_the_same_bytes(bare, tmp_path):
         for ending in ("svg", "pdf"):
             name = f"figures/{entry.name}.{ending}"
             assert (again / name).read_bytes() == (bare.results / name).read_bytes(), name
+
+
+def test_a_figure_is_drawn_anew_only_where_its_content_code_or_files_differ(bare, tmp_path):
+    results = tmp_path / "results"
+    shutil.copytree(bare.results, results)
+    files = {path.name: path for path in (results / "figures").glob("*.svg")}
+
+    def drawn_by(digest: str) -> set[str]:
+        before = {name: path.stat().st_mtime_ns for name, path in files.items()}
+        for family in FAMILIES:
+            draw_family(family, bare.campaign, results, code={"code": digest})
+        return {n for n, path in files.items() if path.stat().st_mtime_ns != before[n]}
+
+    assert drawn_by("a") == set(files)
+    assert not drawn_by("a")
+    files["identified.svg"].write_text("damaged", encoding="utf-8")
+    assert drawn_by("a") == {"identified.svg"}
+    table = results / "identified.csv"
+    text = table.read_text(encoding="utf-8")
+    row = next(row for row in text.splitlines() if ",sweep," in row)
+    name, value, rest = row.split(",", maxsplit=2)
+    changed = text.replace(row, f"{name},{1.1 * float(value)},{rest}")
+    table.write_text(changed, encoding="utf-8")
+    assert "identified.svg" in drawn_by("a")
+    assert "record_ringdown.svg" not in drawn_by("a")
+    table.write_text(text, encoding="utf-8")
+    drawn_by("a")
+    assert drawn_by("b") == set(files)
+    for name, path in files.items():
+        assert path.read_bytes() == (bare.results / f"figures/{name}").read_bytes()
+
+
+def test_a_figure_has_one_digest_in_every_process(bare, tmp_path):
+    results = tmp_path / "results"
+    shutil.copytree(bare.results, results)
+    program = (
+        "import pickle, sys; from pathlib import Path; from vinesexp.figures.gallery import *\n"
+        "from vinesexp.figures import gallery\n"
+        "campaign = pickle.loads(Path(sys.argv[2]).read_bytes())\n"
+        "found = gallery.CampaignResults(Path(sys.argv[1]), campaign)\n"
+        "for draw in FAMILIES.values():\n"
+        "    print(*[gallery._digest(figure) for figure, _ in draw(found)])\n"
+    )
+    (tmp_path / "campaign").write_bytes(pickle.dumps(bare.campaign))
+    command = [sys.executable, "-c", program, results, tmp_path / "campaign"]
+    said = [
+        subprocess.run(
+            command, env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True, check=True
+        ).stdout
+        for seed in ("1", "2")
+    ]
+    assert said[0] == said[1]
+    assert len(said[0].split()) > 2
 
 
 def test_a_figure_that_is_no_longer_drawn_is_gone(bare, tmp_path):

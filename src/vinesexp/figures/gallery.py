@@ -1,21 +1,28 @@
 """Which figures a campaign gets: drawn from its results, saved, and listed with their captions.
 
 Two families that do not wait for each other: `records` shows what single records hold, `results`
-what was found from all of them. A figure that has nothing to show is not drawn. The same figures
-can be laid out anew for a column of a journal, 90 or 190 mm wide.
+what was found from all of them. A figure that has nothing to show is not drawn, and one whose
+content is as before is left as it is. The same figures can be laid out anew for a column of a
+journal, 90 or 190 mm wide.
 """
 
 from __future__ import annotations
 
+import io
 import json
+import pickle
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict
+from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+from uuid import uuid4
 
 from vinesexp.figures.style import Drawn, save
 from vinesexp.records.campaign.schema import Campaign
+from vinesexp.records.stored.freshness import Notes
+from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.results import CampaignResults
 
 if TYPE_CHECKING:
@@ -160,7 +167,9 @@ FAMILIES: dict[str, Callable[[CampaignResults], Iterator[tuple[Figure, Drawn]]]]
 }
 
 
-def draw_family(family: str, campaign: Campaign, results: Path) -> list[Drawn]:
+def draw_family(
+    family: str, campaign: Campaign, results: Path, *, code: Mapping[str, str] | None = None
+) -> list[Drawn]:
     """Draw one family into results/figures and list it in figures/<family>.json.
 
     Parameters
@@ -170,6 +179,9 @@ def draw_family(family: str, campaign: Campaign, results: Path) -> list[Drawn]:
     campaign : Campaign
     results : Path
         The campaign's results folder.
+    code : mapping, optional
+        Digest of the code and versions of libraries: with them a figure whose files are still those
+        of its content is not laid out and written again, which is most of the work.
 
     Returns
     -------
@@ -182,9 +194,17 @@ def draw_family(family: str, campaign: Campaign, results: Path) -> list[Drawn]:
     listing = folder / f"{family}.json"
     before = set(_names(listing)) if listing.is_file() else set()
     drawn = []
+    notes = Notes(ResultPaths(results).notes(f"drawn_{family}"), {"results": results})
     for figure, entry in FAMILIES[family](CampaignResults(results, campaign)):
-        save(figure, folder / entry.name, title=entry.title, description=entry.caption)
+        used = {"caption": entry.caption, "content": _digest(figure), **(code or {})}
+        if code is None or notes.why_outdated(entry.name, used):
+            notes.begin(entry.name)
+            written = save(
+                figure, folder / entry.name, title=entry.title, description=entry.caption
+            )
+            notes.finish(entry.name, used, writes=written)
         drawn.append(entry)
+    notes.renew()
     elsewhere = {
         name
         for other in FAMILIES
@@ -197,6 +217,30 @@ def draw_family(family: str, campaign: Campaign, results: Path) -> list[Drawn]:
     text = json.dumps([asdict(entry) for entry in drawn], indent=1, ensure_ascii=False)
     listing.write_text(text + "\n", encoding="utf-8")
     return drawn
+
+
+class _Pickler(pickle.Pickler):
+    """The same bytes for the same figure: neither places in memory nor the order of sets."""
+
+    def reducer_override(self, thing: Any) -> Any:
+        from matplotlib.cbook import Grouper
+        from matplotlib.transforms import TransformNode
+
+        if isinstance(thing, TransformNode):
+            return object.__new__, (type(thing),), {**vars(thing), "_parents": {}}
+        if isinstance(thing, Grouper):
+            return object.__new__, (Grouper,), {"groups": list(thing)}
+        return NotImplemented
+
+
+def _digest(figure: Figure) -> str:
+    """Of all that a figure shows and how; a new one each time where it holds what has no bytes."""
+    written = io.BytesIO()
+    try:
+        _Pickler(written, protocol=5).dump(figure)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return uuid4().hex
+    return sha256(written.getvalue()).hexdigest()
 
 
 def draw_all(campaign: Campaign, results: Path) -> list[Drawn]:
