@@ -68,7 +68,7 @@ def test_basins_as_table_json_and_picture(
     ("more", "said"),
     [
         (["--clearance", "5:60 mm"], "--clearance: given 2 times"),
-        (["--cells", "4", "--cells", "5"], "--cells: given 2 times"),
+        (["--cells", "4", "--cells", "5"], "--cells: given more than once"),
         (["--cells", "4x5x6"], "--cells: found '4x5x6', expected 40 or 60x40"),
         (["--cells", "1x5"], "2 or more along an axis"),
         (["--starts", "none"], "--starts: found 'none'"),

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING
 
 from vinesexp.commands.options import (
     Bar,
+    Once,
     add_map_values,
     announce,
     check_picture,
     map_values,
-    once,
     refuse_existing,
     whole,
     writing,
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--out", "table of the motions (csv)"),
         ("--plot", "picture: amplitude over clearance (svg, pdf or png)"),
     ):
-        parser.add_argument(flag, type=Path, metavar="FILE", action="append", help=meaning)
+        parser.add_argument(flag, type=Path, metavar="FILE", action=Once, help=meaning)
     parser.add_argument("--json", action="store_true", help="one JSON object for programs")
 
 
@@ -58,10 +58,10 @@ def run(args: argparse.Namespace) -> int:
     more = [option.flag for option in OPTIONS if option.symbol in ranges and option.symbol != "b"]
     if more:
         raise ParameterError("found a range, expected one value", where=more[0])
-    (cells,) = cells_of(once(args.cells, "--cells") or "40", 1)
+    (cells,) = cells_of(args.cells or "40", 1)
     clearances = along(ranges["b"], cells) if "b" in ranges else (values["b"],)
     starts, seed = whole(args.starts, "--starts", 40), whole(args.seed, "--seed", 1)
-    table, picture = once(args.out, "--out"), once(args.plot, "--plot")
+    table, picture = args.out, args.plot
     check_picture(picture)
     refuse_existing(table, picture, force=args.force)
     oscillator = Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"])

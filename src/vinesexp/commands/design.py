@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vinesexp.commands.options import (
+    Once,
     add_force,
     add_identified,
     add_values,
     announce,
     check_picture,
     clock,
-    once,
     refuse_existing,
     whole,
     writing,
@@ -46,15 +46,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "unit of that column, such as mm, or a sensitivity such as 0.5 V/mm",
         ),
     ):
-        parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
+        parser.add_argument(flag, metavar=metavar, action=Once, help=meaning)
     parser.add_argument(
         "--theory-only", action="store_true", help="b_c and b_t alone, without simulation"
     )
+    parser.add_argument("--seed", metavar="N", action=Once, help="seed of the random starts (1)")
     parser.add_argument(
-        "--seed", metavar="N", action="append", help="seed of the random starts (1)"
-    )
-    parser.add_argument(
-        "--html", type=Path, metavar="FILE", action="append", help="a design sheet of one page"
+        "--html", type=Path, metavar="FILE", action=Once, help="a design sheet of one page"
     )
     add_force(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object for programs")
@@ -62,16 +60,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plot",
         type=Path,
         metavar="FILE",
-        action="append",
+        action=Once,
         help="picture (svg, pdf or png): amplitude over clearance, or the SIM without simulation",
     )
 
 
 def run(args: argparse.Namespace) -> int:
     """Answer on standard output; the exit code is 0 or the error is one line."""
-    identified = once(args.identified, "--identified")
-    picture = once(args.plot, "--plot")
-    sheet = once(args.html, "--html")
+    identified, picture, sheet = args.identified, args.plot, args.html
     seed = whole(args.seed, "--seed", 1)
     base = base_of(args)
     texts = {o.symbol: getattr(args, o.symbol) for o in OPTIONS}
@@ -115,13 +111,7 @@ def base_of(args: argparse.Namespace) -> Measured | None:
     VinesexpError
         The file cannot be read.
     """
-    file, column, unit = (
-        once(values, flag)
-        for values, flag in (
-            (args.base, "--base"), (args.base_column, "--base-column"),
-            (args.base_unit, "--base-unit"),
-        )
-    )  # fmt: skip
+    file, column, unit = args.base, args.base_column, args.base_unit
     if file is None:
         if column is not None or unit is not None:
             raise ParameterError(

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from vinesexp.commands.options import (
     Bar,
+    Once,
     add_map_values,
     announce,
     check_picture,
     map_values,
-    once,
     refuse_existing,
     whole,
     writing,
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--plot", "FILE", "picture as well (svg, pdf or png)"),
         ("--rows", "K/N", "only the K-th of N shares of the rows: a part, to be joined later"),
     ):
-        parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
+        parser.add_argument(flag, metavar=metavar, action=Once, help=meaning)
     parser.add_argument("--join", nargs="+", type=Path, metavar="FILE", help="parts to be joined")
 
 
@@ -47,20 +47,20 @@ def run(args: argparse.Namespace) -> int:
     from vinesexp.maps.response_map import fill, joined, known_of, write_map
 
     plan = plan_of(args)
-    out = Path(once(args.out, "--out") or "map.nc")
-    drawn = once(args.plot, "--plot")
-    picture = None if drawn is None else Path(drawn)
+    out = Path(args.out or "map.nc")
+    picture = None if args.plot is None else Path(args.plot)
     check_picture(picture)
     refuse_existing(picture, force=args.force)
-    share = once(args.rows, "--rows")
-    if share is not None and (picture is not None or args.join):
+    if args.rows is not None and (picture is not None or args.join):
         raise ParameterError("cannot be combined with --plot or --join", where="--rows")
     if args.join:
         values = joined(plan, args.join)
     else:
-        rows = rows_of(share, plan.shape[0])
+        rows = rows_of(args.rows, plan.shape[0])
         known = known_of(plan, out)
-        announce(plan.workload() if share is None else f"{len(rows)} rows of: {plan.workload()}")
+        announce(
+            plan.workload() if args.rows is None else f"{len(rows)} rows of: {plan.workload()}"
+        )
         bar = Bar("rows")
         saved = time.monotonic()
 
@@ -100,7 +100,7 @@ def plan_of(args: argparse.Namespace) -> MapPlan:
             f"ranges found: {given}"
         )
     x, y = (symbol for symbol in AXES if symbol in ranges)
-    cells = cells_of(once(args.cells, "--cells") or "40x40", 2)
+    cells = cells_of(args.cells or "40x40", 2)
     refuse_too_many((cells[1], cells[0]), whole(args.starts, "--starts", 8))
     return MapPlan(
         values=values,
@@ -109,7 +109,7 @@ def plan_of(args: argparse.Namespace) -> MapPlan:
         y=y,
         y_values=along(ranges[y], cells[1]),
         starts=whole(args.starts, "--starts", 8),
-        kind=once(args.kind, "--kind") or "random",
+        kind=args.kind or "random",
         seed=whole(args.seed, "--seed", 1),
     )
 

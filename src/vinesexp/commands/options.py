@@ -5,18 +5,17 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Event, Thread
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from vinesexp.errors import ParameterError, VinesexpError
 
 if TYPE_CHECKING:
     from vinesexp.design.inputs import Option
 
-T = TypeVar("T")
 
 #: Digits of a whole number on the command line; what is exact as a float needs no more.
 DIGITS = 15
@@ -111,7 +110,7 @@ def add_identified(parser: argparse.ArgumentParser) -> None:
         "--identified",
         type=Path,
         metavar="PATH",
-        action="append",
+        action=Once,
         help="results folder or identified.csv of a campaign, in place of numbers (its rows with "
         "method 'combined')",
     )
@@ -134,7 +133,7 @@ def add_map_values(parser: argparse.ArgumentParser, *, cells: tuple[str, str], s
         ("--starts", "N", starts),
         ("--seed", "N", "seed of the random starts (1)"),
     ):
-        parser.add_argument(flag, metavar=metavar, action="append", help=meaning)
+        parser.add_argument(flag, metavar=metavar, action=Once, help=meaning)
     add_force(parser)
 
 
@@ -143,7 +142,7 @@ def map_values(args: argparse.Namespace) -> tuple[dict[str, float], dict[str, tu
     from vinesexp.maps.map_options import OPTIONS, gather_values
 
     given = {option.symbol: getattr(args, option.symbol) for option in OPTIONS}
-    return gather_values(given, once(args.identified, "--identified"))
+    return gather_values(given, args.identified)
 
 
 def add_force(parser: argparse.ArgumentParser) -> None:
@@ -151,22 +150,23 @@ def add_force(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="write over files that are there")
 
 
-def once(values: Sequence[T] | None, flag: str) -> T | None:
-    """The one value of an option, None where it is not given.
+class Once(argparse.Action):
+    """An option that a person can give once; argparse itself would take the last."""
 
-    Raises
-    ------
-    ParameterError
-        It is given more than once.
-    """
-    if values and len(values) > 1:
-        raise ParameterError(f"given {len(values)} times; give it once", where=flag)
-    return values[0] if values else None
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        if getattr(namespace, self.dest) is not self.default:
+            raise ParameterError("given more than once; give it once", where=option_string)
+        setattr(namespace, self.dest, values)
 
 
-def whole(values: Sequence[str] | None, flag: str, default: int) -> int:
+def whole(text: str | None, flag: str, default: int) -> int:
     """The whole number of an option, 1 or more (0 for a seed)."""
-    text = once(values, flag)
     if text is None:
         return default
     return whole_number(text, flag, least=0 if flag == "--seed" else 1)
