@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.detection_score import Score
 
-from vinesexp.figures.style import COLOURS, SEQUENCE, label, new_figure, shortened
+from vinesexp.figures.style import COLOURS, SEQUENCE, label, new_figure, shortened_svg
 
 METHODS = ("vinesexp", "find_peaks", "STA/LTA", "matched filter")
 LOOKS = {
@@ -221,5 +221,5 @@ def draw(scores: Sequence[Score], twin: Sequence[Score], path: Path) -> None:
     axes[2].set_xlim(0.2, 1.0)
     figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     figure.savefig(path, metadata={"Date": None})
-    path.write_text(shortened(path.read_text(encoding="utf-8")), encoding="utf-8")
+    path.write_text(shortened_svg(path.read_text(encoding="utf-8")), encoding="utf-8")
     figure.savefig(os.environ.get("PREVIEW", os.devnull), format="png", dpi=110)

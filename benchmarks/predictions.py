@@ -534,7 +534,7 @@ def main() -> int:
             "zeta = 0.0065, 1 % above",
         ],
     )
-    style.write(figure, FIGURE)
+    style.write_figure(figure, FIGURE)
     shares = [float((best == k).mean()) for k in range(3)]
     page = [
         "# Predictions: speed against error",

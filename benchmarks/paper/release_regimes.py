@@ -22,7 +22,7 @@ def figure_5_and_6() -> tuple[list[str], Verdicts]:
         on_sim(short, "b = 20 mm < b$_t$", show=8.0),
         on_sim(long, "b = 50 mm = published b$_t$", show=8.0),
     ]
-    style.write(
+    style.write_figure(
         figures.motion_on_sim(motions, r=R, title="Figure 5: release from 30 mm"),
         FIGURES / "figure_5.svg",
     )
@@ -44,7 +44,7 @@ def figure_5_and_6() -> tuple[list[str], Verdicts]:
                 "b": 0.020,
             }
         )
-    style.write(
+    style.write_figure(
         figures.regimes_of_release(panels, title="Figure 6: spells of the release, b = 20 mm"),
         FIGURES / "figure_6.svg",
     )

@@ -338,4 +338,4 @@ def _draw(found: dict[str, Fall]) -> None:
         axis.set_xlabel("t (s)")
         axis.legend(fontsize=7)
     axes[0].set_ylabel("amplitude (mm)")
-    style.write(figure, FIGURES / "figures_13_14.svg")
+    style.write_figure(figure, FIGURES / "figures_13_14.svg")

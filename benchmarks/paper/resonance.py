@@ -62,7 +62,7 @@ def figure_9() -> tuple[list[str], Verdicts]:
     axes[3].set_xlabel("G (mm)")
     axes[3].set_ylabel("b (mm)")
     axes[3].legend(fontsize=7.5)
-    style.write(figure, FIGURES / "figure_9.svg")
+    style.write_figure(figure, FIGURES / "figure_9.svg")
     found = {b: settled(b) for b in bs}
     means = ", ".join(
         f"{1e3 * b:g} mm: {1e3 * v[0]:.2f} (largest {1e3 * v[1]:.1f})" for b, v in found.items()

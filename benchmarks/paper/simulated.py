@@ -52,7 +52,7 @@ def on_sim(motion: Motion, label: str, *, show: float) -> dict[str, object]:
 
 
 def figure_2() -> tuple[list[str], Verdicts]:
-    style.write(sim_figure(r=R), FIGURES / "figure_2.svg")
+    style.write_figure(sim_figure(r=R), FIGURES / "figure_2.svg")
     C = np.linspace(0.05, 2.0, 400)
     stable = C[manifold.is_stable(C, r=R)]
     lines = [
@@ -77,7 +77,7 @@ def figure_3() -> tuple[list[str], Verdicts]:
     motions = []
     for b, label in ((0.040, "b = 40 mm > b$_c$"), (0.025, "b = 25 mm < b$_c$")):
         motions.append(on_sim(periodic(b, 60.0), label, show=15.0))
-    style.write(
+    style.write_figure(
         figures.motion_on_sim(motions, r=R, title="Figure 3: G = 0.25 mm, ball started at a wall"),
         FIGURES / "figure_3.svg",
     )
@@ -105,7 +105,7 @@ def figure_4() -> tuple[list[str], Verdicts]:
     published = float(b_c_published(G=G, eps=BALL / TABLE_2.M, lam=rig_with(1.0).lam, r=R))
     Omega = 1.0
     bare = G * abs((1 + 2j * TABLE_2.zeta) / (1 - Omega**2 + 2j * TABLE_2.zeta))
-    style.write(
+    style.write_figure(
         figures.response_over_clearance(
             b=1e-3 * b,
             mean=mean,

@@ -295,4 +295,4 @@ def _draw(found: dict[tuple[str, bool], list[Swing]]) -> None:
         axis.set_xlabel("f (Hz); thin: cycle by cycle, thick: mean over 0.1 Hz", fontsize=8)
     for axis in axes[::2]:
         axis.set_ylabel("amplitude (mm)")
-    style.write(figure, FIGURES / "figures_10_11.svg")
+    style.write_figure(figure, FIGURES / "figures_10_11.svg")

@@ -111,11 +111,11 @@ def test_the_picture_has_spectrum_and_phase_plane_of_each_channel(file, tmp_path
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    from vinesexp.commands.look import draw
+    from vinesexp.commands.look import draw_signals
     from vinesexp.proposal.survey import view_file
 
     monkeypatch.setattr(pyplot, "close", lambda figure: None)
-    draw([view_file(file)], tmp_path / "a.png")
+    draw_signals([view_file(file)], tmp_path / "a.png")
     axes = np.array(pyplot.gcf().axes).reshape(3, 3)  # P, Q, R; time, spectrum, phase plane
     for name, (_, spectrum, plane) in zip("PQR", axes, strict=True):
         (line,) = spectrum.lines

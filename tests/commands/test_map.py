@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vinesexp.cli import main
-from vinesexp.commands.map import rows_of
+from vinesexp.commands.map import share_of_rows
 from vinesexp.maps.map_options import cells_of, gather_values
 from vinesexp.maps.response_map import read_map
 
@@ -125,7 +125,7 @@ def test_a_range_of_another_value_is_no_basin(capsys: pytest.CaptureFixture[str]
 
 
 def test_shares_of_the_rows_are_all_rows_once() -> None:
-    rows = sorted(row for k in range(1, 5) for row in rows_of(f"{k}/4", 10))
+    rows = sorted(row for k in range(1, 5) for row in share_of_rows(f"{k}/4", 10))
     assert rows == list(range(10))
     assert cells_of("7", 2) == (7, 7)
 

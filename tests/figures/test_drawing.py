@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vinesexp.figures import style
-from vinesexp.figures.methods import estimates_by_method
+from vinesexp.figures.identified_values import estimates_by_method
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.figures.regime_strips import Strip, cycle_edges, regime_strips
 from vinesexp.figures.single_records import (
@@ -18,7 +18,7 @@ from vinesexp.figures.single_records import (
     Marks,
     Trace,
     added_mass_line,
-    amplitude,
+    amplitude_trace,
     band,
     columns_of,
     extremes,
@@ -77,7 +77,7 @@ def test_amplitude_of_a_sine_is_its_amplitude_in_mm(tmp_path):
     t = np.arange(60_000) / 2000.0
     write_record(tmp_path / "a.nc", 4e-3 * np.sin(50.0 * t), 2000.0, oscillation_hz=50 / 2 / np.pi)
     with open_record(tmp_path / "a.nc") as view:
-        trace = amplitude(view, "a")
+        trace = amplitude_trace(view, "a")
     assert trace.values == pytest.approx(4.0, rel=3e-3)
 
 
@@ -182,14 +182,14 @@ def test_a_steady_motion_looks_steady(frequency, length, phase):
 def test_a_figure_of_very_many_records_shows_even_choices():
     from pathlib import Path
 
-    from vinesexp.figures.single_records import spread
+    from vinesexp.figures.single_records import evenly_chosen
     from vinesexp.records.campaign.schema import Record
 
     many = [Record(f"t_{i}", Path("a.csv"), "transient", (0.01 + i,)) for i in range(150)]
-    shown = spread(many)
+    shown = evenly_chosen(many)
     assert len(shown) < 20
     assert (shown[0], shown[-1]) == (many[0], many[-1])
-    assert spread(many[:5]) == many[:5]
+    assert evenly_chosen(many[:5]) == many[:5]
 
 
 def test_every_channel_has_a_name_and_a_colour():

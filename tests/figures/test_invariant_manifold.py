@@ -6,7 +6,7 @@ import numpy as np
 
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.figures.invariant_manifold import manifold_figure, projected
+from vinesexp.figures.invariant_manifold import manifold_figure, on_manifold
 from vinesexp.records.campaign.schema import Record
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts, write_impacts
 from vinesexp.theory.manifold import A_1, amplitude
@@ -38,7 +38,7 @@ def test_a_captured_ball_lies_on_the_manifold(tmp_path):
     (tmp_path / "impacts").mkdir()
     write_impacts(tmp_path / "impacts/released.csv", exact_impacts(0.03))
     record = Record("released", tmp_path, "transient", clearance=(0.03,), release=0.02)
-    found = projected(record, tmp_path, IdentifiedRig(VALUES))
+    found = on_manifold(record, tmp_path, IdentifiedRig(VALUES))
     between = (1.2 * float(A_1(0.6)) < found.A) & (found.A < 0.45)
     assert between.sum() > 15
     np.testing.assert_allclose(amplitude(found.C[between], r=0.6), found.A[between], rtol=0.12)

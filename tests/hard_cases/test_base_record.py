@@ -85,12 +85,12 @@ def test_both_clocks_are_one_too_many(tmp_path):
 
 
 def test_another_file_is_not_overwritten(tmp_path):
-    from vinesexp.commands.simulate import describe
+    from vinesexp.commands.simulate import write_description
 
     simulated(tmp_path, "Time (s),x (mm)\n" + rows(GOOD))
     out = tmp_path / "out"
     out.mkdir()
     (out / "base.csv").write_text("mine", encoding="utf-8")
     with pytest.raises(VinesexpError, match="differs from"):
-        describe(tmp_path / "scene.yaml", out)
+        write_description(tmp_path / "scene.yaml", out)
     assert (out / "base.csv").read_text(encoding="utf-8") == "mine"

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vinesexp.commands.simulate import describe
+from vinesexp.commands.simulate import write_description
 from vinesexp.errors import CampaignError
 from vinesexp.excitation import Harmonic, Measured, SteppedSweep, Sweep
 from vinesexp.laboratory.experiment import motion_of
@@ -127,8 +127,8 @@ def test_the_folder_made_of_a_scene_stands_alone(tmp_path):
     shaker(tmp_path / "here")
     scene_of(tmp_path / "here", RECORD)
     out = tmp_path / "out"
-    describe(tmp_path / "here" / "scene.yaml", out)
-    describe(tmp_path / "here" / "scene.yaml", out)  # again: nothing to complain of
+    write_description(tmp_path / "here" / "scene.yaml", out)
+    write_description(tmp_path / "here" / "scene.yaml", out)  # again: nothing to complain of
     made = simulate_group(load_scene(out / "scene.yaml"), "driven", out)
     simulate_group(load_scene(tmp_path / "here" / "scene.yaml"), "driven", tmp_path / "here")
     assert made[0].read_bytes() == (tmp_path / "here" / "raw" / made[0].name).read_bytes()
@@ -138,7 +138,7 @@ def test_the_folder_made_of_a_scene_stands_alone(tmp_path):
 
 def test_records_csv_says_the_range_of_the_steps(tmp_path):
     scene_of(tmp_path, STEPPED)
-    describe(tmp_path / "scene.yaml", tmp_path / "out")
+    write_description(tmp_path / "scene.yaml", tmp_path / "out")
     row = (tmp_path / "out" / "records.csv").read_text(encoding="utf-8").splitlines()[1]
     assert row.split(",")[4:6] == ["0.25", "7.2:7.9"]
 

@@ -5,14 +5,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from vinesexp.laboratory.sensors import (
-    Mode,
+    LocalMode,
     modal_acceleration,
     modal_displacement,
     modal_place,
     modal_velocity,
 )
 
-MODE = Mode(frequency=110.0, share=0.3, damping=0.03)
+MODE = LocalMode(frequency=110.0, share=0.3, damping=0.03)
 PULSE = 4e-4
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from vinesexp.laboratory.sensors import (
     Accelerometer,
     Laser,
-    Mode,
+    LocalMode,
     accelerometer_volts,
     contact_acceleration,
     laser_volts,
@@ -173,7 +173,7 @@ def test_cross_axis_sensitivity_shows_a_share_of_the_base():
 
 
 def test_both_sensors_see_a_local_mode():
-    mode = Mode(frequency=100.0, share=0.3)
+    mode = LocalMode(frequency=100.0, share=0.3)
     times, jumps = np.array([1.0]), np.array([0.02])
     laser = Laser(sensitivity=1.0, mode=mode)
     q = laser_volts(laser, np.zeros_like, T, dt=DT, noise=generator(), times=times, jumps=jumps)

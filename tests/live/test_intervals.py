@@ -6,7 +6,7 @@ import re
 import pytest
 from benchmarks.watching import record_text
 
-from vinesexp.figures.methods import intervals_over_records
+from vinesexp.figures.identified_values import intervals_over_records
 from vinesexp.live.server import parts_of
 from vinesexp.live.session import Session
 

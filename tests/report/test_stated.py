@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from vinesexp.figures.methods import draw_inputs, input_rows
+from vinesexp.figures.identified_values import draw_inputs, input_rows
 from vinesexp.records.stored.result_columns import INPUTS
 from vinesexp.records.stored.tables import write_rows
 from vinesexp.report.page import page_content

@@ -22,7 +22,7 @@ from vinesexp.commands.options import (
     check_picture,
     map_values,
     refuse_existing,
-    whole,
+    whole_option,
     writing,
 )
 from vinesexp.errors import ParameterError
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
         raise ParameterError("found a range, expected one value", where=more[0])
     (cells,) = cells_of(args.cells or "40", 1)
     clearances = along(ranges["b"], cells) if "b" in ranges else (values["b"],)
-    starts, seed = whole(args.starts, "--starts", 40), whole(args.seed, "--seed", 1)
+    starts, seed = whole_option(args.starts, "--starts", 40), whole_option(args.seed, "--seed", 1)
     table, picture = args.out, args.plot
     check_picture(picture)
     refuse_existing(table, picture, force=args.force)
@@ -89,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps({"inputs": values, "starts": starts, "seed": seed,
                           "motions": [asdict(one) for one in found]}, indent=2))  # fmt: skip
     else:
-        print(text_of(found))
+        print(motions_text(found))
     if table is not None:
         write_table(found, table)
     if picture is not None:
@@ -97,7 +97,7 @@ def run(args: argparse.Namespace) -> int:
     return 130 if stopped else 0
 
 
-def text_of(found: Sequence[Attractor]) -> str:
+def motions_text(found: Sequence[Attractor]) -> str:
     """A table that a person reads."""
     lines = [f"{'b (mm)':>8}  {'starts':>7}  {'mean (mm)':>9}  {'largest':>8}  motion"]
     before = None
@@ -124,10 +124,10 @@ def write_table(found: Sequence[Attractor], path: Path) -> None:
 def _draw(found: Sequence[Attractor], values: dict[str, float], picture: Path) -> None:
     from vinesexp.design.task import bare_gain
     from vinesexp.figures.response_map_panels import coexisting_motions
-    from vinesexp.figures.style import write
+    from vinesexp.figures.style import write_figure
     from vinesexp.rig import Oscillator
 
     oscillator = Oscillator(M=values["M"], c1=values["c1"], k1=values["k1"])
     bare = values["G"] * bare_gain(oscillator, values["frequency"])
     with writing(picture, "be drawn"):
-        write(coexisting_motions(found, bare=bare), picture)
+        write_figure(coexisting_motions(found, bare=bare), picture)

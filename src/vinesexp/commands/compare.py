@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         table, rows = REPEATABILITY, repeated.rows()
     else:
         found = compare_results(args.a, args.b)
-        lines, page = text_of(found, everything=args.all), partial(differences_page, found)
+        lines, page = differences_text(found, everything=args.all), partial(differences_page, found)
         table, rows = DIFFERENCES, [row.as_row() for row in found.rows]
     print("\n".join(lines))
     if args.html is not None:
@@ -73,7 +73,7 @@ def repeated_text(found: Repeatability) -> list[str]:
     return lines
 
 
-def text_of(found: Differences, *, everything: bool = False) -> list[str]:
+def differences_text(found: Differences, *, everything: bool = False) -> list[str]:
     """Lines for the console: the answer, the data, then values, clearances, and what changed."""
     lines = [f"A: {found.a}", f"B: {found.b}", found.about_data(), lead(found), ""]
     shown = [

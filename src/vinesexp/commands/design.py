@@ -16,7 +16,7 @@ from vinesexp.commands.options import (
     check_picture,
     clock,
     refuse_existing,
-    whole,
+    whole_option,
     writing,
 )
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
@@ -68,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Answer on standard output; the exit code is 0 or the error is one line."""
     identified, picture, sheet = args.identified, args.plot, args.html
-    seed = whole(args.seed, "--seed", 1)
+    seed = whole_option(args.seed, "--seed", 1)
     base = base_of(args)
     texts = {o.symbol: getattr(args, o.symbol) for o in OPTIONS}
     given = gather(texts, identified, recorded=base is not None)
@@ -138,13 +138,13 @@ def _sheet(path: Path, given: Given, answer: Answer) -> None:
 
 
 def _plot(path: Path, given: Given, answer: Answer) -> None:
-    from vinesexp.figures.style import write
+    from vinesexp.figures.style import write_figure
 
     theory, advice = answer.theory, answer.advice
     if advice is not None:
         from vinesexp.figures.design_curve import design_curve
 
-        write(design_curve(curve_of(advice)), path)
+        write_figure(design_curve(curve_of(advice)), path)
         return
     from vinesexp.design.predictions import start_amplitude
     from vinesexp.figures.invariant_manifold import sim_with_working_points
@@ -154,7 +154,7 @@ def _plot(path: Path, given: Given, answer: Answer) -> None:
         points["b_c"] = (theory.b_c.exact, _amplitude_at_b_c(given, theory.b_c.exact))
     if theory.b_t is not None:
         points["b_t"] = (theory.b_t.exact, start_amplitude(given))
-    write(sim_with_working_points(r=given.one("r").value, points=points), path)
+    write_figure(sim_with_working_points(r=given.one("r").value, points=points), path)
 
 
 def curve_of(advice: Advice) -> DesignCurve:

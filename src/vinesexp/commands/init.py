@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
         _ask(proposal)
     sheet = SHEETS[1] if args.xlsx else SHEETS[0]
     contents = {
-        "campaign.yaml": campaign_text(folder, proposal).encode(),
+        "campaign.yaml": proposed_campaign_text(folder, proposal).encode(),
         sheet: _workbook(proposal)
         if args.xlsx
         else sheet_text(map(proposed_row, proposal.records)).encode(),
@@ -89,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def campaign_text(folder: Path, proposal: Proposal) -> str:
+def proposed_campaign_text(folder: Path, proposal: Proposal) -> str:
     """campaign.yaml, with a reason beside every line that is not certain."""
     title = _quoted(shown(folder.resolve().name))
     lines = [

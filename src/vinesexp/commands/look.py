@@ -12,7 +12,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.commands.options import add_force, refuse_existing
 from vinesexp.errors import CampaignError, VinesexpError
-from vinesexp.proposal.roles import Weighed, label_of, weighed_roles
+from vinesexp.proposal.roles import WeighedRoles, label_of, weighed_roles
 from vinesexp.proposal.survey import ColumnView, FileView, view_file
 
 _BARS = " ▁▂▃▄▅▆▇█"
@@ -43,11 +43,11 @@ def run(args: argparse.Namespace) -> int:
     for view in views:
         print("\n".join(describe(view, weighed)))
     if args.plot is not None and views:
-        draw(views, args.plot)
+        draw_signals(views, args.plot)
     return 1 if failed else 0
 
 
-def describe(view: FileView, weighed: Weighed) -> list[str]:
+def describe(view: FileView, weighed: WeighedRoles) -> list[str]:
     """Lines about one file: format, rate, a row a column, and what each may be, or why nothing."""
     length = max((len(column.values) for column in view.columns), default=0)
     rate = "sample rate unknown" if view.rate is None else f"{view.rate:.6g} Hz"
@@ -116,7 +116,7 @@ def _described(column: ColumnView) -> str:
     return f"{span}, strongest at {frequency:.4g} {unit} |{small_plot(finite)}|"
 
 
-def phase_plane(column: ColumnView) -> tuple[FloatArray, FloatArray]:
+def signal_and_rate(column: ColumnView) -> tuple[FloatArray, FloatArray]:
     """A signal about its mean, and its rate over the angular frequency of its strongest motion.
 
     What is slower than half or faster than four times that frequency is left out, so that the rate
@@ -126,7 +126,7 @@ def phase_plane(column: ColumnView) -> tuple[FloatArray, FloatArray]:
     --------
     >>> t = np.arange(4000) / 200.0
     >>> steady = ColumnView(0, "", None, "signal", 3.0 * np.cos(2 * np.pi * 5.0 * t), 200.0)
-    >>> x, y = phase_plane(steady)
+    >>> x, y = signal_and_rate(steady)
     >>> bool(np.abs(np.hypot(x, y) - 3.0).max() < 1e-9)
     True
     """
@@ -142,7 +142,7 @@ def phase_plane(column: ColumnView) -> tuple[FloatArray, FloatArray]:
     return np.asarray(swing, dtype=np.float64), np.asarray(rate, dtype=np.float64)
 
 
-def draw(views: list[FileView], path: Path) -> None:
+def draw_signals(views: list[FileView], path: Path) -> None:
     """A picture: every signal of every file over time, its spectrum and phase plane beside it."""
     import matplotlib
 
@@ -175,7 +175,7 @@ def draw(views: list[FileView], path: Path) -> None:
             amplitudes[:count].reshape(-1, group)[1:].max(axis=1),
             linewidth=0.7,
         )
-        plane.plot(*phase_plane(column), linewidth=0.5)
+        plane.plot(*signal_and_rate(column), linewidth=0.5)
         for axis in (left, right, plane):
             axis.tick_params(labelsize=7)
     known = all(column.rate for _, column in rows)

@@ -16,7 +16,7 @@ from vinesexp.commands.options import (
     check_picture,
     map_values,
     refuse_existing,
-    whole,
+    whole_option,
     writing,
 )
 from vinesexp.errors import ParameterError, VinesexpError
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     if args.join:
         values = joined(plan, args.join)
     else:
-        rows = rows_of(args.rows, plan.shape[0])
+        rows = share_of_rows(args.rows, plan.shape[0])
         known = known_of(plan, out)
         announce(
             plan.workload() if args.rows is None else f"{len(rows)} rows of: {plan.workload()}"
@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     write_map(plan, values, out)
     print(f"{plan.shape[0]} x {plan.shape[1]} cells of {plan.starts} starts: {out}")
     if picture is not None:
-        draw(plan, values, picture)
+        draw_map(plan, values, picture)
     return 0
 
 
@@ -101,20 +101,20 @@ def plan_of(args: argparse.Namespace) -> MapPlan:
         )
     x, y = (symbol for symbol in AXES if symbol in ranges)
     cells = cells_of(args.cells or "40x40", 2)
-    refuse_too_many((cells[1], cells[0]), whole(args.starts, "--starts", 8))
+    refuse_too_many((cells[1], cells[0]), whole_option(args.starts, "--starts", 8))
     return MapPlan(
         values=values,
         x=x,
         x_values=along(ranges[x], cells[0]),
         y=y,
         y_values=along(ranges[y], cells[1]),
-        starts=whole(args.starts, "--starts", 8),
+        starts=whole_option(args.starts, "--starts", 8),
         kind=args.kind or "random",
-        seed=whole(args.seed, "--seed", 1),
+        seed=whole_option(args.seed, "--seed", 1),
     )
 
 
-def rows_of(share: str | None, rows: int) -> range:
+def share_of_rows(share: str | None, rows: int) -> range:
     """The rows of 'K/N', the K-th of N shares, evenly spread; all where none is named."""
     if share is None:
         return range(rows)
@@ -124,12 +124,12 @@ def rows_of(share: str | None, rows: int) -> range:
     return range(int(found[1]) - 1, rows, int(found[2]))
 
 
-def draw(plan: MapPlan, values: Values, picture: Path) -> None:
+def draw_map(plan: MapPlan, values: Values, picture: Path) -> None:
     """The picture of a map."""
     import numpy as np
 
     from vinesexp.figures.response_map_panels import MapPicture, response_map_panels
-    from vinesexp.figures.style import write
+    from vinesexp.figures.style import write_figure
     from vinesexp.maps.response_map import AXES, published_line
 
     scale = {"m": (1e3, "mm"), "kg": (1e3, "g"), "1": (1.0, ""), "Hz": (1.0, "Hz")}
@@ -146,4 +146,4 @@ def draw(plan: MapPlan, values: Values, picture: Path) -> None:
         line=None if line is None else 1e3 * line,
     )
     with writing(picture, "be drawn"):
-        write(response_map_panels(shown), picture)
+        write_figure(response_map_panels(shown), picture)

@@ -165,7 +165,7 @@ class Once(argparse.Action):
         setattr(namespace, self.dest, values)
 
 
-def whole(text: str | None, flag: str, default: int) -> int:
+def whole_option(text: str | None, flag: str, default: int) -> int:
     """The whole number of an option, 1 or more (0 for a seed)."""
     if text is None:
         return default

@@ -19,7 +19,7 @@ from vinesexp.planning.planned_tests import (
     OtherPlan,
     PlannedTest,
     first_tests,
-    mm,
+    in_mm,
     next_tests,
     plan_others,
 )
@@ -128,11 +128,11 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
         lines.append("  the rig is not identified far enough to say where the minimum lies")
     else:
         low, high = plan.valley.interval
-        expected = f"{mm(plan.valley.lowest)} ({mm(low)} to {mm(high)} mm, 95 %)"
+        expected = f"{in_mm(plan.valley.lowest)} ({in_mm(low)} to {in_mm(high)} mm, 95 %)"
         lines.append(f"  expected by the identified rig: {expected}")
         lines.append(_scatter_line(plan, asked))
     if plan.next:
-        reported = ", ".join(mm(b) for b in plan.next)
+        reported = ", ".join(in_mm(b) for b in plan.next)
         lines.append(f"  test next, in this order: {reported} mm")
         lines.append(
             "  after each one, run and plan again, because its result changes the next ones"
@@ -141,10 +141,8 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
         lines.append("  nothing more to test at this base amplitude")
     if plan.bracket is not None and plan.next:
         low, best, high = plan.bracket
-        width = 100 * (high - low) / best
-        lines.append(
-            f"  if the rig is as identified, these leave {mm(low)} to {mm(high)} mm ({width:.2g} %)"
-        )
+        width, left = 100 * (high - low) / best, f"{in_mm(low)} to {in_mm(high)} mm"
+        lines.append(f"  if the rig is as identified, these leave {left} ({width:.2g} %)")
     return lines
 
 
@@ -228,10 +226,8 @@ def _first_lines(tests: Sequence[PlannedTest], valley: Valley | None) -> list[st
         lines.append("no clearance gives two impacts per cycle here: see vinesexp design")
     else:
         low, high = valley.interval
-        lines.append(
-            f"lowest amplitude expected at {mm(valley.lowest)} mm ({mm(low)} to {mm(high)} mm, "
-            "95 %)"
-        )
+        ends = f"{in_mm(low)} to {in_mm(high)} mm, 95 %"
+        lines.append(f"lowest amplitude expected at {in_mm(valley.lowest)} mm ({ends})")
     for test in tests:
         cells = test.cells
         what = [cells["test"]]

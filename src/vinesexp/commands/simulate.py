@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
             )
     if not args.force:
         refuse_measured(args.out)
-    describe(args.scene, args.out)
+    write_description(args.scene, args.out)
     code = code_digest("vinesexp.laboratory.scene")
     tests = [test for group in groups for test in scene.groups[group]]
     seconds = sum(test.settle + test.duration for test in tests)
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def describe(scene_file: Path, out: Path) -> None:
+def write_description(scene_file: Path, out: Path) -> None:
     """scene.yaml with its base records, campaign.yaml and records.csv in `out`.
 
     What a person wrote there stays.

@@ -139,8 +139,8 @@ def _relay_legends(figure: Figure) -> int:
 
 
 def _draw_results(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
+    from vinesexp.figures.identified_values import draw_identified, draw_inputs, input_rows
     from vinesexp.figures.invariant_manifold import draw_manifold
-    from vinesexp.figures.methods import draw_identified, draw_inputs, input_rows
     from vinesexp.figures.over_clearance import draw_clearances
     from vinesexp.figures.regime_strips import draw_regimes
     from vinesexp.figures.single_records import draw_replay, draw_ringdowns
@@ -155,9 +155,9 @@ def _draw_results(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
 
 
 def _draw_records(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
-    from vinesexp.figures.single_records import draw
+    from vinesexp.figures.single_records import draw_records
 
-    return draw(results)
+    return draw_records(results)
 
 
 #: Family to the function that yields its figures, in this order. Each loads what it draws itself.

@@ -172,7 +172,7 @@ def draw_manifold(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         return
     shown = []
     for record in _chosen(results.campaign, results.regime_of):
-        motion = projected(record, results.folder, rig)
+        motion = on_manifold(record, results.folder, rig)
         if motion.C.size >= _FEWEST:
             shown.append(motion)
     if not shown:
@@ -201,7 +201,7 @@ def _chosen(campaign: Campaign, regime_of: Mapping[str, str]) -> list[Record]:
     return [*releases, *modulated[-1:]][:_MOST]
 
 
-def projected(record: Record, results: Path, rig: IdentifiedRig) -> Projected:
+def on_manifold(record: Record, results: Path, rig: IdentifiedRig) -> Projected:
     """Points of one record with a single NES."""
     impacts = read_impacts(ResultPaths(results).impacts(record.id))
     b, m = record.clearance[0], rig.values["m"].value

@@ -491,7 +491,7 @@ def overview(traces: Sequence[Trace], *, title: str) -> Figure:
     return figure
 
 
-def amplitudes(
+def draw_amplitudes(
     traces: Sequence[Trace], *, xlabel: str, ylabel: str, bare: int = 0, title: str = ""
 ) -> Figure:
     """Amplitudes of several records on one axis; the first `bare` of them, without NES, in grey."""
@@ -610,7 +610,7 @@ def _top(values: FloatArray) -> float:
     return float(np.fmax.reduce(np.abs(values), initial=0.0)) or 1.0
 
 
-def draw(found: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
+def draw_records(found: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     """Every figure of the family, with its entry for the list."""
     results = found.folder
     usable = [record for record in found.campaign.records if _usable(record, results)]
@@ -662,7 +662,7 @@ def extremes(view: RecordView, role: str, parts: int) -> tuple[FloatArray, Float
     return middle, low, high
 
 
-def whole(view: RecordView, role: str, *, frequency: float) -> Trace:
+def whole_trace(view: RecordView, role: str, *, frequency: float) -> Trace:
     """A channel over the whole record, in the unit that is shown, as smallest and largest.
 
     `frequency` of the oscillation, Hz; 0 where there is none.
@@ -673,7 +673,7 @@ def whole(view: RecordView, role: str, *, frequency: float) -> Trace:
     return Trace(name, time, factor * low, factor * high)
 
 
-def amplitude(view: RecordView, name: str, record: str = "") -> Trace:
+def amplitude_trace(view: RecordView, name: str, record: str = "") -> Trace:
     """Half the swing of the displacement in each cycle, mm."""
     frequency = float(view.attributes.get("oscillation_hz") or 0.0)
     cycles = round(frequency * view.n / view.sample_rate)
@@ -691,7 +691,9 @@ def amplitude(view: RecordView, name: str, record: str = "") -> Trace:
 def _overview(record: Record, results: Path) -> tuple[Figure, Drawn]:
     frequency = _oscillation(record, results)
     with open_record(ResultPaths(results).record(record.id)) as view:
-        traces = [whole(view, role, frequency=frequency) for role in _SHOWN if role in view.roles]
+        traces = [
+            whole_trace(view, role, frequency=frequency) for role in _SHOWN if role in view.roles
+        ]
     head = f"Record {record.id} as measured: calibrated, nothing filtered"
     text = "Look for drift, clipping and gaps."
     figure = overview(traces, title=f"{record.id}: {_set_up(record)}")
@@ -726,7 +728,7 @@ def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
                 *("displacement", view.time(begin, end)),
                 1e3 * view.read("displacement", begin, end),
             )
-        trace = whole(view, role, frequency=_oscillation(record, results))
+        trace = whole_trace(view, role, frequency=_oscillation(record, results))
     figure = impacts_on_acceleration(
         *(trace, zoom, marks),
         title=f"{record.id}: {_set_up(record)}, {marks.time.size} impacts",
@@ -777,21 +779,21 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
     for balls in _numbers_of_balls(records):
         chosen = [r for r in records if len(r.clearance) in (0, balls) and r.frequency]
         chosen = sorted(chosen, key=lambda r: r.clearance)
-        every, chosen = len(chosen), spread(chosen)
+        every, chosen = len(chosen), evenly_chosen(chosen)
         bare = [r for r in chosen if not r.clearance]
         traces = []
         for record in chosen:
             with open_record(ResultPaths(results).conditioned(record.id)) as view:
                 if "displacement" not in view.roles:
                     continue
-                trace = amplitude(view, _balls(record), record.id)
+                trace = amplitude_trace(view, _balls(record), record.id)
             start, end = record.frequency or (0.0, 0.0)
             share = (trace.time - trace.time[0]) / (trace.time[-1] - trace.time[0])
             at = start + (end - start) * share
             traces.append(Trace(trace.name, at, trace.values, record=record.id))
         if not traces:
             continue
-        figure = amplitudes(
+        figure = draw_amplitudes(
             traces, xlabel="frequency (Hz)", ylabel="amplitude (mm)", bare=len(bare)
         )
         with_nes = f" with {_nes(balls)}" if len(bare) < len(chosen) else ""
@@ -830,7 +832,7 @@ def _nes(balls: int) -> str:
     return f"{_number(balls)} NES{'s' if balls > 1 else ''}"
 
 
-def spread(records: Sequence[Record]) -> list[Record]:
+def evenly_chosen(records: Sequence[Record]) -> list[Record]:
     """The records that one figure can show: all, or even choices of very many."""
     if len(records) <= _MOST_CURVES:
         return list(records)
@@ -856,12 +858,12 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
             (r for r in records if r.test == "transient" and len(r.clearance) == balls),
             key=lambda r: r.clearance,
         )
-        every, chosen = len(chosen), spread(chosen)
+        every, chosen = len(chosen), evenly_chosen(chosen)
         traces = []
         for record in [*free, *chosen] if chosen else []:
             with open_record(ResultPaths(results).conditioned(record.id)) as view:
                 if "displacement" in view.roles:
-                    traces.append(amplitude(view, _balls(record), record.id))
+                    traces.append(amplitude_trace(view, _balls(record), record.id))
         if not traces:
             continue
         latest = max(trace.time[-1] for trace in traces[len(free) :])
@@ -869,7 +871,7 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
             replace(t, time=t.time[t.time <= latest], values=t.values[t.time <= latest])
             for t in traces
         ]
-        figure = amplitudes(traces, xlabel="time (s)", ylabel="amplitude (mm)", bare=len(free))
+        figure = draw_amplitudes(traces, xlabel="time (s)", ylabel="amplitude (mm)", bare=len(free))
         text = (
             "A ball in step with the mass takes energy out along "
             "a nearly straight line until it loses step at T1; after that the decay is slow."

@@ -148,16 +148,16 @@ def save(figure: Figure, path: Path, *, title: str = "", description: str = "") 
         figure.set_dpi(72.0)  # of an SVG
         layout.execute(figure)  # else the whole figure is drawn once more for it
         figure.set_layout_engine(None)
-    write(figure, files[0])
+    write_figure(figure, files[0])
     svg = files[0].read_text(encoding="utf-8")
     files[0].write_text(described(svg, title=title, description=description), encoding="utf-8")
     for artist in figure.findobj():
         artist.set_url(None)  # a link means nothing on paper
-    write(figure, files[1])
+    write_figure(figure, files[1])
     return files
 
 
-def write(figure: Figure, path: Path) -> None:
+def write_figure(figure: Figure, path: Path) -> None:
     """Write one file, svg, pdf or png by the ending of its name; the same figure, the same bytes.
 
     Coordinates of an SVG are cut to hundredths of a point, which no screen shows and which
@@ -170,15 +170,15 @@ def write(figure: Figure, path: Path) -> None:
     }.get(path.suffix.lower(), {})
     figure.savefig(path, metadata=undated, dpi=150)
     if path.suffix.lower() == ".svg":
-        path.write_text(linked(shortened(path.read_text(encoding="utf-8"))), encoding="utf-8")
+        path.write_text(linked(shortened_svg(path.read_text(encoding="utf-8"))), encoding="utf-8")
 
 
-def shortened(svg: str) -> str:
+def shortened_svg(svg: str) -> str:
     """The SVG with the coordinates of its paths to two decimals, and fonts to fall back on.
 
     Examples
     --------
-    >>> shortened('<path d="M 1.23456 2 L -0.5 7.10001" transform="scale(0.015625)"/>')
+    >>> shortened_svg('<path d="M 1.23456 2 L -0.5 7.10001" transform="scale(0.015625)"/>')
     '<path d="M 1.23 2 L -0.5 7.1" transform="scale(0.015625)"/>'
     """
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vinesexp.errors import RecordError
-from vinesexp.records.campaign.channel_section import read_channel, read_time
+from vinesexp.records.campaign.channel_section import read_channel_entry, read_time
 from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.records.campaign.yamltree import Section
 
@@ -114,7 +114,7 @@ def read_base_record(entry: Section) -> BaseRecord | None:
         entry.complain("sample_rate", "both 'time' and 'sample_rate' are given; keep one")
     time, rate = read_time(entry), entry.quantity("sample_rate", "frequency")
     start = entry.quantity("start", "time", zero=True) or 0.0
-    channel = read_channel("base", entry, "displacement")
+    channel = read_channel_entry("base", entry, "displacement")
     if len(entry.problems.found) > before or channel is None or file is None:
         return None
     return BaseRecord(file, digest, channel, time, rate, start, folder)

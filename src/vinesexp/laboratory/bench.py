@@ -1,8 +1,8 @@
 """The virtual bench: a rig, and the tests that a scene asks of it. SI throughout.
 
 A weighed ball, a caliper, a ruler, a clock: each is off by a number that nobody knows. A scene that
-states these uncertainties (`Sheet`) has its truth drawn around the numbers of its sheet, once for
-all, from its seed.
+states these uncertainties (`BenchSheet`) has its truth drawn around the numbers of its sheet, once
+for all, from its seed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ KINDS = {
 
 
 @dataclass(frozen=True)
-class Sheet:
+class BenchSheet:
     """Standard uncertainties of what is written down; zero: exact.
 
     Attributes
@@ -56,7 +56,7 @@ class Sheet:
 
         Examples
         --------
-        >>> sheet = Sheet(clearance=5e-5)
+        >>> sheet = BenchSheet(clearance=5e-5)
         >>> sheet.off("clearance", 1, "b34") == sheet.off("clearance", 1, "b34")
         True
         >>> sheet.off("nes_mass", 1, "ball 1")
@@ -69,7 +69,7 @@ class Sheet:
         return error * float(stream(own, " ".join(of), f"sheet {quantity}").standard_normal())
 
 
-def read_sheet(whole: Section) -> Sheet:
+def read_sheet(whole: Section) -> BenchSheet:
     """The section `sheet` of scene.yaml."""
     entry = whole.under("sheet")
     entry.refuse_unknown((*KINDS, "seed"))
@@ -78,10 +78,10 @@ def read_sheet(whole: Section) -> Sheet:
     if seed is not None and not isinstance(seed, int):
         entry.complain("seed", f"found '{seed}', expected a whole number")
         seed = None
-    return Sheet(**found, seed=seed)
+    return BenchSheet(**found, seed=seed)
 
 
-def stated(sheet: Sheet) -> list[str]:
+def stated(sheet: BenchSheet) -> list[str]:
     """The section `uncertainties` of campaign.yaml that says the same."""
     if sheet.exact:
         return ["uncertainties: exact"]
@@ -204,7 +204,7 @@ class Scene:
     balls: tuple[NES, ...]
     damping: WeakDamping = field(default_factory=WeakDamping)
     groups: Mapping[str, tuple[Test, ...]] = field(default_factory=dict)
-    sheet: Sheet = field(default_factory=Sheet)
+    sheet: BenchSheet = field(default_factory=BenchSheet)
 
     @property
     def tests(self) -> tuple[Test, ...]:

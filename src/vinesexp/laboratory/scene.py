@@ -19,7 +19,7 @@ from vinesexp.laboratory.base_record import BaseRecord, read_base_record
 from vinesexp.laboratory.bench import Scene, Test, read_sheet
 from vinesexp.laboratory.instrument_files import FORMATS
 from vinesexp.laboratory.oscilloscope import Oscilloscope, stream
-from vinesexp.laboratory.sensors import Accelerometer, Laser, Mode, Sensor
+from vinesexp.laboratory.sensors import Accelerometer, Laser, LocalMode, Sensor
 from vinesexp.records.campaign.problems import Problems
 from vinesexp.records.campaign.schema import MOTIONS
 from vinesexp.records.campaign.yamltree import Pairs, Section, read_yaml
@@ -150,7 +150,7 @@ def _gain(entry: Section, role: str, seed: int) -> tuple[float, float]:
     return 1.0 + error, stated
 
 
-def _mode(entry: Section) -> Mode | None:
+def _mode(entry: Section) -> LocalMode | None:
     """A local mode of the structure; None where there is none."""
     if entry.value("mode") is None:
         return None
@@ -164,7 +164,7 @@ def _mode(entry: Section) -> Mode | None:
         return None
     if frequency is None or share is None:
         return None
-    return Mode(frequency, share, 0.02 if damping is None else damping)
+    return LocalMode(frequency, share, 0.02 if damping is None else damping)
 
 
 def _sensor(

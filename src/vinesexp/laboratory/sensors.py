@@ -48,7 +48,7 @@ _AT_ONCE = 2_000_000
 
 
 @dataclass(frozen=True)
-class Mode:
+class LocalMode:
     """A local mode as one sensor shows it.
 
     Parameters
@@ -71,7 +71,7 @@ class Mode:
         return math.log(1.0 / RUNG_OUT) / (2.0 * math.pi * self.damping * self.frequency)
 
 
-def modal_velocity(t: FloatArray, mode: Mode, *, duration: float) -> FloatArray:
+def modal_velocity(t: FloatArray, mode: LocalMode, *, duration: float) -> FloatArray:
     """q' over the velocity jump of the mass, t after the beginning of a half-sine contact.
 
     The half-sine on [0, T] gives the mass the velocity g(t) + g(t - T), g = (1 - cos(pi t/T))/2;
@@ -79,7 +79,7 @@ def modal_velocity(t: FloatArray, mode: Mode, *, duration: float) -> FloatArray:
 
     Examples
     --------
-    >>> mode = Mode(frequency=100.0, share=0.3)
+    >>> mode = LocalMode(frequency=100.0, share=0.3)
     >>> modal_velocity(np.array([0.0, 4e-4, 1.0]), mode, duration=4e-4).round(3).tolist()
     [0.0, 0.296, 0.0]
     """
@@ -98,7 +98,7 @@ def modal_velocity(t: FloatArray, mode: Mode, *, duration: float) -> FloatArray:
     return mode.share * (response(t) + response(t - duration))
 
 
-def modal_place(t: FloatArray, mode: Mode) -> FloatArray:
+def modal_place(t: FloatArray, mode: LocalMode) -> FloatArray:
     """q over the velocity jump of the mass, t after an impact without duration, s."""
     w = 2.0 * math.pi * mode.frequency
     wd = w * math.sqrt(1.0 - mode.damping**2)
@@ -107,7 +107,7 @@ def modal_place(t: FloatArray, mode: Mode) -> FloatArray:
 
 
 def modal_displacement(
-    mode: Mode, t: FloatArray, *, times: FloatArray, jumps: FloatArray
+    mode: LocalMode, t: FloatArray, *, times: FloatArray, jumps: FloatArray
 ) -> FloatArray:
     """q of all impacts at the sorted times t, m."""
     found = np.zeros(t.size)
@@ -120,7 +120,7 @@ def modal_displacement(
 
 
 def modal_acceleration(
-    mode: Mode,
+    mode: LocalMode,
     *,
     times: FloatArray,
     jumps: FloatArray,
@@ -359,7 +359,7 @@ class Laser:
     range: float | None = None
     gain: float = 1.0
     gain_uncertainty: float = 0.0
-    mode: Mode | None = None
+    mode: LocalMode | None = None
 
 
 @dataclass(frozen=True)
@@ -393,7 +393,7 @@ class Accelerometer:
     range: float | None = None
     gain: float = 1.0
     gain_uncertainty: float = 0.0
-    mode: Mode | None = None
+    mode: LocalMode | None = None
     ac_corner: float | None = None
     cross_axis: float = 0.0
 

@@ -40,7 +40,7 @@ from vinesexp.pipeline import condition_record, ingest_record
 from vinesexp.proposal.campaign_proposal import SKIPPED
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import campaign_problems, read_campaign
-from vinesexp.records.campaign.records_csv import RowText, add_row, change_row, row_of
+from vinesexp.records.campaign.records_csv import RowText, add_row, change_row, row_of_record
 from vinesexp.records.campaign.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, sheet_of
 from vinesexp.records.stored.freshness import campaign_text, row_text, rows_text
 from vinesexp.records.stored.result_columns import IDENTIFIED
@@ -702,7 +702,7 @@ class Session:
         with self._editing:
             sheet = sheet_of(self.folder)
             content = sheet.read_bytes()
-            now = row_of(sheet, record)
+            now = row_of_record(sheet, record)
             for column in cells:
                 if now.get(column, "") != before.get(column, "").strip():
                     raise ChangedMeanwhileError(
@@ -725,7 +725,7 @@ class Session:
     def row(self, record: str) -> dict[str, str]:
         """The cells of a row as they stand in the table."""
         with self._editing:
-            return row_of(sheet_of(self.folder), record)
+            return row_of_record(sheet_of(self.folder), record)
 
     # -- what the page hears --------------------------------------------------------------------
 

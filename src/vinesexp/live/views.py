@@ -307,7 +307,7 @@ def _test_in_words(cells: Mapping[str, str]) -> str:
 
 def _figures(results: CampaignResults, history: Sequence[Row]) -> tuple[tuple[str, str], ...]:
     """Amplitude over clearance, time over clearance of releases, shrinking intervals: markup."""
-    from vinesexp.figures.methods import intervals_over_records
+    from vinesexp.figures.identified_values import intervals_over_records
     from vinesexp.figures.over_clearance import draw_clearances
     from vinesexp.report.rendering import figure_markup
 

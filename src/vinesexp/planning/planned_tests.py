@@ -78,13 +78,13 @@ def first_tests(
     start = release or 50.0 * G.value
     for load in (0.0, added):
         for k in range(max(2, n or 3)):
-            cells = {"test": "ringdown", "release_mm": mm(start)}
+            cells = {"test": "ringdown", "release_mm": in_mm(start)}
             cells |= {"added_mass_g": f"{1e3 * load:.4g}"} if load else {}
             why = "f0 and zeta" if not load else "M, from the change of f0"
             tests.append(planned(f"ring_{'added' if load else 'bare'}_{k + 1}", cells, why))
     low, high = 0.93 * frequency, 1.07 * frequency
     sweep = {"test": "sweep", "frequency_hz": f"{low:.4g}:{high:.4g}"}
-    sweep["base_amplitude_mm"] = mm(0.2 * G.value)
+    sweep["base_amplitude_mm"] = in_mm(0.2 * G.value)
     why = "f0 and zeta from the transmissibility, with the ball blocked"
     tests.append(planned("sweep_bare", sweep, why))
     tests.append(planned("drop_1", {"test": "drop"}, "r from successive bounces"))
@@ -95,8 +95,8 @@ def first_tests(
         if release is not None:
             b_t = float(b_t_exact(x_m=release, r=rig.values["r"].value))
             for k, share in enumerate((0.8, 1.0, 1.25), start=1):
-                cells = {"test": "transient", "release_mm": mm(release)}
-                cells["clearance_mm"] = mm(share * b_t)
+                cells = {"test": "transient", "release_mm": in_mm(release)}
+                cells["clearance_mm"] = in_mm(share * b_t)
                 tests.append(planned(f"release_{k}", cells, "how fast a release decays near b_t"))
     return tests, valley
 
@@ -129,7 +129,7 @@ def next_tests(plans: Sequence[LevelPlan]) -> list[PlannedTest]:
 
 def periodic_cells(b: float, G: float, frequency: float | None) -> dict[str, str]:
     """Cells of a periodic test."""
-    cells = {"test": "periodic", "clearance_mm": mm(b), "base_amplitude_mm": mm(G)}
+    cells = {"test": "periodic", "clearance_mm": in_mm(b), "base_amplitude_mm": in_mm(G)}
     return cells | ({} if frequency is None else {"frequency_hz": f"{frequency:.6g}"})
 
 
@@ -138,7 +138,7 @@ def planned(name: str, cells: dict[str, str], why: str) -> PlannedTest:
     return PlannedTest({"record": name, "file": f"raw/{name}.csv", **cells}, why)
 
 
-def mm(value: float) -> str:
+def in_mm(value: float) -> str:
     """A length as it can be set: four digits, m to mm."""
     return f"{1e3 * value:.4g}"
 
@@ -231,12 +231,12 @@ def plan_releases(levels: Sequence[ReleaseLevel], rig: IdentifiedRig) -> OtherPl
     tests = [
         planned(
             f"release_{1e3 * x0:.4g}_b{1e3 * b:.4g}",
-            {"test": "transient", "clearance_mm": mm(b), "release_mm": mm(x0)},
+            {"test": "transient", "clearance_mm": in_mm(b), "release_mm": in_mm(x0)},
             why,
         )
         for b, why in wanted
     ]
-    return OtherPlan(f"releases from {mm(x0)} mm", state, tuple(tests))
+    return OtherPlan(f"releases from {in_mm(x0)} mm", state, tuple(tests))
 
 
 def _open_sides(levels: Iterable[ReleaseLevel]) -> tuple[list[float], list[float]]:
@@ -284,7 +284,7 @@ def plan_ring_downs(campaign: Campaign, rig: IdentifiedRig, needs: Needs) -> Oth
     bare = _count(campaign, "ringdown") - with_mass
     wanted = needs.ring_downs or 1
     heights = [abs(r.release) for r in campaign.records if r.test == "ringdown" and r.release]
-    start = {"release_mm": mm(float(np.median(heights)))} if heights else {}
+    start = {"release_mm": in_mm(float(np.median(heights)))} if heights else {}
     zeta = rig.zeta
     error = zeta.std_error / zeta.value if zeta and zeta.std_error else None
     more_bare = max(wanted - bare, _more(bare, error, _ENOUGH_ZETA) if error and bare else 0)
@@ -321,4 +321,4 @@ def _more(done: int, error: float, wanted: float) -> int:
 
 
 def _list(values: Iterable[float]) -> str:
-    return ", ".join(mm(value) for value in values)
+    return ", ".join(in_mm(value) for value in values)

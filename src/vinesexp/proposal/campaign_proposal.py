@@ -88,7 +88,7 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     files : sequence of FileView
         Those that could be read.
     """
-    files = joined(files)
+    files = with_joined_channels(files)
     guesses = guess_roles(files)
     channels = []
     for role in _ROLES:
@@ -153,7 +153,7 @@ def _quantity(role: str, label: str, unit: str | None) -> str | None:
     return next(by_unit, "velocity" if VELOCITY.search(label) else "displacement")
 
 
-def joined(files: Sequence[FileView]) -> list[FileView]:
+def with_joined_channels(files: Sequence[FileView]) -> list[FileView]:
     """Files of one record taken together: those that differ in a channel's number alone.
 
     Oscilloscopes write F0001CH1.CSV and F0001CH2.CSV, or C1_0001.trc and C2_0001.trc.

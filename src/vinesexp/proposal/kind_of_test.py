@@ -8,7 +8,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.identification.bounces import bounces_heard
-from vinesexp.proposal.roles import Guess, common_frequency, envelope, label_of, stands_out
+from vinesexp.proposal.roles import Guess, common_frequency, label_of, levels_of_pieces, stands_out
 from vinesexp.proposal.survey import ColumnView, FileView
 from vinesexp.units import UNITS
 
@@ -124,7 +124,7 @@ def _bounces(columns: Mapping[str, ColumnView | None]) -> str | None:
 
 
 def _driven(file: FileView, base: ColumnView) -> tuple[str, dict[str, str], str]:
-    found = swept(base)
+    found = swept_band(base)
     if found is not None and abs(found[1] - found[0]) <= _SWEEPS * common_frequency(file):
         peak = base.peak()[0]  # several tones together cross zero at none of them
         found = found if abs(0.5 * sum(found) - peak) < _TONE * peak else None
@@ -161,7 +161,7 @@ def decays(values: FloatArray) -> bool:
     >>> decays(wait), decays(np.cos(9 * t)), decays(wait + 0.9 * np.roll(wait, 1500))
     (True, False, False)
     """
-    levels = envelope(values)
+    levels = levels_of_pieces(values)
     top = int(np.argmax(levels))
     if top < 0.75 * len(levels) and bool(levels[-4:].mean() < 0.6 * levels[top]):
         lowest = np.minimum.accumulate(levels[top:])
@@ -183,7 +183,7 @@ def _falls_evenly(values: FloatArray) -> bool:
     cycles = int(np.argmax(np.abs(np.fft.rfft(values - values.mean()))[1:])) + 1
     if cycles < _FEW_CYCLES:
         return False
-    levels = np.log(np.maximum(envelope(values, min(cycles, 24)), 1e-300))
+    levels = np.log(np.maximum(levels_of_pieces(values, min(cycles, 24)), 1e-300))
     place = np.linspace(-0.5, 0.5, levels.size)
     slope = float(np.polyfit(place, levels, 1)[0])
     return slope < _FALLS and float(np.corrcoef(place, levels)[0, 1]) < _EVENLY
@@ -202,7 +202,7 @@ def calm_part(values: FloatArray) -> slice:
     """
     if len(values) < 2 * _PIECES:
         return slice(0, len(values))
-    levels = envelope(values, _PIECES)
+    levels = levels_of_pieces(values, _PIECES)
     usual = float(np.median(levels))
     loud = levels > _LOUDER * usual
     late = np.flatnonzero(loud[-_ENDS:])
@@ -222,7 +222,7 @@ def calm_part(values: FloatArray) -> slice:
 
 def after_release(values: FloatArray) -> FloatArray:
     """The samples from the loudest part of a record on."""
-    levels = envelope(values)
+    levels = levels_of_pieces(values)
     return values[len(values) * (int(np.argmax(levels)) + 1) // len(levels) :]
 
 
@@ -259,7 +259,7 @@ def has_shocks(values: FloatArray, period: int = 0) -> bool:
     return int(tall.any(axis=1).sum()) >= _SHOCKS or int(tall.sum()) >= 4 * _SHOCKS
 
 
-def swept(column: ColumnView) -> tuple[float, float] | None:
+def swept_band(column: ColumnView) -> tuple[float, float] | None:
     """Frequencies at the beginning and the end of a motion, Hz, from its zero crossings.
 
     None where these are not those of a sine whose frequency rests or changes evenly.

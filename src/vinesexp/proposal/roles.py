@@ -88,7 +88,7 @@ class Guess:
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Indication:
     """What supports (or, negative, contradicts) that a channel has a role."""
 
     label: str
@@ -102,7 +102,7 @@ Places = Mapping[str, Sequence[tuple[FileView, ColumnView]]]
 
 
 @dataclass(frozen=True)
-class Weighed:
+class WeighedRoles:
     """The roles of a folder's channels, and why the others have none."""
 
     guesses: dict[str, Guess]
@@ -114,7 +114,7 @@ def guess_roles(files: Sequence[FileView]) -> dict[str, Guess]:
     return weighed_roles(files).guesses
 
 
-def weighed_roles(files: Sequence[FileView]) -> Weighed:
+def weighed_roles(files: Sequence[FileView]) -> WeighedRoles:
     """Roles of the channels that the files share, and what contradicts a role of the rest."""
     places: dict[str, list[tuple[FileView, ColumnView]]] = {}
     against: dict[str, str] = {}
@@ -141,10 +141,10 @@ def weighed_roles(files: Sequence[FileView]) -> Weighed:
         if one.label not in guesses:
             words = one.why if one.weight < 0.0 else f"{one.why}, but another is the {one.role}"
             against.setdefault(one.label, words)
-    return Weighed(guesses, against)
+    return WeighedRoles(guesses, against)
 
 
-def _settled(found: Sequence[Evidence], places: Places) -> dict[str, Guess]:
+def _settled(found: Sequence[Indication], places: Places) -> dict[str, Guess]:
     """Each role to the channel that most supports; a command gives way to what it did."""
     sums: dict[tuple[str, str], float] = {}
     for one in found:
@@ -166,7 +166,7 @@ def _settled(found: Sequence[Evidence], places: Places) -> dict[str, Guess]:
     return guesses
 
 
-def _stated(places: Places) -> Iterator[Evidence]:
+def _stated(places: Places) -> Iterator[Indication]:
     """What units and names say; a name that the unit contradicts supports nothing."""
     measured = {label: _quantity_of(at) for label, at in places.items()}
     for label, at in places.items():
@@ -174,28 +174,28 @@ def _stated(places: Places) -> Iterator[Evidence]:
         role = _named(label)
         if all(c.rate for _, c in at) and not _may_move(at):
             words = "it is sampled too slowly for a vibration, and nothing oscillates in it"
-            yield from (Evidence(label, one, _NEVER, words) for one in _MEASURED)
+            yield from (Indication(label, one, _NEVER, words) for one in _MEASURED)
         elif quantity in _RATES and unit is None and not any(c.rate for _, c in at):
             words = f"it is called a {quantity}, without times"
-            yield Evidence(label, "displacement", _NEVER, words)
+            yield Indication(label, "displacement", _NEVER, words)
         elif quantity in _RATES and role != "base":
             yield _rate_of_motion(label, quantity, unit, measured)
         elif quantity == "acceleration":
             role = "base" if role == "base" else "acceleration"
             words = f"its unit is {unit}" + (", its name says base" if role == "base" else "")
-            yield Evidence(label, role, _SAID, words)
+            yield Indication(label, role, _SAID, words)
         elif quantity == "force":
-            yield Evidence(label, "force", _SAID, f"its unit is {unit}")
+            yield Indication(label, "force", _SAID, f"its unit is {unit}")
         elif quantity == "angle":
             words = f"its unit is {unit}: an angle, whose arc it is"
-            yield Evidence(label, "displacement", _SAID, words)
+            yield Indication(label, "displacement", _SAID, words)
         elif role is not None and not may_be(at[0][1], role):
-            yield Evidence(label, role, _NEVER, f"its name says {role}, its unit {unit}")
+            yield Indication(label, role, _NEVER, f"its name says {role}, its unit {unit}")
         elif role is not None:
             words = f"its name says {role}"
             if quantity is not None:
                 words = f"its unit is {unit}, {words}"
-            yield Evidence(label, role, _SAID, words)
+            yield Indication(label, role, _SAID, words)
 
 
 def _quantity_of(at: Sequence[tuple[FileView, ColumnView]]) -> tuple[str | None, str | None]:
@@ -213,7 +213,7 @@ def _quantity_of(at: Sequence[tuple[FileView, ColumnView]]) -> tuple[str | None,
 def _rate_of_motion(
     label: str, quantity: str, unit: str | None,
     measured: Mapping[str, tuple[str | None, str | None]],
-) -> Evidence:  # fmt: skip
+) -> Indication:  # fmt: skip
     """A velocity is integrated, where no other channel is the displacement."""
     better = (
         other
@@ -221,12 +221,14 @@ def _rate_of_motion(
         if q in _RATES[quantity] or (q is None and _named(other) == "displacement")
     )
     if (other := next(better, None)) is not None:
-        return Evidence(label, "displacement", _NEVER, f"it is a {quantity}; {other} is preferred")
+        return Indication(
+            label, "displacement", _NEVER, f"it is a {quantity}; {other} is preferred"
+        )
     words = f"its {'unit' if unit else 'name'} says a {quantity}, which is integrated"
-    return Evidence(label, "displacement", _SAID if unit else _SHOWN, words)
+    return Indication(label, "displacement", _SAID if unit else _SHOWN, words)
 
 
-def _pulses(places: Places) -> Iterator[Evidence]:
+def _pulses(places: Places) -> Iterator[Indication]:
     """Channels that rest but for brief blows of one sign, over while what was hit still rings."""
     if len(places) < 2:
         return
@@ -237,10 +239,10 @@ def _pulses(places: Places) -> Iterator[Evidence]:
         rings = [duration(c) for one in places if one != label for _, c in places[one]]
         if all(2 * duration(column) < min(rings, default=0) for _, column in at):
             words = "it is at rest except for brief pulses of one sign, as of a hammer"
-            yield Evidence(label, "force", _SHOWN, words)
+            yield Indication(label, "force", _SHOWN, words)
 
 
-def _other_axes(places: Places) -> Iterator[Evidence]:
+def _other_axes(places: Places) -> Iterator[Indication]:
     """Of the axes of one sensor all but the one that moves most, and sums of axes."""
     by_sensor: dict[str, list[str]] = {}
     for label in places:
@@ -256,15 +258,17 @@ def _other_axes(places: Places) -> Iterator[Evidence]:
             if not (groups and _SUM.search(label)):
                 continue
             words = "its name says that it is a sum of axes"
-        yield from (Evidence(label, role, _NEVER, words) for role in _MEASURED)
+        yield from (Indication(label, role, _NEVER, words) for role in _MEASURED)
 
 
-def _heard(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Evidence]:
+def _heard(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Indication]:
     """A microphone: WAV files in most of which a ball bounces."""
     if "sound" in taken:
         return []
     words = "it holds hits whose distances shrink"
-    return [Evidence(label, "sound", _SHOWN, words) for label in rest if _is_heard(rest[label])][:1]
+    return [Indication(label, "sound", _SHOWN, words) for label in rest if _is_heard(rest[label])][
+        :1
+    ]
 
 
 def _is_heard(at: Sequence[tuple[FileView, ColumnView]]) -> bool:
@@ -274,7 +278,7 @@ def _is_heard(at: Sequence[tuple[FileView, ColumnView]]) -> bool:
     return 2 * sum(heard) >= len(at)
 
 
-def _by_physics(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Evidence]:
+def _by_physics(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Indication]:
     """Acceleration and base by what the signals do: every file has a vote."""
     votes: dict[str, Counter[str]] = {"acceleration": Counter(), "base": Counter()}
     for file in files:
@@ -287,7 +291,7 @@ def _by_physics(files: Sequence[FileView], rest: Places, taken: set[str]) -> lis
         "acceleration": "in size and phase it is another channel times the frequency squared",
         "base": "it is at rest or keeps its amplitude while the others ring",
     }
-    found: list[Evidence] = []
+    found: list[Indication] = []
     for role, count in votes.items():
         others = {"acceleration", "base", "displacement"} - taken - {role} - {e.role for e in found}
         left = [label for label in rest if label not in {one.label for one in found}]
@@ -295,7 +299,7 @@ def _by_physics(files: Sequence[FileView], rest: Places, taken: set[str]) -> lis
         # The last channel of a rig is its displacement.
         if role not in taken and chosen is not None and (len(left) > 1 or not others):
             said = f"{words[role]} (in {count[chosen]} of {sum(count.values())} files)"
-            found.append(Evidence(chosen, role, _SHOWN, said))
+            found.append(Indication(chosen, role, _SHOWN, said))
     return found
 
 
@@ -342,7 +346,7 @@ def _is_size(values: FloatArray) -> bool:
     return bool(values.min() >= 0.0) and skew > _SKEWED
 
 
-def _clearest(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Evidence]:
+def _clearest(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[Indication]:
     """The displacement: of what is left and moves, what oscillates most clearly."""
     left = [
         label
@@ -358,7 +362,7 @@ def _clearest(files: Sequence[FileView], rest: Places, taken: set[str]) -> list[
             f"({', '.join(left)}); check which one it is"
         )
     best = max(left, key=lambda label: sum(_clearness(column) for _, column in rest[label]))
-    return [Evidence(best, "displacement", _LEFT, words, rivals=len(left) - 1)]
+    return [Indication(best, "displacement", _LEFT, words, rivals=len(left) - 1)]
 
 
 def _clearness(column: ColumnView) -> float:
@@ -552,7 +556,7 @@ def common_frequency(file: FileView) -> float:
     return peaks[(len(peaks) - 1) // 2] if peaks else 0.0  # of two that differ, the lower
 
 
-def envelope(values: FloatArray, pieces: int = 24) -> FloatArray:
+def levels_of_pieces(values: FloatArray, pieces: int = 24) -> FloatArray:
     """Rms of equal pieces of a signal about its mean; of every sample where there are fewer."""
     x, pieces = values - values.mean(), min(pieces, len(values))
     return np.array([float(np.sqrt(np.mean(part**2))) for part in np.array_split(x, pieces)])
@@ -561,7 +565,7 @@ def envelope(values: FloatArray, pieces: int = 24) -> FloatArray:
 def _unsteadiness(values: FloatArray) -> float:
     if len(values) < 200:
         return 0.0
-    levels = envelope(values)
+    levels = levels_of_pieces(values)
     mean = float(levels.mean())
     return float(levels.std()) / mean if mean > 0.0 else 0.0
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.figures.invariant_manifold import projected
+from vinesexp.figures.invariant_manifold import on_manifold
 from vinesexp.figures.numbers import clearances, plus_minus, significant
 from vinesexp.figures.style import COLOURS
 from vinesexp.identification.estimate import Estimate, read_estimates
@@ -233,7 +233,7 @@ def _manifold(record: Record, paths: ResultPaths, rig: IdentifiedRig) -> dict[st
     known = {"M", "k1", "r", "m"} <= set(rig.values)
     if not known or len(record.clearance) != 1 or record.exclude or record.test == "drop":
         return None
-    motion = projected(record, paths.folder, rig)
+    motion = on_manifold(record, paths.folder, rig)
     good = np.isfinite(motion.C) & np.isfinite(motion.A)
     if good.sum() < _FEWEST_POINTS:
         return None

@@ -13,7 +13,7 @@ from vinesexp.design.headline import Answer, headline_of
 from vinesexp.design.inputs import Given
 from vinesexp.design.shown import BY_CLEARANCE, SENSITIVITIES, Table, notes_of, tables_of
 from vinesexp.figures.design_curve import DesignCurve, design_curve
-from vinesexp.figures.methods import value_over_folders
+from vinesexp.figures.identified_values import value_over_folders
 from vinesexp.figures.numbers import plus_minus
 from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.report.tables_shown import at_the_bench

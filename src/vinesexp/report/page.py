@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.figures.gallery import listed
-from vinesexp.figures.methods import input_rows
+from vinesexp.figures.identified_values import input_rows
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.readers.source import file_of
 from vinesexp.records.stored.result_columns import TABLES

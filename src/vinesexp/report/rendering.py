@@ -51,10 +51,10 @@ def inline_svg(results: Path, drawn: Drawn) -> str:
 
 def figure_markup(figure: Figure, name: str) -> str:
     """A figure that is on one page only, as `inline_svg` gives one of the results folder."""
-    from vinesexp.figures.style import write
+    from vinesexp.figures.style import write_figure
 
     with tempfile.TemporaryDirectory() as place:
-        write(figure, Path(place) / "figures" / f"{name}.svg")
+        write_figure(figure, Path(place) / "figures" / f"{name}.svg")
         return inline_svg(Path(place), Drawn(name, "", "", ""))
 
 

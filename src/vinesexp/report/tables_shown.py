@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
 
-from vinesexp.figures.methods import named
+from vinesexp.figures.identified_values import named
 from vinesexp.figures.numbers import (
     clearances,
     difference,

@@ -229,7 +229,7 @@ def begin(
 
 
 @compiled
-def turn(
+def turn_in_contact(
     par: FloatArray, kind: int, table: FloatArray, duration: float, state: FloatArray,
     balls: FloatArray, numbers: FloatArray, labels: IntArray, row: int, work: FloatArray,
 ) -> int:  # fmt: skip
@@ -290,6 +290,6 @@ def go_on(
     """`run_lasting`, without the counting of references that an entry has."""
     row, turns, room = 0, 0, numbers.shape[0] - 4 * balls.shape[0] - 4
     while state[T_HIGH] < duration and row < room and turns < ALLOWANCE:
-        row = turn(par, kind, table, duration, state, balls, numbers, labels, row, work)
+        row = turn_in_contact(par, kind, table, duration, state, balls, numbers, labels, row, work)
         turns += 1
     return row, turns

@@ -198,7 +198,7 @@ def rig_values(values: Mapping[str, Quantity], needed: tuple[str, ...]) -> dict[
     return {name: float(values[name].value) for name in needed}
 
 
-def covariance_of(values: Mapping[str, Quantity], covariance: ArrayLike | None) -> FloatArray:
+def rig_covariance(values: Mapping[str, Quantity], covariance: ArrayLike | None) -> FloatArray:
     """5 x 5 covariance, in the order of `RIG_VALUES`; where none is given, independent errors.
 
     Raises
@@ -280,7 +280,7 @@ def predict_periodic(
     [33.97, 33.92, 32.94, 34.9]
     """
     rig = rig_values(values, RIG_VALUES)
-    matrix = covariance_of(values, covariance)
+    matrix = rig_covariance(values, covariance)
     exact, slopes = gradient_exact(G=G, frequency=frequency, **rig)
     published, slopes_published = gradient_published(G=G, **rig)
     return _prediction(published, exact, slopes, slopes_published, matrix)
@@ -310,7 +310,7 @@ def predict_transient(
     """
     rig = rig_values(values, ("M", "k1", "r") if v0 else ("r",))
     M, k1, r = rig.get("M", 1.0), rig.get("k1", 1.0), rig["r"]
-    matrix = covariance_of(values, covariance)
+    matrix = rig_covariance(values, covariance)
     x_m = float(release_amplitude(x0=x0, v0=v0, M=M, k1=k1))
     exact, published = float(b_t_exact(x_m=x_m, r=r)), float(b_t_published(x_m=x_m))
     Gamma = float(loss_parameter(r))
@@ -444,7 +444,7 @@ def predict_best(*, x_m: Quantity, level: float, values: Mapping[str, Quantity])
     """
     release = Decaying(**rig_values(values, RIG_VALUES), x_m=float(x_m.value))
     matrix = np.zeros((6, 6))
-    matrix[:5, :5] = covariance_of(values, None)
+    matrix[:5, :5] = rig_covariance(values, None)
     matrix[5, 5] = float(checked(x_m.std_error, "standard error of x_m", "m, zero or above")) ** 2
     best, slopes, kind = gradient_best(release, level=level)
     scatter = 0.0

@@ -269,8 +269,8 @@ def passage(*, eps: float, lam: float, r: float) -> Passage:
         lost = active & (flight > 1.5 * np.pi) & np.isinf(until)
         until = np.where(lost, now + 2.0 * np.pi * _AFTER, until)
         let_go = np.where(lost, heights[-1], let_go)
-        arrived = fly(state, flight, zeta=zeta)
-        left = impact(arrived, eps=eps, r=r)
+        arrived = fly_freely(state, flight, zeta=zeta)
+        left = hit_wall(arrived, eps=eps, r=r)
         height = np.hypot(left[0], 0.5 * (arrived[1] + left[1]))  # amplitude of the mean motion
         state = np.where(active, left, state)
         times.append(np.where(active, now, times[-1]))
@@ -291,7 +291,7 @@ def _on_the_manifold(A: FloatArray, *, r: float, eps: float) -> FloatArray:
     return np.array([x, v - eps * u, x - 1.0, u])
 
 
-def fly(state: FloatArray, t: FloatArray, *, zeta: float) -> FloatArray:
+def fly_freely(state: FloatArray, t: FloatArray, *, zeta: float) -> FloatArray:
     """State after the free flight t: damped oscillator, free ball."""
     x, v, y, u = state
     wd = np.sqrt(1.0 - zeta * zeta)
@@ -301,7 +301,7 @@ def fly(state: FloatArray, t: FloatArray, *, zeta: float) -> FloatArray:
     )
 
 
-def impact(state: FloatArray, *, eps: float, r: float) -> FloatArray:
+def hit_wall(state: FloatArray, *, eps: float, r: float) -> FloatArray:
     """Impact law (3, 4) where the gap is closed; a flight that met no wall is left alone."""
     x, v, y, u = state
     gap, closing = x - y, v - u
@@ -318,7 +318,7 @@ _GRID: FloatArray = np.linspace(np.pi / 24.0, 6.0 * np.pi, 144)
 
 def next_collision(state: FloatArray, *, zeta: float) -> FloatArray:
     """Time to the next |x - y| = 1, at most three cycles; bisection in the first closed step."""
-    x, _, y, _ = fly(state[:, :, None], _GRID, zeta=zeta)
+    x, _, y, _ = fly_freely(state[:, :, None], _GRID, zeta=zeta)
     closed = np.abs(x - y) >= 1.0
     met = closed.any(axis=1)
     first = np.where(met, closed.argmax(axis=1), _GRID.size - 1)
@@ -326,7 +326,7 @@ def next_collision(state: FloatArray, *, zeta: float) -> FloatArray:
     low: FloatArray = np.asarray(high - _GRID[0], dtype=np.float64)
     for _ in range(36):
         middle = np.asarray(0.5 * (low + high), dtype=np.float64)
-        x, _, y, _ = fly(state, middle, zeta=zeta)
+        x, _, y, _ = fly_freely(state, middle, zeta=zeta)
         beyond = np.abs(x - y) >= 1.0
         high = np.where(beyond & met, middle, high)
         low = np.where(beyond | ~met, low, middle)

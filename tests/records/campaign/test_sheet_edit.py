@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vinesexp.errors import CampaignError
-from vinesexp.records.campaign.records_csv import add_row, change_row, row_of
+from vinesexp.records.campaign.records_csv import add_row, change_row, row_of_record
 from vinesexp.records.campaign.records_xlsx import new_workbook
 
 TEXT = (
@@ -26,11 +26,11 @@ def test_a_change_touches_one_line(tmp_path):
         4
     ]
     assert after[4] == 'b, b.csv ,periodic,36,é,"cut, ""bad"""'
-    assert row_of(sheet, "b")["clearance_mm"] == "36"
+    assert row_of_record(sheet, "b")["clearance_mm"] == "36"
     change_row(sheet, "c", {"exclude": "yes"})
     assert sheet.read_text().split("\n")[0] == f"{before[0]},exclude"
-    assert row_of(sheet, "c")["exclude"] == "yes"
-    assert row_of(sheet, "a")["note"] == "blanks kept"
+    assert row_of_record(sheet, "c")["exclude"] == "yes"
+    assert row_of_record(sheet, "a")["note"] == "blanks kept"
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
@@ -46,7 +46,7 @@ def test_separator_ends_and_encoding_stay(tmp_path, separator, end, encoding):
     assert new.startswith(content + end.encode())
     change_row(sheet, "a", {"note": "è"})
     assert sheet.read_bytes().decode(encoding).split(end)[1].split(separator)[3] == "è"
-    assert row_of(sheet, "b")["file"] == "b.csv"
+    assert row_of_record(sheet, "b")["file"] == "b.csv"
 
 
 def test_a_row_that_is_gone_is_reported_and_nothing_is_written(tmp_path):
@@ -63,8 +63,8 @@ def test_a_workbook_is_edited_alike(tmp_path):
     sheet.write_bytes(new_workbook([{"record": "a", "file": "a.csv", "test": "drop"}]))
     add_row(sheet, {"record": "b", "file": "b.csv", "test": "periodic", "setup": "other"})
     change_row(sheet, "a", {"note": "hard"})
-    assert row_of(sheet, "a")["note"] == "hard"
-    assert row_of(sheet, "b")["setup"] == "other"
+    assert row_of_record(sheet, "a")["note"] == "hard"
+    assert row_of_record(sheet, "b")["setup"] == "other"
 
 
 CELL = st.text(st.characters(codec="utf-8", exclude_characters="\x00"), max_size=12)
@@ -76,6 +76,6 @@ def test_any_text_comes_back(tmp_path_factory, note, other):
     sheet.write_bytes(TEXT.encode())
     change_row(sheet, "a", {"note": note})
     change_row(sheet, "b", {"note": other})
-    assert row_of(sheet, "a")["note"] == note.strip()
-    assert row_of(sheet, "b")["note"] == other.strip()
-    assert row_of(sheet, "c")["test"] == "drop"
+    assert row_of_record(sheet, "a")["note"] == note.strip()
+    assert row_of_record(sheet, "b")["note"] == other.strip()
+    assert row_of_record(sheet, "c")["test"] == "drop"

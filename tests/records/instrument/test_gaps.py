@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vinesexp.records.instrument import findings
-from vinesexp.records.instrument.findings import gaps_of
+from vinesexp.records.instrument.findings import gaps_of_target
 from vinesexp.records.stored.store import RecordWriter, open_record
 
 RATE, F = 5000.0, 7.9
@@ -46,7 +46,7 @@ def missing_in(gaps, n):
 def test_every_stretch_without_a_target_is_found_and_nothing_else(tmp_path, value, bits):
     x, lost = dropped(swing(bits=bits), 40, 1, value=value)
     with stored(tmp_path, x) as view:
-        found = missing_in(gaps_of(view, "displacement"), x.size)
+        found = missing_in(gaps_of_target(view, "displacement"), x.size)
     if value:
         assert (found == lost).all()
     else:  # the middle of the range: near a crossing nothing tells it from the motion
@@ -60,7 +60,7 @@ def test_a_sensor_that_comes_back_over_three_samples(tmp_path, seed):
     rough = np.convolve(x, [0.25, 0.5, 0.25], mode="same")
     x = np.where(np.abs(np.diff(x, prepend=x[0])) > 1e-3, rough, x)
     with stored(tmp_path, x) as view:
-        found = missing_in(gaps_of(view, "displacement"), x.size)
+        found = missing_in(gaps_of_target(view, "displacement"), x.size)
     known = swing(seed)
     off = ~found & (np.abs(x - known) > 2e-4)
     assert not off.any()
@@ -73,7 +73,7 @@ def test_honest_records_and_cut_crests_have_no_gap(tmp_path, bits, clip):
     if clip:
         x = np.clip(x, -clip * x.max(), clip * x.max())
     with stored(tmp_path, x) as view:
-        assert gaps_of(view, "displacement").missing == ()
+        assert gaps_of_target(view, "displacement").missing == ()
         assert bool(findings.saturated(view, "displacement")) == bool(clip)
 
 
@@ -81,7 +81,7 @@ def test_a_base_at_rest_that_is_shaken_at_once_has_no_gap(tmp_path):
     t = np.arange(20000) / RATE
     x = np.where(t < 2.0, 0.0, 1e-3 * np.sin(2 * np.pi * F * (t - 2.0)))
     with stored(tmp_path, np.round(x / 1e-5) * 1e-5, "base") as view:
-        assert gaps_of(view, "base").missing == ()
+        assert gaps_of_target(view, "base").missing == ()
 
 
 def test_the_last_value_held_for_a_moment_is_a_gap(tmp_path):
@@ -89,6 +89,6 @@ def test_the_last_value_held_for_a_moment_is_a_gap(tmp_path):
     x[7000:7090] = x[7000]
     with stored(tmp_path, x) as view:
         frozen = findings.frozen(view, "displacement", period=RATE / F)
-        found = gaps_of(view, "displacement", frozen=frozen)
+        found = gaps_of_target(view, "displacement", frozen=frozen)
     assert found.missing == ((7001, 7090),) or found.missing == ((7000, 7090),)
     assert found.others == []

@@ -75,7 +75,7 @@ def read_channels_section(top: Section) -> dict[str, Channel]:
         before = len(top.problems.found)
         if entry := section.under(role):
             entry.refuse_unknown(SOUND_KEYS if role == "sound" else CHANNEL_KEYS)
-            channel = _sound(entry) if role == "sound" else read_channel(role, entry)
+            channel = _sound(entry) if role == "sound" else read_channel_entry(role, entry)
             if channel is not None and len(top.problems.found) == before:
                 found[role] = channel
     return found
@@ -98,7 +98,7 @@ def _sound(entry: Section) -> Channel | None:
     )
 
 
-def read_channel(role: str, entry: Section, quantity: str | None = None) -> Channel | None:
+def read_channel_entry(role: str, entry: Section, quantity: str | None = None) -> Channel | None:
     """A column and what one unit of it means; None where there are mistakes, which are noted.
 
     `quantity` where the section does not state it.

@@ -42,7 +42,7 @@ class _Noting:
         return True
 
 
-def read_file(text: str, folder: Path, allow_outside: bool) -> Path:
+def named_file(text: str, folder: Path, allow_outside: bool) -> Path:
     """A path inside the campaign folder, or outside where that is allowed."""
     path = folder / text
     # Links are followed: what counts is where the file is, not how it is written.

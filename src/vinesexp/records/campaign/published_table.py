@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vinesexp.errors import ParameterError, VinesexpError, nearest
-from vinesexp.records.campaign.problems import read_file
+from vinesexp.records.campaign.problems import named_file
 from vinesexp.records.campaign.yamltree import Section
 from vinesexp.records.stored.tables import Column, Row, Table, read_rows
 
@@ -94,7 +94,7 @@ def read_published(
     if name is None:
         return ()
     with top.at("published"):
-        file = read_file(name, folder, allow_outside)
+        file = named_file(name, folder, allow_outside)
         if not file.is_file():
             raise ParameterError(f"no file '{name}' in the campaign folder")
         where, found = "", []

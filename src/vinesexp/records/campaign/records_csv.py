@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from vinesexp.errors import CampaignError, ParameterError, nearest
-from vinesexp.records.campaign.problems import Problems, read_file
+from vinesexp.records.campaign.problems import Problems, named_file
 from vinesexp.records.campaign.records_xlsx import cell_name, edited_workbook, rows_of_workbook
 from vinesexp.records.campaign.schema import MOST_BALLS, SHEET_COLUMNS, TESTS, Record
 from vinesexp.settings.overrides import changed_by_text
@@ -270,7 +270,7 @@ def _record(
         return read_number(text, sheet.comma)
 
     def path(text: str) -> tuple[Path, ...]:
-        return tuple(read_file(one.strip(), folder, allow_outside) for one in text.split(";"))
+        return tuple(named_file(one.strip(), folder, allow_outside) for one in text.split(";"))
 
     files = required("file", path)
     record = Record(
@@ -409,7 +409,7 @@ def read_setup(text: str, setups: tuple[str, ...]) -> str:
 _MARK = b"\xef\xbb\xbf"  # of UTF-8, as spreadsheets write it
 
 
-def row_of(sheet: Path, record: str) -> dict[str, str]:
+def row_of_record(sheet: Path, record: str) -> dict[str, str]:
     """The cells of a record by column; CampaignError where there is no such row."""
     found = _read(sheet)
     line = _line(found, record, sheet)

@@ -335,7 +335,7 @@ class Gaps:
         return any(first <= run.start and end <= last for first, last in self.missing)
 
 
-def gaps_of(view: RecordView, role: str, *, frozen: Sequence[Stretch] = ()) -> Gaps:
+def gaps_of_target(view: RecordView, role: str, *, frozen: Sequence[Stretch] = ()) -> Gaps:
     """The gaps of a channel.
 
     A gap is a stretch of equal samples that the channel enters and leaves by a step larger
@@ -361,7 +361,7 @@ def gaps_of(view: RecordView, role: str, *, frozen: Sequence[Stretch] = ()) -> G
     >>> with RecordWriter(path, sample_rate=1e3, quantities=quantities) as writer:
     ...     writer.append({"displacement": x})
     >>> with open_record(path) as view:
-    ...     gaps_of(view, "displacement").missing
+    ...     gaps_of_target(view, "displacement").missing
     ((3000, 3060),)
     """
     starts, ends = _still(view, role)
@@ -471,7 +471,7 @@ def look_over(
         if role in _TARGETS and (len(stuck) != 1 or stuck[0].length < view.n):
             # A target is lost for a moment: what stands still for longer is a fault.
             moment = [run for run in stuck if period is not None and run.length < period]
-            gaps = gaps_of(view, role, frozen=moment)
+            gaps = gaps_of_target(view, role, frozen=moment)
             stuck = [run for run in stuck if not gaps.hold(run)]
         else:
             gaps = Gaps((), [])

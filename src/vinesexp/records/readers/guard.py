@@ -96,7 +96,7 @@ def fork_for(
     module : str
         The reader's.
     path, limits, requests, answers
-        As of `serve`.
+        As of `serve_reader`.
 
     Returns
     -------
@@ -231,7 +231,7 @@ class _Server:
             for one in (self.asking, *self.alive.values()):
                 one.close()
             os.close(life)
-            serve(reader, Path(path), limits, requests, answers)
+            serve_reader(reader, Path(path), limits, requests, answers)
         os.close(requests)
         os.close(answers)
         self.alive[pid] = socket.socket(fileno=life)
@@ -293,7 +293,7 @@ def _read(pipe: int, count: int) -> bytearray:
     return found
 
 
-def serve(
+def serve_reader(
     reader: Any, path: Path, limits: tuple[int, float, int], requests: int, answers: int
 ) -> NoReturn:
     """Answer requests until nobody asks any more, then end this process."""
@@ -359,7 +359,7 @@ def _limit(seconds: int, memory: int) -> None:
 def serve_in_new_process() -> None:
     """Serve a source in a process that was started, not copied."""
     module, path, seconds, patience, memory, requests, answers = sys.argv[1:]
-    serve(
+    serve_reader(
         import_module(module),
         Path(path),
         (int(seconds), float(patience), int(memory)),
@@ -549,7 +549,7 @@ def _start(reader: Reader, path: Path, limits: Limits) -> _Child:
         if pid == 0:  # pragma: no cover
             os.close(to_child)
             os.close(from_child)
-            serve(reader, path, astuple(limits), requests, answers)
+            serve_reader(reader, path, astuple(limits), requests, answers)
         return _Child(pid, to_child, from_child)
     finally:
         os.close(requests)

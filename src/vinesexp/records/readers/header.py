@@ -275,18 +275,18 @@ def words_over_values(layout: Layout, lines: list[list[str]]) -> tuple[float, fl
     """
     for cells in lines:
         words = (re.fullmatch(r"(t0|tInc)\s*=\s*(\S+?)s?", cell) for cell in cells)
-        found = {match[1]: number(layout, match[2]) for match in words if match}
+        found = {match[1]: stated_number(layout, match[2]) for match in words if match}
         if (found.get("tInc") or 0.0) > 0.0:
             return found["tInc"] or 0.0, found.get("t0") or 0.0
     for names, values in pairwise(lines):
         stated = dict(zip((name.lower() for name in names), values, strict=False))
-        interval = number(layout, stated.get("increment", ""))
+        interval = stated_number(layout, stated.get("increment", ""))
         if interval is not None and interval > 0.0:
-            return interval, number(layout, stated.get("start", "")) or 0.0
+            return interval, stated_number(layout, stated.get("start", "")) or 0.0
     return None
 
 
-def number(layout: Layout, cell: str) -> float | None:
+def stated_number(layout: Layout, cell: str) -> float | None:
     """A cell of the header as a finite number, or None."""
     try:
         value = float(cell.replace(",", ".") if layout.decimal == "," else cell)
@@ -327,7 +327,7 @@ def _sizes(
     unit = next((u for cell in cells if (u := unit_of_label(cell)) in UNITS[quantity]), None)
     for cell in cells:
         match = _VALUE.fullmatch(cell.strip())
-        value = number(layout, match[1]) if match else None
+        value = stated_number(layout, match[1]) if match else None
         if match is None or value is None:
             continue
         own = unit_of_label(match[2]) if match[2] else None
@@ -354,7 +354,7 @@ def labview_columns(
         columns[j] = replace(column, unit=unit_of_label(label) or label or column.unit)
     has_times = [*stated.get("X_Columns", []), "", "No"][1] != "No"
     times = [j for j, column in enumerate(columns) if column.name == _LABVIEW_TIMES]
-    intervals = {number(layout, cell) for cell in stated.get("Delta_X", [])[1:] if cell}
+    intervals = {stated_number(layout, cell) for cell in stated.get("Delta_X", [])[1:] if cell}
     return (
         tuple(columns),
         times[0] if has_times and times else None,
@@ -365,6 +365,6 @@ def labview_columns(
 def labview_rows(layout: Layout, lines: list[list[str]]) -> int | None:
     """How many rows the longest of the channels has."""
     stated = {cells[0]: cells for cells in lines if cells}
-    counts = [number(layout, cell) for cell in stated.get("Samples", [])[1:] if cell]
+    counts = [stated_number(layout, cell) for cell in stated.get("Samples", [])[1:] if cell]
     known = [int(count) for count in counts if count is not None and 0.0 < count < 1e12]
     return max(known, default=None)

@@ -451,7 +451,7 @@ class AsideSource(TextSource):
 class BlockSource(AsideSource):
     """One of several blocks of a text file, the first where none is named."""
 
-    def __init__(self, path: Path, layout: Layout, blocks: Sequence[Block]) -> None:
+    def __init__(self, path: Path, layout: Layout, blocks: Sequence[RowBlock]) -> None:
         file = file_of(path)
         block = blocks[number_of_part(path, len(blocks), "blocks of rows")]
         aside, text = file_aside()
@@ -467,7 +467,7 @@ class BlockSource(AsideSource):
 
 
 @dataclass(frozen=True)
-class Block:
+class RowBlock:
     """Lines of one block, from 0: its own header, its first row, and the line after its last."""
 
     header: int
@@ -475,7 +475,7 @@ class Block:
     end: int
 
 
-def find_blocks(path: Path, layout: Layout) -> list[Block]:
+def find_blocks(path: Path, layout: Layout) -> list[RowBlock]:
     """The blocks of rows of a text file; one where the file is as most are.
 
     Lines between rows divide them if they hold words alone, and either are several, or follow a
@@ -503,14 +503,14 @@ def find_blocks(path: Path, layout: Layout) -> list[Block]:
             starts.append((begin, end))
     bounds = [(layout.first, layout.first), *starts, (total, total)]
     found = [
-        Block(bounds[k][0], bounds[k][1], bounds[k + 1][0])
+        RowBlock(bounds[k][0], bounds[k][1], bounds[k + 1][0])
         for k in range(len(bounds) - 1)
         if bounds[k + 1][0] - bounds[k][1] >= _FEWEST
     ]
     return found if len(found) > 1 else []
 
 
-def lines_of_block(path: Path, layout: Layout, block: Block) -> Iterator[str]:
+def lines_of_block(path: Path, layout: Layout, block: RowBlock) -> Iterator[str]:
     """A block as a text file of its own: what holds for all, its header, its rows."""
     with path.open(encoding=layout.encoding, errors="replace", newline=None) as stream:
         common = list(islice(stream, layout.first))
