@@ -272,7 +272,7 @@ def test_a_record_and_its_conditioned_file_say_where_they_come_from(tmp_path):
     ingest(campaign, campaign.record("a"), tmp_path / "a.nc")
     condition(tmp_path / "a.nc", tmp_path / "c.nc", f0_hint=7.9)
     with open_record(tmp_path / "a.nc") as record, open_record(tmp_path / "c.nc") as conditioned:
-        measured, kept = record.attributes, conditioned.attributes
+        measured, kept = dict(record.attributes), dict(conditioned.attributes)
     assert (measured["date"], measured["instrument"]) == ("2024-05-01", "scope of the lab")
     assert measured["source_format"] == "text"
     for name in ("source", "source_sha256", "date", "instrument", "vinesexp_version", "title"):

@@ -377,7 +377,7 @@ class RecordView:
     n : int
         Samples.
     attributes : mapping
-        What was stored about the record.
+        What was stored about the record, to be read while it is open.
     refused : str or None
         Why the record cannot be used; such a record has no channels.
     """
