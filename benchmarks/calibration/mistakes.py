@@ -233,6 +233,17 @@ def _loads_exchanged(scene: Scene, rng: np.random.Generator) -> Scene:
     )
 
 
+def _one_base(scene: Scene, rng: np.random.Generator) -> Scene:
+    """The shaker was set lower in one test."""
+    other, share = scene.periodic()[1].name, float(rng.uniform(0.75, 0.9))
+
+    def shaken(t: Test) -> Test:
+        drive = replace(t.drive, amplitude=share * t.drive.amplitude)
+        return replace(t, drive=drive) if t.name == other else t
+
+    return scene.mapped(shaken, "periodic")
+
+
 def _ball(scene: Scene, rng: np.random.Generator) -> Scene:
     return replace(scene, ball=scene.ball * float(rng.choice([0.8, 1.25])))
 
@@ -267,6 +278,7 @@ _ALL = [
     _every("cavity set up anew, with a slope", "tilt", _set_up_anew),
     _every("floor more or less dusty", "friction", _dusty),
     _every("laser aimed anew", "drift of gain", _aimed_anew),
+    _every("another base amplitude in one test", "base amplitude", _one_base),
     _every("added masses exchanged", "added mass", _loads_exchanged),
     _every("one clearance wrong", "clearance", _one_clearance, held=True),
     _every("displacement in inches", "displacement scale", _gain(laser_gain=1 / 25.4), held=True),

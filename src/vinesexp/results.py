@@ -17,7 +17,13 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from vinesexp.clearance.levels import PeriodicLevel, ReleaseLevel, periodic_levels, release_levels
+from vinesexp.clearance.levels import (
+    PeriodicLevel,
+    ReleaseLevel,
+    as_found,
+    periodic_levels,
+    release_levels,
+)
 from vinesexp.clearance.predicted import IdentifiedRig, at_level, identified_rig
 from vinesexp.errors import RecordError, nearest
 from vinesexp.identification.estimate import COMBINED, NOTHING, read_estimates
@@ -307,16 +313,21 @@ class CampaignResults(Results):
         return at_level(self.rig, self.rows("level_values"), G=level.nominal)
 
     @cached_property
+    def as_found(self) -> Campaign:
+        """The campaign with what the records say where they contradict the test log."""
+        return as_found(self.campaign, self.rows("inputs"))
+
+    @cached_property
     def periodic(self) -> list[PeriodicLevel]:
-        """Periodic tests by base amplitude."""
+        """Periodic tests by base amplitude, as compared: with the clearances that were found."""
         tables = (self.rows(name) for name in ("regimes", "base", "identified"))
-        return periodic_levels(self.campaign, *tables)
+        return periodic_levels(self.as_found, *tables)
 
     @cached_property
     def releases(self) -> list[ReleaseLevel]:
         """Releases by height and amplitude to be reached."""
         tables = (self.rows(name) for name in ("regimes", "decay_times", "identified"))
-        return release_levels(self.campaign, *tables)
+        return release_levels(self.as_found, *tables)
 
     @cached_property
     def compared(self) -> dict[tuple[str, str], Row]:

@@ -34,6 +34,7 @@ MISTAKES = (
     "cavity set up anew, with a slope",
     "floor more or less dusty",
     "laser aimed anew",
+    "another base amplitude in one test",
 )
 
 #: A contact that rings where it moves no value is not named.

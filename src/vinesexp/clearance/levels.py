@@ -16,7 +16,7 @@ from typing import TypeVar
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
 from vinesexp.records.stored.checks import Check
-from vinesexp.records.stored.result_columns import Verdict
+from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
 from vinesexp.records.stored.tables import Row
 from vinesexp.theory.regime_definitions import PERMANENT, TELLING, UNKNOWN, Regime, Swing
 from vinesexp.units import COVERAGE_95, Quantity
@@ -360,8 +360,8 @@ def _steadiness(row: Row) -> list[Check]:
 def as_found(campaign: Campaign, inputs: Sequence[Row]) -> Campaign:
     """The campaign with the clearances and added masses of inputs.csv whose verdict is ``off``.
 
-    Base amplitudes stay, since they name the levels; what predictions take for them is in
-    identified.csv.
+    Base amplitudes of levels stay, since they name the levels; what predictions take for them is in
+    identified.csv. A test of another amplitude than its level's gets its own.
 
     Parameters
     ----------
@@ -390,7 +390,9 @@ def _found(record: Record, off: Sequence[Row]) -> Record:
     for row in off:
         if record.id not in row["record"].split(";"):
             continue
-        if row["item"] == "added_mass":
+        if row["item"] == BASE_OF_ONE:  # it is a level of its own
+            record = replace(record, base_amplitude=1e-3 * float(f"{float(row['found']):.4g}"))
+        elif row["item"] == "added_mass":
             record = replace(record, added_mass=1e-3 * float(row["found"]))
         elif row["item"].startswith("clearance"):
             number = row["item"].removeprefix("clearance").removeprefix(" of ball ")

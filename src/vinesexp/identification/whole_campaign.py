@@ -33,9 +33,9 @@ from vinesexp.identification.working_amplitude import (
     law_rows,
     level_values,
 )
-from vinesexp.records.campaign.schema import Campaign
+from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.checks import Check
-from vinesexp.records.stored.result_columns import Verdict
+from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
 from vinesexp.records.stored.tables import Value
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.units import COVERAGE_95
@@ -580,18 +580,38 @@ def _ball(answer: Answer, campaign: Campaign) -> list[Estimate]:
 
 
 def _bases(answer: Answer, campaign: Campaign) -> list[Estimate]:
-    """Base amplitude of each level as all records together show it."""
+    """Base amplitude of each level, and of a test of another amplitude, as all records show it."""
     rows = []
     for level, name in answer.observed.levels.items():
-        value, error = answer.posterior.of({name: 1.0})
-        size = level * math.exp(value)
-        ids = tuple(
-            r.id for r in campaign.records
-            if r.test == "periodic" and r.base_amplitude
-            and abs(r.base_amplitude / level - 1.0) < 1e-6
-        )  # fmt: skip
-        rows.append(Estimate("base_amplitude", size, size * error, "m", "motion of the mass", ids))
+        ids = [r.id for r in _at_base(level, campaign) if r.test == "periodic"]
+        others = {id: {name: 1.0, own: 1.0} for id, own in _at_another_base(answer, ids).items()}
+        shared = tuple(id for id in ids if id not in others)
+        for own, terms in ((shared, {name: 1.0}), *(((id,), t) for id, t in others.items())):
+            value, error = answer.posterior.of(terms)
+            size = level * math.exp(value)
+            rows.append(
+                Estimate("base_amplitude", size, size * error, "m", "motion of the mass", own)
+            )
     return rows
+
+
+def _at_base(level: float, campaign: Campaign) -> list[Record]:
+    return [
+        r for r in campaign.records
+        if r.base_amplitude and abs(r.base_amplitude / level - 1.0) < 1e-6
+    ]  # fmt: skip
+
+
+def _at_another_base(answer: Answer, ids: Sequence[str]) -> dict[str, str]:
+    """Tests whose base amplitude is said to be another than stated, with the unknown of it."""
+    names = {f"own base: {id}": id for id in ids}
+    return {
+        names[name]: name
+        for w in answer.judged.found
+        if w.sure and not w.rivals and w.cause.direction and len(w.cause.records) == 1
+        for name in w.cause.direction.terms
+        if name in names
+    }
 
 
 def _releases(answer: Answer, campaign: Campaign) -> list[Estimate]:
@@ -644,11 +664,11 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
         item = "clearance" if number == 0 else f"clearance of ball {number}"
         rows.append(_input(answer, item, (record,), "mm", 1e3, stated, terms, log=False))
     for level, name in o.levels.items():
-        ids = tuple(
-            r.id for r in campaign.records
-            if r.base_amplitude and abs(r.base_amplitude / level - 1.0) < 1e-6
-        )  # fmt: skip
+        ids = tuple(r.id for r in _at_base(level, campaign))
         rows.append(_input(answer, "base_amplitude", ids, "mm", 1e3, level, {name: 1.0}, log=True))
+        for id, own in _at_another_base(answer, ids).items():
+            terms = {name: 1.0, own: 1.0}
+            rows.append(_input(answer, BASE_OF_ONE, (id,), "mm", 1e3, level, terms, log=True))
     for release, name in o.releases.items():
         ids = _released_from(release, campaign)
         rows.append(_input(answer, "release", ids, "mm", 1e3, release, {name: 1.0}, log=True))
@@ -685,7 +705,7 @@ def _contradicted(inputs: Sequence[Mapping[str, Value]], answer: Answer) -> list
             groups.setdefault(str(row["item"]), []).append(row)
     checks = []
     for item, rows in groups.items():
-        if item.replace("nes_mass", "ball mass").replace("_", " ") in causes:
+        if item == BASE_OF_ONE or item.replace("nes_mass", "ball mass").replace("_", " ") in causes:
             continue
         error = float(rows[0]["found_error"] or 0.0)
         first, more = rows[0], f" and of {len(rows) - 1} more" if len(rows) > 1 else ""

@@ -562,7 +562,14 @@ def _exchanged(about: str, items: Sequence[_Stated]) -> list[Cause]:
 
 
 def _of_levels(o: Observed) -> list[Cause]:
+    tests = [name for name in o.names if name.startswith("own base: ")]
+    single = [
+        Cause(f"one {name}", "mistake", "base amplitude", Direction({name: 1.0}, Prior(0.0, 0.3)),
+              members=len(tests), records=(name.partition(": ")[2],))
+        for name in tests
+    ]  # fmt: skip
     return [
+        *(single if len(single) > 2 else []),
         *_of_lengths("base", "base amplitude", o.levels),
         *_of_lengths("release", "release", o.releases),
     ]

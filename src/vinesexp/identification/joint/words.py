@@ -174,6 +174,8 @@ def _signed(value: float, half: float) -> str:
 
 def _by_share(place: str, value: float, error: float, cause: Cause) -> str:
     share = value if "scale" in cause.key and cause.about == "clearance" else math.expm1(value)
+    if cause.records:
+        place = f"{place} in {', '.join(cause.records)}"
     what = "shows" if cause.about.endswith("gain") or " gain of" in cause.about else "is truly"
     return (
         f"{place}: it {what} {with_error(1.0 + share, error)} times what is stated; the analysis "

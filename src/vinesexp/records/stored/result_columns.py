@@ -65,11 +65,14 @@ IDENTIFIED = Table(
     Column("records", "ids of the records it came from, separated by semicolons"),
 ))  # fmt: skip
 
+#: Item of inputs.csv: a test whose base amplitude is another than that of its level.
+BASE_OF_ONE = "base_amplitude of one test"
 #: What the records say of what was stated: one row an input.
 INPUTS = Table(
     "inputs", "identify", file="inputs.csv",
     answers="What the records say of what was stated: one row an input.", columns=(
-    Column("item", "clearance, base_amplitude, release, added_mass, nes_mass, mass, gain of a "
+    Column("item", "clearance, base_amplitude (of a level, or of one test), release, added_mass, "
+           "nes_mass, mass, gain of a "
            "channel"),
     Column("record", "ids of the records that it was stated for; empty: the whole campaign"),
     Column("unit", "unit of the four numbers; 1 for a gain, which is the reading over the true "
