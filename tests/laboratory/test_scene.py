@@ -275,7 +275,11 @@ def test_a_plain_test_has_no_departures(tmp_path):
 def test_the_sheet_states_the_uncertainty_of_a_gain_and_not_its_error(tmp_path):
     from vinesexp.laboratory.simulated_files import campaign_text
 
-    text = campaign_text(scene_of(tmp_path, DEPARTED))
+    scene = scene_of(tmp_path, DEPARTED)
+    sensor = scene.tests[0].sensors["acceleration"]
+    assert sensor.gain_uncertainty == pytest.approx(0.02)
+    assert sensor.gain != 1.0
+    text = campaign_text(scene)
     assert "sensitivity: 20 +- 0.4 mV/g" in text
     assert "sensitivity: 40 mV/mm" in text
 

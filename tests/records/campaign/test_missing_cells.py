@@ -79,6 +79,8 @@ def test_a_ball_without_a_mass_is_reported_and_records_left_out_are_not():
 def test_the_report_names_the_cell_in_the_place_of_a_best_clearance():
     check = {"record": "", "check": "missing", "outcome": "warning", "detail": "clearance_mm is"}
     assert "No best clearance can be reported: clearance_mm is" in headline([], [], {}, [check])
+    other = check | {"check": "units"}
+    assert "clearance_mm" not in headline([], [], {}, [other])
 
 
 @pytest.fixture

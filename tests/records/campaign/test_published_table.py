@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from vinesexp.errors import CampaignError
-from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.load import load_campaign, read_campaign
 from vinesexp.records.campaign.published_table import PublishedValue
 from vinesexp.records.stored.freshness import campaign_seen_by
 
@@ -59,6 +59,7 @@ def test_mistakes_are_one_line_with_their_place(
     assert "campaign.yaml" in text
     assert "\n" not in text
     assert "run the" not in text
+    assert read_campaign(tmp_path)[0].published == ()
 
 
 def test_a_table_outside_of_the_campaign_is_not_read_unless_that_is_allowed(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from vinesexp.errors import CampaignError
-from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.load import load_campaign, read_campaign
 from vinesexp.records.campaign.uncertainties import EXACT, Tolerance, Uncertainties
 
 YAML = """\
@@ -73,3 +73,4 @@ def test_mistakes_are_said_with_their_place(tmp_path, more, words):
     with pytest.raises(CampaignError, match="uncertainties") as caught:
         made(tmp_path, more)
     assert words in str(caught.value)
+    assert read_campaign(tmp_path)[0].known.uncertainties == Uncertainties()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vinesexp.cli import main
-from vinesexp.records.campaign.load import campaign_problems, load_campaign
+from vinesexp.records.campaign.load import load_campaign, read_campaign
 from vinesexp.records.instrument.ingest import ingest_or_refuse
 from vinesexp.records.stored.store import open_record
 
@@ -97,7 +97,8 @@ def test_unknown_setups_and_misspelled_columns_are_reported(tmp_path, capsys):
     with pytest.raises(Exception, match="unknown setup 'fra'; did you mean 'far'"):
         run(tmp_path, row="a,x.csv,periodic,fra,,")
     (tmp_path / "records.csv").write_text("record,file,test,clearence_mm\na,x.csv,periodic,3\n")
-    (problem,) = campaign_problems(tmp_path)
+    campaign, (problem,) = read_campaign(tmp_path)
+    assert campaign.records == ()
     assert "unknown column 'clearence_mm'; did you mean 'clearance_mm'" in str(problem)
 
 
