@@ -85,17 +85,28 @@ def modal_velocity(t: FloatArray, mode: LocalMode, *, duration: float) -> FloatA
     """
     W, w = math.pi / duration, 2.0 * math.pi * mode.frequency
     H = -W * W / complex(w * w - W * W, 2.0 * mode.damping * w * W)
-    decay, wd = mode.damping * w, w * math.sqrt(1.0 - mode.damping**2)
-    A = H.real
+    return mode.share * _after_contact(t, H, 0.0, w=w, damping=mode.damping, duration=duration)
+
+
+def _after_contact(
+    t: FloatArray, H: complex, H_0: float, *, w: float, damping: float, duration: float
+) -> FloatArray:
+    """Response from rest to the velocity that a half-sine contact gives the mass.
+
+    H and H_0 are the transfer function of a resonance at the frequency of the half-sine and at 0:
+    from (H_0 - Re(H exp(iWt)))/2 the free ringing takes its start value and slope away.
+    """
+    W, decay, wd = math.pi / duration, damping * w, w * math.sqrt(1.0 - damping**2)
+    A = H.real - H_0
     B = (decay * A - W * H.imag) / wd
 
     def response(s: FloatArray) -> FloatArray:
         s = np.maximum(s, 0.0)
-        forced = -H.real * np.cos(W * s) + H.imag * np.sin(W * s)
+        forced = H_0 - H.real * np.cos(W * s) + H.imag * np.sin(W * s)
         free = np.exp(-decay * s) * (A * np.cos(wd * s) + B * np.sin(wd * s))
         return np.asarray(0.5 * (forced + free))
 
-    return mode.share * (response(t) + response(t - duration))
+    return response(t) + response(t - duration)
 
 
 def modal_place(t: FloatArray, mode: LocalMode) -> FloatArray:
@@ -212,17 +223,7 @@ def pulse_momentum(
         return np.asarray(np.sin(0.5 * W * np.clip(t, 0.0, duration)) ** 2)
     w = 2.0 * math.pi * ring
     H = w * w / complex(w * w - W * W, 2.0 * ring_damping * w * W)
-    decay, wd = ring_damping * w, w * math.sqrt(1.0 - ring_damping**2)
-    # 1 - Re(H exp(iWt)) from rest: the free ringing takes its start value and slope away
-    A, B = H.real - 1.0, (-W * H.imag + decay * (H.real - 1.0)) / wd
-
-    def response(s: FloatArray) -> FloatArray:
-        s = np.maximum(s, 0.0)
-        forced = 1.0 - H.real * np.cos(W * s) + H.imag * np.sin(W * s)
-        free = np.exp(-decay * s) * (A * np.cos(wd * s) + B * np.sin(wd * s))
-        return np.asarray(0.5 * (forced + free))
-
-    return response(t) + response(t - duration)
+    return _after_contact(t, H, 1.0, w=w, damping=ring_damping, duration=duration)
 
 
 def contact_acceleration(
