@@ -184,6 +184,14 @@ def regime_of(
     return RegimeCount(regime, per_cycle, captured, asymmetry, swing)
 
 
+def _paired_cycles(t: np.ndarray, side: np.ndarray, period: float) -> BoolArray:
+    """Whether the impacts from each one to the next but one are a cycle with one on either side."""
+    gap = np.diff(t)
+    crosses = side[1:] != side[:-1]
+    near = np.abs(gap[:-1] + gap[1:] - period) < PAIRED * period
+    return np.asarray(crosses[:-1] & crosses[1:] & near)
+
+
 def activation_spells(times: ArrayLike, sides: ArrayLike, *, period: float) -> np.ndarray:
     """Stretches of one impact on either side per cycle: when each begins and ends.
 
@@ -212,9 +220,7 @@ def activation_spells(times: ArrayLike, sides: ArrayLike, *, period: float) -> n
     t, side = np.asarray(times, dtype=np.float64), np.asarray(sides)
     if t.size < 3:
         return np.empty((0, 2))
-    gap = np.diff(t)
-    crosses = side[1:] != side[:-1]
-    cycle = crosses[:-1] & crosses[1:] & (np.abs(gap[:-1] + gap[1:] - period) < PAIRED * period)
+    cycle = _paired_cycles(t, side, period)
     begins, ends = t[:-2][cycle], t[2:][cycle]
     if not begins.size:
         return np.empty((0, 2))
@@ -232,9 +238,7 @@ def _paired_gaps(t: np.ndarray, side: np.ndarray, period: float) -> tuple[np.nda
     """
     if t.size < 3:
         return np.empty(0), np.zeros(t.size, dtype=bool)
-    gap = np.diff(t)
-    crosses = side[1:] != side[:-1]
-    cycle = crosses[:-1] & crosses[1:] & (np.abs(gap[:-1] + gap[1:] - period) < PAIRED * period)
+    gap, cycle = np.diff(t), _paired_cycles(t, side, period)
     part = np.zeros(gap.size, dtype=bool)
     part[:-1] |= cycle
     part[1:] |= cycle

@@ -33,20 +33,6 @@ from vinesexp.settings.overrides import STAGES, changed, numbers_of
 from vinesexp.settings.stages import Settings
 from vinesexp.units import Quantity, parse_quantity, refuse_impossible
 
-KEYS = (
-    "title",
-    "known",
-    "channels",
-    "time",
-    "sample_rate",
-    "bandpass",
-    "settings",
-    "uncertainties",
-    "allow_outside",
-    "setups",
-    "published",
-)
-
 KNOWN_KEYS = ("mass", "nes_mass")
 BAND_KEYS = ("low", "high")
 
@@ -175,7 +161,17 @@ _CHANNEL: dict[str, dict[str, Any]] = {
 
 def campaign_schema() -> dict[str, Any]:
     """The schema as a dictionary (JSON schema, draft 7)."""
-    parts: dict[str, dict[str, Any]] = {
+    return {
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "campaign.yaml of vinesexp",
+        **_section(_parts() | dict.fromkeys(PEOPLE_KEYS, _TEXT)),
+        "required": ["channels"],
+    }
+
+
+def _parts() -> dict[str, dict[str, Any]]:
+    return {
+        "title": _TEXT,
         "known": _section({key: {} for key in KNOWN_KEYS}),
         "channels": _channels(),
         "time": _time(),
@@ -193,13 +189,7 @@ def campaign_schema() -> dict[str, Any]:
                 | {"channels": _channels(), "time": _time()}
             ),
         },
-    }
-    properties = {key: parts.get(key, _TEXT) for key in (*KEYS, *PEOPLE_KEYS)}
-    return {
-        "$schema": "http://json-schema.org/draft-07/schema#",
-        "title": "campaign.yaml of vinesexp",
-        **_section(properties),
-        "required": ["channels"],
+        "published": _TEXT,
     }
 
 
@@ -235,3 +225,7 @@ def _channels() -> dict[str, Any]:
 
 def _time() -> dict[str, Any]:
     return {**_section({"column": _COLUMN, "unit": {"type": "string"}}), "required": ["unit"]}
+
+
+#: Keys of campaign.yaml that the analysis reads.
+KEYS = tuple(_parts())
