@@ -55,6 +55,7 @@ _TINY = 1e-9
 _LEAST, _MOST = 0.4, 6.0  # variance of a mean over that of independent collisions
 _PARTS = 3  # groups by the duration of a flight, before and after
 _APART = 60.0  # errors of a time that durations have to differ by to be parted
+_STANDS_OUT = 6.0  # times what the means of the groups of a wall usually differ
 _FEWEST, _MANY, _FOLDS = 10, 60, 5
 _READ = (1e-4, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
 
@@ -217,8 +218,24 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
         single = scatter[k] * np.sqrt(worth * (own**2).sum(axis=1)) / np.maximum(total, 1e-300)
         size = np.abs(c.flights.v_before - c.flights.u_before if k == 0 else c.flights.jump)
         floor = _READ[k] * (member @ size) / member.sum(axis=1)
-        sigma[k] = np.where(used, np.hypot(single, floor), np.inf)
+        own_error = np.hypot(single, floor)
+        apart = _apart(np.where(used, means[k] @ np.where(good, part, 0.0), np.nan), c, member)
+        sigma[k] = np.where(used, np.hypot(own_error, apart), np.inf)
     return replace(c, scatter=scatter, means=(means[0], means[1], means[2]), sigma=sigma)
+
+
+def _apart(found: FloatArray, c: Collisions, member: BoolArray) -> FloatArray:
+    """How far the mean of each group stands out among those of its wall, 0 where it does not.
+
+    Where most of the few collisions of a group hit an edge, none of them is an outlier in it.
+    """
+    plus = (member & (c.flights.side > 0.0)).any(axis=1)
+    out = np.zeros(found.size)
+    for wall in (plus, ~plus):
+        off = np.abs(found - _median(found[wall & np.isfinite(found)]))
+        usual = 1.4826 * _median(off[wall & np.isfinite(off)])
+        out = np.where(wall & (off > _STANDS_OUT * usual), off, out)
+    return out
 
 
 def _median(values: FloatArray) -> float:
