@@ -152,6 +152,30 @@ def test_chunks_of_a_long_record_leave_no_seam(monkeypatch, measure, tmp_path: P
     assert np.abs(pieces.time_s - whole.time_s).max() < 1e-6
 
 
+def test_a_long_contact_at_one_wall_is_one_impact(measure, store, tmp_path):
+    """A rubber at the wall +1 and steel at the other: the template of a short contact is cut up."""
+    record = measure(b=[0.03], drive=G25, start=10.0, duration=12.0)
+    a = record.channels["acceleration"].copy()
+    t = np.arange(a.size) / 1e4
+    for when, jump in zip(record.time, record.jump, strict=True):
+        for length, sign in ((4e-4, -1.0), (1.5e-3, 1.0)) if jump < 0.0 else ():
+            s = (t - when) / length
+            shape = np.where(np.abs(s) < 0.5, np.cos(np.pi * s), 0.0)
+            a += sign * jump * shape / (shape.sum() * 1e-4)
+    store(tmp_path / "r.nc", record.channels | {"acceleration": a}, 1e4)
+    condition(tmp_path / "r.nc", tmp_path / "c.nc", f0_hint=7.862)
+    said: list[tuple[str, str, str]] = []
+    found = impacts_of_record(tmp_path / "r.nc", tmp_path / "c.nc", tmp_path / "i.csv",
+                              clearance=(0.03,), said=said)  # fmt: skip
+    assert abs(found.n - record.time.size) <= 0.03 * record.time.size
+    assert not said
+    near = np.abs(found.time_s[:, np.newaxis] - record.time).min(axis=0)
+    assert np.median(near) < 1e-4
+    assert np.median(np.abs(found.velocity_jump_m_s)) == pytest.approx(
+        np.median(np.abs(record.jump)), rel=0.02
+    )
+
+
 def test_pulses_that_were_sampled_too_slowly_count_for_nothing_and_are_said(
     measure, store, tmp_path
 ):

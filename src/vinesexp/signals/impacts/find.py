@@ -30,6 +30,7 @@ from vinesexp.signals.impacts.slopes import (
     SlopeChanges,
     coarse_displacement,
     events_of,
+    joined,
     knocks_among,
     slope_changes,
     weighted,
@@ -352,10 +353,18 @@ def find_impacts(
             if told.any() and said is not None:
                 said.append(("knocks", "warning", _knocks_in_words(found, told, record.start)))
             found, doubtful = found.keep(~knocked), doubtful[~knocked]
-        slopes = slope_changes(
-            x, found.time + lag, found.jump / sign, frequency=motion,
-            jump_errors=found.jump_error / abs(sign), settings=settings.slopes,
-        )  # fmt: skip
+            found, begins = joined(found, x, frequency=motion, clearance=clearance[0])
+            doubtful = np.logical_or.reduceat(doubtful, begins) if begins.size else doubtful
+        jumps, parts = found.jump / sign, np.isnan(found.jump)
+        for _ in range(3 if parts.any() else 1):  # of those that only the displacement shows
+            jumps = np.nan_to_num(jumps)
+            slopes = slope_changes(
+                x, found.time + lag, jumps, frequency=motion,
+                jump_errors=np.where(parts, np.inf, found.jump_error / abs(sign)),
+                settings=settings.slopes,
+            )  # fmt: skip
+            jumps = np.where(parts, slopes.jump, jumps)
+        assert slopes is not None
         if _unresolved(found.jump, slopes):
             if said is not None:
                 said.append(("aliased", "warning", _UNRESOLVED))
@@ -467,6 +476,7 @@ _UNRESOLVED = (
     "filter before sampling"
 )
 _CALIBRATED = 1.2  # a sensitivity may be off by as much
+_CUT_UP = 0.05  # of the contacts of either wall, that are in parts
 _SCATTERS = 0.2  # of a pulse's area about the jump of the displacement; good sensors have 0.03
 _FEWEST = 10
 
@@ -474,17 +484,24 @@ _FEWEST = 10
 def _unresolved(pulses: FloatArray, slopes: SlopeChanges) -> bool:
     """Whether areas of pulses scatter about the jumps that the displacement shows by a fifth.
 
-    What the displacement's own errors scatter them by does not count.
+    What the displacement's own errors scatter them by does not count. Contacts in parts (NaN) are
+    a soft wall where they are at one wall, else pulses that scatter.
     """
     jumps = slopes.jump
-    both = np.isfinite(pulses) & np.isfinite(jumps)
+    known, parts = np.isfinite(jumps), np.isnan(pulses)
+    walls = [parts[known & (side * jumps > 0.0)] for side in (1.0, -1.0)]
+    cut = min(float(own.mean()) if own.size else 0.0 for own in walls)
+    both = known & (~parts | (cut > _CUT_UP))
     both[both] = np.abs(jumps[both]) > 0.5 * np.median(np.abs(jumps[both])) if both.any() else False
     if both.sum() < _FEWEST:
         return False
+    if parts[both].all():
+        return True
     ratio = pulses[both] / jumps[both]
-    middle = float(np.median(ratio))
+    middle = float(np.nanmedian(ratio))
     off = np.hypot(_SCATTERS, MEDIAN_OF_NORMAL * slopes.jump_error[both] / np.abs(jumps[both]))
-    return bool(np.median(np.abs(ratio / middle - 1.0) / off) > 1.0)
+    scatter = np.where(parts[both], np.inf, np.abs(ratio / middle - 1.0) / off)
+    return bool(np.median(scatter) > 1.0)
 
 
 def _by_displacement(

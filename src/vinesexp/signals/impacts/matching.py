@@ -14,7 +14,7 @@ What fitted contacts leave of a stretch: more contacts, contacts that hide two, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,6 +29,7 @@ _STEPS = 5  # Gauss-Newton steps a round, at most
 _STILL = 1e-3  # samples: a smaller step changes nothing
 _TOGETHER = 16  # contacts of a chain that are moved at once
 _SEEN = 0.03  # a lag counts in the fit where the template exceeds this share of its peak
+_RINGS = 0.5  # of its peak: ringing that overlaps the next contact
 _NARROW = 8  # samples: so many sums are quicker than a running one
 
 
@@ -105,7 +106,7 @@ def fit_contacts(
     known = np.ones(start.size, dtype=bool) if sure is None else sure
     state = State(a, noise, truth, beyond, template, place, a[start].astype(np.float64), known)
     seen = seen_lags(template)
-    align(state, seen, reach=template.search)
+    align_in_turn(state, seen, reach=template.search)
     tried: list[float] = []
     for _ in range(_ROUNDS):
         settle(state, seen)
@@ -270,12 +271,12 @@ def settle(state: State, seen: IntArray) -> None:
             break
 
 
-def seen_lags(template: Template) -> IntArray:
-    """Lags between which the template is more than a few per cent of its height."""
+def seen_lags(template: Template, share: float = _SEEN) -> IntArray:
+    """Lags between which the template is more than a share of its height."""
     lags = np.arange(template.first, template.last + 1)
     size = np.maximum(np.abs(template.at(lags - 0.5)[0]), np.abs(template.at(lags + 0.5)[0]))
     size = np.maximum(size, np.abs(template.at(lags.astype(np.float64))[0]))
-    big = lags[size > _SEEN]
+    big = lags[size > share]
     return np.arange(big[0], big[-1] + 1)
 
 
@@ -320,6 +321,40 @@ def align(state: State, seen: IntArray, *, reach: int) -> None:
     state.place, state.height = place, height
 
 
+def align_in_turn(state: State, seen: IntArray, *, reach: int) -> None:
+    """`align`, where contacts lie in the ringing of one another the strongest first.
+
+    Each is placed on what the stronger ones have left: all would else move to the strongest.
+    """
+    order = np.argsort(state.place, kind="stable")
+    keep_only(state, order)
+    apart = np.diff(state.place) > reach + seen[-1] - seen[0]
+    chains = np.split(np.arange(order.size), np.flatnonzero(apart) + 1)
+    alone = np.array([c.size == 1 or not state.template.rings for c in chains], dtype=bool)
+    whole = np.repeat(alone, [c.size for c in chains])
+    every = replace(state)
+    align(every, seen, reach=reach)
+    state.place = np.where(whole, every.place, state.place)
+    state.height = np.where(whole, every.height, state.height)
+    for chain in (c for c, one in zip(chains, alone, strict=True) if not one):
+        first = max(int(state.place[chain[0]]) - reach + int(seen[0]) - 1, 0)
+        rest = state.a[first : int(state.place[chain[-1]]) + reach + int(seen[-1]) + 2].copy()
+        end = first + rest.size
+        waiting = list(chain)
+        while waiting:
+            part = replace(
+                state, a=rest, place=state.place[waiting] - first, height=state.height[waiting],
+                valid=state.valid[first:end], clipped=state.clipped[first:end],
+                sure=state.sure[waiting],
+            )  # fmt: skip
+            align(part, seen, reach=reach)
+            best = int(np.argmax(np.abs(part.height)))
+            own = slice(best, best + 1)
+            rest = less(rest, part.place[own], part.height[own], state.template)
+            i = waiting.pop(best)
+            state.place[i], state.height[i] = part.place[best] + first, part.height[best]
+
+
 def _refine(state: State, seen: IntArray) -> float:
     """One Gauss-Newton step of all times and heights; each keeps within half a sample.
 
@@ -353,9 +388,14 @@ def _refine(state: State, seen: IntArray) -> float:
 
 
 def _overlapping(state: State) -> list[IntArray]:
-    """Groups of contacts, each closer to the next than their cores are long."""
+    """Groups of contacts, each so close to the next that their cores or their ringing overlap.
+
+    Moved each for itself, contacts in the ringing of one another take the same rest several times.
+    """
     order = np.argsort(state.place, kind="stable")
-    linked = np.diff(state.place[order]) < state.template.core[1] - state.template.core[0]
+    template = state.template
+    length = max(template.core[1] - template.core[0], int(seen_lags(template, _RINGS)[-1]))
+    linked = np.diff(state.place[order]) < length
     if not linked.any():
         return []
     groups = np.split(order, np.flatnonzero(~linked) + 1)
