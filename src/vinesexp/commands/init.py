@@ -59,7 +59,10 @@ def run(args: argparse.Namespace) -> int:
     if not views:
         for line in others:
             print(line)
-        raise CampaignError("holds no instrument file that can be read", file=folder)
+        raise CampaignError(
+            "holds no instrument file that can be read; copy what the instrument wrote into it",
+            file=folder,
+        )
     proposal = propose(folder, views)
     if sys.stdin.isatty():  # pragma: no cover
         _ask(proposal)
@@ -245,6 +248,7 @@ def _report(folder: Path, proposal: Proposal, others: list[str], sheet: str) -> 
     for record in proposal.records:
         counted[record.test] = counted.get(record.test, 0) + 1
     tests = ", ".join(f"{count} {'unclear' if t == OPEN else t}" for t, count in counted.items())
-    print(f"{len(proposal.records)} records: {tests}")
+    many = "s" if len(proposal.records) != 1 else ""
+    print(f"{len(proposal.records)} record{many}: {tests}")
     print(f"written: {folder / 'campaign.yaml'}, {folder / sheet}; fill in what is marked,")
     print(f"then: vinesexp check {shlex.quote(str(folder))}")

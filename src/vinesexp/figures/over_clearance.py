@@ -81,7 +81,7 @@ def amplitude_over_clearance(valleys: Sequence[DrawnLevel]) -> Figure:
         axis.remove()
     for axis in axes[::columns]:
         axis.set_ylabel("amplitude of the mass (mm)")
-    _key(figure, axes[0], [regime for valley in valleys for regime in valley.regime])
+    _key(figure, axes[0], valleys)
     return figure
 
 
@@ -167,15 +167,18 @@ def _bracket(axis: Axes, interval: Interval, height: float, name: str, colour: s
         label(axis, text, (0.5 * sum(ends), height), colour=colour, shift=(0, 7), ha="center")
 
 
-def _key(figure: Figure, axis: Axes, regimes: Sequence[str]) -> None:
-    known = [name for name in COLOURS if name in {r.split(" | ")[0] for r in regimes}]
+def _key(figure: Figure, axis: Axes, valleys: Sequence[DrawnLevel]) -> None:
+    """What is drawn in any panel, and nothing else."""
+    regimes = {regime.split(" | ")[0] for valley in valleys for regime in valley.regime}
     handles = [
-        axis.plot([], [], "o", color=COLOURS[name], label=f"mean, {name}")[0] for name in known
+        axis.plot([], [], "o", color=COLOURS[name], label=f"mean, {name}")[0]
+        for name in COLOURS
+        if name in regimes
     ]
-    handles += [
-        axis.plot([], [], "_", color=COLOURS["measured"], label="largest")[0],
-        axis.plot([], [], color=COLOURS["exact"], label="predicted, two impacts per cycle")[0],
-    ]
+    handles += axis.plot([], [], "_", color=COLOURS["measured"], label="largest")
+    if any(valley.curve[0].size for valley in valleys):
+        words = "predicted, two impacts per cycle"
+        handles += axis.plot([], [], color=COLOURS["exact"], label=words)
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
 
 

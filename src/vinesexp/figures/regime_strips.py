@@ -20,6 +20,17 @@ from vinesexp.results import CampaignResults
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from matplotlib.path import Path as Outline
+
+
+#: Colours of the numbers of impacts in a cycle, and the means at which one follows the other.
+_COLOURS = {
+    "none": "#ffffff",
+    "one": "#f3c6a5",
+    "two": COLOURS["two symmetric"],
+    "three or more": COLOURS["three or more per cycle"],
+}
+_BOUNDS = (0.25, 1.5, 2.25)
 
 
 @dataclass(frozen=True)
@@ -40,7 +51,7 @@ def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]], *, columns: int
     groups : sequence of (title, strips)
         One panel a group; strips from small to large clearance.
     """
-    from matplotlib.colors import BoundaryNorm, ListedColormap
+    from matplotlib.patches import PathPatch
 
     sizes = [len(strips) for _, strips in groups]
     figure, axes = new_figure(
@@ -49,21 +60,12 @@ def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]], *, columns: int
         gridspec_kw={"height_ratios": [size + 1.2 for size in sizes]},
         sharex=True,
     )
-    colours = ["#ffffff", "#f3c6a5", COLOURS["two symmetric"], COLOURS["three or more per cycle"]]
-    palette, norm = ListedColormap(colours), BoundaryNorm([-0.5, 0.25, 1.5, 2.25, 1e9], 4)
     longest = max(strip.per_cycle.size for _, strips in groups for strip in strips)
     for axis, (title, strips) in zip(axes, groups, strict=True):
         for place, strip in enumerate(strips):
-            values = _columns(strip.per_cycle, max(1, -(-longest // columns)))
-            extent = (0.0, float(strip.per_cycle.size), place - 0.4, place + 0.4)
-            axis.imshow(
-                values[None, :],
-                cmap=palette,
-                norm=norm,
-                aspect="auto",
-                extent=extent,
-                interpolation="nearest",
-            )
+            counts = _columns(strip.per_cycle, max(1, -(-longest // columns)))
+            for colour, path in _stretches(counts, strip.per_cycle.size / counts.size, place):
+                axis.add_patch(PathPatch(path, facecolor=colour, linewidth=0))
             name = label(
                 axis,
                 strip.regime,
@@ -80,18 +82,37 @@ def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]], *, columns: int
         axis.grid(visible=False)
         axis.tick_params(length=0, axis="y")
     axes[-1].set_xlabel("cycles of the oscillator")
-    _key(figure, colours)
+    _key(figure)
     return figure
 
 
-def _key(figure: Figure, colours: Sequence[str]) -> None:
+def _stretches(counts: FloatArray, width: float, place: float) -> Iterator[tuple[str, Outline]]:
+    """Stretches of cycles with alike impacts as rectangles, those of one colour as one path.
+
+    As paths they take the colours of a dark page as the legend does, which an image does not.
+    Stretches without an impact stay empty.
+    """
+    from matplotlib.path import Path as Outline
+
+    kinds = np.digitize(counts, _BOUNDS)
+    edges = np.flatnonzero(np.diff(kinds, prepend=-1, append=-1))
+    for kind, colour in enumerate(tuple(_COLOURS.values())[1:], start=1):
+        own = np.flatnonzero(kinds[edges[:-1]] == kind)
+        low, high = (width * edges[own + shift] for shift in (0, 1))
+        if own.size:
+            x = np.stack([low, high, high, low, low], axis=1)
+            y = np.broadcast_to(place + 0.4 * np.array([-1.0, -1.0, 1.0, 1.0, -1.0]), x.shape)
+            codes = [Outline.MOVETO, *[Outline.LINETO] * 3, Outline.CLOSEPOLY] * own.size
+            yield colour, Outline(np.stack([x.ravel(), y.ravel()], axis=1), codes)
+
+
+def _key(figure: Figure) -> None:
     from matplotlib.patches import Patch
 
-    names = ("none", "one", "two", "three or more")
     figure.legend(
         handles=[
             Patch(facecolor=colour, edgecolor="#bbbbbb", linewidth=0.5, label=name)
-            for colour, name in zip(colours, names, strict=True)
+            for name, colour in _COLOURS.items()
         ],
         loc="outside upper right",
         ncols=4,

@@ -6,6 +6,7 @@ instrument files that are missing are reported when their record is ingested.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import MutableMapping
 from dataclasses import replace
 from pathlib import Path
@@ -67,6 +68,12 @@ def read_campaign(
             "is not a folder; give the folder that holds campaign.yaml and records.csv"
             if folder.exists()
             else "no such folder; give the folder that holds campaign.yaml and records.csv"
+        )
+        return Campaign(folder, folder.name, folder.name), whole.found
+    if not any((folder / name).exists() for name in ("campaign.yaml", *SHEETS)):
+        whole.add(
+            "holds neither campaign.yaml nor records.csv; put the instrument's files into it and "
+            f"type: vinesexp init {shlex.quote(str(folder))}"
         )
         return Campaign(folder, folder.name, folder.name), whole.found
     if all((folder / name).exists() for name in SHEETS):
