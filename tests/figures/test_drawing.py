@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.colors import to_hex
 
 from vinesexp.figures import style
 from vinesexp.figures.identified_values import estimates_by_method
@@ -141,6 +142,20 @@ def test_a_long_strip_is_drawn_in_few_columns(tmp_path):
     strips = [Strip("34 mm", "two symmetric", np.full(280_000, 2.0))]
     svg, _ = style.save(regime_strips([("G = 0.2 mm", strips)]), tmp_path / "s")
     assert svg.stat().st_size < 60_000
+
+
+def test_strips_are_paths_that_a_dark_page_can_colour(tmp_path):
+    strips = [Strip("34 mm", "strongly modulated", np.array([2.0, 2.0, 0.0, 1.0, 3.0, 2.0]))]
+    svg, _ = style.save(regime_strips([("G = 0.2 mm", strips)]), tmp_path / "s")
+    assert "<image" not in svg.read_text()
+    (axis,) = regime_strips([("G = 0.2 mm", strips)]).axes
+    spans = {
+        to_hex(patch.get_facecolor()): patch.get_path().vertices[:, 0].reshape(-1, 5)[:, [0, 2]]
+        for patch in axis.patches
+    }
+    two = spans[style.COLOURS["two symmetric"].lower()]
+    assert two.tolist() == [[0.0, 2.0], [5.0, 6.0]]
+    assert [len(own) for own in spans.values()] == [1, 2, 1]  # one, two, three; none stays empty
 
 
 def test_one_method_alone_needs_no_comparison():

@@ -1,6 +1,7 @@
 """Amplitude over clearance: what its points and bars stand for."""
 
 import numpy as np
+import pytest
 
 from vinesexp.figures.over_clearance import DrawnLevel, amplitude_over_clearance
 
@@ -18,3 +19,16 @@ def test_each_point_has_the_bar_of_its_error():
     assert [bar[0][0] for bar in bars] == [30.0, 33.0]  # five cycles have no known error
     for bar, mean, reach in zip(bars, level.mean, half, strict=False):
         np.testing.assert_allclose(bar[:, 1], [mean - reach, mean + reach])
+
+
+@pytest.mark.parametrize("predicted", [True, False])
+def test_the_legend_names_what_is_drawn_and_nothing_else(predicted):
+    b = np.array([30.0, 33.0])
+    level = DrawnLevel(
+        name="G", G=0.25, clearance=b, mean=b / 6, largest=b / 6, half=b / 100, cycles=(300, 300),
+        regime=("two symmetric",) * 2, curve=(b, b / 6) if predicted else (np.empty(0),) * 2,
+    )  # fmt: skip
+    (legend,) = amplitude_over_clearance([level]).legends
+    named = [text.get_text() for text in legend.get_texts()]
+    line = ["predicted, two impacts per cycle"] * predicted
+    assert named == ["mean, two symmetric", "largest", *line]

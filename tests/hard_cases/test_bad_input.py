@@ -324,6 +324,12 @@ def test_a_missing_folder_is_reported(tmp_path, capsys):
     assert "nowhere: no such folder" in lines[0]
 
 
+def test_a_folder_without_a_description_is_led_to_init(tmp_path, capsys):
+    code, lines = check(tmp_path, capsys)
+    assert code == 1
+    assert f"type: vinesexp init {tmp_path}" in lines[0]
+
+
 def test_all_mistakes_are_listed_at_once(folder, capsys):
     (folder / "campaign.yaml").write_text(YAML.replace("4.7 +-", "-4.7 +-").replace("mm}", "V}"))
     (folder / "records.csv").write_text(CSV.replace(",34,", ",-34,"))

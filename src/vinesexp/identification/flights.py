@@ -251,7 +251,7 @@ def _ratio(after: FloatArray, before: FloatArray) -> float:
 
 def _require(flights: Flights) -> None:
     if flights.index.size < _FEWEST:
+        found = f"{flights.index.size} impact{'s' * (flights.index.size != 1)}"
         raise AnalysisError(
-            f"{flights.index.size} impacts with a free flight before and after, expected "
-            f"{_FEWEST} or more"
+            f"{found} with a free flight before and after, expected {_FEWEST} or more"
         )

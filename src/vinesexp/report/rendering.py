@@ -28,6 +28,9 @@ THEMED = {
 }
 _COLOUR = re.compile("|".join(THEMED), re.IGNORECASE)
 _TEXT = re.compile(r'<text style="(?![^"]*fill:)')
+#: Words in the colour of what they name: matplotlib writes formulas as groups.
+_WORDS = re.compile(r'(<(?:text|g) style="[^"]*\bfill: )(#[0-9a-f]{6})', re.IGNORECASE)
+_INK = 40  # percent of ink in them: 4.5 to 1 or more on the paper, also of the lightest colour
 
 
 def inline_svg(results: Path, drawn: Drawn) -> str:
@@ -61,18 +64,23 @@ def figure_markup(figure: Figure, name: str) -> str:
 def themed(svg: str) -> str:
     """Colours of styles by name, so that the page can set them; text without one gets ink's.
 
+    Coloured text takes some of the ink, since small letters need more contrast than lines.
+
     Examples
     --------
     >>> themed('<path style="fill: #000000"/>')
     '<path style="fill: var(--figure-ink)"/>'
     >>> themed('<text style="font: 9px sans-serif">b</text>')
     '<text style="fill: var(--figure-ink); font: 9px sans-serif">b</text>'
+    >>> themed('<text style="fill: #009e73">b</text>')
+    '<text style="fill: color-mix(in srgb, #009e73, var(--figure-ink) 40%)">b</text>'
     """
 
     def named(style: re.Match[str]) -> str:
         return _COLOUR.sub(lambda colour: f"var({THEMED[colour[0].lower()]})", style[0])
 
     coloured = re.sub(r'style="[^"]*"', named, svg)
+    coloured = _WORDS.sub(rf"\1color-mix(in srgb, \2, var(--figure-ink) {_INK}%)", coloured)
     return _TEXT.sub('<text style="fill: var(--figure-ink); ', coloured)
 
 

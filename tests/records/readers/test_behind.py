@@ -110,3 +110,27 @@ def test_what_begins_with_a_word_or_a_stamp_behind_times_is_no_row(behind, encod
     found = found[np.isfinite(found).any(axis=1)]
     np.testing.assert_allclose(found, np.round(VALUES, 4), atol=1e-12)
     assert "behind the last row" in source.losses[0]
+
+
+@pytest.mark.parametrize("separator", [",", "\t", ";", "  "])
+@pytest.mark.parametrize("lost", range(1, 28))
+def test_a_file_that_ends_within_a_row_says_so(separator, lost, tmp_path):
+    path = tmp_path / "a.txt"
+    written(path, separator, [])
+    whole = path.read_bytes().rstrip()
+    path.write_bytes(whole[:-lost])
+    source = open_source(path)
+    found = np.concatenate(list(source.blocks([0, 1, 2, 3], rows=100)))
+    ends = whole[:-lost].endswith(b"\n")
+    np.testing.assert_allclose(found, np.round(VALUES[:-1], 4), atol=1e-12)
+    assert ends or source.losses  # a lone sign is no number: a line without data
+
+
+@pytest.mark.parametrize("form", [".4f", ".6g", ".3e", "+.5f", ".0f"])
+def test_a_last_row_without_a_line_end_is_a_row(form, tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [",".join(format(value, form) for value in row) for row in VALUES + 0.123456]
+    path.write_text("\n".join(["t,a,b,c", *rows]))
+    source = open_source(path)
+    assert sum(len(block) for block in source.blocks([1])) == len(VALUES)
+    assert not source.losses

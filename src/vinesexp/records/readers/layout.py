@@ -27,6 +27,7 @@ from vinesexp.records.readers.source import Column
 
 HEAD = 1 << 17  # bytes looked at: far more than any preamble
 _TAIL = 1 << 15  # the same of what stands behind the data
+_NEAR = 50  # rows whose form the last one should have
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)", re.IGNORECASE)
 _NEWLINE = re.compile(r"\r\n|\n|\r")
 _CANDIDATES = tuple((d, s) for s in ".," for d in ("\t", ";", ",", None) if d != s)
@@ -75,6 +76,8 @@ class Layout:
         Lines after the last row that are no data: what programs write when they end.
     end : int
         Bytes of the file up to them; 0 where there are none.
+    cut : bool
+        Whether what stands behind is the beginning of one more row.
     """
 
     encoding: str
@@ -89,6 +92,7 @@ class Layout:
     quoted: bool = False
     behind: tuple[str, ...] = ()
     end: int = 0
+    cut: bool = False
 
     def cells(self, line: str) -> list[str]:
         """The cells of one line, without the blanks around them."""
@@ -173,10 +177,12 @@ def find_body(path: Path) -> tuple[Layout, Body]:
     more, before = _behind(path, encoding, partial(_begins_as_row, layout, numeric, stamps))
     if len(more) > len(behind):
         behind, end = more, before
-        tail = last_rows()
+    if cut := not behind:
+        behind, end = _begun_row(path, layout)
+    tail = last_rows()
     if any('"' in line for line in tail):
         layout = replace(layout, quoted=True)
-    layout = replace(layout, behind=tuple(behind), end=end)
+    layout = replace(layout, behind=tuple(behind), end=end, cut=cut and bool(behind))
     return layout, _body(path, layout, lines, tail)
 
 
@@ -220,6 +226,42 @@ def _behind(path: Path, encoding: str, is_row: Callable[[str], bool]) -> tuple[l
             found.append(text)
         end -= len(line)
     return [], 0
+
+
+def _begun_row(path: Path, layout: Layout) -> tuple[list[str], int]:
+    """The last line where the file ends before its last number does, and where it begins.
+
+    No line end closes it, and it has fewer cells than any of the rows above, or its last number
+    fewer decimals than in any of them.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as stream:
+        stream.seek(max(size - _TAIL, 0))
+        raw = stream.read()
+    *above, last = re.split(rb"\r\n|\n|\r", raw)
+    if layout.encoding == "utf-16" or not last.strip():
+        return [], 0
+    line, *lines = (text.decode(layout.encoding, "replace") for text in (last, *above[-_NEAR:]))
+    shapes = [_shape(layout, one) for one in lines[size > _TAIL :] if one.strip()]
+    if len(shapes) < 3:
+        return [], 0
+    cells, decimals = _shape(layout, line)
+    fewest = min(cells for cells, _ in shapes)
+    least = min(decimals for cells, decimals in shapes if cells == fewest)
+    whole = cells > fewest or (cells == fewest and decimals >= least)
+    return ([], 0) if whole else ([line.strip()], size - len(last))
+
+
+def _shape(layout: Layout, line: str) -> tuple[int, int]:
+    """How many cells a line has, and how many characters follow the decimal sign of the last.
+
+    Examples
+    --------
+    >>> _shape(Layout("utf-8", ";", ","), "0,25;-1,5e-03"), _shape(Layout("utf-8", ";", ","), "1")
+    ((2, 5), (1, 0))
+    """
+    cells = layout.cells(line)
+    return len(cells), len(cells[-1].partition(layout.decimal)[2]) if cells else 0
 
 
 def _is_row(line: str) -> bool:

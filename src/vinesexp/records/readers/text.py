@@ -225,9 +225,12 @@ class TextSource(Source):
         self._rows_found: int | None = None
         if self.layout.behind:
             count = len(self.layout.behind)
-            shown = self.layout.behind[0][:60]
+            shown = f"('{self.layout.behind[0][:60]}')"
             self.losses = (
-                f"{count} line{'s' * (count > 1)} behind the last row hold no data ('{shown}')",
+                f"it ends within a row {shown}, which is left out: the file may have been cut; "
+                "copy it again"
+                if self.layout.cut
+                else f"{count} line{'s' * (count > 1)} behind the last row hold no data {shown}",
             )
         self._first_stamps: dict[int, str] = {}
         lines = [list(cells) for cells in self.layout.preamble]
