@@ -71,7 +71,7 @@ def test_the_wheel_runs_a_campaign_in_an_empty_folder(site, workflow, tmp_path):
 def test_options_go_on_to_snakemake():
     home = workflow_home()
     command = snakemake_command(Path("a"), ["-n", "--config", "results=x", "--cores", "3"])
-    assert command[3:6] == ["--config", "campaign=a", "results=x"]
+    assert command[3:6] == ["--config", 'campaign= "a" ', "results=x"]
     assert command[-3:] == ["-n", "--cores", "3"]
     asked = snakemake_command(Path("a"), ["results/a/impacts/b.csv", "--cores", "3"])
     assert asked[asked.index("results/a/impacts/b.csv") - 2] == "--workflow-profile"
@@ -79,7 +79,16 @@ def test_options_go_on_to_snakemake():
     for words in (["--workflow-profile", "slurm"], ["--workflow-profile=slurm"]):
         assert snakemake_command(Path("a"), words)[-1].endswith(str(home / "profiles/slurm"))
     moved = snakemake_command(Path("a"), ["--directory", "elsewhere"])
-    assert f"campaign={Path('a').resolve()}" in moved
+    assert f'campaign= "{Path("a").resolve()}" ' in moved
+
+
+@pytest.mark.parametrize("name", ["#3", "007", "1e3", "a #1: b", "[x]", "it's", "Prüfstand 50%"])
+def test_a_folder_may_have_any_name(name):
+    from snakemake.cli import parse_config
+
+    command = snakemake_command(Path(name), [])
+    (entry,) = (word for word in command if word.startswith("campaign="))
+    assert parse_config([entry]) == {"campaign": name}
 
 
 @pytest.mark.parametrize(

@@ -151,6 +151,9 @@ def _clear() -> None:
 
 def _advice(path: Path, outcomes: Counter[str], *, missing: bool) -> str:
     run = f"vinesexp run {shlex.quote(str(path))}"
+    lost = outcomes["refused"] + outcomes["excluded"]
+    if lost and not outcomes["ok"] and not (path / "scene.yaml").is_file():
+        return "next: no record can be used as it is; correct what the lines above name"
     if outcomes["refused"]:
         return (
             "next: correct the refused records, or write yes under exclude and the reason under "

@@ -7,6 +7,7 @@ the campaign goes to Snakemake as it is.
 from __future__ import annotations
 
 import argparse
+import json
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -59,7 +60,7 @@ def snakemake_command(campaign: Path, options: Sequence[str]) -> list[str]:
     --------
     >>> command = snakemake_command(Path("mytests"), ["-n", "--config", "results=out"])
     >>> command[command.index("--config") + 1 : command.index("--snakefile")]
-    ['campaign=mytests', 'results=out']
+    ['campaign= "mytests" ', 'results=out']
     """
     rest, config = _without_config(options)
     for option in rest:
@@ -76,11 +77,20 @@ def snakemake_command(campaign: Path, options: Sequence[str]) -> list[str]:
     folder = campaign.resolve() if moved else campaign
     home = workflow_home()
     # Entries of --config end with the next option: a file that is asked for must not follow them.
-    command = [sys.executable, "-m", "snakemake", "--config", f"campaign={folder}", *config]
+    command = [sys.executable, "-m", "snakemake", "--config", _entry("campaign", folder), *config]
     command += ["--snakefile", str(home / "workflow/Snakefile")]
     if not any(o.partition("=")[0] == "--workflow-profile" for o in rest):
         command += ["--workflow-profile", str(home / "profiles/default")]
     return [*command, *_own_profile(rest, home)]
+
+
+def _entry(key: str, folder: Path) -> str:
+    """An entry of --config as Snakemake reads it back whatever the folder is called.
+
+    It strips quotes at either end and takes the rest as a number or as YAML: ``007`` is 7, and
+    ``#3`` a remark. Quotes between blanks stay, and are a text to YAML.
+    """
+    return f"{key}= {json.dumps(str(folder))} "
 
 
 def _elsewhere(config: Sequence[str], rest: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -98,7 +108,7 @@ def _elsewhere(config: Sequence[str], rest: Sequence[str]) -> tuple[list[str], l
     place = own_folder() / f"run-{sha256(str(results).encode()).hexdigest()[:16]}"
     place.mkdir(exist_ok=True)
     others = [entry for entry in config if entry not in given]
-    return [*others, f"results={results}"], [*rest, "--directory", str(place)]
+    return [*others, _entry("results", results)], [*rest, "--directory", str(place)]
 
 
 def workflow_home() -> Path:
