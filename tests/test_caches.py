@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from snakemake.cli import parse_config
 
 import vinesexp
 from vinesexp.commands.run import snakemake_command
@@ -65,4 +66,5 @@ def test_a_run_from_a_folder_that_cannot_be_written_needs_only_its_results(monke
     command = snakemake_command(Path("mytests"), ["--config", "results=out", "--cores", "2"])
     assert Path(command[command.index("--directory") + 1]).parent == tmp_path
     config = command[command.index("--config") + 1 :][:2]
-    assert config == [f"campaign={Path('mytests').resolve()}", f"results={Path('out').resolve()}"]
+    folders = {"campaign": str(Path("mytests").resolve()), "results": str(Path("out").resolve())}
+    assert parse_config(config) == folders

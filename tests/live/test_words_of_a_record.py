@@ -1,15 +1,19 @@
 """What is wrong with the newest record, in words: each fault that a bench makes, said once."""
 
 import io
+from pathlib import Path
 
 import pandas as pd
 import pytest
 from benchmarks.watching import record_text
 
 from vinesexp.identification.estimate import Estimate, write_identified
+from vinesexp.live.server import _shown_row
+from vinesexp.live.session import Seen
 from vinesexp.live.views import RecordView, look_at_record
 from vinesexp.pipeline import analyse_record
 from vinesexp.records.campaign.load import load_campaign
+from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.result_paths import ResultPaths
 
 GOOD = {"b": 0.030, "G": 2.5e-4, "wait": 20.0, "seconds": 8.0, "seed": 3}
@@ -85,3 +89,11 @@ def test_a_test_from_rest_is_good_once_its_start_is_over(bench, tmp_path, second
     view = looked_at(bench, results, record_text(**{**GOOD, "wait": 0.0, "seconds": seconds}))
     assert view.verdict == ("look" if said else "good"), view
     assert not said or any(said in words for words in view.words), view
+
+
+@pytest.mark.parametrize(("length", "state"), [(8.0, "look"), (15.0, "good")])
+def test_the_list_calls_a_record_what_the_top_of_the_page_calls_it(length, state):
+    record = Record("a", Path("a.csv"), "periodic", clearance=(0.03,))
+    seen = Seen("done", view=RecordView("good", (), (), length))
+    *_, shown, why = _shown_row(record, seen, 20.0)
+    assert (shown, bool(why)) == (state, state == "look")

@@ -152,6 +152,8 @@ def test_headline_leaves_out_what_is_not_known():
         "No best clearance can be reported: too few clearances were tried to find the best one. "
         "The records give f₀ = 8 Hz."
     )
+    ball = {"record": "", "check": "missing", "outcome": "warning", "detail": "known.nes_mass is"}
+    assert headline([verdict(lowest="")], [], {"f0": "8 Hz"}, [ball]) == few  # it asks for no ball
 
 
 def test_headline_of_releases_says_that_there_is_no_single_best():

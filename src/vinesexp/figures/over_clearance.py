@@ -286,21 +286,23 @@ def time_over_clearance(
     axis.set_ylim(bottom=0.0)
     top = 1.12 * axis.get_ylim()[1]
     axis.set_ylim(0.0, top)
+    axis.margins(x=0.1)
     for name, value, style in (("published", published, "--"), ("exact", exact, "-")):
         if value is not None:
             axis.axvline(value, color=COLOURS[name], linestyle=style, linewidth=1.0, zorder=0)
-            left = name == "exact"
+            low, high = axis.get_xlim()
+            at_edge = name == "exact" and value - low < 0.2 * (high - low)
+            left = name == "exact" and not at_edge
             label(
                 *(axis, f"{name} $b_t$ {value:.1f}", (value, 0.99 * top)),
                 colour=COLOURS[name],
-                shift=(-3 if left else 3, 0),
+                shift=(-3 if left else 3, -10 if at_edge else 0),  # below the name of the other
                 ha="right" if left else "left",
                 va="top",
             )
     axis.set_xlabel("clearance b (mm)")
     axis.set_ylabel("time to the amplitude (s)")
     axis.set_title(title)
-    axis.margins(x=0.1)
     return figure
 
 

@@ -99,7 +99,7 @@ def _content(session: Session) -> dict[str, Any]:
         "finding": session.finding,
         "contradicted": stated["differ"],
         "others": [*stated["open"], *stated["agree"]],
-        "rows": [(one, _row_words(one), session.seen.get(one.id, Seen())) for one in records],
+        "rows": [_shown_row(one, session.seen.get(one.id, Seen()), view.record) for one in records],
         "counted": _counted(session, records),
         "head_of": head_of,
     }
@@ -113,6 +113,18 @@ def _is_short(seen: Seen, record: Record | None, wanted: float | None) -> str:
     if length is None or length >= 0.5 * wanted:
         return ""
     return f"recorded for {length:.3g} s: this rig needs {rounded(wanted)} s for a certain mean"
+
+
+def _shown_row(
+    record: Record, seen: Seen, wanted: float | None
+) -> tuple[Record, str, Seen, str, str]:
+    """A record of the list, with its state and why."""
+    if seen.view is None:
+        return record, _row_words(record), seen, seen.state, ""
+    short = _is_short(seen, record, wanted)
+    words = [*([short] if short else []), *seen.view.words]
+    state = "look" if short and seen.view.verdict == "good" else seen.view.verdict
+    return record, _row_words(record), seen, state, words[0] if words else ""
 
 
 def _counted(session: Session, records: list[Record]) -> str:

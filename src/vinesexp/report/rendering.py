@@ -28,8 +28,8 @@ THEMED = {
 }
 _COLOUR = re.compile("|".join(THEMED), re.IGNORECASE)
 _TEXT = re.compile(r'<text style="(?![^"]*fill:)')
-#: Words in the colour of what they name: matplotlib writes formulas as groups.
-_WORDS = re.compile(r'(<(?:text|g) style="[^"]*\bfill: )(#[0-9a-f]{6})', re.IGNORECASE)
+#: Words in the colour of what they name; the letters of formulas are spans.
+_WORDS = re.compile(r'(<(?:text|tspan)\b[^>]*? style="[^"]*\bfill: )(#[0-9a-f]{6})', re.IGNORECASE)
 _INK = 40  # percent of ink in them: 4.5 to 1 or more on the paper, also of the lightest colour
 
 

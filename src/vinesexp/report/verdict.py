@@ -839,10 +839,10 @@ def headline(
     )
     missing = [row["detail"] for row in checks if row["check"] == MISSING]
     reason = (
-        missing[0]
-        if missing
-        else "too few clearances were tried to find the best one"
+        "too few clearances were tried to find the best one"
         if periodic or releases
+        else missing[0]
+        if missing
         else "there is no usable periodic test and no usable release with one NES"
     )
     return f"No best clearance can be reported: {reason}. " + (
