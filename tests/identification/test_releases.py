@@ -9,7 +9,7 @@ from vinesexp import Release
 from vinesexp.identification.estimate import FIRST_SWING, HELD
 from vinesexp.identification.one_record import estimate_record
 from vinesexp.records.campaign.schema import Known, Record
-from vinesexp.records.stored.store import create_record
+from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 
@@ -31,7 +31,7 @@ def seen(channels, folder):
     kinds = {"displacement": "displacement", "acceleration": "acceleration"}
     row = Record("a", Path("a.h5"), "transient", (0.030,), release=X0)
     attributes = {"test": "transient"}
-    with create_record(measured, sample_rate=RATE, quantities=kinds, attributes=attributes) as out:
+    with RecordWriter(measured, sample_rate=RATE, quantities=kinds, attributes=attributes) as out:
         out.append(channels)
     condition(measured, band, f0_hint=7.862)
     impacts_of_record(measured, band, table, clearance=[0.030], nes_mass=[0.032], test="transient")
