@@ -267,7 +267,7 @@ def _swing(record: Record, view: RecordView, band: RecordView, frequency: float)
 def _released(
     record: Record, view: RecordView, band: RecordView, frequency: float
 ) -> list[Estimate]:
-    """Displacement from which the mass was let go, m, where the record shows it.
+    """Displacement from which the mass was let go, m with its sign, where the record shows it.
 
     The method is `held` where the mass is seen at rest before, and `first swing` where the record
     begins at a turning point: it may be that of a later swing.
@@ -285,14 +285,15 @@ def _released(
     near = max(round(_TURNS * cycle), 1)
     held = x[max(free - round(cycle), 0) : max(free - near, 0)]
     if held.size > near:
-        seen, noise, method = float(held.mean()), float(held.std()), HELD
+        seen, noise, method = float(held.mean()) - rest, float(held.std()), HELD
     else:
-        swing = np.abs(x[free : free + round(0.25 * cycle)] - rest)
-        if int(np.argmax(swing)) > near:
+        swing = x[free : free + round(0.25 * cycle)] - rest
+        turn = int(np.argmax(np.abs(swing)))
+        if turn > near:
             return []
-        seen, noise, method = rest + float(swing.max()), 0.0, FIRST_SWING
-    error = math.hypot(noise, rest - before, _SEES * (seen - rest))
-    return estimates_of(record, method, [("release_seen", abs(seen - rest), error, "m")])
+        seen, noise, method = float(swing[turn]), 0.0, FIRST_SWING
+    error = math.hypot(noise, rest - before, _SEES * seen)
+    return estimates_of(record, method, [("release_seen", seen, error, "m")])
 
 
 def _driven(

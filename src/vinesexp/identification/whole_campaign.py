@@ -413,9 +413,9 @@ def _begun_later(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
         if e.parameter != "release_seen" or e.method != FIRST_SWING or not stated:
             continue
         width = math.hypot(e.std_error, error.release.of(stated), error.displacement.of(stated))
-        if e.value < stated - _BEGUN_LATER * width:
+        if abs(e.value) < stated - _BEGUN_LATER * width:
             detail = (
-                f"the record begins with a swing of {1e3 * e.value:.4g} mm, release_mm says "
+                f"the record begins with a swing of {1e3 * abs(e.value):.4g} mm, release_mm says "
                 f"{1e3 * stated:.4g}: the record begins later, or release_mm is wrong. b_t holds "
                 "both; record from before the mass is let go"
             )
@@ -532,7 +532,8 @@ def _restitutions(answer: Answer, found: Sequence[Estimate]) -> list[Estimate]:
 
 _ROWS = {"slope": ("r_speed_slope", "s/m"), "friction": ("friction", "m/s^2"),
          "tilt": ("tilt", "m/s^2"), "contact": ("contact_time", "s"), "rolling": ("rolling", "1"),
-         "hollow": ("hollow", "1/s^2"),
+         "hollow": ("hollow", "1/s^2"), "even": ("displacement_even", "1/m"),
+         "odd": ("displacement_odd", "1/m^2"),
          }  # fmt: skip
 
 

@@ -350,7 +350,7 @@ PARAMETERS = {
     "r": "restitution",
 }
 
-#: What a ball, its floor and its walls do beyond the plain model, each row with what it is.
+#: What ball, floor, walls and displacement sensor do beyond the plain model, each with what it is.
 EFFECTS = {
     "r_wall_plus": "restitution of the wall at x - y = +b",
     "r_wall_minus": "restitution of the wall at x - y = -b",
@@ -361,6 +361,8 @@ EFFECTS = {
     "contact_time": "time of a contact in which the ball gets no further",
     "rolling": "share of the floor's motion that takes a rolling ball along",
     "hollow": "pull to the middle of the cavity for every metre from it (hollow floor, magnet)",
+    "displacement_even": "share by which the displacement reads more for every metre from rest",
+    "displacement_odd": "the same, for every square metre: a gain that changes toward both ends",
     "r_effective": "restitution of the plain model that moves much alike",
     "nes_mass_effective": "ball of the plain model that moves much alike",
 }

@@ -1,6 +1,9 @@
 """The two laws of a collision hold with the forces that act on the ball between the walls."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 from vinesexp.identification.flights import Flights
@@ -108,3 +111,32 @@ def test_a_jump_that_is_read_too_large_is_not_known_better():
         left_over.append(c.rest(p)[1].real)
     assert np.abs(left_over[0]).max() > 1e-4
     np.testing.assert_allclose(left_over[1], left_over[0], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("name", "bend"), [("even", 0.5), ("odd", 40.0)])
+def test_a_displacement_that_is_not_straight_is_a_law_of_places_and_velocities(name, bend):
+    """A place reads x + even x^2 + odd x^3, a velocity by its slope: first order explains it."""
+    c = collisions(0.0)
+    power = {"even": 2, "odd": 3}[name]
+
+    def shown(x):
+        return x + bend * x**power
+
+    def slope(x):
+        return 1.0 + power * bend * x ** (power - 1)
+
+    y, f = c.x - c.flights.side * B, c.flights
+    before = y - f.u_before * f.time_before - c.x_before  # minus side of the wall before
+    after = y + f.u_after * f.time_after - c.x_after
+    moved = replace(
+        f,
+        u_before=(shown(c.x) - f.side * B - shown(c.x_before) - before) / f.time_before,
+        u_after=(shown(c.x_after) + after - shown(c.x) + f.side * B) / f.time_after,
+        v_before=slope(c.x) * f.v_before, v_after=slope(c.x) * f.v_after,
+        v_previous=slope(c.x_before) * f.v_previous, v_next=slope(c.x_after) * f.v_next,
+    )  # fmt: skip
+    bent = replace(
+        c, flights=moved, x=shown(c.x), x_before=shown(c.x_before), x_after=shown(c.x_after)
+    )
+    assert left(bent) > 3e-4
+    assert left(bent, **{name: bend}) < 0.1 * left(bent)

@@ -55,6 +55,8 @@ _WIDTHS = {
     "tilt": 0.1,
     "contact": 1e-3,
     "hollow": 10.0,
+    "even": 0.3,
+    "odd": 30.0,
 }
 _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 #: What none of the causes would explain: scatter from record to record, as standard deviations.

@@ -17,8 +17,9 @@ A contact is a spring with a dashpot. Its impulse has its centroid r/(1 + r) of 
 there the motions before and after meet if they are continued.
 
 The sensors move them too: gains of displacement and acceleration, a common lateness of the
-displacement, slopes whose change reads off by a share, and velocities on either side of an
-impact off by a share of the jump.
+displacement, slopes whose change reads off by a share, velocities on either side of an impact off
+by a share of the jump, and a displacement x + even x^2 + odd x^3 in the place of x, as lasers near
+the ends of their range show it.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from vinesexp.identification.joint.unknowns import Local
 #: Local quantities of the collisions of a record, in order.
 LOCALS = (
     "r", "ln_eps", "g_x", "g_a", "reading", "share", "late", "b",
-    "wall", "slope", "friction", "tilt", "contact", "rolling", "hollow",
+    "wall", "slope", "friction", "tilt", "contact", "rolling", "hollow", "even", "odd",
 )  # fmt: skip
 #: Effects of ball and contact among them, with their units.
 EFFECTS = {
@@ -46,6 +47,8 @@ EFFECTS = {
     "contact": "s",
     "rolling": "1",
     "hollow": "1/s^2",
+    "even": "1/m",
+    "odd": "1/m^2",
 }
 _IMAGINARY = 1e-30  # step of a derivative without cancellation
 #: Of (1 - r) tau times the acceleration of the mass, for a spring with a dashpot as the contact.
@@ -95,7 +98,7 @@ class Collisions:
     sigma: FloatArray
 
     def rest(self, p: ComplexArray) -> ComplexArray:
-        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (15, ..., 1)."""
+        """Residuals of the three equations, m/s, shape (3, ..., n); p has shape (17, ..., 1)."""
         f = self.flights
         (
             r,
@@ -113,31 +116,42 @@ class Collisions:
             contact,
             roll,
             hollow,
+            even,
+            odd,
         ) = p
+
+        def straight(x: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+            """A place without the bend of the sensor, and what it makes of a velocity there."""
+            bent = even * x + odd * x**2
+            return x - bent * x, 1.0 - bent - even * x - 2.0 * odd * x**2
+
         scale = np.exp(-g_x)
-        middle = f.v_before + 0.5 * f.jump
-        way_before = self.x - self.x_before + late * (middle - f.v_previous)
-        way_after = self.x_after - self.x + late * (f.v_next - middle)
-        by_laser = f.jump_displacement * scale * np.exp(-reading)
+        (x, here), (x_before, there) = straight(self.x), straight(self.x_before)
+        x_after, then = straight(self.x_after)
+        v_previous, v_next = there * f.v_previous, then * f.v_next
+        middle = here * (f.v_before + 0.5 * f.jump)
+        way_before = x - x_before + late * (middle - v_previous)
+        way_after = x_after - x + late * (v_next - middle)
+        by_laser = here * f.jump_displacement * scale * np.exp(-reading)
         by_pulse = f.jump_acceleration * np.exp(-g_a)
         of_laser, of_pulse = self._weights
         jump = np.where(of_laser > 0.0, by_laser, 0.0) * of_laser
         jump = jump + np.where(of_pulse > 0.0, by_pulse, 0.0) * of_pulse
-        middle = (middle - late * self.omega2 * self.x) * scale + share * jump
+        middle = (middle - late * self.omega2 * x) * scale + share * jump
         v_before, v_after = middle - 0.5 * jump, middle + 0.5 * jump
         T_before, T_after, s = f.time_before, f.time_after, f.side
         u_before = way_before * scale / T_before - 2.0 * s * b / T_before
         u_after = way_after * scale / T_after + 2.0 * s * b / T_after
         # a contact ends the approach at its centroid, r/(1 + r) of it after its beginning
         arrives = r / (1.0 + r)
-        carried_before = u_before - (1.0 - arrives) * f.v_previous * scale - arrives * v_before
-        carried_after = u_after - (1.0 - arrives) * v_after - arrives * f.v_next * scale
+        carried_before = u_before - (1.0 - arrives) * v_previous * scale - arrives * v_before
+        carried_after = u_after - (1.0 - arrives) * v_after - arrives * v_next * scale
         rolled_before = v_before - u_before - 2.0 * s * b / T_before
         rolled_after = v_after - u_after + 2.0 * s * b / T_after
         # first order in the pull: the ball goes straight, the mass by a cubic between its impacts
-        drawn_before = scale * ((self.x - self.x_before) / 60.0 + T_before * f.v_previous / 30.0)
+        drawn_before = scale * ((x - x_before) / 60.0 + T_before * v_previous / 30.0)
         drawn_before = drawn_before - T_before * v_before / 20.0
-        drawn_after = scale * ((self.x - self.x_after) / 60.0 - T_after * f.v_next / 30.0)
+        drawn_after = scale * ((x - x_after) / 60.0 - T_after * v_next / 30.0)
         drawn_after = drawn_after + T_after * v_after / 20.0
         u_before = (
             u_before + 0.5 * (rub * s + tilt) * T_before + contact * carried_before / T_before
@@ -151,7 +165,7 @@ class Collisions:
         speed = before * np.sign(before.real)
         own_r = r + 0.5 * wall * s + slope * (speed - self.speed)
         # the spring moves the mass on while they touch
-        moved = _DURING * (1.0 - r) * contact * self.omega2 * self.x * scale
+        moved = _DURING * (1.0 - r) * contact * self.omega2 * x * scale
         eps = np.exp(ln_eps)
         gained = eps * (u_after - u_before)
         # in the units of the readings, whose noise it is: a gain of zero would else explain all

@@ -63,7 +63,25 @@ _FLAT = (0.0, 0.0, 0.0)  # of a rig whose f0 and zeta do not depend on amplitude
 _FEWEST = 10  # collisions of a record
 _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
-_FREE = (0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3, 0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0)
+_FREE = (
+    0.5,
+    0.3,
+    0.05,
+    0.1,
+    0.01,
+    0.01,
+    3e-4,
+    1e-3,
+    0.05,
+    0.05,
+    0.3,
+    0.3,
+    1.5e-3,
+    0.4,
+    10.0,
+    0.5,
+    50.0,
+)
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
 _TINY = 1e-9
@@ -642,16 +660,17 @@ def _releases(b: _Builder, found: Sequence[Estimate]) -> None:
         stated = next((one for one in b.releases if abs(one / stated - 1.0) < 1e-6), stated)
         name = b.add(f"release: {1e3 * stated:g} mm", 0.0, error.of(stated) / stated)
         b.releases[stated] = name
-        if (e := seen.get(record.id)) is None or not e.value > 0.0:
+        if (e := seen.get(record.id)) is None or not e.value:
             continue
-        off, width = math.log(e.value / stated), e.std_error / e.value
+        off, width = math.log(abs(e.value) / stated), e.std_error / abs(e.value)
         gain = b.gain(record, "displacement")
         expected = math.hypot(width, b.priors[name].error, b.priors[gain].error)
         if e.method == FIRST_SWING and off < -_FEW * expected:
             b.priors[name] = replace(b.priors[name], error=max(b.priors[name].error, -off))
             continue
         own = b.add(f"own release: {record.id}", 0.0, _OWN_RELEASE)
-        sums = ({name: 1.0, **b.own_gain(record, "displacement"), own: 1.0}, 0.0)
+        bend = {b.add("even", 0.0, 0.0): e.value, b.add("odd", 0.0, 0.0): e.value**2}
+        sums = ({name: 1.0, **b.own_gain(record, "displacement"), own: 1.0, **bend}, 0.0)
         b.blocks.append(Block(record.id, "release", (sums,), _Single(off, width)))
 
 

@@ -26,6 +26,8 @@ _NAMES = {
     "contact": "a contact that lasts",
     "rolling": "a ball that rolls",
     "hollow": "a floor that is hollow, or a magnet",
+    "even": "a displacement that is not straight (more on one side than on the other)",
+    "odd": "a displacement that is not straight (a gain that changes toward both ends)",
     "drop": "drop tests on another surface than the walls",
     "pulse area": "a pulse of the accelerometer whose area is off (a contact that rings)",
     "jumps": "jumps of velocity that both sensors show wrong (a local mode)",
@@ -233,6 +235,15 @@ _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
         f"floor that is hollow with a radius of {9.80665 / abs(v):.2g} m, or a magnet; a floor "
         "that bulges draws it to the walls, with a minus); r allows for it, and b_c is predicted "
         "with r_effective and nes_mass_effective"
+    ),
+    "even": lambda v, e: (
+        f"the displacement is not straight: {with_error(1e-3 * v, 1e-3 * e)} x^2 more than x (mm), "
+        "more on one side of the rest position than on the other; values allow for it, amplitudes "
+        "do not. Look at the linearity of the sensor and at its angle"
+    ),
+    "odd": lambda v, e: (
+        f"the displacement is not straight: {with_error(1e-6 * v, 1e-6 * e)} x^3 more than x (mm); "
+        "values allow for it, amplitudes do not. Look at the range and the linearity of the sensor"
     ),
     "drop": lambda v, e: (
         f"r of the drop tests differs from that of the walls by {_signed(v, e)}: they were "
