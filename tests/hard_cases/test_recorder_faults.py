@@ -311,3 +311,19 @@ def test_recorders_started_by_hand_are_laid_over_one_another_by_the_motion(tmp_p
     for role, x in found.items():
         assert x.size > 30_000
         assert np.array_equal(x, whole[role][begin:][: x.size].astype(np.float32)), role
+
+
+def test_recorders_with_clocks_of_their_own_are_laid_over_one_another_once(tmp_path):
+    """Shorter parts that two clocks share are more alike: no reason to shift them again."""
+    whole = channels(0.033)
+    x = whole["displacement"][60:]
+    at = np.arange(x.size) * (1.0 + 1e-4)
+    slow = np.asarray(map_coordinates(x, [at[at < x.size - 1]], order=3))
+    given = same_length(whole | {"displacement": slow})
+    said, found = mended(tmp_path, given, recorders="base,acceleration;displacement")
+    assert [("did not start" in one, "clock differs" in one) for one in said] == [
+        (True, False),
+        (False, True),
+    ]
+    assert "comes -0.012" in said[0]
+    assert found["base"].size > 0.99 * whole["base"].size

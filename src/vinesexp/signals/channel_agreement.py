@@ -284,6 +284,8 @@ def phase_law(
         return None
     f = np.fft.rfftfreq(size, step)
     near = (f > _RANGE[0] * frequency) & (f < min(_RANGE[1] * frequency, 0.4 / step))
+    if near.sum() < _LINES:
+        return None
     w = np.asarray(2.0 * math.pi * f[near], dtype=np.float64)
     lines = [
         second_derivative_beside(

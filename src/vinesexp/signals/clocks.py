@@ -46,9 +46,10 @@ _ALIKE = 0.3  # rad: error of a phase up to which two channels move together
 _SHOWS = (0.5, 12.0)  # of the oscillation: where two recorders are compared
 _EDGE = 1.0  # periods at the ends of a record, over which a filter fades in
 _OVERLAP = 0.5  # of the record, that two recorders share at least
-_MOVE_ALIKE, _SURE_SHIFT = 0.8, 25.0  # correlation; difference in chi^2
+_MOVE_ALIKE, _AS_GOOD = 0.8, 1.5  # correlation; times what the best shift leaves
 _SAME_MOTION = 1e-5  # of the correlation: a cycle that differs by less is the same
 _TOGETHER = 0.04  # periods: less may be a lag, or a filter
+_STARTED = "start of recorders"  # check
 _JUMP, _STANDS_OUT = 8, 3.0  # samples beside a jump; times the largest elsewhere
 _MOST_SAMPLES = 60_000_000  # of a record
 _SEEN = 1 << 18  # samples read at once
@@ -342,7 +343,7 @@ def _error_of_phase(ratio: ComplexArray, size: FloatArray) -> FloatArray:
 
 
 def fault_of(
-    view: RecordView, *, frequency: float, driven: bool
+    view: RecordView, *, frequency: float, driven: bool, together: bool = False
 ) -> Lost | Cut | OtherClock | Start | None:
     """The most certain fault of a record's clocks.
 
@@ -353,8 +354,10 @@ def fault_of(
         Of the drive, or of the oscillation, Hz.
     driven : bool
         Whether the base moves as a steady sine: a decay has no phase that is known beforehand.
+    together : bool
+        Whether its recorders were laid over one another already.
     """
-    start = _start_of_recorders(view, frequency)
+    start = None if together else _start_of_recorders(view, frequency)
     if start is not None:
         return start
     every = _lost_by_all(view, frequency) if driven and "base" in view.roles else None
@@ -401,8 +404,7 @@ def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
     best = float(high.max())
     if best < _MOVE_ALIKE:
         return None
-    free = 2.0 * _SHOWS[1] * frequency * step * n  # values that a record of this band has
-    good = top[1.0 - high <= math.exp(_SURE_SHIFT / free) * (1.0 - best) + _SAME_MOTION]
+    good = top[1.0 - high <= _AS_GOOD * (1.0 - best) + _SAME_MOTION]
     shift = int(late[good[np.argmin(np.abs(late[good]))]])
     return Start(own, shift * k) if abs(shift) * step * frequency > _TOGETHER else None
 
@@ -617,10 +619,12 @@ def mend_clocks(path: Path, record: Record, *, driven: bool) -> list[Check]:
             frequency = frequency_of_test(view, record)
             if frequency is None:
                 return checks
-            found = fault_of(view, frequency=frequency, driven=driven)
+            together = any(check.check == _STARTED for check in checks)
+            found = fault_of(view, frequency=frequency, driven=driven, together=together)
             if found is None:
                 return checks
-            checks.append(Check(record.id, "clock", "warning", _in_words(found, view, frequency)))
+            name = _STARTED if isinstance(found, Start) else "clock"
+            checks.append(Check(record.id, name, "warning", _in_words(found, view, frequency)))
             if isinstance(found, Lost) and not found.certain:
                 return checks
             _mended(path, view, found)
