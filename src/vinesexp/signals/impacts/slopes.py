@@ -601,7 +601,7 @@ def joined(
         peak=largest_of(found.peak),
         strength=largest_of(found.strength),
         confidence=largest_of(found.confidence),
-        crowded=whole & found.crowded[begins],
+        crowded=~whole | found.crowded[begins],
         clipped=np.logical_or.reduceat(found.clipped, begins),
     ), begins
 
