@@ -71,7 +71,7 @@ for cells in (2, 14, 14, 14):
     if cells > 2:
         best = min(best, (time.process_time_ns() - begin) / hits)
 found["map"] = best, math.nan
-for b in (0.030, 0.036, 0.040, 0.060):
+for b, r in ((0.030, 0.6), (0.036, 0.6), (0.040, 0.6), (0.060, 0.6), (0.002, 0.22)):
     starts = [Release(y0=[b * (0.99 - 0.01 * k)]) for k in range(64)]
     best = math.inf
     for _ in range(3):
@@ -81,7 +81,7 @@ for b in (0.030, 0.036, 0.040, 0.060):
         except ImportError:
             best = math.nan
             break
-        rows = [row_of(Rig(o, nes=[NES(m=0.032, b=b, r=0.6)]), base, start, settle=0.0,
+        rows = [row_of(Rig(o, nes=[NES(m=0.032, b=b, r=r)]), base, start, settle=0.0,
                        duration=200.0) for start in starts]
         hits = amplitudes(np.array(rows)).impacts.sum()
         best = min(best, (time.process_time_ns() - begin) / hits)

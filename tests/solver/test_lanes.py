@@ -128,6 +128,22 @@ def test_sticking_chatter_and_starts_at_a_wall_leave_the_lane():
     assert found(rows) == pytest.approx(expected, rel=1e-9)
 
 
+def test_a_chatter_bounces_in_its_lane_as_in_the_scalar_loop():
+    """Every bounce counts until the rest of it is rest: their number says where it was ended."""
+    base, cases = Harmonic(0.25e-3, TABLE_2.f0), []
+    for r in (0.22, 0.4):
+        for share in (0.9, 0.5, -0.7):
+            rig = Rig(TABLE_2, nes=[NES(m=0.032, b=2e-3, r=r)])
+            cases.append((rig, base, Release(y0=[share * 2e-3])))
+    rows = rows_of(cases, 0.0, 11.3)
+    expected = np.array(
+        [scalar(*case, *row[-2:]) for case, row in zip(cases, rows, strict=True)]
+    )  # fmt: skip
+    assert expected[:3, 2].min() > 150
+    assert (found(rows)[:, 2] == expected[:, 2]).all()
+    assert found(rows) == pytest.approx(expected, rel=1e-11)
+
+
 SAY = """
 import numpy as np, sys
 from tests.solver.test_lanes import found, random_case, rows_of

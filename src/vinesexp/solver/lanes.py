@@ -11,9 +11,9 @@ last step that is exact to rounding, and the proof that nothing came before (`fl
 is one).
 
 What the proofs do not cover leaves the lane and is finished by one turn of the scalar loop
-(`kernel.one_turn`): rest, chatter, grazing, the start at a wall, the end of the run. Every
-operation is rounded by itself and no lane looks at another, so a motion is the same in any lane, in
-any company and with any width of the processor's vectors.
+(`kernel.one_turn`): rest, the end of a chatter, grazing, the start at a wall, the end of the run.
+Every operation is rounded by itself and no lane looks at another, so a motion is the same in any
+lane, in any company and with any width of the processor's vectors.
 
 `add_amplitudes` takes mean and largest amplitude from the log of one motion, in closed form between
 the events.
@@ -34,7 +34,6 @@ from vinesexp.solver.arrays import gap_of, is_plain, starts_of
 from vinesexp.solver.compiled import compiled, entry, fused, wide
 from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.effort import Effort
-from vinesexp.solver.flight import SHORT
 from vinesexp.solver.kernel import one_turn
 from vinesexp.solver.response import (
     ENTRIES,
@@ -188,8 +187,10 @@ IDLE, FLYING, WAITING, LEAVING, STALE = 0.0, 1.0, 2.0, 3.0, 4.0
 OVER = 0.02  # steps by which a contact may lie beyond the next node: one that lies on it is found
 REFRESH = 128.0  # nodes and contacts after which the turned phasor is taken afresh
 STEP_RATE = 2.0 * math.pi / PER_CYCLE  # rad of a step, by the faster of oscillator and base
-SETTLED = 3e-6 / STEP_RATE  # steps: from here the last one, whose error is its cube, is exact
-BRIEF = SHORT / STEP_RATE  # steps: shorter flights are for the scalar loop (`kernel.is_flight`)
+SETTLED = 3e-6 / STEP_RATE  # of flight or step: the last step, whose error is its cube, is exact
+#: rad of the oscillator's own time: shorter flights are for the scalar loop. No less than twice
+#: `contact.REMAINDER`: the scalar loop ends each chatter where it would have.
+BRIEF = 1e-7
 WORTH = 10  # steps that a landing of a lane costs, and as many may be missed before it
 STALL = 300_000  # evaluations of one spell in the scalar loop after which a run is given up
 
@@ -319,10 +320,13 @@ def land(P: FloatArray, n: int) -> int:
         k6 = (1.0 / 720.0) * fused(-w2 * w2, up, hh)
         k7 = (1.0 / 5040.0) * fused(w2 * w2, down, kh)
         k8 = (1.0 / 40320.0) * fused(w2 * w2 * w2, up, lh)
-        # From the chord over that half, or from half-way where the ball leaves this very wall.
+        # From the chord over that half. Where the ball leaves this very wall: from the parabola of
+        # a bounce, or from half-way.
         e = -0.5 * (way1 - wall) / (way1 - middle)
         first = 0.5 * (way0 - wall) / (way0 - middle)
-        e = e if late else (first if gn != 0.0 else 0.5)
+        back = -rn / k2
+        back = back if (back > 0.0) & (back < 0.5) else 0.5
+        e = e if late else (first if gn != 0.0 else back)
         e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
         e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
         e = closer(gn, rn, k2, k3, k4, k5, k6, k7, k8, e)
@@ -393,7 +397,7 @@ def land(P: FloatArray, n: int) -> int:
         low = min(min(near, far), min(mid0, mid1)) - fall
         high = max(max(near, far), max(mid0, mid1)) + fall
         sound = (above | below) & (low > low_wall) & (high < high_wall) & (to * r1 > 0.0)
-        sound = sound & (abs(d) < SETTLED) & (T > 0.0) & (T <= 1.0 + 2.0 * OVER)
+        sound = sound & (abs(d) < SETTLED * min(T, 1.0)) & (T <= 1.0 + 2.0 * OVER)
         # The impact.
         x, per = re + xe, P[PER_W0 * LANES + i]
         new, old = math.sqrt(fused(x, x, v * per * (v * per))), P[OLD * LANES + i]
@@ -405,9 +409,9 @@ def land(P: FloatArray, n: int) -> int:
         gh = fused(-two_alpha, fh, -w0sq * jh)
         f, df = fused(w2 * w2, re, fh), fused(P[PER_W * LANES + i], gh, -w2 * w2 * im)
         F = fused(abs(gh), per, abs(fh))
-        # A ball that comes back at once is for the scalar loop.
+        # The end of a chatter is for the scalar loop.
         push, leave = to * fused(-w2, re, ah), -to * r1
-        brief = (push > 0.0) & (2.0 * leave < BRIEF * push)
+        brief = (push > 0.0) & (2.0 * leave < BRIEF * per * push)
         stop = LEAVING if (brief | (leave <= 0.0)) else FLYING
         mode = P[MODE * LANES + i]
         hit = (mode == WAITING) & sound
@@ -543,7 +547,7 @@ def is_calm(ball: FloatArray, state: FloatArray, head: FloatArray, c: FloatArray
         return False
     if push > 0.0:
         back = away + math.sqrt(away * away + 2.0 * push * ball[D])
-        return bool(back * head[H_RATE] >= SHORT * push)
+        return bool(back * math.sqrt(w0sq) >= BRIEF * push)
     return True
 
 
