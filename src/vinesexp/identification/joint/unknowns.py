@@ -227,6 +227,7 @@ class Beliefs:
         return replace(self, causes={**self.causes, name: direction})
 
 
+_KNOWN = 2e-9  # width of what is known as well as any number
 _EXACT = 1e-4  # of an uncertainty: as good as none, and no matrix becomes singular
 
 
@@ -272,6 +273,7 @@ class _Scaled:
 
     mean: FloatArray
     width: FloatArray
+    free: IntArray  # those of any width: the others are as good as known, and stand nowhere else
     factor: FloatArray  # of information and prior, by Cholesky: lower
     half: FloatArray  # factor^-1 times the gradient at the prior means
     log_evidence: float
@@ -280,19 +282,22 @@ class _Scaled:
 def _scaled(data: Quadratic, beliefs: Beliefs) -> _Scaled:
     mean, width = beliefs.means(data.names), beliefs.widths(data.names)
     D = beliefs.added(data.names)
-    along = data.information @ D
-    H = np.block([[data.information, along], [along.T, D.T @ along]])
-    H *= width[:, None] * width
-    H.flat[:: width.size + 1] += 1.0
     n = len(data.names)
+    free = np.flatnonzero((width > _KNOWN) | (np.arange(width.size) >= n))
+    own, w = free[free < n], width[free]
+    along = data.information @ D
+    H = np.block([[data.information[np.ix_(own, own)], along[own]], [along[own].T, D.T @ along]])
+    H *= w[:, None] * w
+    H.flat[:: w.size + 1] += 1.0
     start = data.at - mean[:n] - D @ mean[n:]
     slope = data.gradient + data.information @ start
-    g = width * np.concatenate([slope, D.T @ slope])
+    g = w * np.concatenate([slope[own], D.T @ slope])
     factor = cholesky(H, lower=True, check_finite=False)
     half = solve_triangular(factor, g, lower=True, check_finite=False)
     # half of the square, less what the expansion has at the prior means
     fit = float(0.5 * half @ half - 0.5 * (data.gradient + slope) @ start)
-    return _Scaled(mean, width, factor, half, fit - float(np.log(np.diag(factor)).sum()))
+    evidence = fit - float(np.log(np.diag(factor)).sum())
+    return _Scaled(mean, width, free, factor, half, evidence)
 
 
 def evidence_of(data: Quadratic, beliefs: Beliefs) -> float:
@@ -309,9 +314,12 @@ def posterior_of(data: Quadratic, beliefs: Beliefs) -> Posterior:
     z = solve_triangular(s.factor, s.half, lower=True, trans="T", check_finite=False)
     inverse = dpotri(s.factor, lower=1)[0]
     inverse = np.tril(inverse) + np.tril(inverse, -1).T
-    inverse *= s.width[:, None] * s.width
+    w = s.width[s.free]
+    values, covariance = s.mean.copy(), np.diag(s.width**2)
+    values[s.free] += w * z
+    covariance[np.ix_(s.free, s.free)] = inverse * (w[:, None] * w)
     names = data.names + tuple(beliefs.causes)
-    return Posterior(names, s.mean + s.width * z, inverse, s.log_evidence)
+    return Posterior(names, values, covariance, s.log_evidence)
 
 
 def total(found: Posterior, beliefs: Beliefs) -> Posterior:
