@@ -1,4 +1,9 @@
-"""Rigs that are finished: a file each, by the digest of the code that was studied."""
+"""What the study has found so far: a file a rig, by the digest of the code that found it.
+
+Truths (the dense search of a rig) and answers are kept apart: a change of `vinesexp design` makes
+the answers anew, not the truths. A truth says where the best clearances are; what a clearance there
+gives is simulated anew beside each answer.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +18,7 @@ import vinesexp
 from vinesexp.codedigest import imported_modules
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-ROWS = ROOT / "build" / "design_rigs"
+TRUTHS, ANSWERS = (ROOT / "build" / "design_rigs" / name for name in ("truths", "answers"))
 
 
 @cache
@@ -43,19 +48,38 @@ def _is_text(node: ast.AST) -> bool:
     )
 
 
+@cache
+def digest_of_truth() -> str:
+    """Of the dense search and of the rigs."""
+    here = Path(__file__).resolve().parent
+    text = "".join((here / name).read_text(encoding="utf-8") for name in ("truth.py", "rigs.py"))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _code(folder: Path) -> str:
+    return digest_of_truth() if folder == TRUTHS else f"{digest()} {digest_of_truth()}"
+
+
+def kept(folder: Path, index: int) -> dict[str, float] | None:
+    """One rig as found by an earlier run with the code as it is."""
+    file = folder / f"{index:04d}.json"
+    if not file.is_file():
+        return None
+    row = json.loads(file.read_text(encoding="utf-8"))
+    if row.pop("code") != _code(folder):
+        return None
+    return {k: math.nan if v is None else float(v) for k, v in row.items()}
+
+
 def finished() -> list[dict[str, float]]:
-    """Rigs done by earlier runs of the study with the code as it is, in order."""
-    rows = []
-    for file in sorted(ROWS.glob("*.json")):
-        row = json.loads(file.read_text(encoding="utf-8"))
-        if row.pop("code") == digest():
-            rows.append({k: math.nan if v is None else float(v) for k, v in row.items()})
-    return rows
+    """Rigs answered by earlier runs with the code as it is, in order."""
+    rows = (kept(ANSWERS, int(file.stem)) for file in sorted(ANSWERS.glob("*.json")))
+    return [row for row in rows if row is not None]
 
 
-def keep(row: dict[str, float]) -> None:
+def keep(folder: Path, row: dict[str, float]) -> None:
     """One rig, one file."""
-    ROWS.mkdir(parents=True, exist_ok=True)
-    text = {k: None if math.isnan(v) else v for k, v in row.items()} | {"code": digest()}
-    file = ROWS / f"{int(row['rig']):04d}.json"
+    folder.mkdir(parents=True, exist_ok=True)
+    text = {k: None if math.isnan(v) else v for k, v in row.items()} | {"code": _code(folder)}
+    file = folder / f"{int(row['rig']):04d}.json"
     file.write_text(json.dumps(text, indent=1) + "\n", encoding="utf-8")

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 from benchmarks.design.rigs import MODELS, RIGS
-from benchmarks.design.study import (
+from benchmarks.design.truth import (
+    BESIDE,
     CRITERIA,
     DENSE,
     FINE,
     FINE_LONG,
-    FINE_STARTS,
-    FINE_STARTS_LONG,
     LONG,
     LOWEST,
-    PHASES,
-    STARTS,
+    NEAR,
+    NEAREST,
+    SCAN,
 )
 
 #: Below this regret a clearance counts as good as the best, above this as missed (targets).
@@ -136,11 +136,14 @@ def page(rows: Rows) -> str:
         f"{len(rows)} of {RIGS} random rigs are finished (eps 1e-4 to 0.1 and zeta 1e-4 to 0.05,",
         "both log-uniform, r 0.2 to 0.95, frequency within 5 % of resonance; the level only scales",
         "all lengths; every start has its own clearance within 1 %, as a drilled cavity). Regret:",
-        "a criterion at the recommended clearance over the least of a dense search, fresh starts",
-        f"({DENSE} clearances over more than the searched span and some near the recommended ones,",
-        f"{PHASES} phases, {STARTS} random starts; the {LOWEST} lowest by each criterion and the",
-        f"recommended ones judged again with {FINE} phases and {FINE_STARTS} random starts, or",
-        f"{FINE_LONG} and {FINE_STARTS_LONG} where a run lasts {LONG:.0f} cycles), minus one.",
+        "a criterion at the recommended clearance over the least of a dense search, minus one. The",
+        f"dense search knows nothing of the answer: {DENSE} clearances over more than the span",
+        f"that an answer looks at, {SCAN[0]} phases and {SCAN[1]} random starts each, closer",
+        f"looks at the lowest minima, {NEAREST} clearances within {100 * NEAR:g} % of the lowest",
+        f"with {BESIDE[0]} phases and {BESIDE[1]} starts. Its {LOWEST} lowest by each criterion,",
+        "and then its least beside those recommended, are judged by the same fresh starts:",
+        f"{FINE[0]} phases and {FINE[1]} random starts, or {FINE_LONG[0]} and {FINE_LONG[1]}",
+        f"where a run lasts {LONG:.0f} cycles.",
         "Processor time is that of all threads together, on a machine with other work.",
         "Every number here is printed by",
         "",

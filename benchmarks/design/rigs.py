@@ -17,6 +17,8 @@ from vinesexp.errors import AnalysisError
 from vinesexp.theory import boundaries, orbits
 
 SEED = 20260101
+#: Base amplitude, m. All lengths scale with it; a metre would be warned of.
+LEVEL = 1e-4
 #: Rigs that the study asks for.
 RIGS = 300
 #: Models from cheap to dear: the name in a row, and how the page calls it.
@@ -39,7 +41,13 @@ def rig_of(index: int) -> Task:
     r, omega = rng.uniform(0.2, 0.95), rng.uniform(0.95, 1.05)
     f = omega / (2.0 * math.pi)
     o = Oscillator(M=1.0, c1=2.0 * zeta, k1=1.0)
-    return Task(o, (eps,), (r,), levels=(1.0, 1.0), frequencies=(f, f), tolerance=DRILLED)
+    return Task(o, (eps,), (r,), levels=(LEVEL, LEVEL), frequencies=(f, f), tolerance=DRILLED)
+
+
+def span_of(task: Task) -> tuple[float, float]:
+    """Clearances between which an answer looks, m."""
+    published, exact = theory_of(task, task.levels[1], task.frequencies[0])
+    return scan_ends(bare=task.largest_bare(), published=published, exact=exact)
 
 
 def cheaper_models(task: Task) -> dict[str, tuple[float, float]]:
@@ -54,8 +62,7 @@ def cheaper_models(task: Task) -> dict[str, tuple[float, float]]:
     begin = time.process_time()
     found["orbit"] = _least_on_orbit(task, G, f), time.process_time() - begin
     begin = time.process_time()
-    ends = scan_ends(bare=task.largest_bare(), published=published, exact=exact)
-    b = np.geomspace(*ends, 12)
+    b = np.geomspace(*span_of(task), 12)
     runs = [run for one in b for run in wall_starts(task, float(one), phases=2)]
     means = responses(runs, haste=2.0).mean.reshape(b.size, -1).mean(axis=1)
     found["quick"] = float(b[means.argmin()]), time.process_time() - begin

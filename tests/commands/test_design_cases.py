@@ -30,10 +30,10 @@ LEVEL = {"--base-amplitude": "0.25 mm"}
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """A search of few clearances and starts: the answer is rough, its parts are all there."""
     for name, value in (
-        ("COARSE", 6), ("COARSE_LONG", 6), ("CLOSER_LONG", 2), ("CLOSER", 2), ("FINALISTS", 3),
-        ("FEWEST", 0.1), ("MOST", 0.1),
+        ("COARSE", 6), ("CLOSER", 2), ("FINALISTS", 3), ("MOVES", 1),
     ):  # fmt: skip
         monkeypatch.setattr(best_clearance, name, value)
+    monkeypatch.setattr("vinesexp.design.ask.BUDGET", 0.3)
     monkeypatch.setattr(around, "LEVELS", 5)
     monkeypatch.setattr("vinesexp.design.advice.MOST_CYCLES", 600.0)
     monkeypatch.setattr("vinesexp.design.advice.JUDGED", (30, 60))

@@ -104,7 +104,6 @@ def test_the_advice_beats_what_was_tried_by_hand(off_resonance: dict[str, object
     assert 1e3 * best.rest_mean < 2.87 * 1.02
     assert best.b == pytest.approx(13.25e-3, rel=0.1)
     working = advice.working  # type: ignore[attr-defined]
-    assert working.low <= G <= working.high
     assert working.activation <= G
     robust = advice.robust  # type: ignore[attr-defined]
     assert robust.random_p90 <= best.random_p90 * 1.001
@@ -116,12 +115,13 @@ def test_the_advice_beats_what_was_tried_by_hand(off_resonance: dict[str, object
 @pytest.mark.long
 def test_the_same_seed_gives_the_same_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(best_clearance, "COARSE", 6)
-    monkeypatch.setattr(best_clearance, "MOST", 0.3)
     task, ends = task_at(8.1), (5e-3, 30e-3)
-    first, again, other = (best_clearance.search(task, ends=ends, seed=s) for s in (4, 4, 5))
+    first, again, other = (
+        best_clearance.search(task, ends=ends, seed=s, budget=0.5) for s in (4, 4, 5)
+    )
     assert (first.least_mean, first.robust) == (again.least_mean, again.robust)
-    assert (first.random.scan.mean == again.random.scan.mean).all()
-    assert (first.random.scan.mean != other.random.scan.mean).any()
+    assert (first.random.mean == again.random.mean).all()
+    assert (first.random.mean != other.random.mean).any()
 
 
 def test_uncertain_values_are_drawn_within_their_errors() -> None:

@@ -12,8 +12,7 @@ import vinesexp
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.design import best_clearance
 from vinesexp.design.advice import advise
-from vinesexp.design.around import cliffs_of
-from vinesexp.design.best_clearance import Effort
+from vinesexp.design.around import Starts, cliffs_of
 from vinesexp.design.headline import Answer, build_this, headline_of, nothing_helps
 from vinesexp.design.released import released
 from vinesexp.design.shown import from_random, from_rest
@@ -79,7 +78,7 @@ def test_starts_are_spread_over_what_a_workshop_delivers() -> None:
 def test_the_end_of_the_orbit_is_a_cliff_as_far_away_as_it_is() -> None:
     """b_c exact is 33.92 mm: 2.5 % beyond 33.1 mm the starts from rest are lost."""
     task = Task(OSCILLATOR, (0.032,), (0.6,), (2.5e-4,) * 2, (OSCILLATOR.f0,) * 2, tolerance=0.01)
-    found = cliffs_of(task, 0.0331, Effort(2, 4, 4, 8, 100, 8, 3), seed=1)
+    found = cliffs_of(task, 0.0331, Starts(2, 4), seed=1)
     assert found.wider.jump is not None
     assert found.wider.clear <= 0.025 < found.wider.jump <= 0.05
     assert found.wider.amplitude > 1.25 * 0.0053
@@ -88,7 +87,7 @@ def test_the_end_of_the_orbit_is_a_cliff_as_far_away_as_it_is() -> None:
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, value in (("COARSE", 8), ("CLOSER", 2), ("FINALISTS", 3), ("MOST", 0.2)):
+    for name, value in (("COARSE", 8), ("CLOSER", 2), ("FINALISTS", 3)):
         monkeypatch.setattr(best_clearance, name, value)
     monkeypatch.setattr("vinesexp.design.advice.MOST_CYCLES", 600.0)
     monkeypatch.setattr("vinesexp.design.advice.JUDGED", (30, 60))
@@ -98,7 +97,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_rig_that_no_ball_helps_is_said_first() -> None:
     heavy = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.1)
     task = Task(heavy, (0.002,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01)
-    advice = advise(task)
+    advice = advise(task, budget=0.5)
     assert advice.hopeless
     assert nothing_helps(advice)[0].startswith("No clearance helps: from")
     for table in (from_rest(advice), from_random(advice)):
@@ -109,7 +108,7 @@ def test_a_rig_that_no_ball_helps_is_said_first() -> None:
 def test_what_to_build_has_tolerance_cliff_and_damper_in_words() -> None:
     o = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.01)
     task = Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01)
-    advice = advise(task)
+    advice = advise(task, budget=0.5)
     words = " ".join(build_this(advice))
     assert words.startswith("Build a one-sided clearance b of ")
     assert "+- 1 %" in words
@@ -124,7 +123,7 @@ def test_what_to_build_has_tolerance_cliff_and_damper_in_words() -> None:
 @pytest.mark.usefixtures("small")
 def test_a_gain_from_the_wall_alone_is_not_called_what_to_build() -> None:
     o = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.01)
-    advice = advise(Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01))
+    advice = advise(Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01), budget=0.5)
     robust = replace(advice.robust, random_mean=0.98 * advice.robust.random_bare)
     poor = replace(advice, robust=robust)
     assert not poor.hopeless

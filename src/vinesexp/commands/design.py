@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -52,6 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seed", metavar="N", action=Once, help="seed of the random starts (1)")
     parser.add_argument(
+        "--effort",
+        metavar="N",
+        action=Once,
+        help="times the usual work, where starts do not decide or runs take long (1)",
+    )
+    parser.add_argument(
         "--html", type=Path, metavar="FILE", action=Once, help="a design sheet of one page"
     )
     add_force(parser)
@@ -78,13 +85,15 @@ def run(args: argparse.Namespace) -> int:
         raise VinesexpError(
             f"'{sheet.suffix}' is not a page; name a file that ends in .html", file=sheet
         )
-    from vinesexp.design.ask import answered, workload
+    from vinesexp.design.ask import answered
+    from vinesexp.design.best_clearance import BUDGET
 
-    work = None if args.theory_only else workload(given)
-    if work is not None and work.seconds > SHORT:
-        announce(work)
-    with clock("simulating", work.seconds if work else 0.0):
-        answer = answered(given, simulate=not args.theory_only, seed=seed, base=base)
+    effort = whole_option(args.effort, "--effort", 1)
+    expected = effort * BUDGET / (os.cpu_count() or 1) if "G" in given else 0.0
+    if expected > SHORT and not args.theory_only:
+        announce(f"{effort} times the usual work: up to about {expected:.0f} s")
+    with clock("simulating", expected):
+        answer = answered(given, simulate=not args.theory_only, seed=seed, base=base, effort=effort)
     if args.json:
         from vinesexp.design.answer_json import answer_of
 
@@ -164,7 +173,7 @@ def curve_of(advice: Advice) -> DesignCurve:
     from vinesexp.figures.design_curve import DesignCurve
 
     found = advice.found
-    low, middle, high = 1e3 * np.percentile(found.random.scan.mean, [10, 50, 90], axis=1)
+    low, middle, high = 1e3 * np.percentile(found.random.mean, [10, 50, 90], axis=1)
     build = (
         ("least mean", advice.least_mean),
         ("least largest", advice.least_max),
@@ -173,11 +182,11 @@ def curve_of(advice: Advice) -> DesignCurve:
     )
     return DesignCurve(
         b=1e3 * found.grid,
-        rest=1e3 * advice.task.average(found.rest.scan.mean),
+        rest=1e3 * advice.task.average(found.rest.mean),
         low=low,
         middle=middle,
         high=high,
-        captured=found.random.scan.captured.mean(axis=1),
+        captured=found.random.captured.mean(axis=1),
         bare=1e3 * advice.bare,
         absorber=1e3 * advice.den_hartog.amplitude,
         build={name: 1e3 * one.b for name, one in build if one is not None},

@@ -8,8 +8,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.around import Changed, Cliffs, Range, changes, cliffs_of, operating_range
-from vinesexp.design.best_clearance import Found, percentile, resampled, scan_ends, search
+from vinesexp.design.around import (
+    CHANGES,
+    STEPS,
+    Changed,
+    Cliffs,
+    Range,
+    Starts,
+    changes,
+    cliffs_of,
+    operating_range,
+)
+from vinesexp.design.best_clearance import (
+    BESIDE,
+    BUDGET,
+    JUDGING,
+    Found,
+    affordable,
+    percentile,
+    scan_ends,
+    search,
+)
 from vinesexp.design.ensemble import cut_short, responses, slow_time, watched
 from vinesexp.design.task import Task, centre_starts, mean_of_cycle, random_starts, wall_starts
 from vinesexp.errors import AnalysisError
@@ -21,9 +40,15 @@ from vinesexp.theory.orbits import Reduced, amplitudes_at, family
 
 #: Shares of the exact b_c that the scan looks at besides its grid.
 NEAR_B_C = (0.85, 0.9, 0.95, 0.98, 1.0)
-#: Random starts that a clearance is judged by: as many as it was compared by, within these. With
-#: the fewer the standard error of the captured share is 0.05 at most.
+#: Random starts that a clearance is judged by: as many as it was compared by, within these, as far
+#: as the budget goes. With the fewer the standard error of the captured share is 0.05 at most.
 JUDGED = (100, 400)
+#: Phases from rest of a clearance that is judged; the same and random starts at the least.
+PHASES, FEWEST = 48, (6, 20)
+#: Starts of what is shown beside: least and most, phases from rest and random ones.
+SHOWN = ((2, 8), (4, 20))
+#: Draws of the starts with which the error of a percentile is found.
+RESAMPLED = 200
 #: Share of the bare amplitude below which nothing is called a gain.
 WORTH = 0.05
 
@@ -285,7 +310,8 @@ class Advice:
     unchanged, changed : the robust clearance as it is, and with one value off.
     working : levels at which the robust clearance works.
     watched : share of the time to settle that was run; below 1 where that would be too long.
-    judged : random starts that each clearance was judged by.
+    judged : starts that each clearance was judged by.
+    beside : those of what is shown beside.
     """
 
     task: Task
@@ -308,7 +334,8 @@ class Advice:
     sweeps: tuple[Swept, Swept]
     asked_sweeps: tuple[Swept, Swept] | None
     watched: float
-    judged: int
+    judged: Starts
+    beside: Starts
     seed: int
 
     @property
@@ -328,7 +355,9 @@ class Advice:
         return self.gain < WORTH
 
 
-def advise(task: Task, *, asked: float | None = None, seed: int = 1) -> Advice:
+def advise(
+    task: Task, *, asked: float | None = None, seed: int = 1, budget: float = BUDGET
+) -> Advice:
     """Search the clearances of a task and judge them.
 
     Parameters
@@ -338,6 +367,8 @@ def advise(task: Task, *, asked: float | None = None, seed: int = 1) -> Advice:
         A clearance (the largest, of several balls) that is judged besides, m.
     seed : int
         Of the random starts.
+    budget : float
+        Work that the answer may take, s.
 
     Raises
     ------
@@ -351,26 +382,25 @@ def advise(task: Task, *, asked: float | None = None, seed: int = 1) -> Advice:
     low, high = scan_ends(bare=bare, published=published, exact=exact)
     ends = low, high / min(task.ratios)  # of several balls the least one has to get as far
     marks = [] if exact is None else [share * exact for share in NEAR_B_C]
-    found = search(task, ends=ends, marks=marks, seed=seed)
-    many = min(max(found.race.starts, JUDGED[0]), JUDGED[1])
+    found = search(task, ends=ends, marks=marks, seed=seed, budget=budget)
     shown = {found.least_mean, found.least_max, found.robust}
     every = (*shown, *([] if asked is None else [asked]))
-    judged = {b: judge(task, b, found, many, seed + 2) for b in every}
-    unchanged, changed = changes(task, found.robust, found.effort, seed=seed + 3)
+    many = _judging(found, JUDGING * budget / len(every))
+    judged = {b: judge(task, b, many, seed + 2) for b in every}
+    beside = _shown_beside(found, BESIDE * budget)
+    unchanged, changed = changes(task, found.robust, beside, seed=seed + 3)
     return Advice(
         task=task,
         bare=bare,
         bare_mean=task.mean_bare(),
         published=published,
         exact=exact,
-        orbit=None
-        if exact is None
-        else orbit_and_rest(task, 0.98 * exact, f, phases=found.effort.judged),
+        orbit=None if exact is None else orbit_and_rest(task, 0.98 * exact, f, phases=many.phases),
         found=found,
         least_mean=judged[found.least_mean],
         least_max=judged[found.least_max],
         robust=judged[found.robust],
-        cliffs=cliffs_of(task, found.robust, found.effort, seed=seed + 3),
+        cliffs=cliffs_of(task, found.robust, beside, seed=seed + 3),
         asked=None if asked is None else judged[asked],
         unchanged=unchanged,
         changed=changed,
@@ -381,8 +411,24 @@ def advise(task: Task, *, asked: float | None = None, seed: int = 1) -> Advice:
         asked_sweeps=None if asked is None else slow_sweeps(task, asked),
         watched=min(cut_short(task.rig(found.robust), f) for f in task.frequencies),
         judged=many,
+        beside=beside,
         seed=seed,
     )
+
+
+def _judging(found: Found, share: float) -> Starts:
+    """Starts by which one clearance is judged, of a share of the work (s)."""
+    wanted = min(max(found.race.starts, JUDGED[0]), JUDGED[1])
+    return Starts(
+        affordable(0.3 * share, found.work[0], (FEWEST[0], PHASES)),
+        affordable(0.7 * share, found.work[1], (min(FEWEST[1], wanted), wanted)),
+    )
+
+
+def _shown_beside(found: Found, share: float) -> Starts:
+    """Starts of one of the clearances or changes around the robust one."""
+    one = 0.5 * share / max(4 * len(CHANGES), 2 * len(STEPS))
+    return Starts(*(affordable(one, w, ends) for w, ends in zip(found.work, SHOWN, strict=True)))
 
 
 def theory_of(task: Task, G: float, frequency: float) -> tuple[float, float | None]:
@@ -396,11 +442,11 @@ def theory_of(task: Task, G: float, frequency: float) -> tuple[float, float | No
     return published, exact
 
 
-def judge(task: Task, b: float, found: Found, starts: int, seed: int) -> Judged:
+def judge(task: Task, b: float, starts: Starts, seed: int) -> Judged:
     """One clearance: from rest, and under random starts that had no part in the choice."""
-    from_rest = wall_starts(task, b, phases=found.effort.judged, shift=0.4)
+    from_rest = wall_starts(task, b, phases=starts.phases, shift=0.4)
     rest = watched(from_rest, starts=len(from_rest))
-    drawn = random_starts(task, b, starts=starts, seed=seed)
+    drawn = random_starts(task, b, starts=starts.random, seed=seed)
     anywhere = watched(drawn, starts=len(drawn))
     means = anywhere.mean
     centre = responses(centre_starts(task, b, phases=2))
@@ -409,8 +455,8 @@ def judge(task: Task, b: float, found: Found, starts: int, seed: int) -> Judged:
         rest_mean=float(task.average(rest.mean)),
         rest_max=float(task.worst(rest.largest)),
         random_mean=float(means.mean()),
-        random_p90=percentile(means),
-        random_error=float(resampled(means, 1).std()),
+        random_p90=float(percentile(means)),
+        random_error=float(percentile(_resampled(means)).std()),
         random_max=float(anywhere.largest.max()),
         random_bare=float(np.mean([task.bare_of(run) for run in drawn])),
         captured=float(anywhere.captured.mean()),
@@ -418,6 +464,12 @@ def judge(task: Task, b: float, found: Found, starts: int, seed: int) -> Judged:
         centre_mean=float(task.average(centre.mean)),
         centre_touched=bool((centre.impacts_per_cycle > 0.0).any()),
     )
+
+
+def _resampled(means: FloatArray) -> FloatArray:
+    """Draws of the starts, one row each."""
+    drawn = np.random.default_rng(1).integers(0, means.size, (RESAMPLED, means.size))
+    return means[drawn]
 
 
 def orbit_and_rest(task: Task, b: float, frequency: float, *, phases: int) -> tuple[float, float]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.best_clearance import HASTE, PERCENTILE, WORSE, Effort, Found
-from vinesexp.design.ensemble import responses
+from vinesexp.design.best_clearance import WORSE, Found, percentile
+from vinesexp.design.ensemble import Responses, Run, responses
 from vinesexp.design.task import Task, frequency_weights, random_starts, wall_starts
 
 #: Shares of the clearance by which it is changed, either way.
@@ -20,6 +21,14 @@ JUMP = 1.25
 #: Starts with which it is looked for, in those of the search: the more where the fewer leave it in
 #: doubt; what these leave in doubt is called a cliff.
 MORE = (1, 4)
+
+
+@dataclass(frozen=True)
+class Starts:
+    """How many starts a clearance is given: phases from rest, and random ones."""
+
+    phases: int
+    random: int
 
 
 @dataclass(frozen=True)
@@ -48,28 +57,45 @@ class Cliffs:
     wider: Side
 
 
-def cliffs_of(task: Task, b: float, effort: Effort, *, seed: int) -> Cliffs:
+def cliffs_of(task: Task, b: float, starts: Starts, *, seed: int) -> Cliffs:
     """Look at clearances beside b, each exactly as wide as it says, under the same starts.
 
     In runs of full length: just beyond the end of an orbit it takes long to be lost.
     """
     exact = replace(task, tolerance=0.0)
 
+    shares = [1.0, *(1.0 + way * step for way in (-1.0, 1.0) for step in STEPS)]
+
     @cache
-    def seen(share: float, more: int) -> tuple[FloatArray, FloatArray]:
-        rest = responses(wall_starts(exact, b * share, phases=more * effort.phases))
-        by_phase = rest.mean.reshape(len(exact.grid()), -1).T
-        drawn = random_starts(exact, b * share, starts=more * effort.starts, seed=seed)
-        return np.array([exact.average(one) for one in by_phase]), responses(drawn).mean
+    def seen(more: int) -> dict[float, tuple[FloatArray, FloatArray]]:
+        rest = at_once([wall_starts(exact, b * s, phases=more * starts.phases) for s in shares])
+        drawn = at_once(
+            [random_starts(exact, b * s, starts=more * starts.random, seed=seed) for s in shares]
+        )
+        by_phase = [one.mean.reshape(len(exact.grid()), -1).T for one in rest]
+        found = [np.array([exact.average(phase) for phase in one]) for one in by_phase]
+        return {s: (one, two.mean) for s, one, two in zip(shares, found, drawn, strict=True)}
 
     return Cliffs(_side(seen, -1.0), _side(seen, 1.0))
 
 
-def _side(seen: Callable[[float, int], tuple[FloatArray, FloatArray]], way: float) -> Side:
+def at_once(blocks: Sequence[list[Run]], *, haste: float = 1.0) -> list[Responses]:
+    """Responses to blocks of runs, all side by side."""
+    found = responses([run for block in blocks for run in block], haste=haste)
+    ends = np.cumsum([len(block) for block in blocks])
+    return [
+        found.each(lambda values, own=slice(a, e): values[own]) for a, e in pairwise([0, *ends])
+    ]
+
+
+Seen = Callable[[int], dict[float, tuple[FloatArray, FloatArray]]]
+
+
+def _side(seen: Seen, way: float) -> Side:
     clear = 0.0
     for step in STEPS:
         for more in MORE:
-            found = list(zip(seen(1.0, more), seen(1.0 + way * step, more), strict=True))
+            found = list(zip(seen(more)[1.0], seen(more)[1.0 + way * step], strict=True))
             rises = [there.mean() / before.mean() for before, there in found]
             most = int(np.argmax(rises))
             before, there = found[most]
@@ -96,6 +122,8 @@ def no_accident(before: FloatArray, there: FloatArray) -> bool:
     return bool(excess.mean() > WORSE * doubt)
 
 
+#: Their runs are shorter than those that judge, by this factor.
+HASTE = 1.5
 #: Changes of b, G, f and r that the robust clearance is tried under.
 CHANGES = (-0.10, -0.05, 0.05, 0.10)
 
@@ -121,29 +149,33 @@ class Changed:
     bare: float
 
 
-def changes(task: Task, b: float, effort: Effort, *, seed: int) -> tuple[Changed, list[Changed]]:
+def changes(task: Task, b: float, starts: Starts, *, seed: int) -> tuple[Changed, list[Changed]]:
     """The clearance b as it is, and with b, G, f or r off by 5 and 10 %; by the same starts."""
-    found = []
+    cases = [("", 0.0, task, b)]
     for name in ("b", "G", "f", "r"):
         for change in CHANGES:
             case, clearance = _moved(task, b, name, 1.0 + change)
-            if any(r > 1.0 for r in case.r):
-                continue
-            found.append(_seen(case, clearance, effort, seed, name, change))
-    return _seen(task, b, effort, seed, "", 0.0), found
-
-
-def _seen(task: Task, b: float, effort: Effort, seed: int, name: str, change: float) -> Changed:
-    rest = responses(wall_starts(task, b, phases=effort.phases), haste=HASTE)
-    anywhere = responses(random_starts(task, b, starts=effort.starts, seed=seed), haste=HASTE)
-    return Changed(
-        name=name,
-        change=change,
-        rest_mean=float(task.average(rest.mean)),
-        random_p90=float(np.percentile(anywhere.mean, PERCENTILE)),
-        captured=float(anywhere.captured.mean()),
-        bare=task.mean_bare(),
+            if all(r <= 1.0 for r in case.r):
+                cases.append((name, change, case, clearance))
+    rest = at_once(
+        [wall_starts(case, at, phases=starts.phases) for _, _, case, at in cases], haste=HASTE
     )
+    anywhere = at_once(
+        [random_starts(case, at, starts=starts.random, seed=seed) for _, _, case, at in cases],
+        haste=HASTE,
+    )
+    found = [
+        Changed(
+            name=name,
+            change=change,
+            rest_mean=float(case.average(walls.mean)),
+            random_p90=float(percentile(drawn.mean)),
+            captured=float(drawn.captured.mean()),
+            bare=case.mean_bare(),
+        )
+        for (name, change, case, _), walls, drawn in zip(cases, rest, anywhere, strict=True)
+    ]
+    return found[0], found[1:]
 
 
 def _moved(task: Task, b: float, name: str, factor: float) -> tuple[Task, float]:
@@ -210,7 +242,7 @@ def _scaled(task: Task, found: Found) -> tuple[FloatArray, FloatArray, FloatArra
     along = frequency_weights(task.frequencies, task.oscillator, task.eps)
     mean, captured = (
         values.reshape(shape).mean(axis=-1) @ along
-        for values in (found.rest.scan.mean, found.rest.scan.captured.astype(np.float64))
+        for values in (found.rest.mean, found.rest.captured.astype(np.float64))
     )
     levels = np.outer(found.robust / found.grid, ends)
     left = mean / np.array([_bare(task, float(G)) for G in ends])

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 from vinesexp.design.advice import advise
 from vinesexp.design.answer_json import answer_of
-from vinesexp.design.best_clearance import SERIES, Effort
-from vinesexp.design.ensemble import Workload, workload_of
+from vinesexp.design.best_clearance import BUDGET
 from vinesexp.design.headline import Answer, headline_of, remarks_of
 from vinesexp.design.inputs import OPTIONS, RIG, Given, gather
 from vinesexp.design.predictions import LEVELS, Theory, predict, start_amplitude
@@ -153,11 +152,17 @@ class Design(Answer):
 
 
 def answered(
-    given: Given, *, simulate: bool = True, seed: int = 1, base: Measured | None = None
+    given: Given,
+    *,
+    simulate: bool = True,
+    seed: int = 1,
+    base: Measured | None = None,
+    effort: int = 1,
 ) -> Design:
     """Theory, and by simulation what to build for a base amplitude and what a release does.
 
-    What was found before an interrupt is in the answer, which says so.
+    `effort` is how many times the usual work may be done for a base amplitude. What was found
+    before an interrupt is in the answer, which says so.
 
     Raises
     ------
@@ -177,7 +182,9 @@ def answered(
             driven = None if base is None else driven_of(given, base, seed=seed)
             falls = release_of(given, theory, seed=seed)
             if "G" in given:
-                advice = advise(task_of(given), asked=asked_of(given), seed=seed)
+                advice = advise(
+                    task_of(given), asked=asked_of(given), seed=seed, budget=effort * BUDGET
+                )
     except AnalysisError as error:
         if theory.no_orbit:
             raise AnalysisError(f"{theory.no_orbit}; {error}") from None
@@ -195,22 +202,13 @@ def warn_of(given: Given) -> None:
         Rig(o, [NES(m=q.value, b=b[k % len(b)], r=0.0) for k, q in enumerate(given["m"])])
 
 
-def workload(given: Given) -> Workload | None:
-    """What the simulation for a base amplitude will cost; None where there is none."""
-    if "G" not in given:
-        return None
-    task = task_of(given)
-    c = len(task.grid())
-    b, f = task.bare(*task.middle()), 0.5 * sum(task.frequencies)
-    effort = Effort.of(task, b)
-    looks = effort.coarse + 9 * effort.closer + 26
-    runs = looks * (effort.phases * c + effort.starts) + 60 * effort.phases * c + 30 * effort.fresh
-    one = workload_of(task.rig(b), f, runs)
-    return Workload(runs, one.impacts * len(task.masses) * (1.0 if task.plain else SERIES))
-
-
 def design(
-    *, simulate: bool = True, seed: int = 1, base: Measured | None = None, **values: Value
+    *,
+    simulate: bool = True,
+    seed: int = 1,
+    base: Measured | None = None,
+    effort: int = 1,
+    **values: Value,
 ) -> Design:
     """What clearance to build and what it gives: `vinesexp design` as an object.
 
@@ -222,6 +220,8 @@ def design(
         Of the random starts.
     base : Measured, optional
         Base motion as recorded, in place of base_amplitude or besides.
+    effort : int
+        How many times the usual number of runs may be spent where these do not decide.
     **values
         ``mass``, ``damping``, ``stiffness``, ``nes_mass``, ``restitution`` and an excitation,
         ``base_amplitude`` or ``release``; the options of the command by their names. Numbers are
@@ -258,4 +258,4 @@ def design(
         words = [x if isinstance(x, str) else f"{float(x)!r} {option.unit}".strip() for x in many]
         texts[option.symbol] = [(":" if option.symbol in ("G", "frequency") else "; ").join(words)]
     given = gather(texts, recorded=base is not None)
-    return answered(given, simulate=simulate, seed=seed, base=base)
+    return answered(given, simulate=simulate, seed=seed, base=base, effort=effort)

@@ -1,22 +1,27 @@
-"""The search for the best clearance: a coarse scan, closer looks at the lowest, a fresh judgement.
+"""The search for the best clearance: a scan, closer looks, and then a contest of what is lowest.
 
 The criteria jump where captured starts turn into lost ones and are rough where the response is
-modulated, so no derivative is used. A candidate is judged at the end by starts it was not chosen
-with: of many noisy values the lowest is too low.
+modulated, so no derivative is used. Of many noisy values the lowest is too low: in a contest
+clearances are compared by the same starts, more of them until one is better beyond doubt, and the
+starts that judge the answer at last had no part in it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.ensemble import Responses, Run, duration_of, responses, watched
-from vinesexp.design.task import Task, random_starts, wall_starts
+from vinesexp.design.ensemble import Responses, Run, responses, watched
+from vinesexp.design.task import Task, more_wall_starts, random_starts
 
+#: Processor time that an answer is meant for, s, as the work of its runs adds up (`ensemble`). The
+#: shares of its parts: each scan, each contest, judging, and each of what is shown beside.
+BUDGET = 4.0
+SCANS, CONTESTS, JUDGING, BESIDE = 0.08, 0.16, 0.15, 0.06
 #: Clearances of the scan.
 COARSE = 32
 #: Its ends: shares of the least, and multiples of the largest, of b_c and bare amplitude. Below,
@@ -24,48 +29,31 @@ COARSE = 32
 BOTTOM, TOP = 0.12, 2.5
 #: Clearances in a closer look, and how many minima are looked at in each round.
 CLOSER, MINIMA = 7, (2, 1)
-#: Candidates of each criterion that are judged afresh, at full length.
+#: Candidates of each criterion in a contest.
 FINALISTS = 6
 #: Where a criterion jumps, two of them are a little narrower than the lowest: shares of it.
 SAFER = (0.95, 0.9)
-#: Beside the best of those judged, where the least often stands against a jump: shares of it, the
-#: next round of them around what the last has found, while a round gains more than GAINED and at
-#: most ROUNDS times; then shares closer to it.
-ROUNDS = 3
-BESIDE = ((0.98, 0.99, 1.01, 1.02, 1.035), (0.985, 0.993, 1.007, 1.015))
-GAINED = 0.005
-#: Cycles that one comparison in a race between robust clearances may take.
-RACE_CYCLES = 1.6e6
-#: The search runs are shorter than those that judge, by this factor.
-HASTE = 1.5
-#: Rigs whose run takes so many cycles or fewer get 8 phases and 20 starts a clearance in the
-#: search, others fewer in proportion, between these bounds. Cycles are those of base or
-#: oscillator, whichever is faster, and dearer with several balls: what a run costs (`cost_of`).
-CYCLES, FEWEST, MOST = 1500.0, 0.2, 1.0
-#: What a cycle costs by power series (friction, a damping law), in cycles by closed form.
-SERIES = 25.0
-#: Where a run is longer still, fewer clearances are scanned and looked at closer.
-LONG, COARSE_LONG, CLOSER_LONG = 6000.0, 22, 5
-#: Standard errors of the share of starts by which a higher percentile is asked for in the search:
-#: it jumps where that share is captured, and the lowest of several noisy values is too low.
-MARGIN = 1.0
-
-
-# Clearances that compete, under the same random starts, until one is better beyond doubt.
-#
-# A 90th percentile of thirty starts is uncertain by tens of percent where some starts are captured
-# and some are not. So no clearance is called better than another by less than twice the error of
-# their difference: more starts are spent, the same ones on all that are still in the race, until
-# the rest differ by nothing that matters or the runs are used up. What is left is a tie.
-
+#: Beside the best the least is looked for in steps of these shares of it, either way, and again
+#: from where it was found, at most so many times each: it often stands against a jump. Not closer
+#: where the steps differ by less than FLAT.
+STEPS, MOVES, FLAT = ((0.03, 0.015), (0.0075, 0.0035), (0.0018,)), 3, 0.004
+#: Starts from rest and random starts of a clearance, least and most, in the
+#: scan; then the same in the first round of a contest.
+SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (2, 8), (4, 20), (4, 16), (8, 96)
+#: Starts of a batch: those from rest, and random ones.
+PAIR, BATCH = 2, 4
 #: Percentile of the mean amplitude over random starts that the robust clearance makes least.
 PERCENTILE = 90.0
-#: Draws of the starts with which the error of a percentile is found.
-RESAMPLED = 200
+#: Draws of the starts with which the error of a value is found.
+RESAMPLED = 100
 #: Standard errors of the difference by which a clearance has to be worse to be out.
 WORSE = 2.0
 #: Clearances that differ by less than this share, doubt included, are as good as each other.
 MATTERS = 0.02
+#: So many of those that may be better than the best by that are given more starts.
+FIELD = 8
+#: Clearances nearer to each other than this share are the same.
+APART = 0.001
 #: A tie is settled by the mean amplitude at these shares of the clearance, the larger of both:
 #: where a tenth of the starts is lost at every clearance the percentile says nothing of the others.
 ASIDE = (0.96, 1.04)
@@ -73,47 +61,106 @@ ASIDE = (0.96, 1.04)
 ASKED = 4
 
 
-def percentile(means: FloatArray) -> float:
-    """The percentile that the robust clearance makes least, m."""
-    return float(np.percentile(means, PERCENTILE))
+def affordable(share: float, work: float, ends: tuple[int, int]) -> int:
+    """How many starts of so much work each (s) a share (s) of the time pays, between two ends."""
+    return int(min(max(share / max(work, 1e-12), ends[0]), ends[1]))
 
 
-def resampled(means: FloatArray, seed: int) -> FloatArray:
-    """The percentile under `RESAMPLED` draws of the starts; rows of `means` share the draws.
+def percentile(means: FloatArray) -> FloatArray:
+    """The percentile that the robust clearance makes least (m), over the last axis."""
+    return np.asarray(np.percentile(means, PERCENTILE, axis=-1))
 
-    Parameters
-    ----------
-    means : ndarray of shape (clearances, starts)
+
+def cautious(means: FloatArray, errors: float = 1.0) -> FloatArray:
+    """A higher percentile, by standard errors of the share of starts that lies below.
+
+    The percentile jumps where a tenth of the starts is lost, and few starts do not tell the share.
     """
-    n = means.shape[-1]
-    drawn = np.random.default_rng(seed).integers(0, n, (RESAMPLED, n))
-    return np.asarray(np.percentile(means[..., drawn], PERCENTILE, axis=-1))
+    share = PERCENTILE / 100.0
+    margin = 100.0 * errors * math.sqrt(share * (1.0 - share) / means.shape[-1])
+    return np.asarray(np.percentile(means, min(PERCENTILE + margin, 99.5), axis=-1))
 
 
+@dataclass(frozen=True)
+class Criterion:
+    """What is made least: `rule` of what `take` takes from the runs of a clearance (m).
+
+    The last axis of what `rule` is given holds conditions times starts, as `Task.average` has it.
+    `safe` is what it may well be with more starts; the value and its standard error where none is.
+    """
+
+    take: Callable[[Responses], FloatArray]
+    rule: Callable[[FloatArray], FloatArray]
+    safe: Callable[[FloatArray], FloatArray] | None = None
+
+
+def mean_of(found: Responses) -> FloatArray:
+    """Mean amplitudes, m."""
+    return found.mean
+
+
+def largest_of(found: Responses) -> FloatArray:
+    """Largest amplitudes, m."""
+    return found.largest
+
+
+@dataclass
 class SameStarts:
-    """Responses to the same random starts at any clearance; what is known is not run again."""
+    """Responses to the same starts at any clearance; what is known is not run again.
 
-    def __init__(self, task: Task, *, seed: int, batch: int) -> None:
-        self._task, self._seed, self._batch = task, seed, batch
-        self._found: dict[float, Responses] = {}
+    Attributes
+    ----------
+    draw : of a clearance (m) and the number of a batch, its runs.
+    batch : starts in it, under each condition.
+    conditions : levels and frequencies that each start is tried under.
+    watch : whether starts are watched for as long as capture takes (`ensemble.watched`).
+    """
+
+    draw: Callable[[float, int], list[Run]]
+    batch: int
+    conditions: int = 1
+    watch: bool = True
+    found: dict[float, Responses] = field(default_factory=dict)
+
+    def ask(self, clearances: Iterable[float], n: int) -> float:
+        """Simulate at least the first n starts at each; the work that this took, s."""
+        whole, missing = -(-n // self.batch), dict[int, list[float]]()
+        for b in sorted(set(clearances)):
+            have = self.found[b].mean.shape[-1] // self.batch if b in self.found else 0
+            if have < whole:
+                missing.setdefault(have, []).append(b)
+        return sum(self._simulate(some, range(have, whole)) for have, some in missing.items())
+
+    def _simulate(self, clearances: list[float], batches: range) -> float:
+        runs = [run for b in clearances for k in batches for run in self.draw(b, k)]
+        many = len(runs) // len(clearances)
+        every = watched(runs, starts=many) if self.watch else responses(runs)
+        every = every.reshape(len(clearances), len(batches), self.conditions, -1)
+        every = every.each(lambda values: np.moveaxis(values, 1, 2))
+        every = every.reshape(len(clearances), self.conditions, -1)
+        for i, b in enumerate(clearances):
+            more = every.each(lambda values, i=i: values[i])
+            self.found[b] = self.found[b].joined(more) if b in self.found else more
+        return float(every.work.sum())
 
     def of(self, b: float, n: int) -> Responses:
-        """Responses to at least n starts at clearance b, whole batches."""
-        whole, known = -(-n // self._batch), self._found.get(b)
-        have = 0 if known is None else known.mean.size // self._batch
-        if have < whole:
-            runs = [run for k in range(have, whole) for run in self._one(b, k)]
-            more = watched(runs, starts=len(runs))
-            known = self._found[b] = more if known is None else known.joined(more)
-        assert known is not None
-        return known
+        """Responses to the first n starts, shape (conditions, n)."""
+        return self.found[b].each(lambda values: values[..., :n])
 
-    def means(self, b: float, n: int) -> FloatArray:
-        """Mean amplitudes of exactly the first n starts, m."""
-        return self.of(b, n).mean[:n]
+    def work(self, b: float) -> float:
+        """What a start took at a clearance, under all conditions, s."""
+        return float(self.found[b].work.sum(axis=0).mean())
 
-    def _one(self, b: float, k: int) -> list[Run]:
-        return random_starts(self._task, b, starts=self._batch, seed=self._seed + 7919 * k)
+
+@dataclass
+class Purse:
+    """Work (s) that a part of the search may still take."""
+
+    left: float
+
+    def ask(self, starts: SameStarts, clearances: Iterable[float], n: int) -> None:
+        """Pay for the first n starts at each clearance."""
+        self.left -= starts.ask(clearances, n)
 
 
 @dataclass(frozen=True)
@@ -123,10 +170,10 @@ class Race:
     Attributes
     ----------
     b : the clearance preferred, m.
-    value, error : its percentile and the standard error of that, m.
+    value, error : its criterion and the standard error of that, m.
     tied : clearances that are no worse beyond doubt, the preferred one included; sorted, m.
     within : share by which the worst of those may be worse than the best, doubt included.
-    starts : random starts that each of them was given.
+    starts : starts that each of them was given.
     """
 
     b: float
@@ -137,111 +184,166 @@ class Race:
     starts: int
 
 
+@dataclass(frozen=True)
+class Standing:
+    """Clearances under the same starts: value of each, and under draws of the starts (m)."""
+
+    b: list[float]
+    value: FloatArray
+    sure: FloatArray
+    draws: FloatArray
+
+    @property
+    def error(self) -> FloatArray:
+        """Standard error of each value, m."""
+        return np.asarray(self.draws.std(axis=1))
+
+    @property
+    def order(self) -> list[int]:
+        """From the best to the worst; what is less certain is worse."""
+        return [int(i) for i in np.argsort(self.sure, kind="stable")]
+
+
+def standing(
+    clearances: Iterable[float], starts: SameStarts, criterion: Criterion, n: int, seed: int
+) -> Standing:
+    """How clearances compare by the first n starts.
+
+    A jump that no start has met yet is not seen in the scatter. So in every draw one of the starts
+    may be as bad as the worst of any clearance, at each clearance by itself.
+    """
+    left = sorted(set(clearances))
+    samples = [criterion.take(starts.of(b, n)) for b in left]
+    worst = np.max([one.max(axis=-1) for one in samples], axis=0)[:, np.newaxis, np.newaxis]
+    rng = np.random.default_rng(seed)
+    drawn = rng.integers(0, n, (RESAMPLED, n))
+    draws = []
+    for one in samples:
+        unseen = rng.random((RESAMPLED, n)) < 1.0 / (n + 1.0)
+        again = np.moveaxis(np.where(unseen, worst, one[:, drawn]), 1, 0)
+        draws.append(criterion.rule(again.reshape(RESAMPLED, -1)))
+    value = np.array([float(criterion.rule(one.reshape(-1))) for one in samples])
+    sure = value + np.std(draws, axis=1)
+    if criterion.safe is not None:
+        sure = np.array([float(criterion.safe(one.reshape(-1))) for one in samples])
+    return Standing(left, value, sure, np.array(draws))
+
+
 def race(
     clearances: Iterable[float],
     starts: SameStarts,
+    criterion: Criterion,
     *,
     first: int,
-    most: int,
-    margin: Callable[[float], float] | None = None,
+    purse: Purse,
+    margin: Callable[[float, int], float] | None = None,
     seed: int = 1,
 ) -> Race:
-    """The clearance of least percentile, as far as the starts can tell.
+    """The clearance of least criterion, as far as the starts can tell.
 
     Parameters
     ----------
     clearances : iterable of float
         m.
     starts : SameStarts
+    criterion : Criterion
     first : int
         Starts of the first comparison; doubled from one to the next.
-    most : int
-        Runs that a comparison may take, of all clearances together.
+    purse : Purse
+        What more starts may take.
     margin : callable, optional
-        Of those that tie, the few of least mean, the one with the least of this is preferred; else
-        the lowest percentile.
+        Of those that tie, the few of least mean, the one with the least of this is preferred; of a
+        clearance and the number of starts.
     seed : int
         Of the resampling.
     """
-    left, n = sorted(set(clearances)), first
+    left, n = apart(clearances), first
+    purse.ask(starts, left, n)
     while True:
-        means = np.array([starts.means(b, n) for b in left])
-        value, draws = np.percentile(means, PERCENTILE, axis=1), resampled(means, seed)
-        best = int(value.argmin())
-        doubt = (draws - draws[best]).std(axis=1)
-        alike = value - value[best] <= WORSE * doubt
-        alike[best] = True
-        left = [b for b, same in zip(left, alike, strict=True) if same]
-        within = float((value + WORSE * doubt)[alike].max() / value[best] - 1.0)
-        value, draws, means = value[alike], draws[alike], means[alike]
-        if within <= MATTERS or 2 * n * len(left) > most:
+        now = standing(left, starts, criterion, n, seed)
+        best = now.order[0]
+        doubt = WORSE * (now.draws - now.draws[best]).std(axis=1)
+        excess = now.value - now.value[best]
+        alike = [i for i in now.order if excess[i] <= doubt[i]]
+        gain = doubt - excess if criterion.safe is None else now.sure[best] - now.value
+        hopes = [i for i in alike if gain[i] > MATTERS * now.value[best] and i != best]
+        left = [now.b[i] for i in (best, *sorted(hopes, key=lambda i: now.value[i])[:FIELD])]
+        if not hopes or sum(starts.work(b) * n for b in left) > purse.left:
             break
         n *= 2
-    chosen = int(value.argmin())
-    if len(left) > 1 and margin is not None:
-        few = np.argsort(means.mean(axis=1))[:ASKED]
-        chosen = int(few[np.argmin([margin(left[i]) for i in few])])
-    error = float(draws[chosen].std())
-    return Race(left[chosen], float(value[chosen]), error, tuple(left), within, n)
+        purse.ask(starts, left, n)
+    chosen = best
+    good = [i for i in alike if now.sure[i] <= (1.0 + MATTERS) * now.sure[best]]
+    if margin is not None and len(good) > 1:
+        good.sort(key=lambda i: float(starts.of(now.b[i], n).mean.mean()))
+        asked = {i: margin(now.b[i], n) for i in {best, *good[:ASKED]}}
+        wider = min(asked, key=asked.__getitem__)
+        chosen = wider if asked[wider] < (1.0 - MATTERS) * asked[best] else best
+    within = float((excess + doubt)[alike].max() / now.value[best])
+    tied = tuple(sorted(now.b[i] for i in alike))
+    return Race(now.b[chosen], float(now.value[chosen]), float(now.error[chosen]), tied, within, n)
 
 
-@dataclass(frozen=True)
-class Effort:
-    """How many starts a clearance is given in scan and judgement, and how many clearances.
+def apart(clearances: Iterable[float]) -> list[float]:
+    """Clearances in order, without those that are as good as the same.
 
-    Attributes
-    ----------
-    phases, starts : of the search, a clearance: from rest, and random ones.
-    judged, fresh : the same of a clearance that is judged; `race` runs may compare it with others.
-    coarse, closer : clearances of the scan, and of a closer look.
+    Examples
+    --------
+    >>> apart([0.0203, 0.01, 0.0100002, 0.02])
+    [0.01, 0.02, 0.0203]
     """
+    left: list[float] = []
+    for b in sorted(clearances):
+        if not left or b > left[-1] * (1.0 + APART):
+            left.append(b)
+    return left
 
-    phases: int
-    starts: int
-    judged: int
-    fresh: int
-    race: int
-    coarse: int
-    closer: int
 
-    @classmethod
-    def of(cls, task: Task, b: float) -> Effort:
-        """From the length of a run: the time of an answer stays about the same."""
-        conditions = len(task.grid())
-        f = 0.5 * sum(task.frequencies)
-        cost = cost_of(task, b, f)
-        share = min(max(CYCLES / cost, FEWEST), MOST)
-        return cls(
-            phases=max(round(8 * share / conditions), 2), starts=max(round(20 * share), 8),
-            judged=max(round(48 * share / conditions), 4), fresh=max(round(56 * share), 20),
-            race=round(RACE_CYCLES / cost),
-            coarse=COARSE_LONG if cost > LONG else COARSE,
-            closer=CLOSER_LONG if cost > LONG else CLOSER,
+def beside(
+    b: float, starts: SameStarts, criterion: Criterion, *, n: int, purse: Purse, seed: int
+) -> list[float]:
+    """Clearances beside b, ever closer to the least that is found, m."""
+    tried = [b]
+    for steps in STEPS:
+        for _ in range(MOVES):
+            few = [b, *(b * (1.0 + way * step) for step in steps for way in (-1.0, 1.0))]
+            purse.ask(starts, few, n)
+            tried += few[1:]
+            now = standing(few, starts, criterion, n, seed)
+            before, b = b, now.b[now.order[0]]
+            if b == before or purse.left < 0.0:
+                break
+        if purse.left < 0.0 or np.ptp(now.value) <= FLAT * now.value.min():
+            break
+    return tried
+
+
+def contest(
+    clearances: Iterable[float],
+    starts: SameStarts,
+    criterion: Criterion,
+    *,
+    first: int,
+    purse: Purse,
+    margin: Callable[[float, int], float] | None = None,
+    seed: int = 1,
+) -> Race:
+    """The best of some clearances and of what lies beside it; arguments as those of `race`.
+
+    With few starts nothing is sure beside a jump, so what won with more is where to look again.
+    """
+    few, won = list(clearances), None
+    while True:
+        start = race(few, starts, criterion, first=first, purse=Purse(0.0), seed=seed)
+        tried = beside(start.b, starts, criterion, n=first, purse=purse, seed=seed)
+        before, won = won, race(
+            [*start.tied, *tried], starts, criterion, first=first, purse=purse, margin=margin,
+            seed=seed,
         )  # fmt: skip
-
-
-def cost_of(task: Task, b: float, frequency: float) -> float:
-    """Cycles that a run takes, and more for several balls or where no closed form helps."""
-    pace = max(frequency, task.oscillator.f0)
-    dearer = 1.0 if task.plain else SERIES
-    dearer *= math.pow(len(task.masses), 1.5)
-    return duration_of(task.rig(b), frequency)[1] * pace * dearer
-
-
-def robust_criterion(found: Responses) -> FloatArray:
-    """90th percentile over starts of the mean amplitude, with a margin for their number (m).
-
-    Runs of shape (clearances, starts).
-    """
-    share = PERCENTILE / 100.0
-    margin = 100.0 * MARGIN * float(np.sqrt(share * (1.0 - share) / found.mean.shape[1]))
-    q = min(PERCENTILE + margin, 99.0)
-    return np.asarray(np.percentile(found.mean, q, axis=1))
-
-
-#: A value for each clearance, from its runs: shape (clearances, runs) to (clearances,).
-Criterion = Callable[[Responses], FloatArray]
-Starts = Callable[[float], list[Run]]
+        found = before is not None and abs(won.b / before.b - 1.0) < APART
+        if found or won.starts == first or purse.left < 0.0:
+            return won
+        few, first = list(won.tied), won.starts
 
 
 @dataclass(frozen=True)
@@ -251,121 +353,75 @@ class Curve:
     b: FloatArray
     value: FloatArray
 
-    def joined(self, other: Curve) -> Curve:
-        """Both, sorted."""
-        b = np.concatenate([self.b, other.b])
-        order = np.argsort(b)
-        return Curve(b[order], np.concatenate([self.value, other.value])[order])
-
     def minima(self, n: int) -> list[int]:
         """Indices of the lowest local minima, at most n."""
         v = np.concatenate([[np.inf], self.value, [np.inf]])
         local = np.flatnonzero((v[1:-1] <= v[:-2]) & (v[1:-1] <= v[2:]))
         return [int(i) for i in local[np.argsort(self.value[local])][:n]]
 
-
-def sampled(
-    b: Iterable[float], starts: Starts, criteria: Sequence[Criterion], haste: float
-) -> tuple[list[Curve], Responses]:
-    """Every criterion at every clearance, from one ensemble; the responses, one row a clearance."""
-    clearances = np.unique(np.asarray(list(b), dtype=np.float64))
-    blocks = [starts(float(one)) for one in clearances]
-    runs = [run for block in blocks for run in block]
-    found = watched(runs, starts=len(blocks[0])) if haste == 1.0 else responses(runs, haste=haste)
-    found = found.reshape(clearances.size, len(blocks[0]))
-    return [Curve(clearances, rule(found)) for rule in criteria], found
+    def lowest(self) -> list[float]:
+        """The finalists, m."""
+        return [float(b) for b in self.b[np.argsort(self.value)[:FINALISTS]]]
 
 
-def closer(curve: Curve, minima: int, n: int) -> FloatArray:
-    """n clearances between the neighbours of each of the lowest minima."""
-    places = []
-    for i in curve.minima(minima):
-        low = curve.b[max(i - 1, 0)]
-        high = curve.b[min(i + 1, curve.b.size - 1)]
-        places.append(np.geomspace(low, high, n + 2)[1:-1])
-    return np.concatenate(places)
-
-
-@dataclass(frozen=True)
-class Least:
-    """The clearance (m) that makes each criterion least, and all that was tried on the way."""
-
-    b: list[float]
-    curves: list[Curve]
-    scan: Responses
-
-
-def least(
-    grid: FloatArray,
-    starts: Starts,
-    fresh: Starts,
-    criteria: Sequence[Criterion],
-    looks: int,
-) -> Least:
-    """Scan, closer looks, fresh judgement and what lies beside it, for criteria that share starts.
-
-    Parameters
-    ----------
-    grid : ndarray
-        Clearances of the scan, m.
-    starts, fresh : callable
-        Clearance to its runs: those to search with, and those to judge the finalists by.
-    criteria : sequence of callable
-        What to make least.
-    looks : int
-        Clearances in a closer look at one minimum.
-    """
-    curves, scan = scanned(grid, starts, criteria, looks)
-    lowest = [curve.b[np.argsort(curve.value)[:FINALISTS]] for curve in curves]
-    judged, _ = sampled(np.concatenate(lowest), fresh, criteria, 1.0)
-    for shares in BESIDE:
-        rounds, gained = 0, True
-        while gained and rounds < ROUNDS:
-            judged, gained = _beside(judged, shares, fresh, criteria)
-            rounds += 1
-        if rounds == 1 and not gained:
-            break
-    return Least([float(one.b[one.value.argmin()]) for one in judged], curves, scan)
-
-
-def _beside(
-    judged: Sequence[Curve], shares: Sequence[float], fresh: Starts, criteria: Sequence[Criterion]
-) -> tuple[list[Curve], bool]:
-    """Clearances beside the least of each criterion too; whether one of them gained by it."""
-    before = [float(curve.value.min()) for curve in judged]
-    least_of = [float(one.b[one.value.argmin()]) for one in judged]
-    b = np.unique([share * best for best in least_of for share in shares])
-    more, _ = sampled(b, fresh, criteria, 1.0)
-    joined = [one.joined(other) for one, other in zip(judged, more, strict=True)]
-    gains = [old - float(one.value.min()) for old, one in zip(before, joined, strict=True)]
-    return joined, any(gain > GAINED * old for gain, old in zip(gains, before, strict=True))
+def curve_of(starts: SameStarts, criterion: Criterion, n: int) -> Curve:
+    """What a criterion says of every clearance that has n starts."""
+    b = sorted(b for b, found in starts.found.items() if found.mean.shape[-1] >= n)
+    samples = np.array([criterion.take(starts.of(one, n)).reshape(-1) for one in b])
+    return Curve(np.array(b), criterion.rule(samples))
 
 
 def scanned(
-    grid: FloatArray, starts: Starts, criteria: Sequence[Criterion], looks: int
-) -> tuple[list[Curve], Responses]:
-    """What each criterion says of the grid and of closer looks at its minima; the grid's runs."""
-    curves, scan = sampled(grid, starts, criteria, HASTE)
+    grid: FloatArray, starts: SameStarts, criteria: Sequence[Criterion],
+    *, ends: tuple[int, int], most: float,
+) -> tuple[list[Curve], Responses]:  # fmt: skip
+    """What each criterion says of the grid and of closer looks at its minima; the grid's runs.
+
+    The least number of starts everywhere says what a run takes, and so how many more there are.
+    """
+    known = [float(b) for b in grid]
+    first = starts.ask(known, ends[0]) / ends[0]
+    looks = 1.0 + CLOSER * sum(MINIMA) * len(criteria) / grid.size
+    n = affordable(most, first * looks, ends) // ends[0] * ends[0]
+    starts.ask(known, n)
+    curves = [curve_of(starts, one, n) for one in criteria]
     for minima in MINIMA:
-        b = np.concatenate([closer(curve, minima, looks) for curve in curves])
-        looked, _ = sampled(b, starts, criteria, HASTE)
-        curves = [c.joined(more) for c, more in zip(curves, looked, strict=True)]
-    return curves, scan
+        starts.ask([b for curve in curves for b in closer(curve, minima, CLOSER)], n)
+        curves = [curve_of(starts, one, n) for one in criteria]
+    rows = [starts.of(b, n).reshape(1, -1) for b in known]
+    return curves, rows[0].each(lambda *all_of: np.concatenate(all_of), *rows[1:])
+
+
+def closer(curve: Curve, minima: int, n: int) -> list[float]:
+    """n clearances between the neighbours of each of the lowest minima."""
+    places: list[float] = []
+    for i in curve.minima(minima):
+        low = curve.b[max(i - 1, 0)]
+        high = curve.b[min(i + 1, curve.b.size - 1)]
+        places += [float(b) for b in np.geomspace(low, high, n + 2)[1:-1]]
+    return places
 
 
 @dataclass(frozen=True)
 class Found:
-    """The three clearances (m) and what they were read from; `race` is that of the robust one."""
+    """The three clearances (m) and what they were read from.
+
+    Attributes
+    ----------
+    rest, random : runs of the scan, one row for each clearance of `grid`.
+    race : contest of the robust clearances.
+    work : what a start took around the clearances found: from rest under all conditions, and
+        random; s.
+    """
 
     least_mean: float
     least_max: float
     robust: float
-    rest: Least
-    random: Least
+    rest: Responses
+    random: Responses
     race: Race
-    starts: SameStarts
     grid: FloatArray
-    effort: Effort
+    work: tuple[float, float]
 
 
 def scan_ends(*, bare: float, published: float, exact: float | None) -> tuple[float, float]:
@@ -376,8 +432,9 @@ def scan_ends(*, bare: float, published: float, exact: float | None) -> tuple[fl
 
 
 def search(
-    task: Task, *, ends: tuple[float, float], marks: Iterable[float] = (), seed: int = 1
-) -> Found:
+    task: Task, *, ends: tuple[float, float], marks: Iterable[float] = (), seed: int = 1,
+    budget: float = BUDGET,
+) -> Found:  # fmt: skip
     """Least mean, least largest and robust clearance of a task.
 
     Parameters
@@ -388,39 +445,69 @@ def search(
     marks : iterable of float
         Clearances that theory suggests (m): looked at in the scan.
     seed : int
-        Of the random starts; the final judgement draws from `seed` + 1.
+        Of the random starts; the contests draw from `seed` + 1.
+    budget : float
+        Work that the answer may take, s.
     """
-    effort = Effort.of(task, ends[1])
-    grid = np.geomspace(*ends, effort.coarse)
+    grid = np.geomspace(*ends, COARSE)
     grid = np.unique(np.concatenate([grid, [m for m in marks if ends[0] < m < ends[1]]]))
-    rest = least(
-        grid,
-        lambda b: wall_starts(task, b, phases=effort.phases),
-        lambda b: wall_starts(task, b, phases=effort.judged, shift=0.25),
-        [lambda found: task.average(found.mean), lambda found: task.worst(found.largest)],
-        effort.closer,
+    conditions = len(task.grid())
+
+    def from_rest(shift: float, *, watch: bool) -> SameStarts:
+        def draw(b: float, k: int) -> list[Run]:
+            return more_wall_starts(task, b, range(k * PAIR, (k + 1) * PAIR), shift=shift)
+
+        return SameStarts(draw, PAIR, conditions, watch)
+
+    def anywhere(seed: int, *, watch: bool) -> SameStarts:
+        def draw(b: float, k: int) -> list[Run]:
+            return random_starts(task, b, starts=BATCH, seed=seed + 7919 * k)
+
+        return SameStarts(draw, BATCH, 1, watch)
+
+    mean, largest = Criterion(mean_of, task.average), Criterion(largest_of, task.worst)
+    curves, rest_scan = scanned(
+        grid, from_rest(0.0, watch=False), [mean, largest], ends=SCAN_REST, most=SCANS * budget
     )
-    curves, scan = scanned(
-        grid, lambda b: random_starts(task, b, starts=effort.starts, seed=seed),
-        [robust_criterion], effort.closer,
+    [curve], random_scan = scanned(
+        grid, anywhere(seed, watch=False), [Criterion(mean_of, cautious)],
+        ends=SCAN_RANDOM, most=SCANS * budget,
     )  # fmt: skip
-    [curve] = curves
-    lowest = curve.b[np.argsort(curve.value)[:FINALISTS]]
-    compared = SameStarts(task, seed=seed + 1, batch=effort.fresh)
-    # the others are in the race too: none of the three is called robust beside a better one
-    safer = [float(b) * share for b in (lowest[0], *rest.b) for share in SAFER]
-    won = run_race([*lowest, *safer, *rest.b], compared, effort)
-    random = Least([won.b], curves, scan)
-    return Found(rest.b[0], rest.b[1], won.b, rest, random, won, compared, grid, effort)
+    rest, random, most = (
+        from_rest(0.25, watch=True),
+        anywhere(seed + 1, watch=True),
+        CONTESTS * budget,
+    )
+    finalists = [one.lowest() for one in curves]
+    n = opening(rest, finalists[0][0], FIRST_REST, most)
+    won = [
+        contest(few, rest, criterion, first=n, purse=Purse(most), seed=seed)
+        for few, criterion in zip(finalists, (mean, largest), strict=True)
+    ]
+    lowest, n = curve.lowest(), opening(random, curve.lowest()[0], FIRST_RANDOM, most)
+
+    def margin(b: float, n: int) -> float:
+        random.ask([share * b for share in ASIDE], n)
+        return max(float(random.of(share * b, n).mean.mean()) for share in ASIDE)
+
+    # the others compete too: none of the three is called robust beside a better one
+    others = [one.b for one in won]
+    safer = [b * share for b in (lowest[0], *others) for share in SAFER]
+    robust = contest(
+        [*lowest, *safer, *others],
+        random,
+        Criterion(mean_of, percentile, lambda means: cautious(means, WORSE)),
+        first=n,
+        purse=Purse(most),
+        margin=margin,
+        seed=seed,
+    )
+    work = max(rest.work(one.b) for one in won), random.work(robust.b)
+    return Found(won[0].b, won[1].b, robust.b, rest_scan, random_scan, robust, grid, work)
 
 
-def run_race(clearances: Iterable[float], starts: SameStarts, effort: Effort) -> Race:
-    """The robust clearance of those that compete, and of what lies beside the first winner."""
-
-    def margin(b: float) -> float:
-        return max(float(starts.means(share * b, effort.fresh).mean()) for share in ASIDE)
-
-    every = [float(b) for b in clearances]
-    first = race(every, starts, first=effort.fresh, most=0)
-    every = [*first.tied, *(first.b * share for share in BESIDE[0])]
-    return race(every, starts, first=effort.fresh, most=effort.race, margin=margin)
+def opening(starts: SameStarts, b: float, ends: tuple[int, int], most: float) -> int:
+    """Starts of the first round of a contest, from what the fewest take at one clearance."""
+    starts.ask([b], ends[0])
+    rounds = FINALISTS + 2 * MOVES + 2 * sum(len(steps) for steps in STEPS)
+    return affordable(most, rounds * starts.work(b), ends) // ends[0] * ends[0]

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import os
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -53,8 +53,16 @@ IMPACTS_PER_CYCLE = 1.9
 STEADY = 1.5
 #: s of one core an impact, for what is said beforehand (docs/benchmarks/simulation.md).
 PER_IMPACT = 0.3e-6
+#: s of one core: a run, a cycle, an impact of the two in a cycle and one beyond, in lanes; a cycle
+#: and an impact of several balls; the same by power series (friction, a damping law). By these a
+#: search shares out its time; counted, not measured, so that an answer is the same anywhere.
+WORK_RUN, WORK_LANES, WORK_BALLS, WORK_SERIES = (
+    2e-5, (6.5e-8, 1e-7, 3.5e-7), (2e-7, 6e-7, 6e-7), (1e-5, 4e-6, 4e-6),
+)  # fmt: skip
 #: Bytes of a `Run` in memory.
 RUN_SIZE = 2000.0
+#: A loop of fewer lanes takes hardly less: not so few runs are shared out over several cores.
+FULL = 16
 #: No damping beyond c1.
 VISCOUS = WeakDamping()
 
@@ -88,12 +96,14 @@ class Responses:
     ----------
     mean, largest : amplitude hypot(x, x'/w0) over the window, m.
     impacts_per_cycle : of all balls together, per cycle of the base.
+    work : about what the run took of a processor, s.
     balls : how many balls the rig of that run has.
     """
 
     mean: FloatArray
     largest: FloatArray
     impacts_per_cycle: FloatArray
+    work: FloatArray
     balls: int
 
     @property
@@ -102,23 +112,21 @@ class Responses:
         steady = self.largest <= STEADY * self.mean
         return steady & (self.impacts_per_cycle >= IMPACTS_PER_CYCLE * max(self.balls, 1))
 
-    def joined(self, more: Responses) -> Responses:
-        """These runs and more of them."""
-        return Responses(
-            np.concatenate([self.mean, more.mean]),
-            np.concatenate([self.largest, more.largest]),
-            np.concatenate([self.impacts_per_cycle, more.impacts_per_cycle]),
-            self.balls,
+    def each(self, change: Callable[..., FloatArray], *others: Responses) -> Responses:
+        """The same change of every array; with those of others, if any."""
+        mean, largest, impacts, work = (
+            change(*(getattr(one, name) for one in (self, *others)))
+            for name in ("mean", "largest", "impacts_per_cycle", "work")
         )
+        return Responses(mean, largest, impacts, work, self.balls)
+
+    def joined(self, more: Responses) -> Responses:
+        """These runs and more of them, along the last axis."""
+        return self.each(lambda *both: np.concatenate(both, axis=-1), more)
 
     def reshape(self, *shape: int) -> Responses:
         """The same runs in another shape."""
-        return Responses(
-            self.mean.reshape(shape),
-            self.largest.reshape(shape),
-            self.impacts_per_cycle.reshape(shape),
-            self.balls,
-        )
+        return self.each(lambda values: values.reshape(shape))
 
 
 def slow_time(rig: Rig) -> float:
@@ -232,6 +240,7 @@ def _again(found: Responses, runs: Sequence[Run], which: IntArray, watch: float)
     later = responses([runs[k] for k in which], watch=watch)
     found.mean[which], found.largest[which] = later.mean, later.largest
     found.impacts_per_cycle[which] = later.impacts_per_cycle
+    found.work[which] += later.work
 
 
 def longest_watch(rig: Rig, frequency: float) -> float:
@@ -293,8 +302,9 @@ def responses(
                 return
             out[:, k] = _one(runs[k], room, haste, watch)
 
-    threads = workers or os.cpu_count() or 1
-    if threads == 1 or len(runs) < 4:
+    full = len(alone) + -(-len(side_by_side) // FULL)
+    threads = min(workers or os.cpu_count() or 1, full)
+    if threads <= 1:
         share(0, 1)
     else:
         with ThreadPoolExecutor(threads) as pool:
@@ -303,7 +313,19 @@ def responses(
                     task.result()
             finally:  # an interrupt ends the other threads too
                 stop.set()
-    return Responses(out[0], out[1], out[2], len(runs[0].rig.nes) if runs else 0)
+    work = [_work(run, hits, haste, watch) for run, hits in zip(runs, out[2], strict=True)]
+    return Responses(out[0], out[1], out[2], np.array(work), len(runs[0].rig.nes) if runs else 0)
+
+
+def _work(one: Run, hits: float, haste: float, watch: float) -> float:
+    """About what a run with so many impacts a cycle takes of a processor, s."""
+    duration, f = _spans(one, haste, watch)[1], one.base.frequency
+    cycles, impacts = duration * max(f, one.rig.oscillator.f0), duration * f * hits
+    per = WORK_LANES if fits_lanes(one.rig, one.damping) else WORK_BALLS
+    if one.damping != VISCOUS or not is_plain(one.rig):
+        per = WORK_SERIES
+    beyond = max(impacts - 2.0 * cycles, 0.0)
+    return WORK_RUN + per[0] * cycles + per[1] * (impacts - beyond) + per[2] * beyond
 
 
 @dataclass

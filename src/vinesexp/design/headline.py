@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vinesexp.design.advice import WORTH, Advice
+from vinesexp.design.advice import JUDGED, WORTH, Advice
 from vinesexp.design.around import STEPS, Side
 from vinesexp.design.best_clearance import Race
 from vinesexp.design.inputs import BEYOND, Given
@@ -318,6 +318,7 @@ def warnings_of(advice: Advice) -> list[str]:
             f"{100 * advice.watched:.2g} % of the time they would need, and amplitudes still "
             "contain a part of the start"
         )
+    said += few_starts(advice)
     if not advice.task.plain:
         said.append(
             "friction and damping law enter the simulation; b_c and b_t know neither (friction of "
@@ -331,6 +332,18 @@ def warnings_of(advice: Advice) -> list[str]:
                 f"{which}no ball is captured at amplitudes of {words}: bring the clearances closer"
             )
     return said + beside_resonance(advice.task)
+
+
+def few_starts(advice: Advice) -> list[str]:
+    """Where runs take so long that the time of an answer allows fewer starts than usual."""
+    if advice.judged.random >= JUDGED[0]:
+        return []
+    return [
+        f"a run of this rig takes long ({1e3 * advice.found.work[1]:.2g} ms of a processor): each "
+        f"clearance was judged by {advice.judged.phases} starts from rest and "
+        f"{advice.judged.random} random ones, and fewer clearances were compared than could be; "
+        "--effort 4 does four times as much"
+    ]
 
 
 def apart(published: float, exact: float) -> list[str]:

@@ -195,8 +195,9 @@ def from_random(advice: Advice) -> Table:
     below = (
         "Robust: least 90th percentile. Oscillator anywhere within its bare response, balls at "
         "rest anywhere, values within their errors, every start with its own b within "
-        f"{100.0 * advice.task.tolerance:.2g} %; +-: two standard errors of {advice.judged} starts "
-        "that had no part in the choice; less: against the bare oscillator over the same draws."
+        f"{100.0 * advice.task.tolerance:.2g} %; +-: two standard errors of "
+        f"{advice.judged.random} starts that had no part in the choice; less: against the bare "
+        "oscillator over the same draws."
     )
     heads = ("b (mm)", "mean", "90 % below", "largest", "less", "captured")
     return Table("Clearances from random starts", heads, rows, below)
@@ -224,7 +225,7 @@ def one_value_off(advice: Advice) -> Table:
             rows.append(("bare oscillator at f", *bare))
     below = (
         f"Mean from rest; 90 % below. With nothing off {_pair(advice.unchanged)}. 90 % below: of "
-        f"{advice.found.effort.starts} random starts, the same in every cell; fewer than above, "
+        f"{advice.beside.random} random starts, the same in every cell; fewer than above, "
         "so compare within this table."
     )
     heads = tuple(f"{100 * change:+.0f} %" for change in changes)

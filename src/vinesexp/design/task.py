@@ -107,6 +107,8 @@ def frequency_weights(ends: tuple[float, float], oscillator: Oscillator, eps: fl
 
 #: Steps of this share of a turn never meet again: evenly spread, whatever their number.
 GOLDEN = 0.6180339887498949
+#: The same in two dimensions: steps of this and of its square; 1/p with p^3 = p + 1.
+PLASTIC = 0.7548776662466927
 
 
 @dataclass(frozen=True)
@@ -236,16 +238,30 @@ def wall_starts(task: Task, b: float, *, phases: int, shift: float = 0.0) -> lis
     One block of `phases` runs for each (level, frequency) of `Task.grid`; `shift` (of a step)
     moves the phases, so that a choice can be judged by phases it was not made with.
     """
-    angles = 2.0 * math.pi * (np.arange(phases) + shift) / phases
     # evenly within the tolerance, in an order that has nothing to do with the phase
-    off = 2.0 * ((np.arange(phases) + 0.5 + shift) * GOLDEN % 1.0) - 1.0
-    rigs = [task.rig(b * (1.0 + task.tolerance * float(u))) for u in off]
+    off = (np.arange(float(phases)) + 0.5 + shift) * GOLDEN % 1.0
+    return _from_walls(task, b, (np.arange(float(phases)) + shift) / phases, off)
+
+
+def more_wall_starts(task: Task, b: float, numbers: range, *, shift: float) -> list[Run]:
+    """The same by numbered starts, evenly spread whatever their number; `shift` moves all of them.
+
+    Phase and place within the tolerance are a sequence of least discrepancy in two dimensions
+    (Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
+    """
+    j = np.array(numbers, dtype=np.float64)
+    turns, off = (np.asarray((j * by + shift) % 1.0) for by in (PLASTIC, PLASTIC**2))
+    return _from_walls(task, b, turns, off)
+
+
+def _from_walls(task: Task, b: float, turns: FloatArray, off: FloatArray) -> list[Run]:
+    """Starts by phase and place within the tolerance, both from 0 to 1."""
+    rigs = [task.rig(b * (1.0 + task.tolerance * float(2.0 * u - 1.0))) for u in off]
+    starts = [at_walls(rig) for rig in rigs]
     return [
-        Run(
-            rig, Harmonic(amplitude=G, frequency=f, phase=float(angle)), at_walls(rig), task.damping
-        )
+        Run(rig, Harmonic(G, f, 2.0 * math.pi * float(turn)), start, task.damping)
         for G, f in task.grid()
-        for rig, angle in zip(rigs, angles, strict=True)
+        for rig, start, turn in zip(rigs, starts, turns, strict=True)
     ]
 
 
