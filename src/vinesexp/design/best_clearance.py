@@ -332,7 +332,8 @@ def contest(
 
     With few starts nothing is sure beside a jump, so what won with more is where to look again.
     """
-    few, won = list(clearances), None
+    few = list(clearances)
+    won: Race | None = None
     while True:
         start = race(few, starts, criterion, first=first, purse=Purse(0.0), seed=seed)
         tried = beside(start.b, starts, criterion, n=first, purse=purse, seed=seed)
