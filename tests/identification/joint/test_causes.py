@@ -8,6 +8,7 @@ from vinesexp.identification.joint.causes import (
     believed,
     gains_of,
     judge,
+    possible_causes,
     scores,
 )
 from vinesexp.identification.joint.observations import Observed
@@ -167,3 +168,30 @@ def test_what_nothing_explains_is_in_the_errors():
     assert 0.02 < error < 0.06
     assert abs(value - values.mean()) < 0.01
     assert not judged.found[0].sure
+
+
+def test_ring_downs_that_were_each_mounted_anew_are_no_drift():
+    """Two decays of one load that differ by what a mounting moves."""
+    names = ("ln_f0", "mounting f0: 0 g", "own f0: a", "own f0: b")
+    priors = {"ln_f0": Prior(0.0, 1.0), "mounting f0: 0 g": Prior(0.0, 1e-4),
+              "own f0: a": Prior(0.0, 1e-9), "own f0: b": Prior(0.0, 1e-9)}  # fmt: skip
+    blocks = tuple(
+        Block(
+            id,
+            "decay",
+            (({"ln_f0": 1.0, names[1]: 1.0, f"own f0: {id}": 1.0}, 0.0),),
+            Mean(v, 1e-6),
+        )
+        for id, v in (("a", 4e-5), ("b", -4e-5))
+    )
+    nothing = ({}, {}, {}, {}, {}, {})
+    observed = Observed(names, Beliefs(priors), blocks, np.zeros(4), *nothing, ("a", "b"))
+    data = expand(blocks, names, np.zeros(4))
+    line = Direction({"own f0: a": -0.5, "own f0: b": 0.5}, Prior(0.0, 5e-3))
+    causes = [*possible_causes(observed), Cause("drift of f0", "drift", "f0", line)]
+    judged = judge(data, observed, causes)
+    assert [w.cause.key for w in judged.found][:1] == ["remounted"]
+    assert all(row.outcome == "ok" for row in cause_checks(judged))
+    value, error = judged.posterior.of({"ln_f0": 1.0})
+    assert 5e-5 < error < 2e-4
+    assert abs(value) < error

@@ -67,7 +67,7 @@ _SCATTER = {
 }  # fmt: skip
 _MOUNT = 0.05  # what the displacement may read a jump off by where the accelerometer does
 #: Prior odds of an effect of ball and contact, of a mistake, of a scatter without a cause.
-_ODDS = {"effect": 0.05, "mistake": 0.01, "drift": 0.01, "scatter": 0.003}
+_ODDS = {"effect": 0.05, "remounting": 0.05, "mistake": 0.01, "drift": 0.01, "scatter": 0.003}
 _ENOUGH = 3.0  # natural logarithm of the odds from which on a cause is believed
 _RIVAL = 4.0  # of the evidence by which another explains nearly as well
 _COUNTS = 0.25  # of the evidence by which rivals differ: their weights in the values
@@ -89,7 +89,7 @@ class Cause:
     Attributes
     ----------
     key : unique name; its coefficient becomes an unknown of this name.
-    kind : ``effect``, ``mistake``, ``drift`` or ``scatter``.
+    kind : ``effect``, ``remounting``, ``mistake``, ``drift`` or ``scatter``.
     about : what it concerns: an effect's name, ``clearance``, ``base amplitude``, ...
     direction : where it moves the unknowns; None for scatter.
     members : how many causes of this family there are: they share its prior odds.
@@ -259,7 +259,7 @@ def weighed(
         ]
         scattered = scattered or cause.kind == "scatter"
         value, error = whole.of({cause.key: 1.0}) if cause.direction else (0.0, 0.0)
-        sure = (
+        sure = cause.kind == "remounting" or (
             not scattered
             and cause.direction is not None
             and odds > _CERTAIN
@@ -491,7 +491,8 @@ def possible_causes(observed: Observed, clearances: FloatArray | None = None) ->
     """Every effect and mistake that this campaign could show."""
     causes = [
         *_effects(observed), *_of_clearances(observed), *_of_levels(observed),
-        *_of_masses(observed), *_of_gains(observed), *_of_order(observed), *_scatters(observed),
+        *_of_masses(observed), *_of_gains(observed), *_of_order(observed), *_remounted(observed),
+        *_scatters(observed),
     ]  # fmt: skip
     names = set(observed.names)
     return [c for c in causes if c.direction is None or names & set(c.direction.terms)]
@@ -683,6 +684,18 @@ def _record_of(name: str, place: Mapping[str, int]) -> str:
     """Record of an unknown called ``own r: b34`` or, of the second ball, ``own r: b34:2``."""
     rest = name.partition(": ")[2]
     return rest if rest in place else rest.rpartition(":")[0]
+
+
+def _remounted(o: Observed) -> list[Cause]:
+    """Ring-downs of one load, which have one mounting, as if each had its own."""
+    own = {
+        f"own {kind}: {block.record}": prior.error
+        for kind in ("f0", "zeta")
+        for block in o.blocks if block.kind in ("decay", "loaded")
+        for name in block.sums[0][0]
+        if name.startswith(f"mounting {kind}") and (prior := o.beliefs.priors[name])
+    }  # fmt: skip
+    return [Cause("remounted", "remounting", "remounting", None, wider=own)] if own else []
 
 
 def _scatters(o: Observed) -> list[Cause]:

@@ -52,7 +52,13 @@ def cause_checks(judged: Judged) -> list[Check]:
         record = cause.records[0] if len(cause.records) == 1 else ""
         names = " or ".join(dict.fromkeys(called(c) for c in (cause, *weighed.rivals[:3])))
         outcome: Outcome = "warning"
-        if weighed.slight:
+        if cause.kind == "remounting":
+            kind, outcome = "remounting", "ok"
+            detail = (
+                "f0 and zeta of ring-downs with the same load differ as separate mountings do, and "
+                "each counts as one; the errors hold it"
+            )
+        elif weighed.slight:
             kind, outcome = "slight", "ok"
             detail = (
                 f"the records differ a little from the plain model, as {names} would make them: "
@@ -109,6 +115,8 @@ def called(cause: Cause) -> str:
     """
     if cause.kind == "effect":
         return _NAMES[cause.about]
+    if cause.kind == "remounting":
+        return "ring-downs that were each mounted anew"
     if cause.kind == "scatter":
         return f"an unexplained cause ({_SCATTERED[cause.about]})"
     place = _PLACES.get(cause.about, f"the {cause.about}")
