@@ -195,3 +195,29 @@ def test_ring_downs_that_were_each_mounted_anew_are_no_drift():
     value, error = judged.posterior.of({"ln_f0": 1.0})
     assert 5e-5 < error < 2e-4
     assert abs(value) < error
+
+
+def test_a_cause_along_what_is_known_exactly_is_weighed_as_if_it_were_an_unknown():
+    """A scale of loads: its information is large, and the mass goes with it."""
+    names = ("ln_M", "load scale", "other")
+
+    class Loads:
+        def __call__(self, p):
+            J = np.array([1.0, -1.0])  # f0 with a load, sharp: by the ratio of load and mass
+            rest = 0.4 - (p[0] - p[1])
+            return 1e12 * np.outer(J, J), 1e12 * J * rest, -0.5e12 * rest**2
+
+    blocks = (
+        Block("loads", "loaded", (({"ln_M": 1.0}, 0.0), ({"load scale": 1.0}, 0.0)), Loads()),
+        Block("flights", "flights", (({"ln_M": 1.0, "other": 1.0}, 0.0),), Mean(0.0, 0.01)),
+    )
+    priors = {"ln_M": Prior(0.0, 2.0), "load scale": Prior(0.0, 1e-9), "other": Prior(0.0, 1e-3)}
+    beliefs = Beliefs(priors)
+    data = expand(blocks, names, np.zeros(3))
+    direction = Direction({"load scale": 1.0}, Prior(0.0, 0.2))
+    base = posterior_of(data, beliefs)
+    gain, value, error = (float(x[0]) for x in gains_of(data, beliefs, base, [direction]))
+    whole = posterior_of(data, beliefs.believing("load scale +", direction))
+    assert (value, error) == pytest.approx(whole.of({"load scale +": 1.0}), rel=1e-3)
+    assert gain == pytest.approx(whole.log_evidence - base.log_evidence, abs=1e-2)
+    assert value == pytest.approx(-0.4, abs=0.03)

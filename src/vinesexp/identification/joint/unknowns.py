@@ -315,7 +315,7 @@ def posterior_of(data: Quadratic, beliefs: Beliefs) -> Posterior:
     inverse = dpotri(s.factor, lower=1)[0]
     inverse = np.tril(inverse) + np.tril(inverse, -1).T
     w = s.width[s.free]
-    values, covariance = s.mean.copy(), np.diag(s.width**2)
+    values, covariance = s.mean.copy(), np.zeros((s.mean.size, s.mean.size))
     values[s.free] += w * z
     covariance[np.ix_(s.free, s.free)] = inverse * (w[:, None] * w)
     names = data.names + tuple(beliefs.causes)
