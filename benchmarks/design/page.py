@@ -127,13 +127,29 @@ def slow(rows: Rows) -> list[str]:
     ]
 
 
+def numbers(rows: Rows) -> str:
+    """Which rigs these are.
+
+    Examples
+    --------
+    >>> numbers([{"rig": 3.0}, {"rig": 4.0}, {"rig": 5.0}, {"rig": 9.0}])
+    '3 to 5, 9'
+    """
+    every = [int(row["rig"]) for row in rows]
+    first = [k for k in every if k - 1 not in every]
+    last = [k for k in every if k + 1 not in every]
+    ends = zip(first, last, strict=True)
+    return ", ".join(f"{a}" if a == b else f"{a} to {b}" for a, b in ends)
+
+
 def page(rows: Rows) -> str:
     """The whole page."""
     useful = [row for row in rows if row["reduction"] > 0.1]
     lines = [
         "# What the recommended clearances are worth",
         "",
-        f"{len(rows)} of {RIGS} random rigs are finished (eps 1e-4 to 0.1 and zeta 1e-4 to 0.05,",
+        f"{len(rows)} of {RIGS} random rigs are finished: {numbers(rows)}",
+        "(eps 1e-4 to 0.1 and zeta 1e-4 to 0.05,",
         "both log-uniform, r 0.2 to 0.95, frequency within 5 % of resonance; the level only scales",
         "all lengths; every start has its own clearance within 1 %, as a drilled cavity). Regret:",
         "a criterion at the recommended clearance over the least of a dense search, minus one. The",

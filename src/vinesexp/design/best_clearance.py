@@ -11,8 +11,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
+from scipy.special import betainc
 
 from vinesexp.arrays import FloatArray
 from vinesexp.design.ensemble import Responses, Run, responses, watched
@@ -31,8 +33,9 @@ BOTTOM, TOP = 0.12, 2.5
 CLOSER, MINIMA = 7, (2, 1)
 #: Candidates of each criterion in a contest.
 FINALISTS = 6
-#: Where a criterion jumps, two of them are a little narrower than the lowest: shares of it.
-SAFER = (0.95, 0.9)
+#: Few starts of the scan do not meet a jump: of the robust criterion few of the lowest are
+#: candidates, and clearances ever narrower than the lowest (shares of it), which lose fewer starts.
+LOWEST, SAFER = 3, (0.9, 0.8, 0.7, 0.6, 0.5)
 #: Beside the best the least is looked for in steps of these shares of it, either way, and again
 #: from where it was found, at most so many times each: it often stands against a jump. Not closer
 #: where the steps differ by less than FLAT.
@@ -71,14 +74,33 @@ def percentile(means: FloatArray) -> FloatArray:
     return np.asarray(np.percentile(means, PERCENTILE, axis=-1))
 
 
-def cautious(means: FloatArray, errors: float = 1.0) -> FloatArray:
-    """A higher percentile, by standard errors of the share of starts that lies below.
+@lru_cache(maxsize=64)
+def _shares(n: int) -> FloatArray:
+    """How probable each of n sorted starts is where the percentile of all starts lies.
 
-    The percentile jumps where a tenth of the starts is lost, and few starts do not tell the share.
+    For a share of starts one standard error higher, up to half a start from the last.
     """
     share = PERCENTILE / 100.0
-    margin = 100.0 * errors * math.sqrt(share * (1.0 - share) / means.shape[-1])
-    return np.asarray(np.percentile(means, min(PERCENTILE + margin, 99.5), axis=-1))
+    share = min(share + math.sqrt(share * (1.0 - share) / n), 1.0 - 0.5 / n)
+    below = betainc((n + 1.0) * share, (n + 1.0) * (1.0 - share), np.arange(n + 1.0) / n)
+    return np.asarray(np.diff(below))
+
+
+def cautious(means: FloatArray) -> FloatArray:
+    """What the percentile is on the average, as far as few starts tell (m); over the last axis.
+
+    It jumps where a tenth of the starts is lost, and few starts do not tell the share: each start
+    counts by the probability that the percentile is there (Harrell and Davis, Biometrika 69, 1982),
+    one standard error of the share on the safe side. Of clearances that all lose more than a tenth
+    the one that loses least is then preferred, where a percentile would say nothing.
+
+    Examples
+    --------
+    >>> few, many = np.repeat([1.0, 9.0], [19, 1]), np.repeat([1.0, 9.0], [380, 20])
+    >>> [round(float(cautious(means)), 2) for means in (few, many)]  # a twentieth is lost
+    [7.19, 1.02]
+    """
+    return np.asarray(np.sort(means, axis=-1) @ _shares(means.shape[-1]))
 
 
 @dataclass(frozen=True)
@@ -86,12 +108,12 @@ class Criterion:
     """What is made least: `rule` of what `take` takes from the runs of a clearance (m).
 
     The last axis of what `rule` is given holds conditions times starts, as `Task.average` has it.
-    `safe` is what it may well be with more starts; the value and its standard error where none is.
+    By `chosen` the best is chosen; by the value and its standard error where none is given.
     """
 
     take: Callable[[Responses], FloatArray]
     rule: Callable[[FloatArray], FloatArray]
-    safe: Callable[[FloatArray], FloatArray] | None = None
+    chosen: Callable[[FloatArray], FloatArray] | None = None
 
 
 def mean_of(found: Responses) -> FloatArray:
@@ -224,8 +246,8 @@ def standing(
         draws.append(criterion.rule(again.reshape(RESAMPLED, -1)))
     value = np.array([float(criterion.rule(one.reshape(-1))) for one in samples])
     sure = value + np.std(draws, axis=1)
-    if criterion.safe is not None:
-        sure = np.array([float(criterion.safe(one.reshape(-1))) for one in samples])
+    if criterion.chosen is not None:
+        sure = np.array([float(criterion.chosen(one.reshape(-1))) for one in samples])
     return Standing(left, value, sure, np.array(draws))
 
 
@@ -265,8 +287,7 @@ def race(
         doubt = WORSE * (now.draws - now.draws[best]).std(axis=1)
         excess = now.value - now.value[best]
         alike = [i for i in now.order if excess[i] <= doubt[i]]
-        gain = doubt - excess if criterion.safe is None else now.sure[best] - now.value
-        hopes = [i for i in alike if gain[i] > MATTERS * now.value[best] and i != best]
+        hopes = [i for i in alike if doubt[i] - excess[i] > MATTERS * now.value[best] and i != best]
         left = [now.b[i] for i in (best, *sorted(hopes, key=lambda i: now.value[i])[:FIELD])]
         if not hopes or sum(starts.work(b) * n for b in left) > purse.left:
             break
@@ -493,11 +514,11 @@ def search(
 
     # the others compete too: none of the three is called robust beside a better one
     others = [one.b for one in won]
-    safer = [b * share for b in (lowest[0], *others) for share in SAFER]
+    safer = [share * lowest[0] for share in SAFER]
     robust = contest(
-        [*lowest, *safer, *others],
+        [*lowest[:LOWEST], *safer, *others],
         random,
-        Criterion(mean_of, percentile, lambda means: cautious(means, WORSE)),
+        Criterion(mean_of, percentile, cautious),
         first=n,
         purse=Purse(most),
         margin=margin,
