@@ -52,6 +52,7 @@ CAUSES: Mapping[str, str] = {
 
 #: What is a name of the same thing: a campaign with the first may be told of the others.
 SAME: Mapping[str, frozenset[str]] = {
+    "added mass": frozenset({"rows exchanged"}),
     "twice": frozenset({"clearance", "diameter"}),
     "diameter": frozenset({"clearance", "twice"}),
     "rows exchanged": frozenset({"clearance"}),
