@@ -313,6 +313,17 @@ def test_recorders_started_by_hand_are_laid_over_one_another_by_the_motion(tmp_p
         assert np.array_equal(x, whole[role][begin:][: x.size].astype(np.float32)), role
 
 
+@pytest.mark.parametrize("ratio", [-4e-4, 1e-3])
+@pytest.mark.parametrize("b", [0.028, 0.033], ids=["far below the end", "near it"])
+def test_recorders_of_other_clocks_that_began_together_are_not_shifted(tmp_path, ratio, b):
+    """Of a motion that repeats, a shift by some periods makes the lag zero on average."""
+    whole = channels(b)
+    given = same_length(whole | {"acceleration": at_clock(whole["acceleration"], ratio)})
+    said, _ = mended(tmp_path, given, recorders="base,displacement;acceleration")
+    assert len(said) == 1
+    assert "clock differs" in said[0]
+
+
 def test_recorders_with_clocks_of_their_own_are_laid_over_one_another_once(tmp_path):
     """Shorter parts that two clocks share are more alike: no reason to shift them again."""
     whole = channels(0.033)

@@ -47,6 +47,7 @@ _SHOWS = (0.5, 12.0)  # of the oscillation: where two recorders are compared
 _EDGE = 1.0  # periods at the ends of a record, over which a filter fades in
 _OVERLAP = 0.5  # of the record, that two recorders share at least
 _MOVE_ALIKE, _AS_GOOD = 0.8, 1.5  # correlation; times what the best shift leaves
+_OTHER_CLOCK = 0.02  # of the correlation, that clocks leave of recorders that began together
 _SAME_MOTION = 1e-5  # of the correlation: a cycle that differs by less is the same
 _TOGETHER = 0.04  # periods: less may be a lag, or a filter
 _STARTED = "start of recorders"  # check
@@ -404,7 +405,10 @@ def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
     best = float(high.max())
     if best < _MOVE_ALIKE:
         return None
-    good = top[1.0 - high <= _AS_GOOD * (1.0 - best) + _SAME_MOTION]
+    # Clocks that differ leave something where both began together, and less at a wrong period.
+    near = np.abs(late[top]) * step * frequency <= _TOGETHER
+    allowed = np.where(near, _OTHER_CLOCK, _AS_GOOD * (1.0 - best) + _SAME_MOTION)
+    good = top[1.0 - high <= allowed]
     shift = int(late[good[np.argmin(np.abs(late[good]))]])
     return Start(own, shift * k) if abs(shift) * step * frequency > _TOGETHER else None
 
