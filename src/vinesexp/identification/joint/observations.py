@@ -19,6 +19,7 @@ from vinesexp.identification.joint.unknowns import (
     Block,
     Local,
     Prior,
+    Quadratic,
     Sum,
     Tempered,
     fit,
@@ -452,7 +453,7 @@ def _group(
     start[0], start[1], start[7] = 0.6, math.log(mass) - b.start["ln_M"], stated
     start[6] = b.late.get(record.id, (0.0, 0.0))[0]
     late = float(np.median(impacts.time_error_s[flights.index]))
-    collisions = with_errors(collisions, start, time_error=late)
+    collisions = with_own_errors(collisions, start, time_error=late)
     if areas.size >= _FEWEST:  # one template a record: its noise is common to all impacts
         relative = collisions.scatter[2] / float(np.median(areas)) / math.sqrt(areas.size)
         width = math.hypot(_PULSE * relative, _TEMPLATE)
@@ -482,15 +483,29 @@ def _misfit(collisions: Collisions, sums: Sequence[Sum], priors: Mapping[str, Pr
     start = np.array(
         [c + sum(f * priors[name].value for name, f in terms.items()) for terms, c in sums]
     )
-    beliefs = Beliefs(
-        {n: Prior(v, w) for n, v, w in zip(LOCALS, start.tolist(), _FREE, strict=True)}
-    )
-    block = Block("", "flights", tuple(({name: 1.0}, 0.0) for name in LOCALS), collisions.look)
-    data = fit([block], LOCALS, beliefs, start)
+    data = _alone(collisions, start)
     prior = np.diag(np.array(_FREE) ** -2)
     held = np.trace(np.linalg.solve(data.information + prior, data.information))
     freedom = np.isfinite(collisions.sigma).sum() - held
     return max(1.0, float((_WORTH - 2.0 * data.log_likelihood) / (_WORTH + freedom)))
+
+
+def with_own_errors(collisions: Collisions, start: FloatArray, *, time_error: float) -> Collisions:
+    """Collisions with the errors that they show at their own r, momentum and effects.
+
+    At another r the bounces of a modulated motion, whose speeds differ, would scatter by that.
+    """
+    near = with_errors(collisions, start, time_error=time_error)
+    return with_errors(near, _alone(near, start).at, time_error=time_error)
+
+
+def _alone(collisions: Collisions, start: FloatArray) -> Quadratic:
+    """Fit of a record on its own, its local quantities near `start` as free as in any lab."""
+    beliefs = Beliefs(
+        {n: Prior(v, w) for n, v, w in zip(LOCALS, start.tolist(), _FREE, strict=True)}
+    )
+    block = Block("", "flights", tuple(({name: 1.0}, 0.0) for name in LOCALS), collisions.look)
+    return fit([block], LOCALS, beliefs, start)
 
 
 def collisions_of(flights: Flights, impacts: Impacts, *, omega2: float) -> Collisions:
