@@ -38,6 +38,14 @@ def test_a_wandering_sensor_oscillates_nowhere(seed: int) -> None:
         dominant_frequency(x, 1000.0)
 
 
+@pytest.mark.parametrize("own", [445.0, 1000.0, 2500.0])
+@pytest.mark.parametrize("rate", [5e3, 1e4, 51200.0])
+def test_steps_of_a_sensor_that_holds_its_value_are_no_oscillation(own: float, rate: float) -> None:
+    t = np.floor(np.arange(round(6.0 * rate)) / rate * own) / own
+    x = np.exp(-0.2 * t) * np.cos(2 * np.pi * 7.9 * t)
+    assert dominant_frequency(x, rate) == pytest.approx(7.9, abs=0.02)
+
+
 def record_with(folder: Path, channels: dict[str, np.ndarray], *, rate: float, test: str) -> Path:
     kinds = {
         role: "acceleration" if role == "acceleration" else "displacement" for role in channels

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import FloatArray, IntArray
 from vinesexp.errors import AnalysisError, ParameterError
 from vinesexp.records.stored.store import RecordView
 from vinesexp.settings.stages import FilterSettings
@@ -42,6 +42,7 @@ _FEWEST = 4  # lines that a median is taken of
 _FINEST = 2.5  # samples a period: a peak closer to the Nyquist frequency may be an alias
 _SHARE = 0.01  # of the velocity that the oscillation holds, in an acceleration
 _TRIED = 2000  # peaks that are looked at, the strongest first
+_REPEATED = 0.25  # of the power of a line: what it may repeat; steps add up to 2.5 times of it
 
 #: Power of the frequency that turns each quantity into velocity.
 TO_VELOCITY = {"displacement": 1, "velocity": 0, "acceleration": -1}
@@ -130,9 +131,10 @@ def dominant_frequency(
     """Frequency of the strongest oscillation, drift and noise put aside.
 
     Of the lines of the Hann-windowed spectrum that stand out of the lines around them, the one with
-    the largest velocity. Drift is strong in displacement and weak in velocity; noise has no line
-    that is much stronger than its neighbours. Good to a few hundredths of 1/duration; a place
-    to start from, not an estimate of f0.
+    the largest velocity, or the lowest that has half as much: a sensor that holds its value repeats
+    the motion with its velocity beside every multiple of its own rate. Drift is strong in
+    displacement and weak in velocity; noise has no line that is much stronger than its neighbours.
+    Good to a few hundredths of 1/duration; a place to start from, not an estimate of f0.
 
     Parameters
     ----------
@@ -191,14 +193,21 @@ def dominant_frequency(
 def _strongest_that_stands_out(
     power: FloatArray, velocity: FloatArray, first: int, last: int, *, lobe: float
 ) -> int | None:
-    """Line of largest velocity among the local peaks that stand out; None where none does."""
+    """Lowest of the strong local peaks that stand out; None where none does."""
     inner = np.arange(max(first, 1), min(last, power.size - 1))
     top = (velocity[inner] >= velocity[inner - 1]) & (velocity[inner] >= velocity[inner + 1])
     peaks = inner[top]
-    for peak in peaks[np.argsort(-velocity[peaks], kind="stable")][:_TRIED]:
-        if _stands_out(power[peak] / _STANDS_OUT, _around(power, int(peak), lobe)):
-            return int(peak)
-    return None
+
+    def first_of(some: IntArray) -> int | None:
+        for peak in some:
+            if _stands_out(power[peak] / _STANDS_OUT, _around(power, int(peak), lobe)):
+                return int(peak)
+        return None
+
+    found = first_of(peaks[np.argsort(-velocity[peaks], kind="stable")][:_TRIED])
+    if found is None:
+        return None
+    return first_of(peaks[velocity[peaks] >= _REPEATED * velocity[found]])
 
 
 def _stands_out(limit: float, sides: list[FloatArray]) -> bool:
