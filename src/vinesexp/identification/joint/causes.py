@@ -66,8 +66,18 @@ _SCATTER = {
     "own friction": (0.03, 0.3), "own tilt": (0.01, 0.1),
 }  # fmt: skip
 _MOUNT = 0.05  # what the displacement may read a jump off by where the accelerometer does
-#: Prior odds of an effect of ball and contact, of a mistake, of a scatter without a cause.
-_ODDS = {"effect": 0.05, "remounting": 0.05, "mistake": 0.01, "drift": 0.01, "scatter": 0.003}
+#: A contact lasts about as long as its pulse, or less where the sensor is slower than it.
+_OF_PULSE = (0.6, 0.4)
+#: Prior odds of an effect of ball and contact, of a mistake, of a scatter without a cause; every
+#: contact lasts.
+_ODDS = {
+    "effect contact": 1.0,
+    "effect": 0.05,
+    "remounting": 0.05,
+    "mistake": 0.01,
+    "drift": 0.01,
+    "scatter": 0.003,
+}
 _ENOUGH = 3.0  # natural logarithm of the odds from which on a cause is believed
 _RIVAL = 4.0  # of the evidence by which another explains nearly as well
 _COUNTS = 0.25  # of the evidence by which rivals differ: their weights in the values
@@ -114,7 +124,7 @@ class Cause:
     @property
     def log_odds(self) -> float:
         """Logarithm of its odds before the records; of what is positive, all lies on one side."""
-        odds = math.log(_ODDS[self.kind] / self.members)
+        odds = math.log(_ODDS.get(self.key, _ODDS[self.kind]) / self.members)
         if self.positive and self.direction is not None:
             odds -= math.log(_above_zero(self.direction.prior.value / self.direction.prior.error))
         return odds
@@ -499,10 +509,14 @@ def possible_causes(observed: Observed, clearances: FloatArray | None = None) ->
 
 
 def _effects(o: Observed) -> list[Cause]:
+    pulses = [float(np.median(c.flights.pulse)) for c in o.collisions.values()]
+    priors = {name: Prior(0.0, width) for name, width in _WIDTHS.items()}
+    if pulses:
+        priors["contact"] = Prior(*(share * float(np.median(pulses)) for share in _OF_PULSE))
     found = [
-        Cause(f"effect {name}", "effect", name, Direction({name: 1.0}, Prior(0.0, width)),
+        Cause(f"effect {name}", "effect", name, Direction({name: 1.0}, prior),
               positive=name in ("friction", "contact"))
-        for name, width in _WIDTHS.items()
+        for name, prior in priors.items()
     ]  # fmt: skip
     rolls = Direction({"rolling": 1.0}, Prior(_ROLLS, _ROLLS_BY))
     found.append(Cause("effect rolling", "effect", "rolling", rolls, positive=True))
