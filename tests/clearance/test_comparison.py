@@ -19,6 +19,7 @@ from vinesexp.clearance.predicted import (
     predicted_b_c,
 )
 from vinesexp.errors import AnalysisError
+from vinesexp.records.campaign.records_csv import read_least
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT, Tolerance
 from vinesexp.records.stored.result_columns import CLEARANCES
@@ -401,7 +402,8 @@ def test_without_f0_or_zeta_the_values_are_independent():
 
 
 def test_levels_are_apart_unless_they_differ_by_rounding():
-    amplitudes = (0.15e-3, 0.15e-3 * (1.0 + 1e-12), 0.16e-3)
+    cells = ("0.15", "0.15000000000000002", "0.16")
+    amplitudes = [read_least(cell, float, "displacement") for cell in cells]
     records = [periodic(20 + i, id=f"r{i}", base_amplitude=G) for i, G in enumerate(amplitudes)]
     regimes = [regime_row(record.id, 5.0, "two symmetric") for record in records]
     levels = periodic_levels(campaign(records), regimes, [])

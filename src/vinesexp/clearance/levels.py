@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.campaign.uncertainties import Uncertainties
@@ -22,10 +21,7 @@ from vinesexp.theory.regime_definitions import PERMANENT, TELLING, UNKNOWN, Regi
 from vinesexp.units import COVERAGE_95, Quantity
 
 Rows = Sequence[Row]
-_T = TypeVar("_T")
 
-#: Base amplitudes and releases in records.csv that agree to this share are one level.
-_SAME = 1e-6
 #: Impacts per cycle below which the ball of a periodic test lies in the middle of its cavity.
 _STILL = 0.1
 #: Error of a mean amplitude, relative, that only an amplitude on its way has.
@@ -153,7 +149,7 @@ def periodic_levels(
                 row.get("length_s") or math.inf,
                 waited(row),
             )
-            _group(groups, record.base_amplitude).append((record, tested))
+            groups.setdefault(record.base_amplitude, []).append((record, tested))
     levels = []
     for G in sorted(groups):
         records, tests = zip(*groups[G], strict=True)
@@ -212,7 +208,7 @@ def release_levels(
     groups: dict[float, list[tuple[Record, Row]]] = {}
     for record, row in single_nes(campaign, regimes, "transient"):
         if record.release:
-            _group(groups, abs(record.release)).append((record, row))
+            groups.setdefault(abs(record.release), []).append((record, row))
     levels = []
     for x0 in sorted(groups):
         ids = {record.id for record, _ in groups[x0]}
@@ -222,7 +218,7 @@ def release_levels(
         for record, row in groups[x0]:
             for target, time in reached.get(record.id, {}).items():
                 tested = Tested(record.clearance[0], time, row["regime"], record.id)
-                _group(targets, target).append(tested)
+                targets.setdefault(target, []).append(tested)
         for target in sorted(targets, reverse=True):
             tests = sorted(targets[target], key=lambda t: t.clearance)
             if any(test.value is not None for test in tests):
@@ -237,14 +233,6 @@ def single_nes(campaign: Campaign, regimes: Rows, test: str) -> Iterable[tuple[R
         record = by_id.get(row["record"])
         if record and record.test == test and len(record.clearance) == 1 and not record.exclude:
             yield record, row
-
-
-def _group(groups: dict[float, list[_T]], key: float) -> list[_T]:
-    """The list under `key`, or under a key that is the same but for rounding."""
-    for known in groups:
-        if abs(known - key) <= _SAME * abs(key):
-            return groups[known]
-    return groups.setdefault(key, [])
 
 
 def found_length(what: str, identified: Rows, records: set[str]) -> Quantity | None:

@@ -11,12 +11,12 @@ from vinesexp.identification.budget import Source
 from vinesexp.identification.driven_motion import DRIVEN, driven_from
 from vinesexp.identification.estimate import (
     COMBINED,
-    FIRST_SWING,
     INTEGRATED,
     NOTHING,
     Estimate,
     is_known,
 )
+from vinesexp.identification.joint.observations import begins_later
 from vinesexp.identification.joint.unknowns import Posterior
 from vinesexp.identification.joint.whole import (
     HIDDEN,
@@ -33,7 +33,7 @@ from vinesexp.identification.working_amplitude import (
     law_rows,
     level_values,
 )
-from vinesexp.records.campaign.schema import Campaign, Record
+from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
 from vinesexp.records.stored.tables import Value
@@ -46,7 +46,6 @@ _IMPACTS = "impacts"
 _OFF = 4.0
 #: ... and the share of a stated uncertainty that has to be left of it to say anything.
 _SHOWN = 0.9
-_BEGUN_LATER = 3.0  # errors by which the first swing of a record is smaller than the release
 
 
 # Estimates that are none: of copies of a record, and values that no rig can have.
@@ -402,25 +401,17 @@ def _silent(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
 
 
 def _begun_later(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
-    """Releases whose record begins with a smaller swing than stated, without the mass held before.
-
-    What b_t is made of is then as unsure as they differ (`observations`).
-    """
-    error = campaign.known.uncertainties
-    checks = []
-    for e in found:
-        stated = abs(campaign.record(e.records[0]).release or 0.0) if e.records else 0.0
-        if e.parameter != "release_seen" or e.method != FIRST_SWING or not stated:
-            continue
-        width = math.hypot(e.std_error, error.release.of(stated), error.displacement.of(stated))
-        if abs(e.value) < stated - _BEGUN_LATER * width:
-            detail = (
-                f"the record begins with a swing of {1e3 * abs(e.value):.4g} mm, release_mm says "
-                f"{1e3 * stated:.4g}: the record begins later, or release_mm is wrong. b_t holds "
-                "both; record from before the mass is let go"
-            )
-            checks.append(Check(e.records[0], "release", "warning", detail))
-    return checks
+    """Releases of which b_t is as unsure as the first swing and release_mm differ."""
+    return [
+        Check(
+            e.records[0], "release", "warning",
+            f"the record begins with a swing of {1e3 * abs(e.value):.4g} mm, release_mm says "
+            f"{1e3 * abs(campaign.record(e.records[0]).release or 0.0):.4g}: the record begins "
+            "later, or release_mm is wrong. b_t holds both; record from before the mass is let go",
+        )
+        for e in found
+        if e.parameter == "release_seen" and begins_later(e, campaign)
+    ]  # fmt: skip
 
 
 def _by_method(found: Sequence[Estimate]) -> list[Estimate]:
@@ -556,7 +547,7 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
         if name == "slope":
             speed = next(iter(answer.observed.collisions.values())).speed
             rows.append(Estimate("r_speed", speed, 0.0, "m/s", _IMPACTS, ids))
-    ball = "ln_m" if "ln_m" in posterior else "ln_m:1"
+    ball = answer.observed.balls.get(1, "ln_m")
     of_r, of_m = effective(answer, ball)
     named = [name for name in HIDDEN if answer.effect(name) is not None]
     if named:
@@ -572,8 +563,8 @@ def _effects(answer: Answer, campaign: Campaign) -> list[Estimate]:
 def _ball(answer: Answer, campaign: Campaign) -> list[Estimate]:
     """Mass of the first ball as all records show it: predictions take it with M."""
     masses, posterior = campaign.known.nes_mass, answer.posterior
-    name = "ln_m" if "ln_m" in posterior else "ln_m:1"
-    if not masses or name not in posterior:
+    name = answer.observed.balls.get(1)
+    if not masses or name is None:
         return []
     value, error = posterior.of({name: 1.0})
     size = masses[0].value * math.exp(value)
@@ -584,7 +575,7 @@ def _bases(answer: Answer, campaign: Campaign) -> list[Estimate]:
     """Base amplitude of each level, and of a test of another amplitude, as all records show it."""
     rows = []
     for level, name in answer.observed.levels.items():
-        ids = [r.id for r in _at_base(level, campaign) if r.test == "periodic"]
+        ids = [r.id for r in campaign.records if r.test == "periodic" and r.base_amplitude == level]
         others = {id: {name: 1.0, own: 1.0} for id, own in _at_another_base(answer, ids).items()}
         shared = tuple(id for id in ids if id not in others)
         for own, terms in ((shared, {name: 1.0}), *(((id,), t) for id, t in others.items())):
@@ -594,13 +585,6 @@ def _bases(answer: Answer, campaign: Campaign) -> list[Estimate]:
                 Estimate("base_amplitude", size, size * error, "m", "motion of the mass", own)
             )
     return rows
-
-
-def _at_base(level: float, campaign: Campaign) -> list[Record]:
-    return [
-        r for r in campaign.records
-        if r.base_amplitude and abs(r.base_amplitude / level - 1.0) < 1e-6
-    ]  # fmt: skip
 
 
 def _at_another_base(answer: Answer, ids: Sequence[str]) -> dict[str, str]:
@@ -620,16 +604,15 @@ def _releases(answer: Answer, campaign: Campaign) -> list[Estimate]:
     rows = []
     for stated, name in answer.observed.releases.items():
         value, error = answer.posterior.of({name: 1.0})
-        size, ids = stated * math.exp(value), _released_from(stated, campaign)
+        size, ids = stated * math.exp(value), _released(stated, campaign)
         rows.append(Estimate("release", size, size * error, "m", "displacement", ids))
     return rows
 
 
-def _released_from(stated: float, campaign: Campaign) -> tuple[str, ...]:
+def _released(stated: float, campaign: Campaign) -> tuple[str, ...]:
     return tuple(
-        r.id for r in campaign.records
-        if r.test == "transient" and r.release and abs(abs(r.release) / stated - 1.0) < 1e-6
-    )  # fmt: skip
+        r.id for r in campaign.records if r.test == "transient" and abs(r.release or 0.0) == stated
+    )
 
 
 def _absent(rows: Sequence[Estimate]) -> list[Check]:
@@ -665,13 +648,13 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
         item = "clearance" if number == 0 else f"clearance of ball {number}"
         rows.append(_input(answer, item, (record,), "mm", 1e3, stated, terms, log=False))
     for level, name in o.levels.items():
-        ids = tuple(r.id for r in _at_base(level, campaign))
+        ids = tuple(r.id for r in campaign.records if r.base_amplitude == level)
         rows.append(_input(answer, "base_amplitude", ids, "mm", 1e3, level, {name: 1.0}, log=True))
         for id, own in _at_another_base(answer, ids).items():
             terms = {name: 1.0, own: 1.0}
             rows.append(_input(answer, BASE_OF_ONE, (id,), "mm", 1e3, level, terms, log=True))
     for release, name in o.releases.items():
-        ids = _released_from(release, campaign)
+        ids = _released(release, campaign)
         rows.append(_input(answer, "release", ids, "mm", 1e3, release, {name: 1.0}, log=True))
     for load, name in o.loads.items():
         ids = tuple(r.id for r in campaign.records if r.added_mass == load)
@@ -681,9 +664,9 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
             _input(answer, "added_mass", ids, "g", 1e3, load, terms, log=False, constant=scaled)
         )
     for place, mass in enumerate(campaign.known.nes_mass, start=1):
-        name = "ln_m" if len(campaign.known.nes_mass) == 1 else f"ln_m:{place}"
-        if name in answer.posterior:
-            item = "nes_mass" if name == "ln_m" else f"nes_mass of ball {place}"
+        if (name := o.balls.get(place, "")) in answer.posterior:
+            several = len(campaign.known.nes_mass) > 1
+            item = f"nes_mass of ball {place}" if several else "nes_mass"
             rows.append(_input(answer, item, (), "g", 1e3, mass.value, {name: 1.0}, log=True))
     if campaign.known.mass is not None:
         mass = campaign.known.mass

@@ -50,7 +50,7 @@ def campaign(values, error=0.01):
     beliefs = Beliefs({n: Prior(0.0, 1.0 if n == "level" else 1e-3) for n in NAMES})
     order = tuple(f"t{i}" for i in range(N))
     observed = Observed(
-        NAMES, beliefs, tuple(blocks), np.zeros(N + 1), {}, {}, {}, {}, {}, {}, order
+        NAMES, beliefs, tuple(blocks), np.zeros(N + 1), {}, {}, {}, {}, {}, {}, {}, order
     )
     return observed, expand(blocks, NAMES, np.zeros(N + 1))
 
@@ -187,8 +187,11 @@ def test_ring_downs_that_were_each_mounted_anew_are_no_drift():
         )
         for id, v in (("a", 4e-5), ("b", -4e-5))
     )
-    nothing = ({}, {}, {}, {}, {}, {})
-    observed = Observed(names, Beliefs(priors), blocks, np.zeros(4), *nothing, ("a", "b"))
+    nothing = ({}, {}, {}, {}, {}, {}, {})
+    kinds = {"mounting f0": {names[1]: ""}, "own f0": {"own f0: a": "a", "own f0: b": "b"}}
+    observed = Observed(
+        names, Beliefs(priors), blocks, np.zeros(4), *nothing, order=("a", "b"), kinds=kinds
+    )
     data = expand(blocks, names, np.zeros(4))
     line = Direction({"own f0: a": -0.5, "own f0: b": 0.5}, Prior(0.0, 5e-3))
     causes = [*possible_causes(observed), Cause("drift of f0", "drift", "f0", line)]

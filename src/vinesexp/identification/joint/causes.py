@@ -497,7 +497,7 @@ _SHOWN = 0.5  # of its prior width that the records have to leave of a cause
 _AVERAGED, _NEGLIGIBLE = 12, -6.0
 
 
-def possible_causes(observed: Observed, clearances: FloatArray | None = None) -> list[Cause]:
+def possible_causes(observed: Observed) -> list[Cause]:
     """Every effect and mistake that this campaign could show."""
     causes = [
         *_effects(observed), *_of_clearances(observed), *_of_levels(observed),
@@ -579,11 +579,11 @@ def _exchanged(about: str, items: Sequence[_Stated]) -> list[Cause]:
 
 
 def _of_levels(o: Observed) -> list[Cause]:
-    tests = [name for name in o.names if name.startswith("own base: ")]
+    tests = o.kinds.get("own base", {})
     single = [
         Cause(f"one {name}", "mistake", "base amplitude", Direction({name: 1.0}, Prior(0.0, 0.3)),
-              members=len(tests), records=(name.partition(": ")[2],))
-        for name in tests
+              members=len(tests), records=(record,))
+        for name, record in tests.items()
     ]  # fmt: skip
     return [
         *(single if len(single) > 2 else []),
@@ -611,7 +611,7 @@ def _of_lengths(key: str, about: str, names: Mapping[float, str]) -> list[Cause]
 
 def _of_masses(o: Observed) -> list[Cause]:
     found = []
-    for name in [n for n in o.names if n.split(":")[0] == "ln_m"]:
+    for name in o.kinds.get("ln_m", {}):
         found += _factors(name, "ball mass", {name: 1.0}, _MASS)
         found.append(
             Cause(f"{name} +", "mistake", "ball mass", Direction({name: 1.0}, Prior(0.0, 0.3)))
@@ -646,8 +646,7 @@ def _of_gains(o: Observed) -> list[Cause]:
         of = _LENGTH if role == "displacement" else _ACCELERATION
         found += _factors(name, about, {name: -1.0}, of)  # of the reading, not of the truth
         found.append(Cause(f"{name} +", "mistake", about, Direction({name: 1.0}, Prior(0.0, 0.2))))
-    momenta = [name for name in o.names if name.startswith("own momentum: ")]
-    if momenta:
+    if momenta := o.kinds.get("own momentum"):
         found.append(
             Cause("jumps +", "effect", "jumps",
                   Direction(dict.fromkeys(momenta, 1.0), Prior(0.0, 0.2)))
@@ -671,55 +670,41 @@ def _of_order(o: Observed) -> list[Cause]:
     """What drifts along the campaign, or changes after a record."""
     found = []
     place = {record: i for i, record in enumerate(o.order)}
-    for prefix, (about, width) in _DRIFTS.items():
-        names = sorted(
-            (n for n in o.names if n.startswith(f"{prefix}: ")),
-            key=lambda n: place[_record_of(n, place)],
-        )
-        if len(names) < 4:
+    for kind, (about, width) in _DRIFTS.items():
+        own = sorted(o.kinds.get(kind, {}).items(), key=lambda one: place[one[1]])
+        if len(own) < 4:
             continue
-        at = np.array([float(place[_record_of(n, place)]) for n in names])
+        at = np.array([float(place[record]) for _, record in own])
         line = (at - at.mean()) / max(float(np.ptp(at)), 1.0)
+        terms = {name: share for (name, _), share in zip(own, line.tolist(), strict=True)}
         found.append(
-            Cause(f"drift of {about}", "drift", about,
-                  Direction(dict(zip(names, line.tolist(), strict=True)), Prior(0.0, width)))
-        )  # fmt: skip
-        for k in range(2, len(names) - 1):
-            later = names[k:]
+            Cause(f"drift of {about}", "drift", about, Direction(terms, Prior(0.0, width)))
+        )
+        for k in range(2, len(own) - 1):
+            later, first = {name: 1.0 for name, _ in own[k:]}, own[k][1]
             found.append(
-                Cause(f"change of {about} from {_record_of(later[0], place)}", "drift", about,
-                      Direction(dict.fromkeys(later, 1.0), Prior(0.0, width)),
-                      members=len(names), records=(_record_of(later[0], place),))
+                Cause(f"change of {about} from {first}", "drift", about,
+                      Direction(later, Prior(0.0, width)), members=len(own), records=(first,))
             )  # fmt: skip
     return found
-
-
-def _record_of(name: str, place: Mapping[str, int]) -> str:
-    """Record of an unknown called ``own r: b34`` or, of the second ball, ``own r: b34:2``."""
-    rest = name.partition(": ")[2]
-    return rest if rest in place else rest.rpartition(":")[0]
 
 
 def _remounted(o: Observed) -> list[Cause]:
     """Ring-downs of one load, which have one mounting, as if each had its own."""
     own = {
-        f"own {kind}: {block.record}": prior.error
+        name: o.beliefs.priors[mounting].error
         for kind in ("f0", "zeta")
         for block in o.blocks if block.kind in ("decay", "loaded")
-        for name in block.sums[0][0]
-        if name.startswith(f"mounting {kind}") and (prior := o.beliefs.priors[name])
+        for mounting in o.kinds.get(f"mounting {kind}", ()) if mounting in block.sums[0][0]
+        for name in o.kinds[f"own {kind}"] if name in block.sums[0][0]
     }  # fmt: skip
     return [Cause("remounted", "remounting", "remounting", None, wider=own)] if own else []
 
 
 def _scatters(o: Observed) -> list[Cause]:
-    found = []
-    for prefix, widths in _SCATTER.items():
-        names = [n for n in o.names if n.startswith(f"{prefix}: ")]
-        if len(names) > 1:
-            found += [
-                Cause(f"scatter of {prefix} {width:g}", "scatter", prefix, None,
-                      wider=dict.fromkeys(names, width))
-                for width in widths
-            ]  # fmt: skip
-    return found
+    return [
+        Cause(f"scatter of {kind} {width:g}", "scatter", kind, None,
+              wider=dict.fromkeys(o.kinds[kind], width))
+        for kind, widths in _SCATTER.items() if len(o.kinds.get(kind, {})) > 1
+        for width in widths
+    ]  # fmt: skip

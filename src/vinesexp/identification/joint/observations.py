@@ -65,24 +65,9 @@ _FEWEST = 10  # collisions of a record
 _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
 _FREE = (
-    0.5,
-    0.3,
-    0.05,
-    0.1,
-    0.01,
-    0.01,
-    3e-4,
-    1e-3,
-    0.05,
-    0.05,
-    0.3,
-    0.3,
-    1.5e-3,
-    0.4,
-    10.0,
-    0.5,
-    50.0,
-)
+    0.5, 0.3, 0.05, 0.1, 0.01, 0.01, 3e-4, 1e-3,
+    0.05, 0.05, 0.3, 0.3, 1.5e-3, 0.4, 10.0, 0.5, 50.0,
+)  # fmt: skip
 #: Degrees of freedom that the stated errors of a record are worth beside what it leaves.
 _WORTH = 4.0
 _TINY = 1e-9
@@ -101,7 +86,7 @@ class Observed:
     beliefs : their priors.
     blocks : observations.
     start : values to start from.
-    balls : name of each restitution and ln m of a ball to the clearance groups that it is in.
+    balls : number of a ball, from 1, to the name of the logarithm of its mass over that stated.
     clearances : (record, number of the ball) to the name of its own error and its stated value, m.
     levels : stated base amplitude, m, to the name of its logarithm's error.
     loads : stated added mass, kg, to the name of its error.
@@ -109,13 +94,14 @@ class Observed:
     gains : channel (role, setup) to the name of the logarithm of its gain.
     collisions : (record, ball) to the collisions.
     order : ids of the records in the order of records.csv.
-    mass : ball mass that ln_m is counted from, kg, by number (0: the only one).
+    kinds : kind of unknown to its unknowns, each with the record that it belongs to, or "".
     """
 
     names: tuple[str, ...]
     beliefs: Beliefs
     blocks: tuple[Block, ...]
     start: FloatArray
+    balls: Mapping[int, str]
     clearances: Mapping[tuple[str, int], tuple[str, float]]
     levels: Mapping[float, str]
     loads: Mapping[float, str]
@@ -123,6 +109,7 @@ class Observed:
     gains: Mapping[tuple[str, str], str]
     collisions: Mapping[tuple[str, int], Collisions]
     order: tuple[str, ...]
+    kinds: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 @dataclass
@@ -133,6 +120,7 @@ class _Builder:
     priors: dict[str, Prior] = field(default_factory=dict)
     start: dict[str, float] = field(default_factory=dict)
     blocks: list[Block] = field(default_factory=list)
+    balls: dict[int, str] = field(default_factory=dict)
     clearances: dict[tuple[str, int], tuple[str, float]] = field(default_factory=dict)
     levels: dict[float, str] = field(default_factory=dict)
     loads: dict[float, str] = field(default_factory=dict)
@@ -141,12 +129,26 @@ class _Builder:
     collisions: dict[tuple[str, int], Collisions] = field(default_factory=dict)
     late: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     sums: dict[tuple[str, int], tuple[Sum, ...]] = field(default_factory=dict)
+    kinds: dict[str, dict[str, str]] = field(default_factory=dict)
 
-    def add(self, name: str, value: float, error: float, start: float | None = None) -> str:
+    def add(
+        self, kind: str, value: float, error: float, *,
+        of: str = "", record: str = "", start: float | None = None,
+    ) -> str:  # fmt: skip
+        """Name of an unknown: its kind, and what it is `of` where there are several."""
+        name = f"{kind}: {of}" if of else kind
         if name not in self.priors:
             self.priors[name] = Prior(value, max(error, _TINY))
             self.start[name] = value if start is None else start
+            self.kinds.setdefault(kind, {})[name] = record
         return name
+
+    def own(
+        self, kind: str, record: Record, error: float, *, value: float = 0.0, ball: int = 0
+    ) -> str:
+        """Name of what one record, or one ball in it, has for itself."""
+        of = f"{record.id}, ball {ball}" if ball else record.id
+        return self.add(kind, value, error, of=of, record=record.id)
 
     def gain(self, record: Record, role: str) -> str:
         """Logarithm of the gain of a channel; channels of one setup share it."""
@@ -155,14 +157,14 @@ class _Builder:
         if stated is not None and stated.gain_error is not None:
             error = stated.gain_error
         key = (role, record.setup)
-        self.gains[key] = self.add(":".join(filter(None, (f"gain {role}", record.setup))), 0, error)
+        self.gains[key] = self.add(f"gain {role}", 0, error, of=record.setup)
         return self.gains[key]
 
     def own_gain(self, record: Record, role: str) -> dict[str, float]:
         """Logarithm of the gain of a channel in one record, as a sum: a laser may be aimed anew."""
         moves = "displacement" if self.has(record, "displacement") else "acceleration"
         loose = _OWN_GAIN * (self.loose(record) - 1.0) if role == moves else 0.0
-        own = self.add(f"own {role} gain: {record.id}", 0.0, loose)
+        own = self.own(f"own {role} gain", record, loose)
         return {self.gain(record, role): 1.0, own: 1.0}
 
     def loose(self, record: Record) -> float:
@@ -214,8 +216,8 @@ def observe(
     names = tuple(b.priors)
     return Observed(
         names, Beliefs(b.priors), tuple(b.blocks), np.array([b.start[name] for name in names]),
-        b.clearances, b.levels, b.loads, b.releases, b.gains, b.collisions,
-        tuple(record.id for record in campaign.records),
+        b.balls, b.clearances, b.levels, b.loads, b.releases, b.gains, b.collisions,
+        tuple(record.id for record in campaign.records), b.kinds,
     )  # fmt: skip
 
 
@@ -261,12 +263,14 @@ def _ball(b: _Builder, number: int) -> tuple[str, float]:
     masses = b.campaign.known.nes_mass
     inputs = b.campaign.known.uncertainties
     if not masses:
-        return b.add("ln_m", 0.0, _WIDE), 1.0
+        b.balls[number] = b.add("ln_m", 0.0, _WIDE)
+        return b.balls[number], 1.0
     place = min(number, len(masses)) - 1
     mass = masses[place]
     error = mass.std_error or inputs.nes_mass.of(mass.value)
-    name = "ln_m" if len(masses) == 1 else f"ln_m:{place + 1}"
-    return b.add(name, 0.0, error / mass.value), mass.value
+    of = "" if len(masses) == 1 else str(place + 1)
+    b.balls[number] = b.add("ln_m", 0.0, error / mass.value, of=of)
+    return b.balls[number], mass.value
 
 
 def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
@@ -274,7 +278,7 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
     if "ln_f0" not in b.priors:
         return
     inputs = b.campaign.known.uncertainties
-    loads = {record.id: record.added_mass or 0.0 for record in b.campaign.records}
+    records = {record.id: record for record in b.campaign.records}
     for kind in ("f0", "zeta"):
         own = [
             e for e in found
@@ -282,25 +286,27 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
         ]  # fmt: skip
         mount = inputs.remounting if kind == "f0" else inputs.damping
         for e in own:
-            record = e.records[0]
-            load = loads.get(record, 0.0)
+            record = records[e.records[0]]
+            load = record.added_mass or 0.0
             error = max(e.std_error / e.value, _TINY)
             sums = [
                 {f"ln_{kind}": 1.0, f"amplitude {kind}": 1.0,
-                 b.add(f"mounting {kind}: {1e3 * load:g} g", 0.0, mount.of(1.0)): 1.0,
-                 b.add(f"own {kind}: {record}", 0.0, 0.0): 1.0},
+                 b.add(f"mounting {kind}", 0.0, mount.of(1.0), of=f"{1e3 * load:g} g"): 1.0,
+                 b.own(f"own {kind}", record, 0.0): 1.0},
                 {"ln_M": 1.0},
                 {"load scale": 1.0},
             ]  # fmt: skip
             if kind == "f0":
                 sums[0]["clock"] = -1.0
             if load:
-                b.loads[load] = b.add(f"load: {1e3 * load:g} g", 0.0, inputs.added_mass.of(load))
+                b.loads[load] = b.add(
+                    "load", 0.0, inputs.added_mass.of(load), of=f"{1e3 * load:g} g"
+                )
                 sums.append({b.loads[load]: 1.0})
             else:
                 sums.append({})
             b.blocks.append(
-                Block(record, "loaded" if load else "decay", tuple((s, 0.0) for s in sums),
+                Block(record.id, "loaded" if load else "decay", tuple((s, 0.0) for s in sums),
                       _Decay(math.log(e.value), error, load))
             )  # fmt: skip
 
@@ -415,7 +421,6 @@ def _group(
 ) -> None:  # fmt: skip
     inputs = b.campaign.known.uncertainties
     suffix = f"_{number}" if number else ""
-    tag = f"{record.id}{':' + str(number) if number else ''}"
     r = b.add(f"r{suffix}", 0.6, _WIDE_R)
     ln_m, mass = _ball(b, max(number, 1))
     role = "acceleration" if integrated else "displacement"
@@ -425,39 +430,41 @@ def _group(
     jumps = {**pulses, b.add("pulse area", 0.0, inputs.template.of(1.0)): 1.0}
     # Of what is stated one half of the variance is common to all clearances, one each one's own.
     u = inputs.clearance.of(stated) / math.sqrt(2.0)
-    own = b.add(f"clearance: {tag}", 0.0, u)
+    own = b.own("clearance", record, u, ball=number)
     b.clearances[record.id, number] = own, stated
     for name in EFFECTS:
         b.add(name, 0.0, 0.0)
+    changing = {name: {b.own(f"own {name}", record, 0.0, ball=number): 1.0} for name in CHANGING}
+    lag, lag_error = b.late.get(record.id, (0.0, _LATE))
     loose = b.loose(record)
     collisions = collisions_of(flights, impacts, omega2=(2.0 * math.pi * frequency) ** 2)
     areas = np.abs(flights.jump_acceleration[np.isfinite(flights.jump_acceleration)])
     local = (
-        {r: 1.0, b.add(f"own r: {tag}", 0.0, loose * _OWN_R): 1.0},
-        {ln_m: 1.0, "ln_M": -1.0, b.add(f"own momentum: {tag}", 0.0, loose * _OWN_EPS): 1.0},
+        {r: 1.0, b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
+        {ln_m: 1.0, "ln_M": -1.0,
+         b.own("own momentum", record, loose * _OWN_EPS, ball=number): 1.0},
         moved,
         jumps,
         {b.add("jump reading", 0.0, _READING): 1.0},
         {b.add("share", 0.0, _SHARE): 1.0},
         {b.add("late", 0.0, _LATE): 1.0,
-         b.add(f"own late: {record.id}", *b.late.get(record.id, (0.0, _LATE))): 1.0},
+         b.own("own late", record, lag_error, value=lag): 1.0},
         {b.add("clearance scale", 0.0, 0.0): stated, b.add("clearance offset", 0.0, u): 1.0,
          own: 1.0},
-        *({name: 1.0} | ({b.add(f"own {name}: {tag}", 0.0, 0.0): 1.0} if name in CHANGING else {})
-          for name in EFFECTS),
+        *({name: 1.0, **changing.get(name, {})} for name in EFFECTS),
     )  # fmt: skip
     constants = [0.0] * len(local)
     constants[1] = math.log(mass)
     constants[7] = stated
     start = np.zeros(len(local))
     start[0], start[1], start[7] = 0.6, math.log(mass) - b.start["ln_M"], stated
-    start[6] = b.late.get(record.id, (0.0, 0.0))[0]
+    start[6] = lag
     late = float(np.median(impacts.time_error_s[flights.index]))
     collisions = with_own_errors(collisions, start, time_error=late)
     if areas.size >= _FEWEST:  # one template a record: its noise is common to all impacts
         relative = collisions.scatter[2] / float(np.median(areas)) / math.sqrt(areas.size)
         width = math.hypot(_PULSE * relative, _TEMPLATE)
-        jumps[b.add(f"own pulse: {tag}", 0.0, width)] = 1.0
+        jumps[b.own("own pulse", record, width, ball=number)] = 1.0
     b.collisions[record.id, number] = collisions
     b.sums[record.id, number] = tuple(zip(local, constants, strict=True))
 
@@ -554,20 +561,17 @@ def _base(
     """Base amplitude of a periodic record: test log, base channel, what the mass answers to."""
     if record.test != "periodic" or not record.base_amplitude:
         return
-    level = next(
-        (one for one in b.levels if abs(one / record.base_amplitude - 1.0) < 1e-6),
-        record.base_amplitude,
-    )
+    level = record.base_amplitude
     inputs = b.campaign.known.uncertainties
     stated = inputs.base_amplitude.of(level) / level
-    b.levels[level] = b.add(f"base: {1e3 * level:g} mm", 0.0, stated)
+    b.levels[level] = b.add("base", 0.0, stated, of=f"{1e3 * level:g} mm")
     here = {b.levels[level]: 1.0}
     for e in found:
         if e.parameter == "base_seen" and e.records == (record.id,) and e.value > 0.0:
             seen = math.log(e.value / level)
             error = max(e.std_error / e.value, 1e-5)
             sums = ({**here, b.gain(record, "base"): 1.0,
-                     b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0}, 0.0)  # fmt: skip
+                     b.own("own base", record, _OWN_BASE): 1.0}, 0.0)  # fmt: skip
             b.blocks.append(Block(record.id, "base channel", (sums,), _Single(seen, error)))
     if driven is None or "ln_f0" not in b.priors or "ln_zeta" not in b.priors:
         return
@@ -590,12 +594,12 @@ def _answered(
     inputs = b.campaign.known.uncertainties
     f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
     # Setting a clearance takes the cavity apart: it is a mounting of its own.
-    place = ", ".join(f"{1e3 * length:g}" for length in record.clearance) + " mm"
+    place = "b = " + ", ".join(f"{1e3 * length:g}" for length in record.clearance) + " mm"
     at: dict[str, dict[str, float]] = {}
     halves: dict[str, float] = {}
     for name in ("f0", "zeta"):  # each test works at its own amplitude
         shift, half, error = working.tests.get((record.id, name), _FLAT)
-        own = b.add(f"amplitude {name}: {record.id}", shift, error)
+        own = b.own(f"amplitude {name}", record, error, value=shift)
         at[name] = {own: 1.0, b.add(f"increment {name}", 0.0, 1.0): half}
         halves[name] = half
     # what a straight spring and damper do not follow, as a share of the force of the spring
@@ -612,11 +616,11 @@ def _answered(
         # the base may be recorded with the displacement, or with a sensor that it is late beside
         lags = [e.value for e in found if e.parameter == "channel_lag"]
         width = math.hypot(_BASE_LATE, float(np.median(lags)) if lags else 0.0)
-        late = b.add(":".join(filter(None, ("base late", record.setup))), 0.0, width)
+        late = b.add("base late", 0.0, width, of=record.setup)
         turned: dict[str, float] = {late: driven.rate}
         inverted = math.pi if math.cos(phase) < 0.0 else 0.0
     else:
-        turned = {b.add(f"base phase: {record.id}", phase, _WIDE): 1.0}
+        turned = {b.own("base phase", record, _WIDE, value=phase): 1.0}
         inverted = 0.0
     # a ball that rolls is inertia that the mass takes along; one that rubs pulls at it
     eps = _share_of_ball(b)
@@ -624,21 +628,21 @@ def _answered(
     push = math.hypot(_OWN_PUSH, 2.0 * bent * swing / level)
     for name in ("friction", "rolling"):
         b.add(name, 0.0, 0.0)
-    rubs = {"friction": eps, b.add(f"own friction: {record.id}", 0.0, 0.0): eps}
+    rubs = {"friction": eps, b.own("own friction", record, 0.0): eps}
     return (
         ({"ln_f0": 1.0, "clock": -1.0, **at["f0"],
-          b.add(f"mounting f0: b = {place}", 0.0, inputs.remounting.of(1.0)): 1.0,
-          b.add(f"own f0: {record.id}", 0.0, math.hypot(_OWN_F0, bent)): 1.0,
+          b.add("mounting f0", 0.0, inputs.remounting.of(1.0), of=place): 1.0,
+          b.own("own f0", record, math.hypot(_OWN_F0, bent)): 1.0,
           "rolling": -0.5 * eps}, 0.0),
         ({"ln_zeta": 1.0, **at["zeta"],
-          b.add(f"mounting zeta: b = {place}", 0.0, inputs.damping.of(1.0)): 1.0,
-          b.add(f"own zeta: {record.id}", 0.0, math.hypot(_OWN_ZETA, bent / zeta)): 1.0,
+          b.add("mounting zeta", 0.0, inputs.damping.of(1.0), of=place): 1.0,
+          b.own("own zeta", record, math.hypot(_OWN_ZETA, bent / zeta)): 1.0,
           "rolling": -0.5 * eps}, 0.0),
         ({**base, **b.own_gain(record, "displacement"),
-          b.add(f"own base: {record.id}", 0.0, _OWN_BASE): 1.0,
-          b.add(f"bent: {record.id}", 0.0, 2.0 * bent * swing / level): 1.0}, math.log(level)),
+          b.own("own base", record, _OWN_BASE): 1.0,
+          b.own("bent", record, 2.0 * bent * swing / level): 1.0}, math.log(level)),
         (turned, inverted),
-        ({**rubs, b.add(f"own push: {record.id}", 0.0, push * drive): 1.0}, 0.0),
+        ({**rubs, b.own("own push", record, push * drive): 1.0}, 0.0),
     )  # fmt: skip
 
 
@@ -672,21 +676,29 @@ def _releases(b: _Builder, found: Sequence[Estimate]) -> None:
         if record.exclude or record.test != "transient" or not record.release:
             continue
         stated = abs(record.release)
-        stated = next((one for one in b.releases if abs(one / stated - 1.0) < 1e-6), stated)
-        name = b.add(f"release: {1e3 * stated:g} mm", 0.0, error.of(stated) / stated)
+        name = b.add("release", 0.0, error.of(stated) / stated, of=f"{1e3 * stated:g} mm")
         b.releases[stated] = name
         if (e := seen.get(record.id)) is None or not e.value:
             continue
         off, width = math.log(abs(e.value) / stated), e.std_error / abs(e.value)
-        gain = b.gain(record, "displacement")
-        expected = math.hypot(width, b.priors[name].error, b.priors[gain].error)
-        if e.method == FIRST_SWING and off < -_FEW * expected:
+        if begins_later(e, b.campaign):
             b.priors[name] = replace(b.priors[name], error=max(b.priors[name].error, -off))
             continue
-        own = b.add(f"own release: {record.id}", 0.0, _OWN_RELEASE)
+        own = b.own("own release", record, _OWN_RELEASE)
         bend = {b.add("even", 0.0, 0.0): e.value, b.add("odd", 0.0, 0.0): e.value**2}
         sums = ({name: 1.0, **b.own_gain(record, "displacement"), own: 1.0, **bend}, 0.0)
         b.blocks.append(Block(record.id, "release", (sums,), _Single(off, width)))
+
+
+def begins_later(seen: Estimate, campaign: Campaign) -> bool:
+    """Whether a release is seen to begin with a smaller swing than stated, not held before.
+
+    The record begins later, or release_mm is wrong: nobody can tell.
+    """
+    stated = abs(campaign.record(seen.records[0]).release or 0.0)
+    error = campaign.known.uncertainties
+    width = math.hypot(seen.std_error, error.release.of(stated), error.displacement.of(stated))
+    return seen.method == FIRST_SWING and abs(seen.value) < stated - _FEW * width
 
 
 def _drops(b: _Builder, found: Sequence[Estimate]) -> None:

@@ -52,7 +52,7 @@ _JUDGED = 4  # records with flights from which on one of them can be judged by t
 _LAW = 0.1
 HIDDEN = ("friction", "contact", "hollow")  # effects that r and the ball's mass can stand for
 
-#: Inputs by the unknowns that they are a prior of.
+#: Inputs by the kinds of unknown that they are a prior of.
 INPUTS = {
     "clock": "clock",
     "load": "added mass",
@@ -347,7 +347,7 @@ def effective(
 def rig_posterior(answer: Answer, campaign: Campaign) -> RigPosterior:
     """Values that predictions take, with their joint covariance and what it is made of."""
     posterior = answer.posterior
-    ball = "ln_m" if "ln_m" in posterior else "ln_m:1"
+    ball = answer.observed.balls.get(1, "ln_m")
     r, m = effective(answer, ball)
     masses = campaign.known.nes_mass
     stated = math.log(masses[0].value) if masses else 0.0
@@ -386,24 +386,17 @@ def _parts(answer: Answer) -> dict[str, FloatArray]:
     n = len(names)
     whole = total(posterior_of(answer.data, beliefs), beliefs).covariance[:n, :n]
     groups: dict[str, list[str]] = {}
-    for name in names:
-        label = input_of(name)
-        if label is not None and beliefs.priors[name].error > 1e-8:
-            groups.setdefault(label, []).append(name)
+    for kind, label in INPUTS.items():
+        own = [
+            name
+            for name in answer.observed.kinds.get(kind, ())
+            if beliefs.priors[name].error > 1e-8
+        ]
+        if own:
+            groups.setdefault(label, []).extend(own)
     found = {}
     for label, own in groups.items():
         sharper = beliefs.exact(own)
         left = total(posterior_of(answer.data, sharper), sharper).covariance[:n, :n]
         found[label] = whole - left
     return found
-
-
-def input_of(name: str) -> str | None:
-    """The input that an unknown's prior states; None for what no lab states.
-
-    Examples
-    --------
-    >>> input_of("clearance: b34"), input_of("ln_m:2"), input_of("own r: b34")
-    ('clearance', 'ball mass', None)
-    """
-    return INPUTS.get(name.partition(":")[0])

@@ -324,8 +324,16 @@ def read_number(text: str, comma: bool) -> float:
 
 
 def read_size(text: str, number: Callable[[str], float], quantity: str) -> float:
-    """A length in mm or a mass in g as SI, refused where no rig has that size."""
-    value = number(text) / 1e3
+    """A length in mm or a mass in g as SI, refused where no rig has that size.
+
+    To nine digits: 0.1 + 0.05 of a spreadsheet and a typed 0.15 are one level.
+
+    Examples
+    --------
+    >>> read_size("0.15000000000000002", float, "displacement") == 0.15 / 1e3
+    True
+    """
+    value = float(f"{number(text):.9g}") / 1e3
     refuse_impossible(text, value, quantity)
     return value
 
