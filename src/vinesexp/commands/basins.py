@@ -7,10 +7,9 @@ where `map` goes over any two values and says how large they are.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,8 +30,8 @@ from vinesexp.maps.map_options import OPTIONS, along, cells_of
 if TYPE_CHECKING:
     from vinesexp.maps.basins import Attractor
 
-#: Unit of each column of the table; words and counts have none.
-UNITS = {"b": "m", "mean": "m", "low": "m", "high": "m", "largest": "m", "share": "1"}
+#: Columns of the table that have a unit, as they are headed.
+HEADS = {name: f"{name}_m" for name in ("b", "mean", "low", "high", "largest")}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -113,12 +112,11 @@ def motions_text(found: Sequence[Attractor]) -> str:
 
 def write_table(found: Sequence[Attractor], path: Path) -> None:
     """The same as a csv file, SI; the unit stands in the name of a column."""
-    names = [field.name for field in fields(type(found[0]))]
-    heads = [f"{name}_{UNITS[name]}" if UNITS.get(name, "1") != "1" else name for name in names]
-    with writing(path), path.open("w", newline="", encoding="utf-8") as stream:
-        out = csv.writer(stream)
-        out.writerow(heads)
-        out.writerows([getattr(one, name) for name in names] for one in found)
+    import pandas
+
+    table = pandas.DataFrame(map(asdict, found))
+    with writing(path):
+        table.rename(columns=HEADS).to_csv(path, index=False, lineterminator="\r\n")
 
 
 def _draw(found: Sequence[Attractor], values: dict[str, float], picture: Path) -> None:

@@ -17,15 +17,12 @@ from vinesexp.proposal.campaign_proposal import (
     SKIPPED,
     Proposal,
     ProposedChannel,
-    ProposedRecord,
     propose,
 )
-from vinesexp.proposal.file_names import Reading
 from vinesexp.proposal.kind_of_test import OPEN
 from vinesexp.proposal.survey import FileView, view_file
 from vinesexp.records.campaign.description import NAME as SCHEMA_NAME
 from vinesexp.records.campaign.description import schema_text
-from vinesexp.records.campaign.missing_cells import FILL_IN
 from vinesexp.records.campaign.records_csv import sheet_text
 from vinesexp.records.campaign.records_xlsx import new_workbook
 from vinesexp.records.campaign.schema import SHEETS
@@ -67,11 +64,11 @@ def run(args: argparse.Namespace) -> int:
     if sys.stdin.isatty():  # pragma: no cover
         _ask(proposal)
     sheet = SHEETS[1] if args.xlsx else SHEETS[0]
+    rows = [record.row() for record in proposal.records]
+    proposed = [{"test", *record.cells} for record in proposal.records]
     contents = {
         "campaign.yaml": proposed_campaign_text(folder, proposal).encode(),
-        sheet: _workbook(proposal)
-        if args.xlsx
-        else sheet_text(map(proposed_row, proposal.records)).encode(),
+        sheet: new_workbook(rows, proposed=proposed) if args.xlsx else sheet_text(rows).encode(),
     }
     if not (folder / SCHEMA_NAME).exists():
         contents[SCHEMA_NAME] = schema_text().encode()
@@ -152,40 +149,6 @@ def _channel_lines(channel: ProposedChannel) -> list[str]:
     return [f"  # {channel.role}: {mark}{channel.why}", f"  {channel.role}: {entry}"]
 
 
-def _sheet(proposal: Proposal) -> bytes:
-    """records.csv; the note of a row says what it is proposed for and what is open in it."""
-    return sheet_text(map(proposed_row, proposal.records)).encode()
-
-
-def _workbook(proposal: Proposal) -> bytes:
-    """records.xlsx: the same rows, in colours."""
-    rows = [proposed_row(record) for record in proposal.records]
-    return new_workbook(rows, proposed=[{"test", *record.cells} for record in proposal.records])
-
-
-def proposed_row(record: ProposedRecord) -> dict[str, str]:
-    """A row of the table; a test that nothing shows is one of its kinds, and left out."""
-    note = "; ".join([record.why, *map(_said, record.readings)])
-    if record.open:
-        note += f"; {FILL_IN}, if it applies: {' '.join(record.open)}"
-    row = {"record": record.record, "file": record.file, "test": record.test, "note": note}
-    row |= record.cells
-    if record.test == OPEN:
-        row |= {"test": "ringdown", "exclude": "yes"}
-    return row
-
-
-def _said(reading: Reading) -> str:
-    """A reading beside the part of the name that it came from.
-
-    Examples
-    --------
-    >>> _said(Reading("clearance_mm", "37.1", "37p1mm"))
-    "clearance_mm 37.1 from '37p1mm'"
-    """
-    return f"{reading.column} {reading.cell} from '{reading.said}'"
-
-
 def _views(folder: Path) -> tuple[list[FileView], list[str]]:
     views: list[FileView] = []
     others: list[str] = []
@@ -243,7 +206,7 @@ def _report(folder: Path, proposal: Proposal, others: list[str], sheet: str) -> 
         print(f"{channel.role}: column '{channel.pattern}', because {channel.why}")
     for record in proposal.records:
         if record.readings:
-            print(f"{record.file}: {', '.join(map(_said, record.readings))}")
+            print(f"{record.file}: {', '.join(map(str, record.readings))}")
     counted: dict[str, int] = {}
     for record in proposal.records:
         counted[record.test] = counted.get(record.test, 0) + 1

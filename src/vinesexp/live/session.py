@@ -26,7 +26,6 @@ from typing import Any, Generic, TypeVar
 import vinesexp
 from vinesexp.environment import one_thread_each
 from vinesexp.errors import CampaignError, VinesexpError
-from vinesexp.live.row_proposal import Row, clearance_cell, clearance_shown, row_of_file
 from vinesexp.live.views import (
     CampaignView,
     RecordView,
@@ -36,16 +35,22 @@ from vinesexp.live.views import (
     look_at_record,
     values_written,
 )
-from vinesexp.pipeline import condition_record, ingest_record
-from vinesexp.proposal.campaign_proposal import SKIPPED
+from vinesexp.pipeline import condition_record, find_impacts, ingest_record
+from vinesexp.proposal.campaign_proposal import SKIPPED, ProposedRecord
+from vinesexp.proposal.row_at_the_bench import (
+    UNKNOWN_R,
+    clearance_cell,
+    clearance_of_flights,
+    row_of_file,
+)
 from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import campaign_problems, read_campaign
 from vinesexp.records.campaign.records_csv import RowText, add_row, change_row, row_of_record
 from vinesexp.records.campaign.schema import SHEET_COLUMNS, SHEETS, Campaign, Record, sheet_of
 from vinesexp.records.stored.freshness import campaign_text, row_text, rows_text
-from vinesexp.records.stored.result_columns import IDENTIFIED
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.tables import read_rows
+from vinesexp.records.stored.store import open_record
+from vinesexp.results import Results
 from vinesexp.units import COVERAGE_95, Quantity, with_error
 from vinesexp.whole_files import write_whole
 
@@ -432,8 +437,8 @@ class Session:
     def _add(self, path: Path) -> None:
         row = self._row_for(path)
         with self._editing:
-            add_row(sheet_of(self.folder), row.cells)
-        self._propose(row.cells["record"], path)
+            add_row(sheet_of(self.folder), row.row())
+        self._propose(row.record, path)
 
     def _proposed_anew(self, record: Record, path: Path) -> Record:
         """The record with a new proposal, where its file was cut and nobody touched its row."""
@@ -441,8 +446,8 @@ class Session:
         if digest in ("", self._digest(path)) or self.row(record.id) != cells:
             return record
         with suppress(VinesexpError):  # the analysis says what is wrong with the file
-            row = self._row_for(path, besides=record)
-            new = {c: text for c in EDITABLE if (text := row.cells.get(c, "")) != cells.get(c, "")}
+            row = self._row_for(path, besides=record).row()
+            new = {c: text for c in EDITABLE if (text := row.get(c, "")) != cells.get(c, "")}
             with self._editing:
                 change_row(sheet_of(self.folder), record.id, new)
             self._propose(record.id, path)
@@ -455,7 +460,7 @@ class Session:
         self.status.newest = id
         self._read_campaign()
 
-    def _row_for(self, path: Path, besides: Record | None = None) -> Row:
+    def _row_for(self, path: Path, besides: Record | None = None) -> ProposedRecord:
         campaign = self.campaign
         assert campaign is not None
         self._say(f"reading {path.name}")
@@ -465,44 +470,41 @@ class Session:
                 f"holds {len(view.parts)} records; give each its row by hand", file=path
             )
         row = row_of_file(campaign, view, [one for one in campaign.records if one is not besides])
-        if "clearance_mm" in row.open and row.cells["test"] in ("periodic", "transient"):
-            row = self._with_clearance(campaign, row)
+        if "clearance_mm" in row.open and row.test in ("periodic", "transient"):
+            self._fill_clearance(campaign, row)
         return row
 
-    def _with_clearance(self, campaign: Campaign, row: Row) -> Row:
-        """The row with the clearance that the flights show, where they do."""
-        cells = row.cells
+    def _fill_clearance(self, campaign: Campaign, row: ProposedRecord) -> None:
+        """The clearance that the flights show, where they do."""
+        f = row.cells.get("frequency_hz")
         record = Record(
-            cells["record"],
-            self.folder / cells["file"],
-            cells["test"],
-            frequency=(float(cells["frequency_hz"]),) * 2 if cells.get("frequency_hz") else None,
+            row.record,
+            self.folder / row.file,
+            row.test,
+            frequency=(float(f),) * 2 if f else None,
             settings=campaign.settings,
         )
         ingest_record(campaign, record, paths=self.paths)
         condition_record(campaign, record, paths=self.paths)
-        found = clearance_shown(campaign, record, paths=self.paths, r=self._restitution())
-        if found is None:
-            return row
-        cell = clearance_cell(found, campaign.records)
-        shown = with_error(1e3 * found.value, 1e3 * COVERAGE_95 * found.std_error)
-        note = (
-            cells["note"].replace(" clearance_mm", "", 1).removesuffix("; FILL IN, if it applies:")
-        )
-        cells = cells | {
-            "clearance_mm": cell,
-            "note": f"{note}; clearance {shown} mm from its flights",
-        }
-        return Row(cells, tuple(c for c in row.open if c != "clearance_mm"))
+        with open_record(self.paths.conditioned(record.id)) as view:
+            frequency = view.attributes.get("oscillation_hz")
+            if view.refused is not None or not frequency:
+                return
+        # Any clearance does: the impacts are found again with the one in the row.
+        impacts, _ = find_impacts(campaign, replace(record, clearance=(0.03,)), paths=self.paths)
+        b = clearance_of_flights(impacts, r=self._restitution(), frequency=float(frequency))
+        if b is not None:
+            row.open.remove("clearance_mm")
+            row.cells["clearance_mm"] = clearance_cell(b, campaign.records)
+            shown = with_error(1e3 * b.value, 1e3 * COVERAGE_95 * b.std_error)
+            row.shown = f"clearance {shown} mm from its flights"
 
-    def _restitution(self) -> Quantity | None:
-        if not self.paths.identified.is_file():
-            return None
-        for row in read_rows(self.paths.identified, IDENTIFIED):
-            if row["parameter"] == "r" and row["method"] == "combined":
-                error = row["std_error"]
-                return Quantity(row["value"], 0.01 if error is None else error)
-        return None
+    def _restitution(self) -> Quantity:
+        known = Results(self.results).values if self.paths.identified.is_file() else {}
+        if "r" not in known:
+            return UNKNOWN_R
+        error = known["r"]["std_error"]
+        return Quantity(known["r"]["value"], 0.01 if error is None else error)
 
     # -- records --------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ count as one. A motion that has not settled within the time that it is given (th
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -142,7 +142,6 @@ def coexisting(
     starts: int = STARTS,
     seed: int = 1,
     workers: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
 ) -> list[Attractor]:
     """The motions a rig settles to at each clearance, with their shares of random starts.
 
@@ -158,8 +157,6 @@ def coexisting(
         Random starts at each (`design.task.random_starts`), the same draws at all of them.
     workers : int, optional
         Threads; by default one per core. The result does not depend on it.
-    progress : callable, optional
-        Called as progress(clearances done, clearances in all).
 
     Returns
     -------
@@ -181,17 +178,12 @@ def coexisting(
     >>> [(one.regime, one.starts) for one in found]  # a ball mid-cavity is never touched
     [('two symmetric', 5), ('no impact', 1)]
     """
-    out: list[Attractor] = []
     along = np.unique(np.asarray(list(clearances), dtype=np.float64)).tolist()
     every = each_clearance(
         rig, level=level, frequency=frequency, clearances=along, starts=starts, seed=seed,
         workers=workers,
     )  # fmt: skip
-    for done, found in enumerate(every, start=1):
-        out += found
-        if progress is not None:
-            progress(done, len(along))
-    return out
+    return [one for found in every for one in found]
 
 
 def each_clearance(

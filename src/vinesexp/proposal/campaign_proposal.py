@@ -18,6 +18,7 @@ from vinesexp.proposal.file_names import Reading, read_name, runs_are_numbered
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import VELOCITY, Guess, guess_roles, label_of
 from vinesexp.proposal.survey import FileView
+from vinesexp.records.campaign.missing_cells import FILL_IN
 from vinesexp.records.campaign.schema import ROLES
 from vinesexp.records.readers.source import file_of, part_of
 from vinesexp.units import UNITS
@@ -53,7 +54,7 @@ class ProposedChannel:
 class ProposedRecord:
     """One row of records.csv; `open` names the cells that nobody but a person knows.
 
-    `readings` are the cells that its file's name says.
+    `readings` are the cells that its file's name says, `shown` what else its note ends with.
     """
 
     record: str
@@ -63,6 +64,17 @@ class ProposedRecord:
     open: list[str] = field(default_factory=list)
     why: str = ""
     readings: list[Reading] = field(default_factory=list)
+    shown: str = ""
+
+    def row(self) -> dict[str, str]:
+        """As it is written; a test that nothing shows is one of its kinds, and left out."""
+        asked = f"{FILL_IN}, if it applies: {' '.join(self.open)}" if self.open else ""
+        note = "; ".join(filter(None, [self.why, *map(str, self.readings), asked, self.shown]))
+        row = {"record": self.record, "file": self.file, "test": self.test, "note": note}
+        row |= self.cells
+        if self.test == OPEN:
+            row |= {"test": "ringdown", "exclude": "yes"}
+        return row
 
 
 @dataclass

@@ -73,6 +73,16 @@ class Reading:
     cell: str
     said: str
 
+    def __str__(self) -> str:
+        """As a person is told of it.
+
+        Examples
+        --------
+        >>> print(Reading("clearance_mm", "37.1", "37p1mm"))
+        clearance_mm 37.1 from '37p1mm'
+        """
+        return f"{self.column} {self.cell} from '{self.said}'"
+
 
 @dataclass(frozen=True)
 class _Said:

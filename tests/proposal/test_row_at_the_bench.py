@@ -5,7 +5,7 @@ import pytest
 
 from vinesexp import NES, Oscillator, Release, Rig, simulate
 from vinesexp.excitation import Harmonic
-from vinesexp.live.row_proposal import UNKNOWN_R, clearance_of_flights
+from vinesexp.proposal.row_at_the_bench import UNKNOWN_R, clearance_of_flights
 from vinesexp.signals.impacts.impact_table import Impacts, no_impacts
 from vinesexp.units import Quantity
 

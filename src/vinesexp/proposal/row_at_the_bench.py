@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -17,13 +17,9 @@ from scipy.optimize import least_squares
 from vinesexp.errors import CampaignError
 from vinesexp.identification.flights import flights_of
 from vinesexp.proposal.campaign_proposal import ProposedRecord, propose_record
-from vinesexp.proposal.kind_of_test import OPEN
 from vinesexp.proposal.roles import Guess, label_of
 from vinesexp.proposal.survey import ColumnView, FileView
-from vinesexp.records.campaign.missing_cells import FILL_IN
 from vinesexp.records.campaign.schema import SI_UNITS, Campaign, Channel, Record
-from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.records.stored.store import open_record
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.units import Quantity
 
@@ -98,15 +94,7 @@ def clearance_of_flights(impacts: Impacts, *, r: Quantity, frequency: float) -> 
 _SAME_LEVEL, _SAME_FREQUENCY, _SAME_CLEARANCE = 0.03, 1e-3, 0.003
 
 
-@dataclass(frozen=True)
-class Row:
-    """A proposed row, and the columns that only a person can fill in."""
-
-    cells: dict[str, str]
-    open: tuple[str, ...]
-
-
-def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -> Row:
+def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -> ProposedRecord:
     """The row of a file that none names yet.
 
     Parameters
@@ -136,30 +124,17 @@ def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -
     used = {record.id.lower() for record in records}
     known = replace(view, columns=tuple(columns))
     found = propose_record(campaign.folder, known, guesses, used)
-    cells = dict(found.cells)
-    read = {reading.column for reading in found.readings}
-    for column_name, values, share in (
+    cells, read = found.cells, {reading.column for reading in found.readings}
+    for column_name, values, share, digits in (
         ("base_amplitude_mm", [1e3 * r.base_amplitude for r in records if r.base_amplitude],
-         _SAME_LEVEL),
-        ("release_mm", [1e3 * abs(r.release) for r in records if r.release], _SAME_LEVEL),
+         _SAME_LEVEL, 2),
+        ("release_mm", [1e3 * abs(r.release) for r in records if r.release], _SAME_LEVEL, 2),
         ("frequency_hz", [r.frequency[0] for r in records if r.frequency and r.test != "sweep"],
-         _SAME_FREQUENCY),
+         _SAME_FREQUENCY, 5),
     ):  # fmt: skip
         if column_name in cells and column_name not in read and ":" not in cells[column_name]:
-            digits = 5 if column_name == "frequency_hz" else 2
             cells[column_name] = _snapped(float(cells[column_name]), values, share, digits)
-    return Row(_named(found, cells), tuple(c for c in found.open if c not in cells))
-
-
-def _named(found: ProposedRecord, cells: dict[str, str]) -> dict[str, str]:
-    readings = [f"{r.column} {r.cell} from '{r.said}'" for r in found.readings]
-    note = "; ".join([found.why, *readings])
-    row = {"record": found.record, "file": found.file, "test": found.test, "note": note, **cells}
-    if found.test == OPEN:
-        row |= {"test": "ringdown", "exclude": "yes"}
-    if asked := [column for column in found.open if column not in cells]:
-        row["note"] += f"; {FILL_IN}, if it applies: {' '.join(asked)}"
-    return row
+    return found
 
 
 def _channel_of(column: ColumnView, campaign: Campaign) -> Channel | None:
@@ -195,24 +170,6 @@ def _snapped(value: float, known: Iterable[float], share: float, digits: int) ->
     if near is not None and abs(value - near) <= share * near:
         return f"{near:.10g}"
     return f"{value:.{digits}g}"
-
-
-def clearance_shown(
-    campaign: Campaign, record: Record, *, paths: ResultPaths, r: Quantity | None
-) -> Quantity | None:
-    """The clearance of a record whose row has none, from its flights, m.
-
-    The record is ingested and conditioned; its impacts are found with a clearance that does not
-    matter, and left for `pipeline.analyse_record` to find again.
-    """
-    from vinesexp.pipeline import find_impacts
-
-    with open_record(paths.conditioned(record.id)) as view:
-        frequency = view.attributes.get("oscillation_hz")
-        if view.refused is not None or not frequency:
-            return None
-    impacts, _ = find_impacts(campaign, replace(record, clearance=(0.03,)), paths=paths)
-    return clearance_of_flights(impacts, r=r or UNKNOWN_R, frequency=float(frequency))
 
 
 def clearance_cell(found: Quantity, records: Iterable[Record]) -> str:
