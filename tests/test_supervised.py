@@ -1,7 +1,7 @@
 """Work in a watched process: one line for a mistake, a log, and deaths that take nothing along."""
 
 import errno
-import faulthandler
+import json
 import os
 import re
 import signal
@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from vinesexp.errors import RecordError
-from vinesexp.supervised import on_all, on_each
+from vinesexp.supervised import Forks, on_all
 
 
 def fail_as_user():
@@ -29,13 +29,9 @@ def fail_on_a_full_disk():
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "results/a/report.html")
 
 
-def killed():
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
 def test_a_mistake_of_the_user_is_one_line_without_traceback(tmp_path, capsys):
     log = tmp_path / "logs" / "a.log"
-    assert not on_all("identify", fail_as_user, log=log)
+    assert not on_all(fail_as_user, log=log)
     shown = capsys.readouterr().err
     assert shown == f"vinesexp: raw/a.csv: is empty; export it again (log: {log})\n"
     assert "Traceback" not in log.read_text()
@@ -43,7 +39,7 @@ def test_a_mistake_of_the_user_is_one_line_without_traceback(tmp_path, capsys):
 
 def test_anything_unexpected_keeps_its_traceback_in_the_log(tmp_path, capsys):
     log = tmp_path / "a.log"
-    assert not on_all("identify", fail_unexpectedly, log=log)
+    assert not on_all(fail_unexpectedly, log=log)
     shown = capsys.readouterr().err
     assert shown.count("\n") == 1
     assert "ZeroDivisionError" in shown
@@ -51,7 +47,7 @@ def test_anything_unexpected_keeps_its_traceback_in_the_log(tmp_path, capsys):
 
 
 def test_a_full_disk_is_one_line_that_names_the_file(tmp_path, capsys):
-    assert not on_all("report", fail_on_a_full_disk, log=tmp_path / "a.log")
+    assert not on_all(fail_on_a_full_disk, log=tmp_path / "a.log")
     shown = capsys.readouterr().err
     assert shown.startswith("vinesexp: results/a/report.html: No space left on device; when this")
     assert shown.count("\n") == 1
@@ -60,88 +56,65 @@ def test_a_full_disk_is_one_line_that_names_the_file(tmp_path, capsys):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("step", [lambda: None, fail_as_user, fail_unexpectedly])
 def test_a_log_that_cannot_be_written_is_one_line(step, capsys):
-    assert not on_all("identify", step, log=Path("/dev/full"))
+    assert not on_all(step, log=Path("/dev/full"))
     shown = capsys.readouterr().err
     assert shown.startswith("vinesexp: ")
     assert shown.count("\n") == 1
 
 
-def test_a_step_that_the_system_kills_says_what_was_killed_and_why_it_may_be(tmp_path, capsys):
-    log = tmp_path / "a.log"
-    assert not on_all("identify", killed, log=log)
-    shown = capsys.readouterr().err
-    assert "identify: its process was killed, as systems do when memory is short" in shown
-    assert str(log) in shown
-    assert "memory" in log.read_text()
-
-
 def test_what_a_step_prints_is_in_its_log(tmp_path, capsys):
     log = tmp_path / "a.log"
-    assert on_all("identify", lambda: print("n is", 3), log=log)
-    text = log.read_text()
-    assert text.startswith("n is 3\ndone in ")
-    assert "processor time" in text
-    assert "peak memory" in text
+    assert on_all(lambda: print("n is", 3), log=log)
+    assert log.read_text().startswith("n is 3\ndone in ")
     assert capsys.readouterr().out == ""
 
 
-def test_peak_memory_is_the_step_s_own_and_not_that_of_who_started_it(tmp_path):
+@pytest.fixture
+def go(tmp_path, monkeypatch):
+    """Have the work of tests/watched.py done; the exit code."""
+    root = str(Path(__file__).parents[1])
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]))
+    forks = Forks("tests.watched")
+
+    def go(*ids, **given):
+        words = ["impacts", str(tmp_path), json.dumps({"ids": ids, **given})]
+        return forks.run(words, log=tmp_path / "all.log")
+
+    yield go
+    forks.end()
+
+
+def test_a_step_that_the_system_kills_says_what_was_killed_and_why_it_may_be(go, tmp_path, capsys):
+    assert go(killed=True) == 1
+    shown = capsys.readouterr().err
+    assert "impacts: its process was killed, as systems do when memory is short" in shown
+    assert str(tmp_path / "all.log") in shown
+    assert "peak memory" in (tmp_path / "all.log").read_text()
+
+
+def test_peak_memory_is_the_step_s_own_and_not_that_of_who_started_it(go, tmp_path):
     if not sys.platform.startswith("linux"):
         pytest.skip("elsewhere the system says nothing better")
     held = np.ones(40_000_000)  # 320 MB here, while the step starts
-    code = (
-        "from pathlib import Path\nfrom vinesexp.supervised import on_all\n"
-        f"on_all('a', lambda: None, log=Path({str(tmp_path / 'a.log')!r}))\n"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
-    peak = re.search(r"peak memory (\d+) MiB", (tmp_path / "a.log").read_text())
+    assert go("a") == 0
+    said = (tmp_path / "all.log").read_text()
+    peak = re.search(r"processor time, peak memory (\d+) MiB", said)
     assert held.nbytes > 3e8
     assert int(peak[1]) < 150
 
 
-class Records:
-    """A step on records that writes a file for each; some kill their process."""
-
-    def __init__(self, folder, deadly=(), once=(), wrong=(), how=signal.SIGKILL):
-        self.folder, self.deadly, self.once = folder, deadly, once
-        self.wrong, self.how = wrong, how
-
-    def work(self, id):
-        tried = self.folder / f"{id}.tried"
-        before = tried.exists()
-        tried.touch()
-        if id in self.deadly or (id in self.once and not before):
-            faulthandler.disable()  # of pytest, which would print all that the system knows
-            os.kill(os.getpid(), self.how)
-        if id in self.wrong:
-            raise RecordError("is wrong", file=id)
-        (self.folder / id).write_text(f"{os.getpid()}")
-
-    def refuse(self, id, reason):
-        (self.folder / id).write_text(f"refused: {reason}")
-
-    def go(self, ids):
-        return on_each(
-            "impacts", ids, work=self.work, refuse=self.refuse, log=self.folder / "all.log",
-            log_of=lambda id: self.folder / f"{id}.log",
-        )  # fmt: skip
-
-
-def test_records_of_a_batch_share_a_process_and_each_is_a_line(tmp_path, capsys):
-    assert Records(tmp_path).go(["a", "b", "c"])
+def test_records_of_a_batch_share_a_process_and_each_is_a_line(go, tmp_path, capfd):
+    assert go("a", "b", "c") == 0
     assert len({(tmp_path / id).read_text() for id in "abc"}) == 1
-    shown = capsys.readouterr().err.splitlines()
+    shown = capfd.readouterr().err.splitlines()
     assert [line.split() for line in shown] == [
         ["impacts", "1/3", "a"], ["impacts", "2/3", "b"], ["impacts", "3/3", "c"],
     ]  # fmt: skip
 
 
-def test_a_line_says_how_long_the_rest_may_take(tmp_path, capsys):
-    slow = Records(tmp_path)
-    work = slow.work
-    slow.work = lambda id: (time.sleep(0.6), work(id))
-    assert slow.go(["a", "b", "c"])
-    first, *_, last = capsys.readouterr().err.splitlines()
+def test_a_line_says_how_long_the_rest_may_take(go, capfd):
+    assert go("a", "b", "c", takes=0.6) == 0
+    first, *_, last = capfd.readouterr().err.splitlines()
     assert re.search(r"a, \d s left", first)
     assert "left" not in last
 
@@ -149,39 +122,45 @@ def test_a_line_says_how_long_the_rest_may_take(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("how", "words"), [(signal.SIGKILL, "memory is short"), (signal.SIGSEGV, "crashed (SIGSEGV)")]
 )
-def test_a_record_that_kills_its_process_is_refused_by_name(how, words, tmp_path, capsys):
-    assert Records(tmp_path, deadly=["b"], how=how).go(["a", "b", "c"])
+def test_a_record_that_kills_its_process_is_refused_by_name(how, words, go, tmp_path, capfd):
+    assert go("a", "b", "c", deadly=["b"], how=how) == 0
     assert words in (tmp_path / "b").read_text()
+    assert "twice while this record was read" in (tmp_path / "b").read_text()
     assert (tmp_path / "c").read_text().isdigit()
-    assert "b refused" in capsys.readouterr().err
+    assert "b refused" in capfd.readouterr().err
 
 
-def test_a_record_whose_process_dies_once_is_tried_again(tmp_path):
-    assert Records(tmp_path, once=["b"]).go(["a", "b", "c"])
+def test_a_record_whose_process_dies_once_is_tried_again(go, tmp_path):
+    assert go("a", "b", "c", once=["b"]) == 0
     assert all((tmp_path / id).read_text().isdigit() for id in "abc")
 
 
-def test_a_record_that_fails_leaves_the_others(tmp_path, capsys):
-    assert not Records(tmp_path, wrong=["a"]).go(["a", "b"])
+def test_two_records_that_kill_their_process_are_both_refused(go, tmp_path):
+    assert go("a", "b", "c", deadly=["a", "c"]) == 0
+    assert [(tmp_path / id).read_text()[:7] == "refused" for id in "abc"] == [True, False, True]
+
+
+def test_a_record_that_cannot_even_be_refused_ends_the_batch(go, capsys):
+    assert go("a", "b", deadly=["a"], stubborn=["a"]) == 1
+    assert "while a was refused" in capsys.readouterr().err
+
+
+def test_a_record_that_fails_leaves_the_others(go, tmp_path, capfd):
+    assert go("a", "b", wrong=["a"]) == 1
     assert (tmp_path / "b").exists()
-    assert f"vinesexp: a: is wrong (log: {tmp_path / 'a.log'})" in capsys.readouterr().err
+    assert f"vinesexp: a: is wrong (log: {tmp_path / 'a.log'})" in capfd.readouterr().err
 
 
-def test_an_interrupt_ends_the_child_first_and_only_once(tmp_path):
+def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
     """Ctrl-C twice: what the step clears away on its way out is cleared away."""
     code = (
-        "import sys, time\nfrom pathlib import Path\nfrom vinesexp.supervised import on_all\n"
-        f"here = Path({str(tmp_path)!r})\n"
-        "def work():\n"
-        "    (here / 'temporary').touch()\n"
-        "    try:\n"
-        "        time.sleep(60)\n"
-        "    finally:\n"
-        "        time.sleep(0.5)\n"
-        "        (here / 'temporary').unlink()\n"
-        "on_all('a', work, log=here / 'a.log')\n"
+        "import signal, sys\nfrom pathlib import Path\nfrom vinesexp.supervised import Forks\n"
+        "signal.signal(signal.SIGINT, lambda *_: None)\n"
+        f"words = ['a', {str(tmp_path)!r}, '{{\"held\": true}}']\n"
+        f"sys.exit(Forks('tests.watched').run(words, log=Path({str(tmp_path / 'log')!r})))\n"
     )
-    run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
+    root = Path(__file__).parents[1]
+    run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True, cwd=root)
     for _ in range(600):
         if (tmp_path / "temporary").exists():
             break
@@ -191,3 +170,30 @@ def test_an_interrupt_ends_the_child_first_and_only_once(tmp_path):
         time.sleep(0.1)
     assert run.wait(timeout=60) == 130
     assert not (tmp_path / "temporary").exists()
+
+
+def test_a_step_ends_when_the_run_is_killed(tmp_path):
+    """The next record does not begin; what waits for the step ends too."""
+    code = (
+        "import json\nfrom pathlib import Path\nfrom vinesexp.supervised import Forks\n"
+        f"words = ['a', {str(tmp_path)!r}, json.dumps({{'ids': ['a', 'b'], 'takes': 0.5}})]\n"
+        f"Forks('tests.watched').run(words, log=Path({str(tmp_path / 'log')!r}))\n"
+    )
+    root = Path(__file__).parents[1]
+    run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True, cwd=root)
+    for _ in range(600):
+        if (tmp_path / "a.tried").exists():
+            break
+        time.sleep(0.05)
+    run.kill()
+    run.wait()
+    for _ in range(600):
+        try:
+            os.killpg(run.pid, 0)
+        except ProcessLookupError:
+            break
+        time.sleep(0.05)
+    else:
+        pytest.fail("processes are left")
+    assert (tmp_path / "a").exists()
+    assert not (tmp_path / "b.tried").exists()

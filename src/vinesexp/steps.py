@@ -12,15 +12,8 @@ one process (`Forks`), which imports what a step needs before it forks: once a r
 from __future__ import annotations
 
 import argparse
-import atexit
-import gc
-import json
-import os
 import signal
-import socket
-import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -30,13 +23,12 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.codedigest import keep_code, kept_code, named_modules
-from vinesexp.environment import one_thread_each
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text, shortened
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.supervised import on_all, on_each
+from vinesexp.supervised import Deaths, Forks, on_all, on_each
 
 
 @dataclass(frozen=True)
@@ -200,11 +192,6 @@ class Study:
         used = self.used(step, id)
         return self.notes(step, id).why_outdated(step, used, derivable=absent)
 
-    def forget(self) -> None:
-        """Read the notes anew: another process has changed them."""
-        self._notes.clear()
-        self._outcomes.clear()
-
     def remember(self) -> None:
         """Write down what spares work to the next call: new times of files, digests of the code."""
         for notes in self._notes.values():
@@ -295,7 +282,14 @@ def members(records: Sequence[str], batch: str) -> list[str]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one step, as a rule of the workflow calls it."""
+    """Run one step, as a rule of the workflow has it run."""
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    log = _read(words).log
+    signal.signal(signal.SIGINT, lambda *_: None)  # the step has it too, and ends first
+    return Forks().run(words, log=log)
+
+
+def _read(words: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="one step of the workflow")
     parser.add_argument("step", choices=[*STEPS, "simulate"])
     parser.add_argument("campaign", type=Path)
@@ -304,16 +298,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--group", help="group of tests of a scene")
     parser.add_argument("--log", type=Path, required=True)
     parser.add_argument("--output", type=Path, nargs="+", required=True)
-    given = parser.parse_args(arguments)
-    one_thread_each()
+    return parser.parse_args(words)
+
+
+def load(words: Sequence[str]) -> None:
+    """Import what a step needs, and read what all its forks share."""
+    step = STEPS.get(words[0], _SIMULATE)
+    for name in (*named_modules(step.call), *step.loads):
+        with suppress(ModuleNotFoundError):  # some are names in a module
+            import_module(name)
+    with suppress(VinesexpError, OSError):  # which the step says itself
+        _study_of(Path(words[1]), Path(words[2]))
+
+
+def do(words: Sequence[str], died: Deaths, begin: Callable[..., None]) -> int:
+    """Run one step in this process; its exit code."""
+    given = _read(words)
     try:
-        return _run(_study_of(given.campaign, given.results), given)
+        done = _run(_study_of(given.campaign, given.results), given, died, begin)
     except VinesexpError as error:
         print(f"vinesexp: {error}", file=sys.stderr)
         return 1
     except OSError as error:
         print(f"vinesexp: {error.filename or given.log}: {error.strerror}", file=sys.stderr)
         return 1
+    return 0 if done else 1
 
 
 @cache
@@ -324,121 +333,38 @@ def _study_of(campaign: Path, results: Path) -> Study:
     return study
 
 
-def _run(study: Study, given: argparse.Namespace) -> int:
+def _run(study: Study, given: argparse.Namespace, died: Deaths, begin: Callable[..., None]) -> bool:
     step, paths = given.step, study.paths
     if step == "simulate":
         from vinesexp.showing import simulate
 
         work = partial(simulate, study.campaign, given.group, paths=paths)
-        done = on_all(step, work, log=given.log)
+        done = on_all(work, log=given.log)
     elif not STEPS[step].each:
-        work = partial(study.run, step, outputs=given.output)
-        return 0 if on_all(step, work, log=given.log) else 1
+        return on_all(partial(study.run, step, outputs=given.output), log=given.log)
     else:
         # A result asked for by its name brings what it needs; else other jobs have.
-        steps = [step]
-        if given.batch.startswith("only."):
-            steps = [s for s in (*STEPS[step].follows, step) if STEPS[s].each]
+        follows = STEPS[step].follows if given.batch.startswith("only.") else ()
         ids = members(list(study.records), given.batch)
-        done = all(_on_records(study, each, ids, log=given.log) for each in steps)
-    if done:
-        for note in given.output:
-            if not note.exists():
-                note.parent.mkdir(parents=True, exist_ok=True)
-                note.touch()
-    return 0 if done else 1
-
-
-def _on_records(study: Study, step: str, ids: Sequence[str], *, log: Path) -> bool:
-    study.forget()
-    return on_each(
-        step,
-        [id for id in ids if study.why(step, id)],
-        work=partial(study.run, step),
-        refuse=partial(study.refuse, step),
-        log=log,
-        log_of=partial(study.paths.log, step),
-    )
-
-
-#: Objects that are made between two searches for garbage. Figures are made of many that all stay
-#: to the end of a figure: with the default of 700 the searches took a quarter of their time.
-_MADE = 100_000
-
-
-class Forks:
-    """A process that imports what a step needs, and forks: libraries are loaded once a run."""
-
-    def __init__(self) -> None:
-        self._asked: socket.socket | None = None
-        self._alone = threading.Lock()
-
-    def run(self, words: Sequence[str]) -> int:
-        """Exit code of `main` with these words, in a fork; 1 where the fork ends without a word."""
-        answer, tell = socket.socketpair()
-        with answer:
-            with self._alone, tell:
-                try:
-                    self._ask(words, tell)
-                except OSError:  # somebody has ended the process
-                    self.end()
-                    self._ask(words, tell)
-                tell.close()  # held by the fork alone: its end is seen
-                answer.recv(1)  # that it has begun: requests come one by one
-            return int(answer.recv(4) or 1)
-
-    def _ask(self, words: Sequence[str], tell: socket.socket) -> None:
-        """Send a request; the process starts with the first, and ends when this one does."""
-        if self._asked is None:
-            self._asked, theirs = socket.socketpair()
-            with theirs:
-                fd = theirs.fileno()
-                command = [sys.executable, "-m", "vinesexp.steps", "--forks", str(fd)]
-                self._process = subprocess.Popen(command, pass_fds=[fd])
-            atexit.register(self.end)
-        socket.send_fds(self._asked, [json.dumps(words).encode()], [tell.fileno()])
-
-    def end(self) -> None:
-        """Wait for the process, which ends when nobody can ask any more."""
-        if self._asked is not None:
-            self._asked.close()
-            self._process.wait()
-            self._asked = None
-
-
-def _fork(asked: socket.socket) -> None:
-    """Answer `Forks.run` until nobody can ask any more."""
-    one_thread_each()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    gc.set_threshold(_MADE)
-    forks: set[int] = set()
-    while True:
-        text, fds, *_ = socket.recv_fds(asked, 1 << 16, 1)
-        forks -= {pid for pid in forks if os.waitpid(pid, 0 if not text else os.WNOHANG)[0]}
-        if not text:
-            return
-        words = json.loads(text)
-        step = STEPS.get(words[0], _SIMULATE)
-        for name in (*named_modules(step.call), *step.loads):
-            with suppress(ModuleNotFoundError):  # some are names in a module
-                import_module(name)
-        with suppress(VinesexpError, OSError):  # which the step says itself
-            _study_of(Path(words[1]), Path(words[2]))
-        gc.freeze()  # what is loaded stays, and forks share its memory
-        with socket.socket(fileno=fds[0]) as answer:
-            answer.send(b"-")
-            if not (pid := os.fork()):
-                asked.close()
-                signal.signal(signal.SIGINT, signal.default_int_handler)
-                code = main(words)
-                with suppress(OSError):  # the run was killed
-                    answer.send(b"%d" % code)
-                os._exit(code)  # what is loaded need not be cleared away
-            forks.add(pid)
+        done = all(
+            on_each(
+                each,
+                [id for id in ids if study.why(each, id)],
+                work=partial(study.run, each),
+                refuse=partial(study.refuse, each),
+                died=died,
+                begin=begin,
+                log_of=partial(paths.log, each),
+            )
+            for each in (*follows, step)
+            if STEPS[each].each
+        )
+    for note in given.output if done else ():
+        if not note.exists():
+            note.parent.mkdir(parents=True, exist_ok=True)
+            note.touch()
+    return done
 
 
 if __name__ == "__main__":
-    if sys.argv[1] == "--forks":
-        _fork(socket.socket(fileno=int(sys.argv[2])))
-    else:
-        raise SystemExit(main())
+    raise SystemExit(main())

@@ -1,51 +1,188 @@
-"""Work in a child process that is watched: what it prints, how far it is, and how it ends.
+"""Work in forks of a process that has loaded the libraries: each is watched, and ends alone.
 
-A child that dies, because the system is short of memory or a library crashed, takes nothing along:
-the process that watches it has nothing loaded, says which record it was, and goes on with the next.
+A fork that dies, because the system is short of memory or a library crashed, takes nothing along:
+who asked for it is told which record it was at and what ended it, and asks for another.
 """
 
 from __future__ import annotations
 
 import atexit
-import contextlib
+import gc
 import json
 import os
+import select
 import signal
+import socket
+import subprocess
 import sys
+import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stderr, redirect_stdout, suppress
+from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
+from vinesexp.environment import one_thread_each
 from vinesexp.errors import VinesexpError
 
-Tell = Callable[..., None]
+#: How the process of a record ended, each time that it died.
+Deaths = Mapping[str, Sequence[str]]
+
+#: Objects that are made between two searches for garbage. Figures are made of many that all stay
+#: to the end of a figure: with the default of 700 the searches took a quarter of their time.
+_MADE = 100_000
 
 
-def on_all(step: str, work: Callable[[], Any], *, log: Path) -> bool:
-    """Do a piece of work with its output in a log; whether it was done.
+class Forks:
+    """A process that imports what work needs, and forks for it: libraries are loaded once a run.
 
     Parameters
     ----------
-    step : str
-        Its name, for the person at the console, who gets one line where it fails.
-    work : callable
-    log : Path
-        Written anew.
+    module : str
+        Its ``load(words)`` is called before a fork, its ``do(words, died, begin)`` in it: exit code
+        of the work. ``begin(record=id)`` says which record it is at.
     """
-    failed: list[str] = []
 
-    def child(tell: Tell) -> None:
-        if (reason := _logged(work, log)) is not None:
-            tell(failed=reason)
+    def __init__(self, module: str = "vinesexp.steps") -> None:
+        self.module = module
+        self._asked: socket.socket | None = None
+        self._alone = threading.Lock()
 
-    code, used = _in_child(child, lambda told: failed.append(told["failed"]))
-    if code and not failed:
-        failed.append(f"{step}: {_death(code)} (log: {log})")
-    _say_all(failed)
-    _append(log, f"process: {used}")
-    return not failed
+    def run(self, words: Sequence[str], *, log: Path) -> int:
+        """Exit code of the work.
+
+        A record at which its fork dies is tried once more, since the system may have been at fault.
+        After that the work is told to refuse it.
+        """
+        died: dict[str, list[str]] = {}
+        while True:
+            told = self._answer({"words": list(words), "died": died})
+            if "took" in told:
+                _append(log, f"process: {told['took']}")
+            if "code" in told or "ended" not in told:
+                return int(told.get("code", 1))
+            of_this = died.setdefault(told.get("record", ""), [])
+            of_this.append(_death(told["ended"]))
+            if "record" not in told or len(of_this) > 2:
+                at = f" while {told['record']} was refused" if "record" in told else ""
+                _say(f"vinesexp: {words[0]}: {of_this[-1]}{at} (log: {log})")
+                return 1
+
+    def _answer(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        """All that was told of a request: ``record``, ``code``, how the fork ``ended``."""
+        ours, theirs = socket.socketpair()
+        with ours, ours.makefile(encoding="utf-8") as lines:
+            with self._alone, theirs:
+                try:
+                    self._ask(request, theirs)
+                except OSError:  # somebody has ended the process
+                    self.end()
+                    self._ask(request, theirs)
+                theirs.close()  # where nobody holds it any more, the lines end
+                told: dict[str, Any] = json.loads(lines.readline() or "{}")  # requests come singly
+            for line in lines:
+                told |= json.loads(line)
+                if "ended" in told:
+                    break
+        return told
+
+    def _ask(self, request: Mapping[str, Any], tell: socket.socket) -> None:
+        """Send a request; the process starts with the first, and ends when this one does."""
+        if self._asked is None:
+            self._asked, theirs = socket.socketpair()
+            with theirs:
+                fd = theirs.fileno()
+                command = [sys.executable, "-m", __name__, str(fd), self.module]
+                self._process = subprocess.Popen(command, pass_fds=[fd])
+            atexit.register(self.end)
+        socket.send_fds(self._asked, [json.dumps(request).encode()], [tell.fileno()])
+
+    def end(self) -> None:
+        """Wait for the process, which ends when nobody can ask any more."""
+        if self._asked is not None:
+            self._asked.close()
+            self._process.wait()
+            self._asked = None
+
+
+def _serve(asked: socket.socket, module: Any) -> None:
+    """Fork for each request, and say how the fork ended, until nobody can ask any more."""
+    one_thread_each()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.set_threshold(_MADE)
+    under_way: dict[int, tuple[int, socket.socket]] = {}  # by a pipe that the fork holds open
+    heard = [asked.fileno()]
+    while heard or under_way:
+        for ready in select.select([*heard, *under_way], [], [])[0]:
+            if ready in under_way:
+                pid, answer = under_way.pop(ready)
+                os.close(ready)
+                _, status, used = os.wait4(pid, 0)
+                with answer, suppress(OSError):  # the run was killed
+                    _tell(answer, ended=os.waitstatus_to_exitcode(status), took=_in_words(used))
+                continue
+            text, fds, *_ = socket.recv_fds(asked, 1 << 20, 1)
+            if not text:
+                heard.clear()
+                continue
+            request, answer = json.loads(text), socket.socket(fileno=fds[0])
+            module.load(request["words"])
+            gc.freeze()  # what is loaded stays, and forks share its memory
+            alive, held = os.pipe()
+            if not (pid := os.fork()):
+                for other in (asked, *(one for _, one in under_way.values())):
+                    other.close()
+                os._exit(_work(module, request, answer))  # what is loaded need not be cleared away
+            os.close(held)
+            under_way[alive] = pid, answer
+            with suppress(OSError):
+                _tell(answer)  # it has begun
+
+
+def _work(module: Any, request: Mapping[str, Any], answer: socket.socket) -> int:
+    """Exit code of the work, in the fork; it is told too, so that a death can be told from it."""
+    signal.signal(signal.SIGINT, _interrupted)
+    try:
+        begin = partial(_tell, answer)
+        code = int(module.do(request["words"], request["died"], begin))
+        atexit._run_exitfuncs()
+    except KeyboardInterrupt:
+        code = 130
+    except BaseException as error:
+        code = 1
+        if not isinstance(error, BrokenPipeError):  # nobody listens any more
+            traceback.print_exc()
+    with suppress(OSError):
+        _tell(answer, code=code)
+    return code
+
+
+def _tell(answer: socket.socket, **what: object) -> None:
+    answer.sendall(json.dumps(what).encode() + b"\n")
+
+
+def _interrupted(*_: object) -> None:
+    """End, once: whatever is being cleared away must not be interrupted again."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    raise KeyboardInterrupt
+
+
+def _in_words(used: Any) -> str:
+    """Processor time and memory of a process."""
+    peak = used.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+    return f"{used.ru_utime + used.ru_stime:.2f} s of processor time, peak memory {peak:.0f} MiB"
+
+
+def _death(code: int) -> str:
+    """How a process ended without a word of its own."""
+    if code == -signal.SIGKILL:
+        return "its process was killed, as systems do when memory is short"
+    if code < 0:
+        return f"its process crashed ({signal.Signals(-code).name})"
+    return f"its process ended with {code}"
 
 
 def on_each(
@@ -54,7 +191,8 @@ def on_each(
     *,
     work: Callable[[str], Any],
     refuse: Callable[[str, str], None],
-    log: Path,
+    died: Deaths,
+    begin: Callable[..., None],
     log_of: Callable[[str], Path],
 ) -> bool:
     """Do a step on one record after the other, a line of progress each; whether all were done.
@@ -67,141 +205,63 @@ def on_each(
     work : callable
         The step on a record.
     refuse : callable
-        Leaves what says that a record cannot be used; takes the record and the reason. A record
-        whose process dies is tried once more, since the system may have been at fault.
-    log : Path
-        What the processes took.
+        Leaves what says that a record cannot be used; takes the record and the reason.
+    died : mapping
+        Records at which the process died: those at which it did so twice are refused.
+    begin : callable
+        Is told the ``record`` that comes now.
     log_of : callable
         Log of a record.
     """
-    todo, failed, died = list(ids), [], dict.fromkeys(ids, 0)
-    progress = _Progress(step, len(ids))
-
-    def child(tell: Tell) -> None:
-        for id in list(todo):
-            tell(begun=id)
-            reason = _logged(lambda id=id: work(id), log_of(id))  # type: ignore[misc]
-            tell(done=id, failed=reason)
-            if reason is not None and _OF_THE_MACHINE in reason:
-                break
-
-    def hear(told: dict[str, Any]) -> None:
-        if "done" in told:
-            todo.remove(told["done"])
-            progress.done(told["done"], failed=told["failed"] is not None)
-            failed.extend([told["failed"]] if told["failed"] else [])
+    failed, began = [], time.monotonic()
+    for count, id in enumerate(ids, 1):
+        begin(record=id)
+        ends = died.get(id, ())
+        if refused := len(ends) > 1:
+            reason = f"{step}: {ends[-1]} twice while this record was read"
+            line = logged(partial(refuse, id, reason), log_of(id))
         else:
-            under_way[:] = [told["begun"]]
-
-    while todo:
-        under_way: list[str] = []
-        code, used = _in_child(child, hear)
-        _append(log, f"process: {used}")
-        if not code:
+            line = logged(partial(work, id), log_of(id))
+        failed += [line] if line else []
+        left = (time.monotonic() - began) / count * (len(ids) - count)
+        how = " failed" if line else f" refused: {ends[-1]}" if refused else ""
+        rest = f", {left:.0f} s left" if left >= 1.0 else ""
+        _say(f"  {step:10} {count:{len(str(len(ids)))}}/{len(ids)} {id}{how}{rest}")
+        if line and _OF_THE_MACHINE in line:
             break
-        id = under_way[0] if under_way else todo[0]
-        died[id] += 1
-        if died[id] > 1:
-            reason = f"{step}: {_death(code)} twice while this record was read"
-            ended, _ = _in_child(lambda tell: refuse(id, reason), lambda told: None)  # noqa: B023
-            if ended:
-                failed.append(f"{id}: {reason}, and the record could not be refused")
-            todo.remove(id)
-            progress.done(id, refused=_death(code))
-    _say_all(failed)
+    for line in failed:
+        _say(f"vinesexp: {line}")
     return not failed
 
 
-class _Progress:
-    """Lines such as ``impacts 12/30 b34, 8 s left``."""
-
-    def __init__(self, step: str, total: int) -> None:
-        self.step, self.total, self.count = step, total, 0
-        self.began = time.monotonic()
-
-    def done(self, id: str, *, failed: bool = False, refused: str = "") -> None:
-        self.count += 1
-        left = (time.monotonic() - self.began) / self.count * (self.total - self.count)
-        words = f", {left:.0f} s left" if left >= 1.0 else ""
-        how = " failed" if failed else f" refused: {refused}" if refused else ""
-        width = len(str(self.total))
-        print(f"  {self.step:10} {self.count:{width}}/{self.total} {id}{how}{words}",
-              file=sys.stderr, flush=True)  # fmt: skip
-
-
-def _in_child(work: Callable[[Tell], None], hear: Callable[[Any], None]) -> tuple[int, str]:
-    """Exit code of a fork that does the work, below zero for a signal; what it took, in words."""
-    read, write = os.pipe()
-    sys.stderr.flush()
-    sys.stdout.flush()
-    pid = os.fork()
-    if pid == 0:
-        code = 1
-        try:
-            signal.signal(signal.SIGINT, _interrupted)
-            os.close(read)
-            with os.fdopen(write, "w", encoding="utf-8") as pipe:
-                work(lambda **told: print(json.dumps(told), file=pipe, flush=True))
-            atexit._run_exitfuncs()
-            code = 0
-        except KeyboardInterrupt:
-            code = 130
-        except BrokenPipeError:  # nobody watches any more
-            code = 1
-        except BaseException:
-            traceback.print_exc()
-        finally:
-            os._exit(code)
-    os.close(write)
-    signal.signal(signal.SIGINT, lambda *_: None)  # the child has it too, and ends first
-    with os.fdopen(read, encoding="utf-8") as pipe:
-        for line in pipe:
-            hear(json.loads(line))
-    _, status, taken = os.wait4(pid, 0)
-    if os.waitstatus_to_exitcode(status) == 130:
-        raise SystemExit(130)
-    peak = taken.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
-    seconds = taken.ru_utime + taken.ru_stime
-    words = f"{seconds:.2f} s of processor time, peak memory {peak:.0f} MiB"
-    return os.waitstatus_to_exitcode(status), words
-
-
-def _interrupted(*_: object) -> None:
-    """End, once: whatever is being cleared away must not be interrupted again."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    raise KeyboardInterrupt
-
-
-def _death(code: int) -> str:
-    """How a process ended without a word of its own."""
-    if code == -signal.SIGKILL:
-        return "its process was killed, as systems do when memory is short"
-    if code < 0:
-        return f"its process crashed ({signal.Signals(-code).name})"
-    return f"its process ended with {code}"
+def on_all(work: Callable[[], Any], *, log: Path) -> bool:
+    """Do a piece of work with its output in a log; whether it was done. One line where not."""
+    if line := logged(work, log):
+        _say(f"vinesexp: {line}")
+    return not line
 
 
 _OF_THE_MACHINE = "when this is mended, the next run goes on from here"
 
 
-def _logged(work: Callable[[], Any], path: Path) -> str | None:
-    """Do something with its output in a log; one line where it fails, None where it does not."""
-    began = time.perf_counter()
+def logged(work: Callable[[], Any], path: Path) -> str:
+    """Do something with its output in a log, written anew; one line where it fails, or nothing."""
+    began, line = time.perf_counter(), ""
     try:
-        with _written(path) as stream:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("w", encoding="utf-8") as log, redirect_stdout(log), redirect_stderr(log):
             try:
-                with contextlib.redirect_stdout(stream), contextlib.redirect_stderr(stream):
-                    work()
+                work()
+                print(f"done in {time.perf_counter() - began:.2f} s")
             except VinesexpError as error:
-                stream.write(f"{error}\n")
-                return f"{error} (log: {path})"
+                line = f"{error} (log: {path})"
+                print(error)
             except Exception as error:
-                stream.write(traceback.format_exc())
-                return f"{_one_line(error)} (log: {path})"
-            stream.write(f"done in {time.perf_counter() - began:.2f} s\n")
+                line = f"{_one_line(error)} (log: {path})"
+                traceback.print_exc()
     except OSError as error:  # from the log itself, which a full disk may not take
-        return f"{error.filename or path}: {error.strerror or error}; {_OF_THE_MACHINE}"
-    return None
+        line = line or f"{error.filename or path}: {error.strerror or error}; {_OF_THE_MACHINE}"
+    return line
 
 
 def _one_line(error: Exception) -> str:
@@ -219,27 +279,16 @@ def _say_nothing(*_: object) -> None:
     pass
 
 
-@contextlib.contextmanager
-def _written(path: Path) -> Iterator[TextIO]:
-    """The log, written anew. A failure of the step counts for more than one of its log."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    stream = path.open("w", encoding="utf-8")
-    try:
-        yield stream
-    except BaseException:
-        with contextlib.suppress(OSError):
-            stream.close()
-        raise
-    stream.close()
-
-
 def _append(path: Path, line: str) -> None:
-    with contextlib.suppress(OSError):
+    with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("a", encoding="utf-8") as stream:
             stream.write(f"{line}\n")
 
 
-def _say_all(lines: Sequence[str]) -> None:
-    for line in lines:
-        print(f"vinesexp: {line}", file=sys.stderr, flush=True)
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    _serve(socket.socket(fileno=int(sys.argv[1])), import_module(sys.argv[2]))

@@ -12,7 +12,8 @@ from vinesexp.errors import VinesexpError, nearest
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.resultslock import hold_results, remove_leftovers, require_own_folder
-from vinesexp.steps import STEPS, Forks, Study, members
+from vinesexp.steps import STEPS, Study, members
+from vinesexp.supervised import Forks
 
 if TYPE_CHECKING:
     from vinesexp.laboratory.simulated_files import SceneOfCampaign
@@ -215,7 +216,7 @@ class Planner:
         words = [step, str(self.study.campaign.folder), str(self.paths.folder)]
         words += [word for key, value in of.items() for word in (f"--{key}", value)]
         words += ["--log", *log, "--output", *output]
-        if code := self.forks.run(words):
+        if code := self.forks.run(words, log=Path(next(iter(log)))):
             raise subprocess.CalledProcessError(code, words)
 
     def _before_batch(self, step: str, batch: str) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from vinesexp.steps import Forks
+from vinesexp.supervised import Forks
 
 pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
@@ -26,23 +26,27 @@ def words(project, step):
     return [step, str(here / "data/tiny"), str(here / "results/tiny"), "--batch", "1of1", *out]
 
 
+def run(forks, words):
+    return forks.run(words, log=Path(words[4]) if len(words) > 4 else Path("/dev/null"))
+
+
 def test_a_step_is_done_and_a_mistake_is_none_of_the_next_ones(forks, finished, capfd):
     records = finished.folder / "results/tiny/records"
     shutil.rmtree(records)
-    assert forks.run(words(finished, "ingest")) == 0
+    assert run(forks, words(finished, "ingest")) == 0
     assert {path.name for path in records.iterdir()} == {"added.nc", "bare.nc"}
     assert (finished.folder / "done").is_file()
     nowhere = words(finished, "condition")
     nowhere[1] = "nowhere"
-    assert forks.run(nowhere) == 1
+    assert run(forks, nowhere) == 1
     assert "vinesexp: nowhere: no such folder" in capfd.readouterr().err
-    assert forks.run(["condition", "--nonsense"]) != 0
-    assert forks.run(words(finished, "condition")) == 0
+    assert run(forks, ["condition", "--nonsense"]) != 0
+    assert run(forks, words(finished, "condition")) == 0
 
 
 def test_libraries_are_loaded_once_and_the_process_ends_with_who_asks(finished):
     forks = Forks()
-    assert forks.run(words(finished, "ingest")) == 0
+    assert run(forks, words(finished, "ingest")) == 0
     child = psutil.Process(forks._process.pid)
     loaded = {part for one in child.memory_maps() for part in Path(one.path).parts}
     assert {"numpy", "h5py", "pandas"} <= loaded, "what the step names and what it asks for later"
@@ -52,16 +56,16 @@ def test_libraries_are_loaded_once_and_the_process_ends_with_who_asks(finished):
 
 def test_a_process_that_is_killed_is_missed_by_no_one_and_another_takes_its_place(forks, finished):
     """The step under way ends by itself; one that has not begun fails; the next ones are done."""
-    assert forks.run(words(finished, "ingest")) == 0
+    assert run(forks, words(finished, "ingest")) == 0
     for _ in range(2):
         child = psutil.Process(forks._process.pid)
         child.kill()
         child.wait()
-        assert forks.run(words(finished, "condition")) == 0
+        assert run(forks, words(finished, "condition")) == 0
     child = psutil.Process(forks._process.pid)
     child.suspend()  # asked, and killed before it answers
-    asked = ThreadPoolExecutor().submit(forks.run, words(finished, "condition"))
+    asked = ThreadPoolExecutor().submit(run, forks, words(finished, "condition"))
     time.sleep(0.2)
     child.kill()
     assert asked.result(timeout=20) == 1
-    assert forks.run(words(finished, "condition")) == 0
+    assert run(forks, words(finished, "condition")) == 0
