@@ -24,7 +24,7 @@ DENSE, WIDER, MINIMA, CLOSER, NEAR, NEAREST = 60, 1.5, 3, 9, 0.02, 17
 SCAN, BESIDE = (8, 40), (24, 100)
 #: The lowest by each criterion are judged by fresh starts, so many, and fewer where a run lasts
 #: LONG cycles.
-LOWEST, FINE, FINE_LONG, LONG = 3, (200, 400), (64, 200), 700.0
+LOWEST, FINE, FINE_LONG, LONG = 3, (600, 600), (200, 300), 700.0
 
 
 def runs_of(

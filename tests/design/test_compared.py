@@ -7,19 +7,19 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
+from vinesexp import Oscillator
 from vinesexp.design.best_clearance import (
+    Contest,
     Criterion,
     Purse,
     Race,
     SameStarts,
     cautious,
-    contest,
     mean_of,
     percentile,
-    race,
 )
 from vinesexp.design.ensemble import Responses, Run
-from vinesexp.design.task import Task
+from vinesexp.design.task import Task, evenly_spread, more_wall_starts, random_starts
 
 ROBUST = Criterion(mean_of, percentile, cautious)
 MEAN = Criterion(mean_of, lambda values: np.asarray(values.mean(axis=-1)))
@@ -35,10 +35,10 @@ class Drawn(SameStarts):
     """The mean amplitudes of every start, written down."""
 
     def __init__(self, means: dict[float, np.ndarray]) -> None:
-        def none(b: float, k: int) -> list[Run]:
+        def none(b: float, numbers: range) -> list[Run]:
             raise AssertionError
 
-        super().__init__(none, 1)
+        super().__init__(none)
         self.found = {b: written(values) for b, values in means.items()}
         self.asked = dict.fromkeys(means, 0)
 
@@ -53,7 +53,7 @@ class Drawn(SameStarts):
 
 
 def raced(starts: Drawn, *, first: int, most: float, criterion: Criterion = ROBUST) -> Race:
-    return race(list(starts.found), starts, criterion, first=first, purse=Purse(most))
+    return Contest(starts, criterion, Purse(most)).race(list(starts.found), first)
 
 
 def amplitudes(seed: int, captured: float, low: float, high: float, n: int = 2000) -> np.ndarray:
@@ -114,7 +114,7 @@ def test_what_the_starts_cannot_tell_apart_is_a_tie_and_the_wider_margin_wins() 
     def margin(b: float, n: int) -> float:
         return 1.0 + 100.0 * abs(b - 0.012)
 
-    won = race(list(starts.found), starts, ROBUST, first=50, purse=Purse(0.0), margin=margin)
+    won = Contest(starts, ROBUST, Purse(0.0), margin).race(list(starts.found), 50)
     assert len(won.tied) == 3
     assert won.b == 0.012
     assert won.within < 0.02
@@ -128,6 +128,37 @@ def test_the_error_is_that_of_other_samples() -> None:
     assert won.error == pytest.approx(np.std(many), rel=0.5)
 
 
+def test_evenly_spread_starts_tell_as_much_as_twice_as_many_independent_ones() -> None:
+    """A corner of the starts is lost; the error that a contest reckons with is that of others."""
+    for corner in (0.1, 0.4):
+        shares, stated = [], []
+        for seed in range(60):
+            shift = np.random.default_rng(seed).uniform(size=5)
+            u = evenly_spread(range(96), shift)
+            starts = Drawn(
+                {0.01: np.where((u[:, :3] > 1.0 - corner ** (1 / 3)).all(axis=1), 2.0, 1.0)}
+            )
+            shares.append(starts.of(0.01, 96).mean.mean())
+            stated.append(raced(starts, first=96, most=0.0, criterion=MEAN).error)
+        assert 0.7 < np.mean(stated) / np.std(shares) < 1.6
+
+
+def test_random_starts_go_on_where_they_were_and_move_with_the_seed() -> None:
+    task = Task(
+        Oscillator(M=1.0, c1=0.02, k1=1.0), (0.01,), (0.6,), (1e-3,) * 2, (0.159,) * 2,
+        std_errors={"M": 0.01, "r": 0.02}, tolerance=0.01,
+    )  # fmt: skip
+    whole = random_starts(task, 0.02, starts=12, seed=3)
+    parts = [random_starts(task, 0.02, starts=6, seed=3, first=k) for k in (0, 6)]
+    assert whole == parts[0] + parts[1]
+    assert whole[0] != random_starts(task, 0.02, starts=1, seed=4)[0]
+    masses = np.array(
+        [run.rig.oscillator.M for run in random_starts(task, 0.02, starts=400, seed=3)]
+    )
+    assert abs(masses.mean() - 1.0) < 0.1 * 0.01
+    assert masses.std() == pytest.approx(0.01, rel=0.1)
+
+
 def test_a_jump_is_found_as_close_as_it_matters() -> None:
     """The amplitude falls four times as fast as b grows, and doubles beyond 20.5 mm."""
 
@@ -138,10 +169,10 @@ def test_a_jump_is_found_as_close_as_it_matters() -> None:
                 self.found[b] = written(np.full(n, there))
             return 0.0
 
-    def none(b: float, k: int) -> list[Run]:
+    def none(b: float, numbers: range) -> list[Run]:
         raise AssertionError
 
-    won = contest([0.0185, 0.0215], Beside(none, 1), MEAN, first=8, purse=Purse(1.0))
+    won = Contest(Beside(none), MEAN, Purse(1.0)).won([0.0185, 0.0215], 8)
     assert 0.0205 * 0.996 < won.b < 0.0205
 
 
@@ -157,16 +188,13 @@ def test_a_start_is_the_same_at_every_clearance_and_run_once(
         return Responses(b, phase, b, b, 1)
 
     monkeypatch.setattr("vinesexp.design.best_clearance.watched", simulated)
-    from vinesexp import Oscillator
-    from vinesexp.design.task import more_wall_starts
-
     task = Task(Oscillator(M=1.0, c1=0.02, k1=1.0), (0.01,), (0.6,), (1e-3, 2e-3), (0.159, 0.159))
 
-    def draw(b: float, k: int) -> list[Run]:
-        return more_wall_starts(task, b, range(2 * k, 2 * k + 2), shift=0.0)
+    def draw(b: float, numbers: range) -> list[Run]:
+        return more_wall_starts(task, b, numbers, shift=0.0)
 
     conditions = len(task.grid())
-    starts = SameStarts(draw, 2, conditions)
+    starts = SameStarts(draw, conditions)
     starts.ask([0.01, 0.02], 4)
     starts.ask([0.02, 0.01], 8)
     starts.ask([0.01], 6)

@@ -71,8 +71,6 @@ def test_starts_are_spread_over_what_a_workshop_delivers() -> None:
     exact = replace(task, tolerance=0.0)
     again = random_starts(exact, 0.03, starts=40, seed=1)
     assert {run.rig.nes[0].b for run in again} == {0.03}
-    first = random_starts(task, 0.03, starts=40, seed=1)
-    assert [run.base for run in again] == [run.base for run in first]
 
 
 def test_the_end_of_the_orbit_is_a_cliff_as_far_away_as_it_is() -> None:

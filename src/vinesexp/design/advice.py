@@ -44,9 +44,9 @@ NEAR_B_C = (0.85, 0.9, 0.95, 0.98, 1.0)
 #: as the budget goes. With the fewer the standard error of the captured share is 0.05 at most.
 JUDGED = (100, 400)
 #: Phases from rest of a clearance that is judged; the same and random starts at the least.
-PHASES, FEWEST = 48, (6, 20)
+PHASES, FEWEST = 48, (3, 16)
 #: Starts of what is shown beside: least and most, phases from rest and random ones.
-SHOWN = ((2, 8), (4, 20))
+SHOWN = ((2, 8), (2, 20))
 #: Draws of the starts with which the error of a percentile is found.
 RESAMPLED = 200
 #: Share of the bare amplitude below which nothing is called a gain.

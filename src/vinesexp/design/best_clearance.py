@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -23,7 +23,7 @@ from vinesexp.design.task import Task, more_wall_starts, random_starts
 #: Processor time that an answer is meant for, s, as the work of its runs adds up (`ensemble`). The
 #: shares of its parts: each scan, each contest, judging, and each of what is shown beside.
 BUDGET = 4.0
-SCANS, CONTESTS, JUDGING, BESIDE = 0.08, 0.16, 0.15, 0.06
+SCANS, CONTESTS, JUDGING, BESIDE = 0.08, 0.28, 0.15, 0.06
 #: Clearances of the scan.
 COARSE = 32
 #: Its ends: shares of the least, and multiples of the largest, of b_c and bare amplitude. Below,
@@ -42,13 +42,14 @@ LOWEST, SAFER = 3, (0.9, 0.8, 0.7, 0.6, 0.5)
 STEPS, MOVES, FLAT = ((0.03, 0.015), (0.0075, 0.0035), (0.0018,)), 3, 0.004
 #: Starts from rest and random starts of a clearance, least and most, in the
 #: scan; then the same in the first round of a contest.
-SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (2, 8), (4, 20), (4, 16), (8, 96)
-#: Starts of a batch: those from rest, and random ones.
-PAIR, BATCH = 2, 4
+SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (1, 8), (2, 20), (2, 16), (4, 96)
 #: Percentile of the mean amplitude over random starts that the robust clearance makes least.
 PERCENTILE = 90.0
 #: Draws of the starts with which the error of a value is found.
 RESAMPLED = 100
+#: Evenly spread starts tell as much as so many times as many independent ones: the standard error
+#: of a mean or a share is 0.5 to 0.8 times theirs (docs/decisions.md).
+TELL = 2
 #: Standard errors of the difference by which a clearance has to be worse to be out.
 WORSE = 2.0
 #: Clearances that differ by less than this share, doubt included, are as good as each other.
@@ -81,7 +82,8 @@ def _shares(n: int) -> FloatArray:
     For a share of starts one standard error higher, up to half a start from the last.
     """
     share = PERCENTILE / 100.0
-    share = min(share + math.sqrt(share * (1.0 - share) / n), 1.0 - 0.5 / n)
+    error = math.sqrt(share * (1.0 - share) / (TELL * n))
+    share = min(share + error, 1.0 - 0.5 / n)
     below = betainc((n + 1.0) * share, (n + 1.0) * (1.0 - share), np.arange(n + 1.0) / n)
     return np.asarray(np.diff(below))
 
@@ -132,33 +134,29 @@ class SameStarts:
 
     Attributes
     ----------
-    draw : of a clearance (m) and the number of a batch, its runs.
-    batch : starts in it, under each condition.
+    draw : of a clearance (m) and the numbers of some starts, their runs under each condition.
     conditions : levels and frequencies that each start is tried under.
     watch : whether starts are watched for as long as capture takes (`ensemble.watched`).
     """
 
-    draw: Callable[[float, int], list[Run]]
-    batch: int
+    draw: Callable[[float, range], list[Run]]
     conditions: int = 1
     watch: bool = True
     found: dict[float, Responses] = field(default_factory=dict)
 
     def ask(self, clearances: Iterable[float], n: int) -> float:
         """Simulate at least the first n starts at each; the work that this took, s."""
-        whole, missing = -(-n // self.batch), dict[int, list[float]]()
+        missing: dict[int, list[float]] = {}
         for b in sorted(set(clearances)):
-            have = self.found[b].mean.shape[-1] // self.batch if b in self.found else 0
-            if have < whole:
+            have = self.found[b].mean.shape[-1] if b in self.found else 0
+            if have < n:
                 missing.setdefault(have, []).append(b)
-        return sum(self._simulate(some, range(have, whole)) for have, some in missing.items())
+        return sum(self._simulate(some, range(have, n)) for have, some in missing.items())
 
-    def _simulate(self, clearances: list[float], batches: range) -> float:
-        runs = [run for b in clearances for k in batches for run in self.draw(b, k)]
+    def _simulate(self, clearances: list[float], numbers: range) -> float:
+        runs = [run for b in clearances for run in self.draw(b, numbers)]
         many = len(runs) // len(clearances)
         every = watched(runs, starts=many) if self.watch else responses(runs)
-        every = every.reshape(len(clearances), len(batches), self.conditions, -1)
-        every = every.each(lambda values: np.moveaxis(values, 1, 2))
         every = every.reshape(len(clearances), self.conditions, -1)
         for i, b in enumerate(clearances):
             more = every.each(lambda values, i=i: values[i])
@@ -226,85 +224,6 @@ class Standing:
         return [int(i) for i in np.argsort(self.sure, kind="stable")]
 
 
-def standing(
-    clearances: Iterable[float], starts: SameStarts, criterion: Criterion, n: int, seed: int
-) -> Standing:
-    """How clearances compare by the first n starts.
-
-    A jump that no start has met yet is not seen in the scatter. So in every draw one of the starts
-    may be as bad as the worst of any clearance, at each clearance by itself.
-    """
-    left = sorted(set(clearances))
-    samples = [criterion.take(starts.of(b, n)) for b in left]
-    worst = np.max([one.max(axis=-1) for one in samples], axis=0)[:, np.newaxis, np.newaxis]
-    rng = np.random.default_rng(seed)
-    drawn = rng.integers(0, n, (RESAMPLED, n))
-    draws = []
-    for one in samples:
-        unseen = rng.random((RESAMPLED, n)) < 1.0 / (n + 1.0)
-        again = np.moveaxis(np.where(unseen, worst, one[:, drawn]), 1, 0)
-        draws.append(criterion.rule(again.reshape(RESAMPLED, -1)))
-    value = np.array([float(criterion.rule(one.reshape(-1))) for one in samples])
-    sure = value + np.std(draws, axis=1)
-    if criterion.chosen is not None:
-        sure = np.array([float(criterion.chosen(one.reshape(-1))) for one in samples])
-    return Standing(left, value, sure, np.array(draws))
-
-
-def race(
-    clearances: Iterable[float],
-    starts: SameStarts,
-    criterion: Criterion,
-    *,
-    first: int,
-    purse: Purse,
-    margin: Callable[[float, int], float] | None = None,
-    seed: int = 1,
-) -> Race:
-    """The clearance of least criterion, as far as the starts can tell.
-
-    Parameters
-    ----------
-    clearances : iterable of float
-        m.
-    starts : SameStarts
-    criterion : Criterion
-    first : int
-        Starts of the first comparison; doubled from one to the next.
-    purse : Purse
-        What more starts may take.
-    margin : callable, optional
-        Of those that tie, the few of least mean, the one with the least of this is preferred; of a
-        clearance and the number of starts.
-    seed : int
-        Of the resampling.
-    """
-    left, n = apart(clearances), first
-    purse.ask(starts, left, n)
-    while True:
-        now = standing(left, starts, criterion, n, seed)
-        best = now.order[0]
-        doubt = WORSE * (now.draws - now.draws[best]).std(axis=1)
-        excess = now.value - now.value[best]
-        alike = [i for i in now.order if excess[i] <= doubt[i]]
-        hopes = [i for i in alike if doubt[i] - excess[i] > MATTERS * now.value[best] and i != best]
-        left = [now.b[i] for i in (best, *sorted(hopes, key=lambda i: now.value[i])[:FIELD])]
-        if not hopes or sum(starts.work(b) * n for b in left) > purse.left:
-            break
-        n *= 2
-        purse.ask(starts, left, n)
-    chosen = best
-    good = [i for i in alike if now.sure[i] <= (1.0 + MATTERS) * now.sure[best]]
-    if margin is not None and len(good) > 1:
-        good.sort(key=lambda i: float(starts.of(now.b[i], n).mean.mean()))
-        asked = {i: margin(now.b[i], n) for i in {best, *good[:ASKED]}}
-        wider = min(asked, key=asked.__getitem__)
-        chosen = wider if asked[wider] < (1.0 - MATTERS) * asked[best] else best
-    within = float((excess + doubt)[alike].max() / now.value[best])
-    tied = tuple(sorted(now.b[i] for i in alike))
-    return Race(now.b[chosen], float(now.value[chosen]), float(now.error[chosen]), tied, within, n)
-
-
 def apart(clearances: Iterable[float]) -> list[float]:
     """Clearances in order, without those that are as good as the same.
 
@@ -320,52 +239,117 @@ def apart(clearances: Iterable[float]) -> list[float]:
     return left
 
 
-def beside(
-    b: float, starts: SameStarts, criterion: Criterion, *, n: int, purse: Purse, seed: int
-) -> list[float]:
-    """Clearances beside b, ever closer to the least that is found, m."""
-    tried = [b]
-    for steps in STEPS:
-        for _ in range(MOVES):
-            few = [b, *(b * (1.0 + way * step) for step in steps for way in (-1.0, 1.0))]
-            purse.ask(starts, few, n)
-            tried += few[1:]
-            now = standing(few, starts, criterion, n, seed)
-            before, b = b, now.b[now.order[0]]
-            if b == before or purse.left < 0.0:
-                break
-        if purse.left < 0.0 or np.ptp(now.value) <= FLAT * now.value.min():
-            break
-    return tried
+@dataclass(frozen=True)
+class Contest:
+    """Clearances compared by the same starts, more of them where that is worth it.
 
-
-def contest(
-    clearances: Iterable[float],
-    starts: SameStarts,
-    criterion: Criterion,
-    *,
-    first: int,
-    purse: Purse,
-    margin: Callable[[float, int], float] | None = None,
-    seed: int = 1,
-) -> Race:
-    """The best of some clearances and of what lies beside it; arguments as those of `race`.
-
-    With few starts nothing is sure beside a jump, so what won with more is where to look again.
+    Attributes
+    ----------
+    starts : what the clearances are tried from.
+    criterion : what is made least.
+    purse : what more starts may take.
+    margin : of those that tie, the few of least mean, the one with the least of this is preferred;
+        of a clearance and the number of starts. None: the lowest is.
+    seed : of the resampling.
     """
-    few = list(clearances)
-    won: Race | None = None
-    while True:
-        start = race(few, starts, criterion, first=first, purse=Purse(0.0), seed=seed)
-        tried = beside(start.b, starts, criterion, n=first, purse=purse, seed=seed)
-        before, won = won, race(
-            [*start.tied, *tried], starts, criterion, first=first, purse=purse, margin=margin,
-            seed=seed,
-        )  # fmt: skip
-        found = before is not None and abs(won.b / before.b - 1.0) < APART
-        if found or won.starts == first or purse.left < 0.0:
-            return won
-        few, first = list(won.tied), won.starts
+
+    starts: SameStarts
+    criterion: Criterion
+    purse: Purse
+    margin: Callable[[float, int], float] | None = None
+    seed: int = 1
+
+    def standing(self, clearances: Iterable[float], n: int) -> Standing:
+        """How clearances compare by the first n starts.
+
+        A jump that no start has met yet is not seen in the scatter. So in every draw one of the
+        starts may be as bad as the worst of any clearance, at each clearance by itself.
+        """
+        left, rule = sorted(set(clearances)), self.criterion.rule
+        samples = [self.criterion.take(self.starts.of(b, n)) for b in left]
+        worst = np.max([one.max(axis=-1) for one in samples], axis=0)[:, np.newaxis, np.newaxis]
+        rng = np.random.default_rng(self.seed)
+        drawn = rng.integers(0, n, (RESAMPLED, TELL * n))
+        draws = []
+        for one in samples:
+            unseen = rng.random(drawn.shape) < 1.0 / (n + 1.0)
+            again = np.moveaxis(np.where(unseen, worst, one[:, drawn]), 1, 0)
+            draws.append(rule(again.reshape(RESAMPLED, -1)))
+        value = np.array([float(rule(one.reshape(-1))) for one in samples])
+        sure = value + np.std(draws, axis=1)
+        if self.criterion.chosen is not None:
+            sure = np.array([float(self.criterion.chosen(one.reshape(-1))) for one in samples])
+        return Standing(left, value, sure, np.array(draws))
+
+    def race(self, clearances: Iterable[float], first: int) -> Race:
+        """The clearance of least criterion, as far as the starts can tell.
+
+        `first` is the number of starts of the first comparison, doubled from one to the next.
+        """
+        left, n = apart(clearances), first
+        self.purse.ask(self.starts, left, n)
+        while True:
+            now = self.standing(left, n)
+            best = now.order[0]
+            doubt = WORSE * (now.draws - now.draws[best]).std(axis=1)
+            excess = now.value - now.value[best]
+            alike = [i for i in now.order if excess[i] <= doubt[i]]
+            hopes = [i for i in alike if doubt[i] - excess[i] > MATTERS * now.value[best]]
+            hopes = sorted((i for i in hopes if i != best), key=lambda i: now.value[i])[:FIELD]
+            left = [now.b[i] for i in (best, *hopes)]
+            if not hopes or sum(self.starts.work(b) * n for b in left) > self.purse.left:
+                break
+            n *= 2
+            self.purse.ask(self.starts, left, n)
+        chosen = self._wider(now, alike, n)
+        within = float((excess + doubt)[alike].max() / now.value[best])
+        tied = tuple(sorted(now.b[i] for i in alike))
+        return Race(
+            now.b[chosen], float(now.value[chosen]), float(now.error[chosen]), tied, within, n
+        )
+
+    def _wider(self, now: Standing, alike: list[int], n: int) -> int:
+        """The best of those that tie, or the one of a wider margin."""
+        best = now.order[0]
+        good = [i for i in alike if now.sure[i] <= (1.0 + MATTERS) * now.sure[best]]
+        if self.margin is None or len(good) < 2:
+            return best
+        good.sort(key=lambda i: float(self.starts.of(now.b[i], n).mean.mean()))
+        asked = {i: self.margin(now.b[i], n) for i in {best, *good[:ASKED]}}
+        wider = min(asked, key=asked.__getitem__)
+        return wider if asked[wider] < (1.0 - MATTERS) * asked[best] else best
+
+    def beside(self, b: float, n: int) -> list[float]:
+        """Clearances beside b, ever closer to the least that is found, m."""
+        tried = [b]
+        for steps in STEPS:
+            for _ in range(MOVES):
+                few = [b, *(b * (1.0 + way * step) for step in steps for way in (-1.0, 1.0))]
+                self.purse.ask(self.starts, few, n)
+                tried += few[1:]
+                now = self.standing(few, n)
+                before, b = b, now.b[now.order[0]]
+                if b == before or self.purse.left < 0.0:
+                    break
+            if self.purse.left < 0.0 or np.ptp(now.value) <= FLAT * now.value.min():
+                break
+        return tried
+
+    def won(self, clearances: Iterable[float], first: int) -> Race:
+        """The best of some clearances and of what lies beside it.
+
+        With few starts nothing is sure beside a jump, so what won with more is where to look again.
+        """
+        few = list(clearances)
+        won: Race | None = None
+        opening = replace(self, purse=Purse(0.0), margin=None)
+        while True:
+            start = opening.race(few, first)
+            before, won = won, self.race([*start.tied, *self.beside(start.b, first)], first)
+            found = before is not None and abs(won.b / before.b - 1.0) < APART
+            if found or won.starts == first or self.purse.left < 0.0:
+                return won
+            few, first = list(won.tied), won.starts
 
 
 @dataclass(frozen=True)
@@ -404,7 +388,7 @@ def scanned(
     known = [float(b) for b in grid]
     first = starts.ask(known, ends[0]) / ends[0]
     looks = 1.0 + CLOSER * sum(MINIMA) * len(criteria) / grid.size
-    n = affordable(most, first * looks, ends) // ends[0] * ends[0]
+    n = affordable(most, first * looks, ends)
     starts.ask(known, n)
     curves = [curve_of(starts, one, n) for one in criteria]
     for minima in MINIMA:
@@ -476,16 +460,16 @@ def search(
     conditions = len(task.grid())
 
     def from_rest(shift: float, *, watch: bool) -> SameStarts:
-        def draw(b: float, k: int) -> list[Run]:
-            return more_wall_starts(task, b, range(k * PAIR, (k + 1) * PAIR), shift=shift)
+        def draw(b: float, numbers: range) -> list[Run]:
+            return more_wall_starts(task, b, numbers, shift=shift)
 
-        return SameStarts(draw, PAIR, conditions, watch)
+        return SameStarts(draw, conditions, watch)
 
     def anywhere(seed: int, *, watch: bool) -> SameStarts:
-        def draw(b: float, k: int) -> list[Run]:
-            return random_starts(task, b, starts=BATCH, seed=seed + 7919 * k)
+        def draw(b: float, numbers: range) -> list[Run]:
+            return random_starts(task, b, starts=len(numbers), seed=seed, first=numbers.start)
 
-        return SameStarts(draw, BATCH, 1, watch)
+        return SameStarts(draw, 1, watch)
 
     mean, largest = Criterion(mean_of, task.average), Criterion(largest_of, task.worst)
     curves, rest_scan = scanned(
@@ -503,7 +487,7 @@ def search(
     finalists = [one.lowest() for one in curves]
     n = opening(rest, finalists[0][0], FIRST_REST, most)
     won = [
-        contest(few, rest, criterion, first=n, purse=Purse(most), seed=seed)
+        Contest(rest, criterion, Purse(most), seed=seed).won(few, n)
         for few, criterion in zip(finalists, (mean, largest), strict=True)
     ]
     lowest, n = curve.lowest(), opening(random, curve.lowest()[0], FIRST_RANDOM, most)
@@ -515,15 +499,8 @@ def search(
     # the others compete too: none of the three is called robust beside a better one
     others = [one.b for one in won]
     safer = [share * lowest[0] for share in SAFER]
-    robust = contest(
-        [*lowest[:LOWEST], *safer, *others],
-        random,
-        Criterion(mean_of, percentile, cautious),
-        first=n,
-        purse=Purse(most),
-        margin=margin,
-        seed=seed,
-    )
+    contest = Contest(random, Criterion(mean_of, percentile, cautious), Purse(most), margin, seed)
+    robust = contest.won([*lowest[:LOWEST], *safer, *others], n)
     work = max(rest.work(one.b) for one in won), random.work(robust.b)
     return Found(won[0].b, won[1].b, robust.b, rest_scan, random_scan, robust, grid, work)
 
@@ -532,4 +509,4 @@ def opening(starts: SameStarts, b: float, ends: tuple[int, int], most: float) ->
     """Starts of the first round of a contest, from what the fewest take at one clearance."""
     starts.ask([b], ends[0])
     rounds = FINALISTS + 2 * MOVES + 2 * sum(len(steps) for steps in STEPS)
-    return affordable(most, rounds * starts.work(b), ends) // ends[0] * ends[0]
+    return affordable(most, rounds * starts.work(b), ends)

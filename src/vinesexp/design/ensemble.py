@@ -14,6 +14,7 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import AnalysisError
 from vinesexp.excitation import Harmonic, Release, WeakDamping
-from vinesexp.rig import Rig
+from vinesexp.rig import Oscillator, Rig
 from vinesexp.solver.arrays import ball_table, drive_table, is_plain, parameters
 from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.effort import Effort
@@ -46,7 +47,7 @@ WATCHED = 0.25
 SHORTEST = 60.0
 #: No run is longer than this many cycles in all, of base or oscillator, whichever is faster: near
 #: resonance, and farther from it than a factor of `FAR`, where the ball hardly matters.
-LONGEST, LONGEST_FAR, FAR = 12_000.0, 4_000.0, 2.0
+LONGEST, LONGEST_FAR, FAR = 6_000.0, 4_000.0, 2.0
 #: A start is captured when its balls make at least this many impacts a cycle each, taken together
 #: and over the window, and its largest amplitude stays below STEADY times the mean one.
 IMPACTS_PER_CYCLE = 1.9
@@ -135,8 +136,11 @@ def slow_time(rig: Rig) -> float:
     zeta is the bare oscillator's rate, 0.3 eps about what a captured ball adds (docs/theory.md, 25:
     8 Gamma C^2/(pi^3 A^2), far from the fold).
     """
-    o = rig.oscillator
-    rate = o.zeta + 0.3 * sum(nes.m for nes in rig.nes) / o.M
+    return _slow_time(rig.oscillator, sum(nes.m for nes in rig.nes))
+
+
+def _slow_time(o: Oscillator, mass: float) -> float:
+    rate = o.zeta + 0.3 * mass / o.M
     if not rate > 0.0:
         raise AnalysisError("without damping and without a ball nothing ever settles")
     return 1.0 / (o.w0 * rate)
@@ -144,9 +148,7 @@ def slow_time(rig: Rig) -> float:
 
 def duration_of(rig: Rig, frequency: float) -> tuple[float, float]:
     """(settle, whole duration) of a run, s."""
-    settle, whole = _wanted(rig, frequency)
-    shrink = _cut(rig, frequency, whole)
-    return shrink * settle, shrink * whole
+    return _duration(rig.oscillator, sum(nes.m for nes in rig.nes), frequency)[:2]
 
 
 def cut_short(rig: Rig, frequency: float) -> float:
@@ -154,21 +156,20 @@ def cut_short(rig: Rig, frequency: float) -> float:
 
     Far from resonance a light damping takes more cycles to settle than can be run.
     """
-    return _cut(rig, frequency, _wanted(rig, frequency)[1])
+    return _duration(rig.oscillator, sum(nes.m for nes in rig.nes), frequency)[2]
 
 
-def _cut(rig: Rig, frequency: float, whole: float) -> float:
-    f0 = rig.oscillator.f0
-    longest = LONGEST if 1.0 / FAR <= frequency / f0 <= FAR else LONGEST_FAR
-    return min(1.0, longest / (whole * max(frequency, f0)))
-
-
-def _wanted(rig: Rig, frequency: float) -> tuple[float, float]:
-    period, o, slow = 1.0 / frequency, rig.oscillator, slow_time(rig)
+@lru_cache(maxsize=64)
+def _duration(o: Oscillator, mass: float, frequency: float) -> tuple[float, float, float]:
+    """(settle, whole duration, share) of runs with so much mass of balls."""
+    period, slow = 1.0 / frequency, _slow_time(o, mass)
     settle = max(SETTLE * slow, SHORTEST * period)
     if o.zeta > 0.0:  # where the ball is seldom struck the bare transient has to die out
         settle = max(settle, BARE / (o.zeta * o.w0))
-    return settle, settle + max(WINDOW * slow, SHORTEST * period, WATCHED * settle)
+    whole = settle + max(WINDOW * slow, SHORTEST * period, WATCHED * settle)
+    longest = LONGEST if 1.0 / FAR <= frequency / o.f0 <= FAR else LONGEST_FAR
+    share = min(1.0, longest / (whole * max(frequency, o.f0)))
+    return share * settle, share * whole, share
 
 
 @dataclass(frozen=True)
@@ -288,19 +289,22 @@ def responses(
     5.9
     """
     out = np.empty((3, len(runs)))
-    side_by_side = [k for k, run in enumerate(runs) if fits_lanes(run.rig, run.damping)]
-    alone = sorted(set(range(len(runs))) - set(side_by_side))
+    fits = [fits_lanes(run.rig, run.damping) for run in runs]
+    spans = np.array([_spans(run, haste, watch) for run in runs]).reshape(-1, 2)
+    side_by_side, alone = (
+        [k for k, fit in enumerate(fits) if fit is lanes] for lanes in (True, False)
+    )
     stop = threading.Event()
 
     def share(first: int, step: int) -> None:
         own = side_by_side[first::step]
         if own:
-            out[:, own] = _together([runs[k] for k in own], haste, watch, stop)
+            out[:, own] = _together([runs[k] for k in own], spans[own], stop)
         room = Room()
         for k in alone[first::step]:
             if stop.is_set():
                 return
-            out[:, k] = _one(runs[k], room, haste, watch)
+            out[:, k] = _one(runs[k], room, *spans[k].tolist())
 
     full = len(alone) + -(-len(side_by_side) // FULL)
     threads = min(workers or os.cpu_count() or 1, full)
@@ -313,19 +317,23 @@ def responses(
                     task.result()
             finally:  # an interrupt ends the other threads too
                 stop.set()
-    work = [_work(run, hits, haste, watch) for run, hits in zip(runs, out[2], strict=True)]
-    return Responses(out[0], out[1], out[2], np.array(work), len(runs[0].rig.nes) if runs else 0)
+    work = _work(runs, np.array(fits), spans[:, 1], out[2])
+    return Responses(out[0], out[1], out[2], work, len(runs[0].rig.nes) if runs else 0)
 
 
-def _work(one: Run, hits: float, haste: float, watch: float) -> float:
-    """About what a run with so many impacts a cycle takes of a processor, s."""
-    duration, f = _spans(one, haste, watch)[1], one.base.frequency
-    cycles, impacts = duration * max(f, one.rig.oscillator.f0), duration * f * hits
-    per = WORK_LANES if fits_lanes(one.rig, one.damping) else WORK_BALLS
-    if one.damping != VISCOUS or not is_plain(one.rig):
-        per = WORK_SERIES
-    beyond = max(impacts - 2.0 * cycles, 0.0)
-    return WORK_RUN + per[0] * cycles + per[1] * (impacts - beyond) + per[2] * beyond
+def _work(
+    runs: Sequence[Run], fits: BoolArray, duration: FloatArray, hits: FloatArray
+) -> FloatArray:
+    """About what runs with so many impacts a cycle take of a processor, s."""
+    f = np.array([run.base.frequency for run in runs])
+    pace = np.array([max(run.base.frequency, run.rig.oscillator.f0) for run in runs])
+    per = np.array([
+        WORK_LANES if fit else WORK_BALLS if is_plain(run.rig, run.damping) else WORK_SERIES
+        for run, fit in zip(runs, fits, strict=True)
+    ]).reshape(-1, 3).T  # fmt: skip
+    cycles, impacts = duration * pace, duration * f * hits
+    beyond = np.maximum(impacts - 2.0 * cycles, 0.0)
+    return np.asarray(WORK_RUN + per[0] * cycles + per[1] * (impacts - beyond) + per[2] * beyond)
 
 
 @dataclass
@@ -338,22 +346,20 @@ class Room:
     tables: dict[tuple[float, float, float, float, float], FloatArray] = field(default_factory=dict)
 
 
-def _together(runs: Sequence[Run], haste: float, watch: float, stop: threading.Event) -> FloatArray:
+def _together(runs: Sequence[Run], spans: FloatArray, stop: threading.Event) -> FloatArray:
     """(mean, largest, impacts per cycle) of runs with one ball each, in the lanes of one loop."""
-    rows, spans = [], []
-    for one in runs:
-        settle, duration = _spans(one, haste, watch)
+    rows, cycles = [], []
+    for one, (settle, duration) in zip(runs, spans.tolist(), strict=True):
         _check(one)
         rows.append(row_of(one.rig, one.base, one.release, settle=settle, duration=duration))
-        spans.append((duration - settle) * one.base.frequency)
+        cycles.append((duration - settle) * one.base.frequency)
     found = amplitudes(np.array(rows), stop=stop.is_set)
-    return np.array([found.mean, found.largest, found.impacts / np.array(spans)])
+    return np.array([found.mean, found.largest, found.impacts / np.array(cycles)])
 
 
-def _one(one: Run, room: Room, haste: float, watch: float) -> tuple[float, float, float]:
+def _one(one: Run, room: Room, settle: float, duration: float) -> tuple[float, float, float]:
     """(mean, largest, impacts per cycle) of one run."""
     o, base = one.rig.oscillator, one.base
-    settle, duration = _spans(one, haste, watch)
     if one.damping != VISCOUS or not is_plain(one.rig):
         return _simulated(one, settle, duration)
     key = (o.M, o.c1, o.k1, base.amplitude, base.frequency)

@@ -14,6 +14,7 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+from scipy.special import ndtri
 
 from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.design.ensemble import VISCOUS, Run
@@ -107,8 +108,31 @@ def frequency_weights(ends: tuple[float, float], oscillator: Oscillator, eps: fl
 
 #: Steps of this share of a turn never meet again: evenly spread, whatever their number.
 GOLDEN = 0.6180339887498949
-#: The same in two dimensions: steps of this and of its square; 1/p with p^3 = p + 1.
-PLASTIC = 0.7548776662466927
+
+
+@lru_cache(maxsize=32)
+def _steps(dimensions: int) -> FloatArray:
+    """Steps that never meet again in so many dimensions: powers of 1/p, p^(dimensions + 1) = p + 1.
+
+    Examples
+    --------
+    >>> [round(float(step), 4) for step in (*_steps(1), *_steps(2))]
+    [0.618, 0.7549, 0.5698]
+    """
+    p = 2.0
+    for _ in range(64):
+        p = (1.0 + p) ** (1.0 / (dimensions + 1))
+    return p ** -np.arange(1.0, dimensions + 1.0)
+
+
+def evenly_spread(numbers: range, shift: FloatArray) -> FloatArray:
+    """Numbered points of the unit cube, evenly spread whatever their number; one row each.
+
+    A sequence of low discrepancy (Roberts, The unreasonable effectiveness of quasirandom sequences,
+    2018), moved by `shift`, which has as many entries as the cube has dimensions.
+    """
+    j = np.array(numbers, dtype=np.float64)[:, np.newaxis]
+    return np.asarray((j * _steps(shift.size) + shift) % 1.0)
 
 
 @dataclass(frozen=True)
@@ -246,11 +270,9 @@ def wall_starts(task: Task, b: float, *, phases: int, shift: float = 0.0) -> lis
 def more_wall_starts(task: Task, b: float, numbers: range, *, shift: float) -> list[Run]:
     """The same by numbered starts, evenly spread whatever their number; `shift` moves all of them.
 
-    Phase and place within the tolerance are a sequence of least discrepancy in two dimensions
-    (Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
+    In phase and place within the tolerance (`evenly_spread`).
     """
-    j = np.array(numbers, dtype=np.float64)
-    turns, off = (np.asarray((j * by + shift) % 1.0) for by in (PLASTIC, PLASTIC**2))
+    turns, off = evenly_spread(numbers, np.full(2, shift)).T
     return _from_walls(task, b, turns, off)
 
 
@@ -275,20 +297,29 @@ def centre_starts(task: Task, b: float, *, phases: int) -> list[Run]:
     return [replace(run, release=Release()) for run in wall_starts(task, b, phases=phases)]
 
 
-def random_starts(task: Task, b: float, *, starts: int, seed: int) -> list[Run]:
+def random_starts(task: Task, b: float, *, starts: int, seed: int, first: int = 0) -> list[Run]:
     """Random starts: oscillator anywhere within its bare response, balls anywhere, rig uncertain.
 
     The state (x, x'/w0) lies uniformly in the disc of the bare amplitude, each ball rests uniformly
     in its cavity, the shaker is at any phase of its cycle, level and frequency lie uniformly in
-    their ranges, and what has a standard error is drawn from its normal distribution. The same
-    seed gives the same draws at every b, so that clearances are compared under like starts.
+    their ranges, and what has a standard error is drawn from its normal distribution: evenly spread
+    over all of that (`evenly_spread`, moved at random), so that fewer starts tell as much. The same
+    seed gives the same draws at every b, so that clearances are compared under like starts; those
+    numbered from `first` on.
     """
-    rng = np.random.default_rng(seed)
     n = len(task.masses)
-    draws = rng.uniform(size=(starts, 5 + n))
-    normal = rng.standard_normal((starts, 5 + 2 * n))
-    made = b * (1.0 + task.tolerance * rng.uniform(-1.0, 1.0, starts))
-    drawn = zip(made.tolist(), draws.tolist(), normal.tolist(), strict=True)
+    uncertain = ["M", "c1", "k1", "G", "frequency", *["m"] * n, *["r"] * n]
+    varies = np.array(
+        [ends[0] < ends[1] for ends in (task.levels, task.frequencies)]
+        + [True] * (3 + n)
+        + [task.tolerance > 0.0]
+        + [name in task.std_errors for name in uncertain]
+    )
+    shift = np.random.default_rng(seed).uniform(size=np.count_nonzero(varies))
+    u = np.full((starts, varies.size), 0.5)
+    u[:, varies] = evenly_spread(range(first, first + starts), shift)
+    made = b * (1.0 + task.tolerance * (2.0 * u[:, 5 + n] - 1.0))
+    drawn = zip(made.tolist(), u.tolist(), ndtri(u[:, 6 + n :]).tolist(), strict=True)
     return [_random_start(task, own, u, z) for own, u, z in drawn]
 
 
@@ -302,8 +333,10 @@ def _random_start(task: Task, b: float, u: Sequence[float], z: Sequence[float]) 
         moved = value + error[name] * draw
         return min(max(moved, 0.2 * value), 5.0 * value)
 
-    o = task.oscillator
-    moved = Oscillator(M=near(o.M, "M", z[0]), c1=near(o.c1, "c1", z[1]), k1=near(o.k1, "k1", z[2]))
+    moved = o = task.oscillator
+    if error:
+        M, c1, k1 = (near(getattr(o, name), name, z[k]) for k, name in enumerate(("M", "c1", "k1")))
+        moved = Oscillator(M=M, c1=c1, k1=k1)
     balls = [
         NES(
             m=near(task.masses[k], "m", z[5 + k]),
