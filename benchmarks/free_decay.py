@@ -44,7 +44,7 @@ def decay_time(start: ArrayLike, end: ArrayLike, *, lam: ArrayLike, r: ArrayLike
     Gamma = loss_parameter(r)
     damping = checked(lam, "reduced damping lambda", "a number, zero or above")
     if np.any((Gamma == 0.0) & (damping == 0.0)):
-        raise AnalysisError("free decay: r = 1 without damping keeps its energy for ever")
+        raise AnalysisError("free decay: a ball of r = 1 without damping never loses energy")
     high, low = upper_branch(start, r=r), upper_branch(end, r=r)
     # integrand (s C - 1)/(a C^2 - lam C + lam/2), s = S/pi^2
     s = 1.0 + (4.0 / np.pi**2) * Gamma * Gamma

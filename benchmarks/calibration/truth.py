@@ -1,7 +1,7 @@
 """What a scene truly is: values as a linear model of the rig should have them, and where b_c lies.
 
 Each truth is a range (low, high), mostly of no width: a rig that wears or warms has no single r or
-f0, and one of which the damping depends on amplitude no single zeta. An interval is held against
+f0, and one of which the damping depends on amplitude no single zeta. An interval is compared with
 the nearest value of the range.
 """
 

@@ -24,7 +24,7 @@ walls, at the speed that identified.csv names where it depends on speed, of b_c 
 which the simulated two impacts per cycle lose their stability when they are followed from clearance
 to clearance. Tests begin with the mass pulled out by 10 mm; off the resonance they miss the orbit
 well below its end. What a headline says of where two impacts per cycle end in the tests is
-therefore held against longer runs of the same tests. A base with a second frequency, or one that
+therefore compared with longer runs of the same tests. A base with a second frequency, or one that
 drifts, has no periodic orbit: there two impacts per cycle last while the ball meets its walls in
 turn, over 860 cycles or, of a drift, over the record."""
 _COLUMNS = """\

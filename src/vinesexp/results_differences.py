@@ -1,7 +1,7 @@
 """What differs between two results folders, and whether it matters: difference against error.
 
 Where both analyse the same instrument files (by SHA-256), their errors are the same: a difference
-comes from settings, description or code, and is held against one error. Otherwise the two add.
+comes from settings, description or code, and is compared with one error. Otherwise the two add.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class Differences:
         if self.same_data:
             return (
                 f"Both analyse the same instrument files ({self.of_a}): a difference comes from "
-                "description, settings or code, and is held against the error of one of them."
+                "description, settings or code, and is compared with the error of one of them."
             )
         if self.shared:
             files = f"{self.shared} instrument files are in both (A has {self.of_a}, B {self.of_b})"
@@ -169,7 +169,7 @@ def sources_of(folder: Path) -> set[str]:
 def difference_of(
     a: float, b: float, errors: Sequence[float | None], *, same_data: bool
 ) -> tuple[Verdict, float, float | None]:
-    """Verdict, b - a, and the standard error that it is held against.
+    """Verdict, b - a, and the standard error that it is compared with.
 
     Examples
     --------

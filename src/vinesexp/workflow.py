@@ -95,7 +95,9 @@ def batches_of(config: Mapping[str, Any], *, cores: int | None, records: int) ->
     """
     wanted = config.get("batches", cores or -(-records // 20) or 1)
     if type(wanted) is not int or wanted < 1:
-        raise VinesexpError(f"--config batches=...: found '{wanted}', expected a number from 1 on")
+        raise VinesexpError(
+            f"--config batches=...: found '{wanted}', expected a whole number of 1 or more"
+        )
     return wanted
 
 

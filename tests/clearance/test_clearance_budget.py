@@ -79,7 +79,7 @@ def test_b_t_rests_on_r_and_the_release():
 def test_values_that_stand_for_rubbing_are_a_source_of_their_own():
     rows, _ = rows_of(effective=("r_effective",))
     own = {row["source"]: row for row in rows if row["parameter"] == "b_c, G = 0.25 mm"}
-    assert 0.0 < own["what ball and contact do"]["share"] < 1.0
+    assert 0.0 < own["effects of the ball and its contacts"]["share"] < 1.0
     assert sum(row["share"] for row in own.values()) == pytest.approx(1.0)
 
 

@@ -111,7 +111,7 @@ def said(rows, nominal=0.25e-3, inputs=DEFAULT):
         ({"frequency_hz": 7.79}, "base frequency", "shows 7.79 Hz, the test log says 7.862 Hz"),
         ({"frequency_hz": 7.94}, "base frequency", "shows 7.94 Hz, the test log says 7.862 Hz"),
         ({"harmonic_3": 0.08}, "base motion", "harmonics of 8 %"),
-        ({"wander": 0.04}, "base motion", "an amplitude that wanders by 4 %"),
+        ({"wander": 0.04}, "base motion", "an amplitude that varies by 4 %"),
         (
             {"frequency_error_hz": 0.0036},
             "base motion",

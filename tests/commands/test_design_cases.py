@@ -86,7 +86,7 @@ def shown(given: Given, found: Answer) -> tuple[dict[str, object], str]:
         ),
         (
             {**RIG, **LEVEL, "--nes-mass": "32 g; 16 g; 8 g", "--restitution": "0.6; 0.7; 0.5"},
-            "take all balls as one of 56 g in one cavity, with r = 0.6, that of the first",
+            "treat all balls as one of 56 g in one cavity, with r = 0.6, that of the first",
         ),
         ({**RIG, **LEVEL, "--nes-mass": "8 g; 8 g; 8 g; 8 g", "--restitution": "0.6"}, "as one of"),
     ],
@@ -183,7 +183,7 @@ def test_friction_and_laws_enter_a_release() -> None:
         one["release_simulated"]["clearances"][0]["median_time_s"][-1] for one in (plain, held)
     ]
     assert times[1] < 0.7 * times[0]
-    assert "b*(level), bare times and b_t of theory know neither" in text
+    assert "b*(level), the bare times and b_t of theory do not" in text
 
 
 def test_a_blow_is_a_release(capsys: pytest.CaptureFixture[str]) -> None:

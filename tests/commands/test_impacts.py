@@ -151,7 +151,7 @@ def test_what_is_odd_about_the_file_is_told(record, capsys):
     text = record.read_text().replace("(V)", "(s)", 1)
     record.write_text(text, encoding="utf-8")
     assert main(["impacts", str(record), "-a", "1", "--acceleration-unit", "g"]) == 0
-    assert "the header's unit 's' is passed over" in capsys.readouterr().err
+    assert "the header's unit 's' is ignored" in capsys.readouterr().err
 
 
 def test_a_pressure_is_no_acceleration(record, capsys):

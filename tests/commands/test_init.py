@@ -9,6 +9,8 @@ import pytest
 
 from vinesexp.cli import main
 from vinesexp.proposal.kind_of_test import has_shocks
+from vinesexp.proposal.row_at_the_bench import row_of_file
+from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.load import campaign_problems, load_campaign
 from vinesexp.records.instrument.ingest import ingest_or_refuse
 
@@ -185,6 +187,48 @@ def decay(path, name="Laser (mm)"):
     t = np.arange(4000) / 1000.0
     rows = "\n".join(f"{s:.3f},{np.exp(-s) * np.cos(50.0 * s):.6f}" for s in t)
     path.write_text(f"Time (s),{name}\n{rows}\n", encoding="utf-8")
+
+
+def driven(path, heads):
+    """A base and a mass, both in mm, under heads of their own."""
+    t = np.arange(8000) / 1000.0
+    base, mass = 0.25 * np.sin(50.0 * t), 4.0 * np.sin(50.0 * t) * (1.0 - np.exp(-t))
+    rows = "\n".join(map("{:.3f};{:.6f};{:.6f}".format, 1e3 * t, base, mass))
+    path.write_text(";".join(heads) + f"\n{rows.replace('.', ',')}\n", encoding="utf-8")
+
+
+def test_files_of_another_instrument_get_a_set_of_channels_of_their_own(tmp_path, capsys):
+    for number in (1, 2):
+        decay(tmp_path / f"free_{number}.csv")
+    driven(tmp_path / "shaker b30.txt", ["Zeit [ms]", "Tisch [mm]", "Weg Masse [mm]"])
+    assert main(["init", str(tmp_path)]) == 0
+    assert "instrument 2, base: column 'Tisch [mm]'" in capsys.readouterr().out
+    campaign = load_campaign(tmp_path)
+    tests = {record.id: (record.test, record.setup) for record in campaign.records}
+    assert tests == {
+        "free_1": ("ringdown", ""),
+        "free_2": ("ringdown", ""),
+        "shaker_b30": ("periodic", "instrument 2"),
+    }
+    for record in campaign.records:
+        checks = ingest_or_refuse(campaign, record, tmp_path / "a.nc")
+        assert {check.outcome for check in checks} <= {"ok", "warning"}, checks
+    # So is the row of a file that comes while `watch` runs.
+    driven(tmp_path / "shaker b34.txt", ["Zeit [ms]", "Tisch [mm]", "Weg Masse [mm]"])
+    row = row_of_file(campaign, view_file(tmp_path / "shaker b34.txt"), campaign.records)
+    assert (row.test, row.setup) == ("periodic", "instrument 2")
+
+
+def test_a_column_given_by_its_number_is_never_inherited_by_another_instrument(tmp_path, capsys):
+    t = np.arange(4000) / 1000.0
+    for number in (1, 2):
+        columns = np.column_stack((t, 0.2 * np.sin(50.0 * t), 3.0 * np.exp(-t) * np.cos(50.0 * t)))
+        np.savetxt(tmp_path / f"free_{number}.txt", columns, fmt="%.6f")
+    decay(tmp_path / "other.csv")
+    assert main(["init", str(tmp_path)]) == 0
+    rows = {row["record"]: row for row in csv.DictReader((tmp_path / "records.csv").open())}
+    assert rows["other"].get("setup") is None
+    assert rows["other"]["exclude"] == "yes"
 
 
 def test_file_names_that_cannot_stand_in_a_table_are_left_out_and_reported(tmp_path, capsys):

@@ -206,7 +206,7 @@ def test_an_undamped_absorber_at_one_frequency_is_not_called_best() -> None:
 
 def test_what_cannot_be_answered_is_an_error() -> None:
     undamped = Oscillator(M=1.0, c1=0.0, k1=1.0)
-    with pytest.raises(AnalysisError, match="no bare response"):
+    with pytest.raises(AnalysisError, match="no finite bare response"):
         responses(
             [
                 Run(

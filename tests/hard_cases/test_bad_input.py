@@ -441,7 +441,7 @@ RECORD_MISTAKES = {
     "time goes backward": (_spoiled(_backward), ["line 502", "backward", "0.499 to 0.4"]),
     "time stands still": (
         text(np.round(signals()[0], 2), *signals()[1:]),
-        ["line 3", "time stands still", "sample_rate"],
+        ["line 3", "time does not advance", "sample_rate"],
     ),
     "frozen": (_spoiled(_frozen), ["displacement is frozen for 400 samples", "line 402"]),
     "saturated": (_spoiled(_clipped), ["displacement stands clipped", "line"]),

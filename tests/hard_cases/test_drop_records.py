@@ -163,7 +163,7 @@ def test_drops_on_several_surfaces_have_no_r_in_common(tmp_path: Path) -> None:
         hits(r=0.81, first=0.7, count=7, start=0.4), hits(r=0.6, first=0.5, count=6, start=5.0),
     ])  # fmt: skip
     found = found_in(heard(times, seconds=8.0, fade=20.0), tmp_path)
-    with pytest.raises(AnalysisError, match=r"2 drops that do not have one r \(0\.81.* 0\.6"):
+    with pytest.raises(AnalysisError, match=r"2 drops with different r \(0\.81.* 0\.6"):
         restitution_of_bounces(found.time_s, found.time_error_s)
 
 

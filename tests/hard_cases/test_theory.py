@@ -218,7 +218,7 @@ def test_release_corners() -> None:
     slow = captured_time(released_below_the_fold, b=0.05, level=0.001)
     bare = np.log(3.0) * 2 * 4.7 / 3.02
     assert 0.5 * bare < slow < bare
-    with pytest.raises(AnalysisError, match="keeps its energy"):
+    with pytest.raises(AnalysisError, match="never loses energy"):
         captured_time(Decaying(**{**vars(undamped), "r": 1.0}), b=0.05, level=0.01)
     heavy = Decaying(M=1.0, c1=0.5, k1=100.0, m=0.3, r=0.6, x_m=0.03)
     with pytest.raises(AnalysisError, match="no slow decay; simulate"):

@@ -69,7 +69,7 @@ def test_copies_of_a_record_are_counted_once_and_named():
     assert f0.std_error == pytest.approx(1e-3 / math.sqrt(2))
     copy = next(c for c in checks if c.check == "copy")
     assert (copy.record, copy.outcome) == ("d2", "warning")
-    assert "same samples as d1; counted once" in copy.detail
+    assert "same samples as d1; it is counted once" in copy.detail
     assert "differs" not in copy.detail
 
 

@@ -145,7 +145,7 @@ def test_another_rig_does_not(tmp_path, wrong, record, words):
     rows, _ = replayed(tmp_path, [record], identified=TABLE_2 | wrong)
     (check,) = replay_checks(rows)
     assert (check.record, check.check, check.outcome) == (record.id, "replay", "warning")
-    assert re.match(f"the identified rig does not move as this record: {words}", check.detail)
+    assert re.match(f"the identified rig does not reproduce this record: {words}", check.detail)
 
 
 def test_a_record_shows_how_it_begins():

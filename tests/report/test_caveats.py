@@ -113,8 +113,7 @@ def test_the_sentence_and_the_table_do_not_contradict_one_another():
     assert verdict.warning == ""
     assert verdict.rows[0]["differs"] == "impacts per cycle"
     assert verdict.sentence.endswith(
-        "decay time within 0.1 %. Quantities that do not decide this differ in b10 (impacts per "
-        "cycle)."
+        "decay time within 0.1 %. Other quantities differ in b10 (impacts per cycle)."
     )
 
 

@@ -121,7 +121,7 @@ def test_the_verdict_comes_first(full):
     verdict = text.index("At G = 0.25 mm the mass moved least with a clearance of 33.0 mm")
     assert verdict < text.index("What was measured") < text.index("Identified values")
     assert "two impacts per cycle stop being permanent between 33.9 and 35.1 mm" in text
-    assert "bc lies in the gap in which two impacts per cycle end" in text
+    assert "bc lies where two impacts per cycle end" in text
 
 
 def test_the_first_figure_stands_before_the_first_table(full, bare):
@@ -165,7 +165,7 @@ def test_what_ring_downs_cannot_tell_is_said(bare):
 
 def test_a_campaign_without_a_usable_record_still_has_a_report(nothing):
     text = text_of(nothing.html)
-    assert "The records give no parameter either." in text
+    assert "The records determine no parameter either." in text
     assert "1 record could not be used" in text
 
 

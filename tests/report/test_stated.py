@@ -44,7 +44,7 @@ def test_the_part_stands_behind_the_identified_values_and_names_what_is_off(resu
     part = part[: part.index("</section>")]
     assert part.index("clearance, p_34") < part.index("clearance, p_33")
     assert "+0.400 ± 0.039 mm" in part
-    assert "contradicted: the analysis takes what was found" in part
+    assert "contradicted: the analysis uses what was found" in part
 
 
 def test_a_campaign_without_the_table_has_no_such_part(full):

@@ -29,8 +29,8 @@ def measured(low: float, high: float) -> dict[str, float]:
 @pytest.mark.parametrize(
     ("low", "high", "says", "agrees"),
     [
-        (33, 34, "b_c lies in the gap in which two impacts per cycle end", True),
-        (34.2, 36, "b_c lies in the gap in which two impacts per cycle end", True),
+        (33, 34, "b_c lies where two impacts per cycle end", True),
+        (34.2, 36, "b_c lies where two impacts per cycle end", True),
         (34.4, 36, "b_c is 1.5 % below the clearances between which", False),
         (30, 31, "b_c is 9.4 % above the clearances between which", False),
     ],
@@ -51,7 +51,7 @@ def test_a_sharp_prediction_just_outside_the_gap_is_not_said_to_be_off_by_nothin
 
 def test_without_the_end_the_lowest_amplitude_is_compared():
     text, agrees = agreement(measured(33, 35) | PREDICTED, {})
-    assert text == "b_c lies in the gap in which amplitude is lowest"
+    assert text == "b_c lies where the amplitude is lowest"
     assert agrees
 
 
@@ -65,7 +65,12 @@ def test_without_a_prediction_or_a_measurement_there_is_nothing_to_compare():
     [
         (31, None, "two impacts per cycle end above 31 mm: b_c is not tested further", None),
         (None, 36, "two impacts per cycle end below 36 mm: b_c is not tested further", None),
-        (None, None, "two impacts per cycle end not bracketed by what was tried: b_c is not", None),
+        (
+            None,
+            None,
+            ("two impacts per cycle end not bracketed by the clearances tried: b_c is not"),
+            None,
+        ),
         (38, None, "b_c is 10.8 % below 38 mm, but two impacts per cycle end above 38 mm", False),
         (None, 30, "b_c is 13.0 % above 30 mm, but two impacts per cycle end below 30 mm", False),
         (34.4, None, "b_c is 1.5 % below 34.4 mm, but", False),
@@ -113,7 +118,7 @@ def test_headline_of_a_measured_optimum():
     )
     open_one = replace(verdict(), level="G = 0.3 mm", agrees=None)
     assert headline([open_one, verdict()], [], {}).endswith(
-        "agree at G = 0.2 mm; elsewhere the tests do not say."
+        "agree at G = 0.2 mm; elsewhere the tests do not decide."
     )
     assert headline([verdict()], [], {}).endswith(" Prediction and measurement agree.")
     assert "agree" not in headline([open_one], [], {})
@@ -134,7 +139,7 @@ def test_headline_of_a_bound_is_a_bound():
         [verdict(), high], [], {}
     )  # what is bracketed comes first
     released = ReleaseVerdict("20 mm to 3 mm", "48.0", "above 42 mm", "33.3", "27.3", "at least")
-    assert "the largest that was tried or as good as it (the best one lies above 42 mm)" in (
+    assert "the largest that was tried, or as good as that one (the best one lies above 42 mm)" in (
         headline([], [released], {})
     )
 

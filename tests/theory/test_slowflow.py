@@ -134,7 +134,7 @@ def test_decay_refusals() -> None:
         free_decay.decay_time(0.5, 0.1, lam=LAM, r=0.6)
     with pytest.raises(AnalysisError, match="below the one to be reached"):
         free_decay.decay_time(0.3, 0.5, lam=LAM, r=0.6)
-    with pytest.raises(AnalysisError, match="keeps its energy"):
+    with pytest.raises(AnalysisError, match="never loses energy"):
         free_decay.decay_time(0.5, 0.3, lam=0.0, r=1.0)
     with pytest.raises(ParameterError, match="lambda"):
         free_decay.decay_time(0.5, 0.3, lam=-1.0, r=0.6)

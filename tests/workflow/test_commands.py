@@ -68,7 +68,7 @@ def test_a_dry_run_says_in_a_dozen_lines_what_would_run_and_why(finished):
         ({"campain": "data/tiny"}, "did you mean 'campaign'?"),
         ({"campaign": 1e3}, "campaign=./1000.0"),
         ({"results": "a{b}c"}, "cannot hold { or }"),
-        ({"batches": 0}, "expected a number from 1 on"),
+        ({"batches": 0}, "expected a whole number of 1 or more"),
         ({"keep": "tables"}, "found 'tables'; final removes the channels"),
         ({"results": "site"}, "holds files that are no results (pages and 1 more)"),
         ({"results": "data/tiny"}, "cannot go into the campaign's own folder"),

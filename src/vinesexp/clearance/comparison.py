@@ -106,10 +106,10 @@ def settling_check(level: str, tests: Sequence[Tested], rig: IdentifiedRig) -> C
     names = ", ".join(test.record for test in tests)
     return Check(
         "", "settling", "warning",
-        f"{level}: {names}: no permanent two impacts per cycle below b_c, in records of "
-        f"{shortest:.3g} s of a mass whose free amplitude falls to 1/e in {_decay_time(rig):.3g} "
-        "s: they may not have settled, and do not count for the best clearance; wait longer "
-        "before recording, or record longer",
+        f"{level}: {names}: no permanent two impacts per cycle, although the clearance is below "
+        f"b_c, in records of {shortest:.3g} s; the free amplitude of this mass falls to 1/e in "
+        f"{_decay_time(rig):.3g} s: the tests may not have settled, and do not count for the best "
+        "clearance; wait longer before recording, or record longer",
     )  # fmt: skip
 
 
@@ -137,8 +137,8 @@ def start_checks(level: PeriodicLevel, rig: IdentifiedRig) -> list[Check]:
         "", "settling", "warning",
         f"{level.name}: {names}: recorded from rest; the counted cycles begin "
         f"{min(test.waited for test in soon):.3g} s after the start, and the start of this mass "
-        f"lasts {lasts:.3g} s: the mean amplitudes may hold a part of it; "
-        "wait longer before recording, or record longer",
+        f"lasts {lasts:.3g} s: the mean amplitudes may include a part of it; wait longer before "
+        "recording, or record longer",
     )]  # fmt: skip
 
 
@@ -316,7 +316,7 @@ def bound_in_words(optimum: Optimum, tests: Sequence[Tested]) -> str:
     tried = [1e3 * test.clearance for test in tests]
     span = f"({min(tried):.4g} to {max(tried):.4g} mm)"
     if optimum.low is None and optimum.high is None:
-        return f"not bracketed by what was tried {span}; try smaller and larger ones"
+        return f"not bracketed by the clearances tried {span}; try smaller and larger ones"
     if optimum.low is None:
         below = 1e3 * (optimum.high or 0.0)
         return f"below {below:.4g} mm, maybe smaller than any tried {span}; try smaller ones"

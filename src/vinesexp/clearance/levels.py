@@ -333,7 +333,7 @@ def _steadiness(row: Row) -> list[Check]:
     if harmonics > HARMONICS:
         words.append(f"harmonics of {100 * harmonics:.2g} %")
     if wander > WANDER:
-        words.append(f"an amplitude that wanders by {100 * wander:.2g} %")
+        words.append(f"an amplitude that varies by {100 * wander:.2g} %")
     if dip > DIP:
         words.append(f"a dip of {100 * dip:.2g} %")
     frequency, error = row["frequency_hz"], row["frequency_error_hz"]

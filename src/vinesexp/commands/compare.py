@@ -35,7 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a page")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every row as a table")
-    parser.add_argument("--all", action="store_true", help="print what stayed the same too")
+    parser.add_argument(
+        "--all", action="store_true", help=("print the rows that did not change, too")
+    )
     add_force(parser)
 
 

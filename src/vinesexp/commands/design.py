@@ -56,7 +56,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--effort",
         metavar="N",
         action=Once,
-        help="times the usual work, where starts do not decide or runs take long (1)",
+        help=(
+            "multiple of the usual work, where more starts are needed to decide or runs are slow "
+            "(1)"
+        ),
     )
     parser.add_argument(
         "--html", type=Path, metavar="FILE", action=Once, help="a design sheet of one page"

@@ -17,6 +17,7 @@ from vinesexp.proposal.campaign_proposal import (
     SKIPPED,
     Proposal,
     ProposedChannel,
+    ProposedSetup,
     propose,
 )
 from vinesexp.proposal.kind_of_test import OPEN
@@ -99,24 +100,38 @@ def proposed_campaign_text(folder: Path, proposal: Proposal) -> str:
         f"title: {title}",
         "#known:",
         "#  nes_mass: 32 g        # weigh the ball; without it no clearance is predicted",
-        "channels:",
     ]
-    for channel in proposal.channels:
+    first, *others = proposal.setups
+    lines += _setup_lines(first)
+    if others:
+        lines += [
+            "# Files with other columns; records.csv names their set of channels under 'setup'.",
+            "setups:",
+        ]
+    for setup in others:
+        lines += [f"  {setup.name}:", *(f"    {line}" for line in _setup_lines(setup))]
+    return "\n".join(lines) + "\n"
+
+
+def _setup_lines(setup: ProposedSetup) -> list[str]:
+    """`channels` and `time` of one instrument."""
+    lines = ["channels:"]
+    for channel in setup.channels:
         lines += _channel_lines(channel)
-    if not proposal.channels:
+    if not setup.channels:
         lines += ["  # no channel could be recognised; name them here"]
-    if proposal.has_wav and any(one.quantity for one in proposal.channels):
+    if setup.has_wav and any(one.quantity for one in setup.channels):
         lines.append(
             "# In WAV files 1 is full scale: state what it stands for, such as file_unit: 10 V."
         )
-    if proposal.time is not None:
-        column = proposal.time if proposal.time.isdigit() else _quoted(proposal.time)
-        mark = "as the files state it" if proposal.time_unit_sure else "check: is the unit right?"
-        lines.append(f"time: {{column: {column}, unit: {proposal.time_unit}}}   # {mark}")
-    elif proposal.has_no_times:
-        reported = ", ".join(proposal.has_no_times[:3])
+    if setup.time is not None:
+        column = setup.time if setup.time.isdigit() else _quoted(setup.time)
+        mark = "as the files state it" if setup.time_unit_sure else "check: is the unit right?"
+        lines.append(f"time: {{column: {column}, unit: {setup.time_unit}}}   # {mark}")
+    elif setup.has_no_times:
+        reported = ", ".join(setup.has_no_times[:3])
         lines.append(f"sample_rate: {OPEN} Hz   # FILL IN: {reported} have no times")
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def _quoted(text: str) -> str:
@@ -192,7 +207,7 @@ def _unusable(path: Path) -> str:
 
 def _ask(proposal: Proposal) -> None:  # pragma: no cover
     """Ask for the sensitivities that no file states; an empty answer leaves one open."""
-    for channel in proposal.channels:
+    for channel in (one for setup in proposal.setups for one in setup.channels):
         if channel.unit is None and channel.quantity is not None:
             example = _OUTPUT[channel.quantity][1]
             question = f"sensitivity of {channel.role} ({channel.pattern}), such as {example}: "
@@ -202,8 +217,9 @@ def _ask(proposal: Proposal) -> None:  # pragma: no cover
 def _report(folder: Path, proposal: Proposal, others: list[str], sheet: str) -> None:
     for line in others:
         print(line)
-    for channel in proposal.channels:
-        print(f"{channel.role}: column '{channel.pattern}', because {channel.why}")
+    for setup, channel in ((one.name, c) for one in proposal.setups for c in one.channels):
+        of = f"{setup}, " if setup else ""
+        print(f"{of}{channel.role}: column '{channel.pattern}', because {channel.why}")
     for record in proposal.records:
         if record.readings:
             print(f"{record.file}: {', '.join(map(str, record.readings))}")

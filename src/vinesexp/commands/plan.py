@@ -135,7 +135,7 @@ def _level_lines(plan: LevelPlan, asked: float) -> list[str]:
         reported = ", ".join(in_mm(b) for b in plan.next)
         lines.append(f"  test next, in this order: {reported} mm")
         lines.append(
-            "  after each one, run and plan again, because its result changes the next ones"
+            "  run and plan again after each one, because its result changes the next ones"
         )
     elif now is not None:
         lines.append("  nothing more to test at this base amplitude")
@@ -166,7 +166,7 @@ def _other_lines(plan: OtherPlan) -> list[str]:
 def _scatter_line(plan: LevelPlan, asked: float) -> str:
     scatter = f"{100 * plan.scatter:.2g} %"
     if not math.isfinite(plan.target):
-        return f"  the valley is too flat for amplitudes that scatter by {scatter}: repeat tests"
+        return f"  the minimum is too flat for amplitudes that scatter by {scatter}: repeat tests"
     if plan.target > asked:
         return (
             f"  amplitudes scatter by {scatter}: a bracket below {100 * plan.target:.2g} % would "

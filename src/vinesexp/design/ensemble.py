@@ -142,7 +142,7 @@ def slow_time(rig: Rig) -> float:
 def _slow_time(o: Oscillator, mass: float) -> float:
     rate = o.zeta + 0.3 * mass / o.M
     if not rate > 0.0:
-        raise AnalysisError("without damping and without a ball nothing ever settles")
+        raise AnalysisError("without damping and without a ball the motion never settles")
     return 1.0 / (o.w0 * rate)
 
 
@@ -408,6 +408,6 @@ def _check(one: Run) -> None:
     w = 2.0 * math.pi * base.frequency
     if abs(o.w0 - w) + o.zeta * o.w0 < 1e-9 * o.w0:
         raise AnalysisError(
-            "an undamped oscillator exactly at resonance has no bare response to compare with; "
-            "give a damping or another frequency"
+            "an undamped oscillator exactly at resonance has no finite bare response to compare "
+            "with; give a damping or another frequency"
         )

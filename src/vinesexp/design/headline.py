@@ -86,21 +86,21 @@ def headline_of(answer: Answer) -> str:
     if answer.falls is not None:
         said += releases(answer.falls)
     if answer.stopped:
-        said.append("The simulation was stopped before its end: this is not all that was asked.")
+        said.append("The simulation was stopped before its end: a part of the answer is missing.")
     if not said:
-        said.append("By theory alone; nothing was simulated.")
+        said.append("These values are theory alone; nothing was simulated.")
         for name, found in (("b_c", answer.theory.b_c), ("b_t", answer.theory.b_t)):
             if found is not None:
                 said.append(
                     f"{name} = {clearance(found.exact)} mm (published: "
                     f"{clearance(found.published)})."
                 )
-        said.append("Which starts reach these clearances only a simulation tells.")
+        said.append("Only a simulation shows which starts lead to this motion.")
     if answer.falls is None and answer.theory.unreached:
         levels = ", ".join(brief(level) for level in answer.theory.unreached)
         said.append(
-            f"Down to {levels} mm theory's fastest clearance is wider than the release is large: "
-            "most balls would never be struck, so it is not given."
+            f"For {levels} mm the fastest clearance by theory is larger than the release, so most "
+            "balls would never meet a wall; it is not given."
         )
     return " ".join(said)
 
@@ -149,9 +149,9 @@ def from_the_wall_alone(advice: Advice) -> list[str]:
     """That a clearance takes a twentieth only from tests that start with the ball at a wall."""
     best = min(advice.least_mean, advice.robust, key=lambda one: one.rest_mean)
     return [
-        f"No clearance helps whatever the start: the best takes "
-        f"{percent(max(advice.random_gain, 0.0))} off the bare amplitude of "
-        f"{brief(advice.robust.random_bare)} mm over random starts.",
+        "No clearance helps from every start: over random starts the best one reduces the bare "
+        f"amplitude of {brief(advice.robust.random_bare)} mm by "
+        f"{percent(max(advice.random_gain, 0.0))}.",
         f"If every test starts at rest with the ball at a wall, b = {_each(advice.task, best.b)} "
         f"mm leaves {brief(best.rest_mean)} mm of {brief(advice.bare_mean)} mm.",
         damper(advice),
@@ -168,9 +168,9 @@ def nothing_helps(advice: Advice) -> list[str]:
     grid, best = advice.found.grid, advice.robust
     taken = max(advice.gain, 0.0)
     return [
-        f"No clearance helps: from {clearance(float(grid[0]))} to "
-        f"{clearance(float(grid[-1]))} mm the best takes {percent(taken)} off the bare "
-        f"amplitude of {brief(best.random_bare)} mm.",
+        f"No clearance helps: from {clearance(float(grid[0]))} to {clearance(float(grid[-1]))} mm "
+        f"the best one reduces the bare amplitude of {brief(best.random_bare)} mm by "
+        f"{percent(taken)}.",
         f"The ball has {100.0 * advice.task.eps:.2g} % of the mass, the damping ratio is "
         f"{advice.task.oscillator.zeta:.2g}.",
         damper(advice),
@@ -180,7 +180,7 @@ def nothing_helps(advice: Advice) -> list[str]:
 def _alike(race: Race) -> str:
     if race.within <= WORTH:
         return f"equal within {max(percent(race.within), '1 %')}"
-    return f"no different beyond the error of {race.starts} random starts"
+    return f"equal within the error of {race.starts} random starts"
 
 
 def _cliff(advice: Advice) -> str:
@@ -192,7 +192,7 @@ def _cliff(advice: Advice) -> str:
             "the amplitude rises by less than a quarter."
         )
     clear = [name for name, side in sides if side.jump is None]
-    rest = f"; {clear[0]} it does not within 10 %" if clear else ""
+    rest = f"; {clear[0]} it does not, within 10 %" if clear else ""
     return f"The amplitude jumps by a quarter or more {' and '.join(words)}{rest}."
 
 
@@ -228,7 +228,7 @@ def driven(found: UnderRecord) -> list[str]:
         f"without a ball rms {brief(float(bare.rms[0]))} mm, peak {brief(float(bare.peak[0]))} mm"
     )
     if found.hopeless:
-        return [f"Under {record} no clearance takes 5 % off the deflection x - x_e ({without})."]
+        return [f"Under {record} no clearance reduces the deflection x - x_e by 5 % ({without})."]
     return [
         f"Under {record} a clearance of {clearance(rms.b)} mm leaves the least rms of the "
         f"deflection x - x_e, {brief(float(np.median(rms.rms)))} mm (median over balls at rest "
@@ -242,15 +242,15 @@ def releases(falls: Falls) -> list[str]:
 
     Balls put at the wall are in the table; here only where no others help.
     """
-    if said := _ways(falls, "three of four balls at rest somewhere bring", at_wall=False):
+    if said := _ways(falls, "three of four balls at rest anywhere bring", at_wall=False):
         return said
     followed = ""
     if max(falls.bare) > falls.followed:
-        followed = f" in the {falls.followed:.3g} s for which they were followed"
+        followed = f" in the {falls.followed:.3g} s that were simulated"
     return [
-        "Released, three of four balls at rest somewhere in their cavity are no faster than none "
-        f"at any clearance{followed}.",
-        *_ways(falls, "a ball put at the wall that will push it brings", at_wall=True),
+        "After a release, at no clearance do three of four balls at rest anywhere in their cavity "
+        f"make the decay faster than without a ball{followed}.",
+        *_ways(falls, "a ball placed at the wall that pushes it first brings", at_wall=True),
     ]
 
 
@@ -265,8 +265,8 @@ def _ways(falls: Falls, balls: str, *, at_wall: bool) -> list[str]:
         return []
     levels, times, each, bare = (_listed(words) for words in zip(*ways, strict=True))
     return [
-        f"Released, {balls} it to {levels} mm in {times} with b = {each} mm (without a ball: "
-        f"{bare})."
+        f"After a release, {balls} the amplitude to {levels} mm in {times} with b = {each} mm "
+        f"(without a ball: {bare})."
     ]
 
 
@@ -307,21 +307,21 @@ def warnings_of(advice: Advice) -> list[str]:
     names = [n for n, one in untouched.items() if one is not None and not one.centre_touched]
     if names:
         said.append(
-            f"with the {_listed(names)} clearance a ball at rest in the middle of its cavity is "
-            f"never touched (the bare amplitude of {brief(advice.bare)} mm does not reach its "
-            "walls): start it at a wall"
+            f"with the {_listed(names)} clearance a ball at rest in the middle of its cavity never "
+            f"meets a wall (the bare amplitude of {brief(advice.bare)} mm is too small): start it "
+            "at a wall"
         )
     said += ends_of_search(advice)
     if advice.watched < 1.0:
         said.append(
-            "damping this light takes more cycles to settle than can be run: runs were cut to "
-            f"{100 * advice.watched:.2g} % of the time they would need, and amplitudes still "
-            "contain a part of the start"
+            "with damping this light the motion settles more slowly than can be simulated: the "
+            f"runs last {100 * advice.watched:.2g} % of the time needed, and the amplitudes still "
+            "contain a part of the transient"
         )
     said += few_starts(advice)
     if not advice.task.plain:
         said.append(
-            "friction and damping law enter the simulation; b_c and b_t know neither (friction of "
+            "the simulation includes friction and the damping law; b_c and b_t do not (friction of "
             "0.3 m/s^2 moves b_c of the published rig by -0.9 %, of 1 m/s^2 by -3.2 %)"
         )
     for which, one in (("", best), ("with the clearances given ", advice.asked)):
@@ -329,7 +329,8 @@ def warnings_of(advice: Advice) -> list[str]:
         if gaps:
             words = ", ".join(f"{low:.3g} to {high:.3g} mm" for low, high in gaps)
             said.append(
-                f"{which}no ball is captured at amplitudes of {words}: bring the clearances closer"
+                f"{which}no ball is captured at amplitudes of {words}: choose clearances closer to "
+                "each other"
             )
     return said + beside_resonance(advice.task)
 
@@ -339,9 +340,9 @@ def few_starts(advice: Advice) -> list[str]:
     if advice.judged.random >= JUDGED[0]:
         return []
     return [
-        f"a run of this rig takes long ({1e3 * advice.found.work[1]:.2g} ms of a processor): each "
-        f"clearance was judged by {advice.judged.phases} starts from rest and "
-        f"{advice.judged.random} random ones, and fewer clearances were compared than could be; "
+        f"a run of this rig takes {1e3 * advice.found.work[1]:.2g} ms of processor time, which is "
+        f"long. Each clearance was judged by {advice.judged.phases} starts from rest and "
+        f"{advice.judged.random} random ones, and fewer clearances than usual were compared; "
         "--effort 4 does four times as much"
     ]
 
@@ -351,8 +352,8 @@ def apart(published: float, exact: float) -> list[str]:
     if abs(published / exact - 1.0) <= 0.1:
         return []
     return [
-        f"the published b_c does not depend on frequency: {clearance(published)} mm "
-        f"beside {clearance(exact)} mm exact; do not build it off resonance"
+        f"the published b_c does not depend on frequency: {clearance(published)} mm, while the "
+        f"exact one is {clearance(exact)} mm; do not use the published one off resonance"
     ]
 
 
@@ -367,8 +368,8 @@ def remarks_of(given: Given, answer: Answer) -> list[str]:
     law = any(given.size(option.symbol) > 0.0 for option in BEYOND)
     if law and answer.falls is not None:
         said.append(
-            "friction and damping law enter the simulated release; b*(level), bare times and b_t "
-            "of theory know neither"
+            "the simulated release includes friction and the damping law; b*(level), the bare "
+            "times and b_t of theory do not"
         )
     if law and answer.advice is None and answer.falls is None:
         said.append("b_c and b_t neglect friction and damping laws, and nothing was simulated")
@@ -376,7 +377,7 @@ def remarks_of(given: Given, answer: Answer) -> list[str]:
         r = {q.value for q in given["r"]}
         word = f", with r = {given.one('r').value:g}, that of the first" if len(r) > 1 else ""
         said.append(
-            "b_c, b_t, b*(level) and the sensitivities take all balls as one of "
+            "b_c, b_t, b*(level) and the sensitivities treat all balls as one of "
             f"{1e3 * given.one('m').value:.4g} g in one cavity{word}"
         )
     return said

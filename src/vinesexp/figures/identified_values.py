@@ -258,7 +258,7 @@ def found_minus_stated(values: Sequence[StatedValue]) -> Figure:
     if reach > _LINEAR:
         axis.set_xscale("symlog", linthresh=_LINEAR / 2.0)
     axis.set_xlim(-reach, reach)
-    axis.set_xlabel("found minus stated (in standard uncertainties of what was stated)")
+    axis.set_xlabel("found minus stated\n(in stated standard uncertainties)")
     for row, value in enumerate(values):
         colour = _MARKS[value.verdict][1]
         label(axis, value.words, (reach, row), colour=colour, shift=(6, 0), fontsize=7.5)

@@ -181,7 +181,8 @@ def draw_manifold(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     text = (
         "After each impact, the amplitude of the ball (its speed between the walls) and of the "
         "mass, both in clearances. A captured ball follows the solid part down to T1 and is lost "
-        "there; a strongly modulated response goes round. The first impact has a ring."
+        "there; a strongly modulated response circles round the manifold. The first impact has a "
+        "ring."
     )
     yield (
         manifold_figure(shown, r=rig.values["r"].value),

@@ -331,13 +331,12 @@ def _periodic(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         else ""
     )
     text = (
-        "Points are mean amplitudes, coloured by regime, "
-        "with bars of their 95 % intervals from cycle to cycle; the sensitivity of the sensor, "
-        "which moves all alike, is not in them. The tick above each is the largest "
-        "amplitude. Amplitude falls with clearance as long as there are two impacts per cycle, and "
-        "jumps where they end. Brackets reach to the clearances that were tried on either side: "
-        "the upper one of the lowest amplitude, the lower one of the end of two impacts per cycle."
-        + line
+        "Points are mean amplitudes, coloured by regime, with bars of their 95 % intervals from "
+        "cycle to cycle. The bars leave out the error of the sensor's sensitivity, which shifts "
+        "all points by the same share. The tick above each is the largest amplitude. The amplitude "
+        "falls with clearance as long as there are two impacts per cycle, and jumps where they "
+        "end. A bracket reaches to the clearances tried on either side: the upper one of the "
+        "lowest amplitude, the lower one of the end of two impacts per cycle." + line
     )
     figure = amplitude_over_clearance(valleys)
     yield (
@@ -402,9 +401,10 @@ def _releases(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         reached = [_reached(level, compared, c) for level, c in zip(own, curves, strict=True)]
         text = (
             "Each amplitude has its own fastest clearance (orange, with the clearances that tie "
-            "with it or bracket it); there is no single best one, and both predictions of b_t are "
-            "marks. Green lines: predicted for a ball that is captured at once, rings where they "
-            "are lowest; measured times below T1 scatter, because the motion is chaotic there."
+            "with it or bracket it); there is no single best one. Both predictions of b_t are "
+            "marked. Green lines are predictions for a ball that is captured at once; a ring marks "
+            "the lowest point. Measured times below T1 scatter, because the motion is chaotic "
+            "there."
         )
         figure = time_over_clearance(
             reached,

@@ -182,9 +182,9 @@ def draw_regimes(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         return
     title = "Impacts in each cycle of every periodic test, one strip a clearance"
     text = (
-        "A solid blue strip "
-        "is a permanent response with two impacts per cycle; blue spells that come and go are "
-        "strongly modulated response; where a strip is empty, the ball misses the walls."
+        "A solid blue strip is a permanent response with two impacts per cycle; blue spells that "
+        "come and go are strongly modulated response; where a strip is empty, the ball does not "
+        "reach the walls."
     )
     if len(records) > _MOST:
         text += f" Shown are the first {_MOST} of {len(records)} records."

@@ -122,9 +122,8 @@ def draw_replay(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         "rig, the effects that were found and the base as measured"
     )
     text = (
-        "The band reaches over several "
-        "starts, since nobody measured where the ball was; where motion is chaotic, only mean and "
-        "range can agree, not the curve."
+        "The band covers several starts, because the position of the ball was not measured. Where "
+        "the motion is chaotic, only mean and range can agree, not the curve."
     )
     figure = replayed_amplitudes([_beside(record, by_record[record.id]) for record in chosen])
     yield figure, Drawn("replay", "replay", title, text)
@@ -218,7 +217,7 @@ def ringdown_and_fit(
             loc="outside lower right",
             ncols=6,
             fontsize=8,
-            title="faint: what an exponential leaves" if shown.law.size else None,
+            title="faint: exponential instead of the fit" if shown.law.size else None,
             title_fontsize=8,
         )
     below.axhline(0.0, color=COLOURS["exact"], linewidth=1.0)
@@ -349,18 +348,16 @@ def _figure(
     ]
     title = record.id + (f"\nall records: {', '.join(values)}" if values else "")
     figure = ringdown_and_fit(trace, decay, [decay for _, decay in decays], title=title)
-    head = (
-        f"Above: ring-down {record.id} (bandpassed) with the envelope of what was identified from "
-        "it"
-    )
+    head = f"Above: ring-down {record.id} (bandpassed) with the identified envelope"
     text = (
-        "Below: what it leaves of the amplitude of each ring-down, cycle by cycle. Scatter "
-        "around zero is noise, a bow is damping of another kind."
+        "Below: amplitude of each ring-down minus its fit, cycle by cycle. Scatter around zero is "
+        "noise; a bow means that the damping follows another law."
     )
     if decay.law.size:
         text += (
-            " The faint points are what an exponential would leave: damping depends on amplitude, "
-            "and the ζ of the title is that at the amplitude where the records know it best."
+            " The faint points are the differences from an exponential: damping depends on "
+            "amplitude, and the ζ of the title holds at the amplitude where the records determine "
+            "it best."
         )
     return figure, Drawn("ringdown_fit", "ringdown", head, text)
 
@@ -387,11 +384,10 @@ def _line(results: CampaignResults, found: Mapping[str, Found]) -> Iterator[tupl
     shown = plus_minus(M, row["std_error"] or 0.0, "kg")
     figure = added_mass_line(loaded, title=f"M = {shown}")
     text = (
-        "Left: the squared period grows with the mass along a "
-        "straight line, which meets zero at minus the mass of the oscillator. Right: how much mass "
-        "each ring-down shows beyond that line. Bars are 95 % intervals from the frequency, from "
-        "mounting the masses again and from weighing them. A point that is off by much more than "
-        "its bar may have a wrong added mass."
+        "Left: the squared period grows with the mass along a straight line, which meets zero at "
+        "minus the mass of the oscillator. Right: distance of each ring-down from that line, as a "
+        "mass. Bars are 95 % intervals from the frequency, from mounting the masses again and from "
+        "weighing them. A point that is off by much more than its bar may have a wrong added mass."
     )
     yield figure, Drawn("ringdown_added_mass", "ringdown", "Ring-downs with added masses", text)
 
@@ -735,14 +731,12 @@ def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
         motion=motion,
     )
     middle = (
-        "Middle: by how much each impact changed the velocity of the mass, coloured by the wall "
-        "that was hit. "
+        "Middle: change of the mass's velocity at each impact, coloured by the wall that was hit. "
     )
     text = (
-        f"Above: bandpassed {role}, every spike an impact; the shaded "
-        f"stretch is enlarged below. {middle if np.isfinite(marks.jump).any() else ''}"
-        "Below: the stretch with every impact found marked. Each spike should carry one mark, "
-        "and a mark should sit on a spike."
+        f"Above: bandpassed {role}, every spike an impact; the shaded stretch is enlarged below. "
+        f"{middle if np.isfinite(marks.jump).any() else ''}Below: the stretch with every impact "
+        "found marked. Each spike should have one mark, and each mark one spike."
     )
     yield figure, Drawn(f"impacts_{record.test}", record.test, f"Record {record.id}", text)
 
@@ -799,7 +793,7 @@ def _sweeps(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure, 
         with_nes = f" with {_nes(balls)}" if len(bare) < len(chosen) else ""
         head = f"Slow sine sweeps{with_nes}: amplitude of the mass over the base's frequency"
         text = (
-            "The grey curve is the mass alone; where a coloured one swings to and fro, the "
+            "The grey curve is the mass without NES. Where a coloured curve oscillates, the "
             "response is strongly modulated."
         ) + _of(chosen, every)
         yield figure, Drawn(f"sweep_{_number(balls)}_nes", "sweep", head, text)
@@ -873,8 +867,8 @@ def _releases(records: Sequence[Record], results: Path) -> Iterator[tuple[Figure
         ]
         figure = draw_amplitudes(traces, xlabel="time (s)", ylabel="amplitude (mm)", bare=len(free))
         text = (
-            "A ball in step with the mass takes energy out along "
-            "a nearly straight line until it loses step at T1; after that the decay is slow."
+            "While the ball is captured, the amplitude falls along a nearly straight line. After "
+            "the ball is lost, at T1, the decay is slow."
         ) + _of(chosen, every)
         head = f"Decay after release with {_nes(balls)}"
         yield figure, Drawn(f"transient_{_number(balls)}_nes", "transient", head, text)

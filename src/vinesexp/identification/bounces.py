@@ -179,8 +179,8 @@ def restitution_of_bounces(times: FloatArray, errors: FloatArray) -> Bounces:
                 for each in sorted(drops, key=lambda each: each.start)
             )
             raise AnalysisError(
-                f"{len(drops)} drops that do not have one r ({shown}): of several balls or on "
-                "several surfaces; make each a record of its own"
+                f"{len(drops)} drops with different r ({shown}): several balls or several "
+                "surfaces; make each a record of its own"
             )
     return _in_air(Bounces(
         r, error, sum(one.count for one in drops),
@@ -252,7 +252,7 @@ def _require_flights(flights: FloatArray, others: int) -> None:
     if flights.size < _BOUNCES_FEWEST:
         hits = flights.size + others + (1 if flights.size else 0)
         raise AnalysisError(
-            f"{flights.size} flights of a bouncing ball that shrink alike (in {hits} hits), "
+            f"{flights.size} flights of a bouncing ball that shrink by one ratio (in {hits} hits), "
             f"expected {_BOUNCES_FEWEST} or more to give r"
         )
     if flights[0] < _SHORTEST:
@@ -268,8 +268,8 @@ def _require_flights(flights: FloatArray, others: int) -> None:
         )
     if chance_of_series(flights, others) > _CHANCE:
         raise AnalysisError(
-            f"{flights.size} flights shrink alike, but beside {others} other hits that may be "
-            "chance; cut the record to the drop"
+            f"{flights.size} flights shrink by one ratio, but there are {others} other hits, so "
+            "this may be chance; cut the record to the drop"
         )
 
 

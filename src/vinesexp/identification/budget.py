@@ -21,7 +21,7 @@ RECORDS, DISAGREEMENT = "records", "disagreement"
 
 #: Parts of the error of a predicted clearance alone.
 BASE, FREQUENCY, RELEASE = "base amplitude", "base frequency", "release"
-COLLISIONS = "what ball and contact do"
+COLLISIONS = "effects of the ball and its contacts"
 
 #: Below this share of the error nothing is said of what would be left without its largest part.
 _LEFT = 0.1
@@ -39,19 +39,19 @@ _REMEDY: Mapping[str, str] = {
     "displacement gain": "calibrate the displacement channel",
     "acceleration gain": "calibrate the accelerometer",
     "template": "calibrate the pulse of an impact, or rely on added masses",
-    "model": "tests whose model is better known (added masses, drops)",
+    "model": "tests with a better known model (added masses, drops)",
     "amplitude": "ring-downs released at the amplitude of the periodic tests",
-    BASE: "calibrate the base channel, or record the base where it was not",
-    FREQUENCY: "a better clock, or record the base where it was not",
+    BASE: "calibrate the base channel, or record the base in every test",
+    FREQUENCY: "a better clock, or record the base in every test",
     RELEASE: "measure the release better",
-    COLLISIONS: "tests at further clearances, or less of what the ball or the contact adds",
+    COLLISIONS: "tests at further clearances, or a smaller effect",
 }
 
 _ASSUMED: Mapping[str, str] = {
     RECORDS: "noise and scatter, as the records show them",
     DISAGREEMENT: "sources that exclude one another",
-    "amplitude": "f0 and zeta depend on amplitude; the tests work over a range of it",
-    COLLISIONS: "r and the ball's mass include what the model neglects",
+    "amplitude": "f0 and zeta depend on amplitude; the tests cover a range of it",
+    COLLISIONS: "r and the ball's mass include effects that the model neglects",
 }
 
 

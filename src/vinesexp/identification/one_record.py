@@ -182,7 +182,7 @@ def estimate_record(
 
 
 def _content(record: Record, view: RecordView) -> Estimate:
-    """A digest of the first samples of all channels: copies of a record are counted once."""
+    """A digest of the first samples of all channels: copies of a record are it is counted once."""
     digest = hashlib.sha256(f"{view.n} {view.sample_rate}".encode())
     for role in sorted(view.roles):
         digest.update(role.encode() + view.read(role, 0, _SEEN).tobytes())
@@ -236,9 +236,9 @@ def _without_laser(
         return [nothing(record.id, f"{impacts.n} impacts found; no M and r by flights: {error}")]
     law, phase = integrated.motion.law, integrated.motion.phase_error
     note = (
-        "the displacement of the mass is the integral of its acceleration: M and r by flights rest "
-        f"on this one sensor, whose phase at the oscillation is known to {math.degrees(phase):.2g} "
-        "degrees"
+        "the displacement of the mass is the integral of its acceleration: M and r by flights "
+        "depend on this one sensor, whose phase at the oscillation is known to "
+        f"{math.degrees(phase):.2g} degrees"
     )
     rows = [Estimate(INTEGRATED, phase, 0.0, "rad", "channels", (record.id,), note)]
     if law.has_corner:

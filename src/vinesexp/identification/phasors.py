@@ -356,8 +356,8 @@ def decay_window(p: Phasors, *, resolution: float = 0.0) -> tuple[int, int]:
     start, end = free_part(shown, start, end, np.round(np.diff(p.t) / p.span))
     if end - start < _FEWEST or not size[start] > 0.0:
         raise AnalysisError(
-            f"the oscillation stands out of the noise for {end - start} periods, "
-            f"expected {_FEWEST} or more"
+            f"the oscillation is above the noise for {end - start} periods, expected {_FEWEST} or "
+            "more"
         )
     return start, end
 

@@ -533,13 +533,13 @@ def ring_down(
     if best.fallen < _STEADY:
         raise AnalysisError(
             f"the amplitude {'falls' if best.fallen >= 0.0 else 'rises'} by "
-            f"{100 * abs(best.fallen):.2g} % in {best.end - best.start:.3g} s only: "
-            "a steady drive, no free decay"
+            f"{100 * abs(best.fallen):.2g} % in {best.end - best.start:.3g} s only: the mass is "
+            "driven, this is no free decay"
         )
     if (left := min(best.residual, _unexplained(phasors, best.decay))) > _DRIVEN:
         raise AnalysisError(
-            f"the best decay leaves {100 * left:.2g} % of the motion: something drives it, "
-            "no free decay"
+            f"the best fit of a decay leaves {100 * left:.2g} % of the motion: the mass is driven, "
+            "this is no free decay"
         )
     if (wider := widened(whole, phasors, best, resolution)) is not None:
         with suppress(AnalysisError):
@@ -549,11 +549,11 @@ def ring_down(
                 best = replace(longer, residual=best.residual)
     if not _sure(best):
         raise AnalysisError(
-            f"no free decay stands out: zeta = {best.zeta:.2g} +- "
-            f"{COVERAGE_95 * best.zeta_error:.1g}, f0 = {best.f0:.4g} +- "
-            f"{COVERAGE_95 * best.f0_error:.1g} Hz over {best.end - best.start:.3g} s, of which "
-            f"the best decay leaves {100 * best.residual:.2g} %; expected a standard error of zeta "
-            "of a third of it at most: record more of the decay, or nothing but the decay"
+            f"no clear free decay: zeta = {best.zeta:.2g} +- {COVERAGE_95 * best.zeta_error:.1g}, "
+            f"f0 = {best.f0:.4g} +- {COVERAGE_95 * best.f0_error:.1g} Hz over "
+            f"{best.end - best.start:.3g} s, of which the best fit of a decay leaves "
+            f"{100 * best.residual:.2g} %; expected a standard error of zeta of a third of zeta at "
+            "most: record more of the decay, and only the decay"
         )
     return [decrement, best]
 
@@ -640,7 +640,7 @@ def _settled(
     period say has fitted something else than the decay: then the cheaper methods count, with errors
     that hold all of them.
     """
-    others, said = [decrement], "the likelihood does not settle on this record"
+    others, said = [decrement], "the likelihood fit of this record does not converge"
     try:
         best = likelihood(x, t, phasors, law)
         if _sure(best):
@@ -655,7 +655,8 @@ def _settled(
         pass
     note = (
         f"{said}; f0 = {law.f0:.5g} Hz and zeta = {law.zeta:.3g} are taken from the amplitude of "
-        "every period, with errors that hold all methods: look whether something else moves too"
+        "every period, with errors that include all methods; check whether something else moves "
+        "too"
     )
     return replace(
         law,

@@ -99,8 +99,8 @@ def _channels(found: Sequence[Estimate]) -> list[Check]:
         sure = abs(e.value) > 5.0 * e.std_error
         if e.parameter == "accelerometer_gain" and e.value < 0.0 and sure:
             detail = (
-                "acceleration and displacement have opposite signs; the displacement's is taken. "
-                "Turn the sensitivity of one of them round"
+                "acceleration and displacement have opposite signs; the sign of the displacement "
+                "is used. Change the sign of one sensitivity"
             )
             checks.append(Check(e.records[0], "sign", "warning", detail))
         off = abs(abs(e.value) - 1.0)
@@ -141,10 +141,10 @@ def _across(across: Sequence[Estimate]) -> list[Check]:
     order = "behind" if middle > 0.0 else "ahead of"
     detail = (
         f"at the oscillation the acceleration is {abs(math.degrees(middle)):.2g} degrees {order} "
-        f"the displacement (median of {len(across)} records), at the impacts it is not: no delay "
-        "does that, and none was removed. The accelerometer shows a motion across its axis "
-        f"(cross-axis sensitivity of {abs(middle):.1%} or more), or a filter turns its phase at "
-        "low frequency"
+        f"the displacement (median of {len(across)} records), but not at the impacts: a delay "
+        "cannot explain this, and none was removed. The accelerometer shows a motion across its "
+        f"axis (cross-axis sensitivity of {abs(middle):.1%} or more), or a filter turns its phase "
+        "at low frequency"
     )
     return [Check("", "cross-axis", "warning", detail)]
 
@@ -201,7 +201,7 @@ def _beats(found: Sequence[Estimate]) -> list[Check]:
             "beats",
             "warning",
             f"a second oscillation at {e.value:.4g} Hz has {100 * share[e.records[0]]:.2g} % of "
-            "the amplitude: another mode, or the table's; the fit allows for it",
+            "the amplitude: another mode, or a mode of the table; the fit includes it",
         )
         for e in found
         if e.parameter == "beat"
@@ -222,7 +222,7 @@ def _modes(found: Sequence[Estimate]) -> list[Check]:
             record,
             "modes",
             "ok",
-            f"it rings at {', '.join(modes)} too; to use another frequency, write it into "
+            f"it rings at {', '.join(modes)} too; to use another frequency, write it under "
             "frequency_hz",
         )
         for record, modes in said.items()
@@ -251,7 +251,7 @@ def without_copies(
             (a.test, a.clearance, a.base_amplitude, a.frequency, a.added_mass, a.release)
             == (b.test, b.clearance, b.base_amplitude, b.frequency, b.added_mass, b.release)
         )  # fmt: skip
-        detail = f"holds the same samples as {original}; counted once"
+        detail = f"holds the same samples as {original}; it is counted once"
         if not said_alike:
             detail += f", with the row of {original}: what records.csv says of the two differs"
         checks.append(Check(name, "copy", "warning", detail))
@@ -275,7 +275,7 @@ def possible(estimates: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]
             expected = "a number from 0 to 1" if restitution else "a number above zero"
             detail = (
                 f"{e.parameter} = {e.value:.4g} {e.unit} ({e.method}) is impossible, expected "
-                f"{expected}; left out: check what records.csv and campaign.yaml say of these tests"
+                f"{expected}; it is left out. Check these tests in records.csv and campaign.yaml"
             )
         elif (positive and not is_known(e.value, e.std_error)) or (
             # A contact without a bounce has r near zero, which a small error of its own says.
@@ -283,8 +283,8 @@ def possible(estimates: Sequence[Estimate]) -> tuple[list[Estimate], list[Check]
         ):
             detail = (
                 f"{e.parameter} ({e.method}) is not known: {e.value:.4g} +- "
-                f"{COVERAGE_95 * e.std_error:.2g} {e.unit}, expected a standard error of half "
-                "the value at most; left out"
+                f"{COVERAGE_95 * e.std_error:.2g} {e.unit}, expected a standard error of half the "
+                "value at most; it is left out"
             )
         else:
             kept.append(e)
@@ -407,7 +407,8 @@ def _begun_later(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
             e.records[0], "release", "warning",
             f"the record begins with a swing of {1e3 * abs(e.value):.4g} mm, release_mm says "
             f"{1e3 * abs(campaign.record(e.records[0]).release or 0.0):.4g}: the record begins "
-            "later, or release_mm is wrong. b_t holds both; record from before the mass is let go",
+            "later, or release_mm is wrong. The error of b_t includes both; start the record "
+            "before the mass is let go",
         )
         for e in found
         if e.parameter == "release_seen" and begins_later(e, campaign)
@@ -695,8 +696,8 @@ def _contradicted(inputs: Sequence[Mapping[str, Value]], answer: Answer) -> list
         first, more = rows[0], f" and of {len(rows) - 1} more" if len(rows) > 1 else ""
         detail = (
             f"{item} of {first['record'] or 'the campaign'}{more}: stated {first['stated']:.5g} "
-            f"{first['unit']}, the records show {first['found']:.5g} +- "
-            f"{COVERAGE_95 * error:.2g}; the analysis takes what was found (inputs.csv)"
+            f"{first['unit']}, the records show {first['found']:.5g} +- {COVERAGE_95 * error:.2g}; "
+            "the analysis uses what was found (inputs.csv)"
         )
         checks.append(Check("", "test log", "warning", detail.replace(" 1,", ",")))
     return checks

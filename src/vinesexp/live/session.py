@@ -483,6 +483,7 @@ class Session:
             row.test,
             frequency=(float(f),) * 2 if f else None,
             settings=campaign.settings,
+            setup=row.setup,
         )
         ingest_record(campaign, record, paths=self.paths)
         condition_record(campaign, record, paths=self.paths)

@@ -95,9 +95,7 @@ def _of_ball(record: Record, regime: dict[str, object], impacts: int) -> list[st
     per_cycle = regime.get("impacts_per_cycle")
     if record.test == "drop":
         return (
-            []
-            if impacts > 2
-            else [f"{impacts} hits found: drop the ball again, from a greater height"]
+            [] if impacts > 2 else [f"{impacts} hits found: repeat the drop from a greater height"]
         )
     if not record.clearance:
         return []

@@ -210,9 +210,7 @@ def plan_releases(levels: Sequence[ReleaseLevel], rig: IdentifiedRig) -> OtherPl
         around = [share * middle for share in _FIRST]
         new = [b for b in around if all(abs(b - one) > _NEAR * b for one in tried)]
         wanted = [(b, "three clearances are needed to bracket the fastest one") for b in new]
-        state = (
-            f"tested at {_list(tried)} mm; three clearances are needed to bracket the fastest one"
-        )
+        state = f"tested at {_list(tried)} mm"
     else:
         if low_open:
             wanted.append(

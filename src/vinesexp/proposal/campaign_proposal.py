@@ -54,7 +54,8 @@ class ProposedChannel:
 class ProposedRecord:
     """One row of records.csv; `open` names the cells that nobody but a person knows.
 
-    `readings` are the cells that its file's name says, `shown` what else its note ends with.
+    `readings` are the cells that its file's name says, `shown` what else its note ends with;
+    `setup` names its set of channels.
     """
 
     record: str
@@ -65,29 +66,38 @@ class ProposedRecord:
     why: str = ""
     readings: list[Reading] = field(default_factory=list)
     shown: str = ""
+    setup: str = ""
 
     def row(self) -> dict[str, str]:
         """As it is written; a test that nothing shows is one of its kinds, and left out."""
         asked = f"{FILL_IN}, if it applies: {' '.join(self.open)}" if self.open else ""
         note = "; ".join(filter(None, [self.why, *map(str, self.readings), asked, self.shown]))
         row = {"record": self.record, "file": self.file, "test": self.test, "note": note}
-        row |= self.cells
+        row |= self.cells | ({"setup": self.setup} if self.setup else {})
         if self.test == OPEN:
             row |= {"test": "ringdown", "exclude": "yes"}
         return row
 
 
 @dataclass
-class Proposal:
-    """Everything proposed for a folder."""
+class ProposedSetup:
+    """Channels and times of files that share their columns; `name` is empty for the first."""
 
+    name: str
     channels: list[ProposedChannel]
-    records: list[ProposedRecord]
     time: str | None
     time_unit: str
     time_unit_sure: bool
     has_wav: bool
     has_no_times: list[str]
+
+
+@dataclass
+class Proposal:
+    """Everything proposed for a folder: a set of channels for each instrument, and the records."""
+
+    setups: list[ProposedSetup]
+    records: list[ProposedRecord]
 
 
 def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
@@ -101,15 +111,86 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
         Those that could be read.
     """
     files = with_joined_channels(files)
-    guesses = guess_roles(files)
+    first, *others = _by_instrument(files)
+    groups = [first, *(one for one in others if _reads_its_own(_setup("", *first), *one))]
+    setups = [_setup(_name_of_setup(k), *group) for k, group in enumerate(groups)]
+    _inherit(setups)
+    used: set[str] = set()
+    numbered = runs_are_numbered([_named(file) for file in files])
+    records = []
+    for file in files:
+        own = next((k for k, (some, _) in enumerate(groups) if file in some), 0)
+        record = propose_record(folder, file, groups[own][1], used, numbered=numbered)
+        record.setup = _name_of_setup(own)
+        records.append(record)
+    return Proposal(setups, records)
+
+
+def _reads_its_own(
+    first: ProposedSetup, files: Sequence[FileView], guesses: Mapping[str, Guess]
+) -> bool:
+    """Whether no channel that a set of these files inherits would fit one of their columns."""
+    roles = {guess.role for guess in guesses.values()}
+    names = {column.name for file in files for column in file.signals}
+    return not any(
+        channel.pattern.isdigit() or any(fnmatchcase(name, channel.pattern) for name in names)
+        for channel in first.channels
+        if channel.role not in roles
+    )
+
+
+def _inherit(setups: Sequence[ProposedSetup]) -> None:
+    """A channel of the first set that another set has not is optional: that one inherits it."""
+    first, *others = setups
+    for channel in first.channels:
+        if any(channel.role not in {c.role for c in one.channels} for one in others):
+            channel.optional = True
+
+
+def _name_of_setup(number: int) -> str:
+    return f"instrument {number + 1}" if number else ""
+
+
+def _by_instrument(files: Sequence[FileView]) -> list[tuple[list[FileView], dict[str, Guess]]]:
+    """Files with the roles of their channels: one group, unless these leave some files out.
+
+    Then files of the same columns are a group each, the largest first. A group of which no file
+    shows its kind of test is left to the first one, which says what is missing.
+    """
+    whole = guess_roles(files)
+    tested = [(file, describe_test(file, whole)[0] != OPEN) for file in files]
+    if all(known for _, known in tested):
+        return [(list(files), whole)]
+    groups = []
+    for some in _of_same_columns(files):
+        guesses = guess_roles(some)
+        if known := sum(describe_test(file, guesses)[0] != OPEN for file in some):
+            groups.append((known, some, guesses))
+    if sum(known for known, _, _ in groups) <= sum(known for _, known in tested):
+        return [(list(files), whole)]
+    return [(some, guesses) for _, some, guesses in sorted(groups, key=lambda g: -g[0])]
+
+
+def _of_same_columns(files: Sequence[FileView]) -> list[list[FileView]]:
+    """Files in groups that share a channel's name with another of their group."""
+    groups: list[tuple[set[str], list[FileView]]] = []
+    for file in files:
+        labels = {label_of(column) for column in file.signals}
+        own = [file]
+        for group in [one for one in groups if one[0] & labels]:
+            labels |= group[0]
+            own = [*group[1], *own]
+            groups.remove(group)
+        groups.append((labels, own))
+    return [some for _, some in groups]
+
+
+def _setup(name: str, files: Sequence[FileView], guesses: Mapping[str, Guess]) -> ProposedSetup:
     channels = []
     for role in _ROLES:
         labels = [label for label, guess in guesses.items() if guess.role == role]
         if labels:
             channels.append(_channel(labels, guesses[labels[0]], files))
-    used: set[str] = set()
-    numbered = runs_are_numbered([_named(file) for file in files])
-    records = [propose_record(folder, file, guesses, used, numbered=numbered) for file in files]
     times = sorted({c.name for f in files for c in f.columns if c.kind == "time" and c.name})
     unnamed = {c.index for f in files for c in f.columns if c.kind == "time" and not c.name}
     time = _pattern(times) if times else str(unnamed.pop()) if len(unnamed) == 1 else None
@@ -124,7 +205,7 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     )
     (unit, _), _ = units.most_common(1)[0] if units else (("s", False), 0)
     sure = bool(units) and set(units) == {(unit, True)}
-    return Proposal(channels, records, time, unit, sure, wav, blind)
+    return ProposedSetup(name, channels, time, unit, sure, wav, blind)
 
 
 def _own_times(file: FileView, labels: Sequence[str]) -> int | None:

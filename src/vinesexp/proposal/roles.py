@@ -24,7 +24,9 @@ from vinesexp.units import UNITS
 
 _NAMES = {
     "force": re.compile(r"force|hammer|kraft|marteau|martillo|load ?cell|^f\d?$", re.I),
-    "base": re.compile(r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot", re.I),
+    "base": re.compile(
+        r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot|tisch|anreg|erreg", re.I
+    ),
     "acceleration": re.compile(r"acc|accel|beschl|pcb|icp|imu", re.I),
     "displacement": re.compile(r"laser|disp|pos|depl|weg|ldv|vib|mass|oscill", re.I),
     "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),

@@ -7,7 +7,7 @@ file's name, else from the flights between its impacts. What neither tells stays
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 
@@ -110,10 +110,12 @@ def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -
     CampaignError
         No channel of the campaign is in it.
     """
+    sets = {"": campaign.channels, **{name: s.channels for name, s in campaign.setups.items()}}
+    setup = max(sets, key=lambda name: sum(bool(_channel_of(c, sets[name])) for c in view.signals))
     guesses: dict[str, Guess] = {}
     columns = []
     for column in view.columns:
-        channel = _channel_of(column, campaign)
+        channel = _channel_of(column, sets[setup])
         if channel is not None and column.kind == "signal":
             guesses[label_of(column)] = Guess(channel.role, "campaign.yaml", sure=True)
             column = _in_si(column, channel)
@@ -124,6 +126,7 @@ def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -
     used = {record.id.lower() for record in records}
     known = replace(view, columns=tuple(columns))
     found = propose_record(campaign.folder, known, guesses, used)
+    found.setup = setup
     cells, read = found.cells, {reading.column for reading in found.readings}
     for column_name, values, share, digits in (
         ("base_amplitude_mm", [1e3 * r.base_amplitude for r in records if r.base_amplitude],
@@ -137,15 +140,14 @@ def row_of_file(campaign: Campaign, view: FileView, records: Sequence[Record]) -
     return found
 
 
-def _channel_of(column: ColumnView, campaign: Campaign) -> Channel | None:
-    """The channel of campaign.yaml that a column is."""
-    for channels in (campaign.channels, *(s.channels for s in campaign.setups.values())):
-        for channel in channels.values():
-            if channel.column == column.index or (
-                isinstance(channel.column, str)
-                and (channel.column == column.name or fnmatchcase(column.name, channel.column))
-            ):
-                return channel
+def _channel_of(column: ColumnView, channels: Mapping[str, Channel]) -> Channel | None:
+    """The channel of a set that a column is."""
+    for channel in channels.values():
+        if channel.column == column.index or (
+            isinstance(channel.column, str)
+            and (channel.column == column.name or fnmatchcase(column.name, channel.column))
+        ):
+            return channel
     return None
 
 

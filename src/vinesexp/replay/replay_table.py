@@ -402,7 +402,7 @@ def replay_checks(rows: Sequence[Compared]) -> list[Check]:
         detail = "; ".join(_in_words(r) for r in own)
         checks.append(
             Check(record, "replay", "warning",
-                  f"the identified rig does not move as this record: {detail}")
+                  f"the identified rig does not reproduce this record: {detail}")
         )  # fmt: skip
     return checks
 

@@ -104,11 +104,11 @@ def lead(found: Differences) -> str:
     --------
     >>> from pathlib import Path
     >>> lead(Differences(Path("a"), Path("b"), 0, 1, 1, ()))
-    'Nothing differs beyond its error.'
+    'Nothing differs by more than its error.'
     """
     rows = [row for row in found.rows if row.matters]
     if not rows:
-        return "Nothing differs beyond its error."
+        return "Nothing differs by more than its error."
     numbers = [row for row in rows if row.kind in ("value", "clearance")]
     parts = [f"{row.what} ({_apart(row)})" for row in numbers[:5]]
     if len(numbers) > 5:
@@ -167,7 +167,7 @@ def about_errors(found: Repeatability) -> str:
     pairs = "; ".join(f"{a} and {b}" for a, b in found.shared)
     return (
         f"Some folders analyse the same instrument files ({pairs}). Their errors are not "
-        "independent: they scatter less than the errors say."
+        "independent: they scatter less than the errors suggest."
     )
 
 

@@ -75,18 +75,22 @@ SETTINGS = {
 
 
 def tests_table(campaign: Campaign, checks: Sequence[Row]) -> list[dict[str, Any]]:
-    """One row a kind of test; `unused` counts its records that were refused or excluded."""
+    """One row a kind of test; `unused` counts its records that were refused or excluded.
+
+    The settings are those of the records that were used.
+    """
     rows = []
     unused = {row["record"] for row in checks if row["outcome"] in ("refused", "excluded")}
     for test, heading in TESTS.items():
-        records = [r for r in campaign.records if r.test == test]
-        if records:
+        every = [r for r in campaign.records if r.test == test]
+        records = [record for record in every if record.id not in unused]
+        if every:
             rows.append(
                 {
                     "test": test,
                     "heading": heading,
-                    "count": len(records),
-                    "unused": sum(record.id in unused for record in records),
+                    "count": len(every),
+                    "unused": len(every) - len(records),
                     "clearances": _range([1e3 * b for r in records for b in r.clearance]),
                     "base": _range([1e3 * r.base_amplitude for r in records if r.base_amplitude]),
                     "frequency": _range([f for r in records for f in r.frequency or ()]),
@@ -196,8 +200,8 @@ def lost_in_words(rows: Sequence[Row]) -> str:
 
 _WORDS = {
     "ok": "agrees",
-    "off": "contradicted: the analysis takes what was found",
-    "not tested": "not tested: the records add nothing to what was stated",
+    "off": "contradicted: the analysis uses what was found",
+    "not tested": "not tested: the records do not determine this value",
 }
 
 
@@ -303,7 +307,7 @@ ERROR_BARS = Table("error_bars", "error bar benchmark", (
     Column("noise", "name of the noise level"),
     Column("parameter", "M, c1, ..."),
     Column("campaigns", "simulated campaigns at this level", kind="whole"),
-    Column("covered", "share of 95 % intervals with the truth", "1", "number"),
+    Column("covered", "share of 95 % intervals that hold the true value", "1", "number"),
 ))  # fmt: skip
 
 
@@ -358,13 +362,13 @@ EFFECTS = {
     "r_speed": "impact speed at which r holds",
     "friction": "friction of the ball on its floor, over its mass",
     "tilt": "pull along a cavity that slopes, over the ball's mass",
-    "contact_time": "time of a contact in which the ball gets no further",
-    "rolling": "share of the floor's motion that takes a rolling ball along",
-    "hollow": "pull to the middle of the cavity for every metre from it (hollow floor, magnet)",
-    "displacement_even": "share by which the displacement reads more for every metre from rest",
-    "displacement_odd": "the same, for every square metre: a gain that changes toward both ends",
-    "r_effective": "restitution of the plain model that moves much alike",
-    "nes_mass_effective": "ball of the plain model that moves much alike",
+    "contact_time": "duration of a contact, during which the ball stays at the wall",
+    "rolling": "share of the floor's motion that a rolling ball takes up",
+    "hollow": "pull to the middle of the cavity per metre from it (concave floor, magnet)",
+    "displacement_even": "share by which the displacement reads more, per metre from rest",
+    "displacement_odd": "the same, per square metre: a gain that changes toward both ends",
+    "r_effective": "restitution of the plain model with nearly the same motion",
+    "nes_mass_effective": "ball mass of the plain model with nearly the same motion",
 }
 
 _BALL = 0.2  # kg

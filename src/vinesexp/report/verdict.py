@@ -122,10 +122,10 @@ def explanation(test: Tested, found: Sequence[Attractor]) -> str:
     """
     alike = [one for one in found if _of_the_record(test, one)]
     if not alike:
-        return f"no other motion explains it: none of {STARTS} starts leads there"
+        return f"not explained: none of {STARTS} starts leads to the measured motion"
     best = max(alike, key=lambda one: one.share)
     if best.share == 1.0:
-        return "all starts lead to the motion of the record, none to the one whose end b_c is"
+        return "all starts lead to the motion of the record, none to the orbit that b_c belongs to"
     return f"another motion explains it: {_in_words(best)}"
 
 
@@ -181,7 +181,7 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
     shown = tuple(sorted(_records(rows), key=lambda row: not row["differs"]))
     if failed:
         warning = (
-            f"The identified rig does not move as {_count(len(failed), len(records))} "
+            f"The identified rig does not reproduce {_count(len(failed), len(records))} "
             f"({', '.join(failed[:5])}{', ...' if len(failed) > 5 else ''}): predictions for such "
             "tests may not hold."
         )
@@ -190,7 +190,7 @@ def replay_verdict(rows: Sequence[Row], checks: Sequence[Row]) -> ReplayVerdict 
     sentence = f"The identified rig moves as {whose}: {_within(rows)}."
     if aside := [f"{row['record']} ({row['differs']})" for row in shown if row["differs"]]:
         more = f" and {len(aside) - 5} more" if len(aside) > 5 else ""
-        sentence += f" Quantities that do not decide this differ in {', '.join(aside[:5])}{more}."
+        sentence += f" Other quantities differ in {', '.join(aside[:5])}{more}."
     return ReplayVerdict(sentence, "", shown)
 
 
@@ -533,7 +533,7 @@ def _where(row: Row, both: str) -> str:
         return both.format(least, most)
     if least:
         return f"above {least} mm"
-    return f"below {most} mm" if most else "not bracketed by what was tried"
+    return f"below {most} mm" if most else "not bracketed by the clearances tried"
 
 
 #: A prediction that misses the bracket by less than this share is reported as agreeing: clearances
@@ -562,7 +562,7 @@ def agreement(lowest: Row, end: Row) -> tuple[str, bool | None]:
     if end.get("measured_mm"):
         row, what = end, "two impacts per cycle end"
     else:
-        row, what = lowest, "amplitude is lowest"
+        row, what = lowest, "the amplitude is lowest"
         if lowest.get("bound"):
             return "nothing to compare: the lowest amplitude is at the edge of what was tried", None
     if not row.get("measured_mm") or not row.get("exact_mm"):
@@ -576,13 +576,13 @@ def agreement(lowest: Row, end: Row) -> tuple[str, bool | None]:
     if width > DECIDES:
         return (
             f"cannot decide: the 95 % interval of b_c is {100.0 * width:.0f} % wide; the error "
-            "budget says what would narrow it most",
+            "budget shows what would narrow it most",
             None,
         )
     if reach[0] <= high and reach[1] >= low:
         if bound:
             return f"{what} {within(row)}: b_c is not tested further", None
-        return f"b_c lies in the gap in which {what}", True
+        return f"b_c lies where {what}", True
     apart = exact / low - 1.0 if exact < low else exact / high - 1.0
     side = "below" if apart < 0.0 else "above"
     share = f"b_c is {percent(abs(apart), sign='-')} {side}"
@@ -846,7 +846,7 @@ def headline(
         else "there is no usable periodic test and no usable release with one NES"
     )
     return f"No best clearance can be reported: {reason}. " + (
-        f"The records give {found}." if found else "The records give no parameter either."
+        f"The records give {found}." if found else "The records determine no parameter either."
     )
 
 
@@ -865,7 +865,7 @@ def _agreement(periodic: Sequence[PeriodicVerdict]) -> str:
         return ""
     if len(agreeing) < len(periodic):
         where = ", ".join(agreeing)
-        return f" Prediction and measurement agree at {where}; elsewhere the tests do not say."
+        return f" Prediction and measurement agree at {where}; elsewhere the tests do not decide."
     every = " at every base amplitude" if len(periodic) > 1 else ""
     return f" Prediction and measurement agree{every}."
 
@@ -903,8 +903,8 @@ def release_lines(releases: Sequence[ReleaseVerdict]) -> list[dict[str, str]]:
 
 _EDGES = {"at most": ("smallest", "smaller"), "at least": ("largest", "larger")}
 _EDGE = {
-    "at most": "the smallest that was tried or as good as it",
-    "at least": "the largest that was tried or as good as it",
+    "at most": "the smallest that was tried, or as good as that one",
+    "at least": "the largest that was tried, or as good as that one",
     "open": "no better than both ends of what was tried",
 }
 

@@ -176,11 +176,11 @@ class ChannelSettings:
         measured="tests/hard_cases/test_impacts.py", low=1e-5, high=10.0, of="time",
     )  # fmt: skip
     piled: float = number(
-        4.0, "clipped: the outermost level has so many times the samples of the next levels",
+        4.0, "clipped: the outermost level has this many times the samples of the next levels",
         measured=_FIND, low=1.5, high=1000.0, of="ratio",
     )  # fmt: skip
     gain_sure: float = number(
-        5.0, "the sign of the acceleration is corrected if its gain is so many errors from 0",
+        5.0, "the sign of the acceleration is corrected if its gain is this many errors from 0",
         measured=_FIND, low=1.0, high=100.0, of="standard errors",
     )  # fmt: skip
     lag_known: float = number(
@@ -237,11 +237,11 @@ class ImpactSettings:
         of="standard deviations",
     )  # fmt: skip
     ringing: float = number(
-        8e-3, "ringing of the sensor is looked for so long after an impact",
+        8e-3, "ringing of the sensor is searched for this long after an impact",
         measured="docs/benchmarks/impacts.md, by sensor", low=0.0, high=1.0, of="time",
     )  # fmt: skip
     template_error: float = number(
-        3.0, "a remainder is a new contact only above so many spreads of the template",
+        3.0, "a remainder is a new contact only above this many spreads of the template",
         measured=_TABLE, low=0.0, high=100.0, of="spreads",
     )  # fmt: skip
     split: bool = switch(
@@ -299,7 +299,7 @@ class SlopeSettings:
         measured=_FIND, low=0.05, high=2.0, of="periods",
     )  # fmt: skip
     points: int = number(
-        200, "the displacement is averaged to so many values a period; nothing is lost",
+        200, "the displacement is averaged to this many values per period; nothing is lost",
         measured=_FIND, low=20, high=10000, of="means a period",
     )  # fmt: skip
     damping: float = number(
@@ -311,7 +311,7 @@ class SlopeSettings:
         of="critical damping",
     )  # fmt: skip
     detuning_error: float = number(
-        0.02, "by how much the drive may be off the oscillator's own frequency",
+        0.02, "how far the drive may be from the oscillator's own frequency",
         measured=_FIND, low=1e-6, high=0.5, of="oscillator's frequency",
     )  # fmt: skip
 
@@ -362,7 +362,7 @@ class RegimeSettings:
         measured="tests/signals/test_transition.py", low=2, high=1000, of="cycles",
     )  # fmt: skip
     transition_floor: float = number(
-        0.02, "smaller amplitudes are noise and are left out of the decay rates",
+        0.02, "smaller amplitudes are noise, and are left out of the decay rates",
         measured="tests/signals/test_transition.py", low=0.0, high=0.9, of="largest amplitude",
     )  # fmt: skip
 
@@ -384,7 +384,7 @@ class RegimeSettings:
         of="mass of the oscillator",
     )  # fmt: skip
     seen_share: float = number(
-        0.2, "impacts can be seen if at least so many are found",
+        0.2, "impacts can be seen if at least this many are found",
         measured="tests/signals/test_visibility.py", low=0.0, high=10.0, of="impacts a cycle",
     )  # fmt: skip
 

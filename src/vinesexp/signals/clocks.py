@@ -646,15 +646,15 @@ def _in_words(found: Lost | Cut | OtherClock | Start, view: RecordView, frequenc
     if isinstance(found, OtherClock):
         total = found.ratio * view.n / view.sample_rate
         return (
-            f"{found.role} comes from a recorder whose clock differs by "
-            f"{100.0 * found.ratio:+.4g} +- {100.0 * found.error:.1g} % from that of the other "
-            f"channels: the lag between acceleration and displacement drifts by {1e3 * total:.3g} "
-            "ms over the record; it is brought onto their clock"
+            f"{found.role} comes from a recorder whose clock differs by {100.0 * found.ratio:+.4g} "
+            f"+- {100.0 * found.error:.1g} % from that of the other channels: the lag between "
+            f"acceleration and displacement drifts by {1e3 * total:.3g} ms over the record; it is "
+            "resampled to their clock"
         )
     if isinstance(found, Cut):
         at = float(view.time(found.first, found.first + 1)[0])
         kept = "after" if found.kept(view.n)[0] else "before"
-        seen = "the displacement jumps there and continues about the same mean"
+        seen = "the displacement jumps there and continues around the same mean"
         if found.last > found.first:
             seen = "the lag between acceleration and displacement steps there"
         return (
@@ -665,7 +665,7 @@ def _in_words(found: Lost | Cut | OtherClock | Start, view: RecordView, frequenc
         return (
             f"the recorders of {' and '.join(found.roles)} and of the acceleration did not start "
             f"together: the motion comes {found.late / view.sample_rate:+.4g} s later in the "
-            "first; they are laid over one another by the motion. Start both by one trigger"
+            "first; they are aligned by the motion. Start both with one trigger"
         )
     at = float(view.time(found.first, found.first + 1)[0])
     where = "all channels" if found.roles == view.roles else found.roles[0]
@@ -676,13 +676,14 @@ def _in_words(found: Lost | Cut | OtherClock | Start, view: RecordView, frequenc
     said = f"{where}: {shown} at {at:.6g} s"
     if not found.certain:
         return (
-            f"{said}, which would be {found.count:.2f} +- {found.error:.2g} samples lost: no whole "
-            "number, so that it may be the drive as well; look at the recorder, nothing is changed"
+            f"{said}, which would be {found.count:.2f} +- {found.error:.2g} lost samples: no whole "
+            "number, so the drive may have changed instead; nothing was corrected, look at the "
+            "recorder"
         )
     samples = "sample" if found.whole == 1 else "samples"
     return (
-        f"{said}: {found.whole} {samples} lost ({found.count:.2f} +- {found.error:.1g}); a gap as "
-        "long is put there"
+        f"{said}: {found.whole} {samples} lost ({found.count:.2f} +- {found.error:.1g}); a gap of "
+        "this length is inserted"
     )
 
 

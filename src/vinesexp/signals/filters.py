@@ -169,7 +169,7 @@ def dominant_frequency(
     centred = x - x.mean()
     centred -= ramp * (centred @ ramp / (ramp @ ramp))
     if not np.any(np.abs(centred) > 1e-12 * np.abs(x).max()):
-        raise AnalysisError("nothing moves in it; there is no oscillation to follow")
+        raise AnalysisError("it shows no motion, so there is no oscillation to follow")
     size = next_fast_len(n, real=True)
     power = np.abs(np.fft.rfft(centred * np.hanning(n), size)) ** 2
     line = np.maximum(np.arange(power.size), 1)
@@ -183,7 +183,7 @@ def dominant_frequency(
         if velocity[band].sum() < _SHARE * velocity[first:last].sum():
             peak = None  # a line of hum in a record of other things
     if peak is None:
-        raise AnalysisError("no oscillation stands out of its noise")
+        raise AnalysisError("no oscillation is above its noise")
     here = np.log(velocity[max(peak - 1, 0) : peak + 2] + np.finfo(float).tiny)
     bend = here[0] - 2.0 * here[1] + here[2]
     shift = 0.5 * (here[0] - here[2]) / bend if bend < 0.0 else 0.0

@@ -550,17 +550,17 @@ def _how_it_began(steady: SteadyPart, begin: float) -> tuple[tuple[str, str, str
 def _too_short(cycles: int) -> tuple[tuple[str, str, str], ...]:
     return ((
         "length of the test", "warning",
-        f"too short: {cycles} cycles after the start of the test, of {TELLING} that tell two "
-        "impacts per cycle for good from those that are lost later; it does not count for their "
-        "end, record longer",
+        f"too short: {cycles} cycles after the start of the test, of {TELLING} that are needed to "
+        "see whether two impacts per cycle last; the test does not count for their end; record "
+        "longer",
     ),)  # fmt: skip
 
 
 def _did_not_work(b: float, amplitude: float) -> tuple[tuple[str, str, str], ...]:
     return ((
         "ball", "warning",
-        f"no impact: the ball did not move, stuck or never met by a wall (the mass swings by "
-        f"{1e3 * amplitude:.3g} mm, the clearance is {1e3 * b:.3g} mm); the test says nothing of "
+        "no impact: the ball is stuck, or no wall reaches it (the mass swings by "
+        f"{1e3 * amplitude:.3g} mm, the clearance is {1e3 * b:.3g} mm); the test shows nothing of "
         "the NES. Free the ball, or start it with a push",
     ),)  # fmt: skip
 
@@ -569,7 +569,7 @@ def _nothing_seen() -> tuple[tuple[str, str, str], ...]:
     return ((
         "ball", "warning",
         "no impact was found: the ball did not move, or those of a light ball are lost in the "
-        "noise or the sampling of this record; the test says nothing of the NES",
+        "noise or the sampling of this record; the test shows nothing of the NES",
     ),)  # fmt: skip
 
 

@@ -126,7 +126,10 @@ class Effort:
 
     def unbounded(self, now: float) -> AnalysisError:
         """What is said of a motion that grows beyond all bounds."""
-        why = "a spring with k3 < 0 gives way where k1 z + k3 z^3 turns about; start it smaller"
+        why = (
+            "a spring with k3 < 0 gives way where k1 z + k3 z^3 is largest; start with a smaller "
+            "displacement"
+        )
         return AnalysisError(
             f"{self._scene()}: the motion grows beyond all bounds after t = {now:.9g} s"
             + (f": {why}" if self.rig.oscillator.k3 < 0.0 else "")
@@ -137,9 +140,9 @@ class Effort:
         return AnalysisError(
             f"{self._scene()}: the motion comes to a stop at t = {now:.9g} s, with more than "
             f"{STALL} events within {self.pace:.3g} s. Balls with r close to 1, in cavities far "
-            "smaller than the motion or on an oscillator that Coulomb friction holds, bounce "
-            "faster than any clock resolves; lower r, or leave the friction out. A ball on a floor "
-            "with friction whose r is next to 0 does so too: take 0"
+            "smaller than the motion or on an oscillator that Coulomb friction holds, bounce at "
+            "intervals too short to resolve; lower r, or leave the friction out. A ball on a floor "
+            "with friction and an r close to 0 does the same: set r to 0"
         )
 
     def _scene(self) -> str:

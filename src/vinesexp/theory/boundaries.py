@@ -162,9 +162,9 @@ def end_of_permanent_response(p: Reduced) -> StableRange:
         rig = {n: float(getattr(p, n).ravel()[lost]) for n in ("eps", "zeta", "r", "Omega")}
         words = ", ".join(f"{name} = {value:.6g}" for name, value in rig.items())
         raise AnalysisError(
-            f"no stable orbit with two symmetric impacts per cycle at any clearance ({words}); "
-            "an elastic ball on an undamped oscillator never settles, and below resonance "
-            "an oscillator without damping may leave no stable orbit"
+            f"no stable orbit with two symmetric impacts per cycle at any clearance ({words}); an "
+            "elastic ball on an undamped oscillator never settles, and below resonance an "
+            "oscillator without damping may have no stable orbit"
         )
     return ends
 

@@ -356,7 +356,9 @@ def _elbow(eps: float, lam: float, r: float) -> float:
     run = passage(eps=eps, lam=lam, r=r)
     gone = run.let_go[np.isfinite(run.let_go)]
     if gone.size == 0:
-        raise AnalysisError("b*(level): no ball lets go below the fold; no elbow to follow")
+        raise AnalysisError(
+            "b*(level): no ball is lost below the fold; there is no elbow to follow"
+        )
     return float(gone.mean())
 
 

@@ -435,7 +435,7 @@ def captured_time(release: Decaying, *, b: ArrayLike, level: ArrayLike) -> Float
     eps, lam = release.eps, release.lam
     if release.r == 1.0:  # elastic: the ball takes nothing on the average
         if lam == 0.0:
-            raise AnalysisError("r = 1 without damping keeps its energy for ever")
+            raise AnalysisError("a ball of r = 1 without damping never loses energy")
         return np.log(release.x_m / target) * 2.0 / (lam * eps * release.w0)
     start, end = release.x_m / clearance, target / clearance
     curve = decay_curve(

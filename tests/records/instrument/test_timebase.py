@@ -149,5 +149,7 @@ def test_one_sample_is_no_clock():
 @pytest.mark.parametrize("block", [None, 250])
 def test_times_that_begin_anew_are_a_second_record(block):
     times = np.arange(500) * 1e-3
-    with pytest.raises(RecordError, match=r"row 500.*begin anew, from 0.499 to 0: a second record"):
+    with pytest.raises(
+        RecordError, match=r"row 500.*start again, from 0.499 to 0: a second record"
+    ):
         run(np.concatenate((times, times)), block)

@@ -38,7 +38,7 @@ def test_columns_and_rows_are_all_there(behind, separator, end, tmp_path):
     np.testing.assert_allclose(found, np.round(VALUES, 4), atol=1e-12)
     words = [line for line in behind if line]
     assert source.losses == (
-        f"{len(words)} line{'s' * (len(words) > 1)} behind the last row hold no data "
+        f"{len(words)} line{'s' * (len(words) > 1)} after the last row hold no data "
         f"('{words[0][:60]}')",
     )
 
@@ -77,7 +77,7 @@ def test_behind_a_labview_file(tmp_path):
     source = open_source(path)
     found = np.concatenate(list(source.blocks([1])))
     np.testing.assert_allclose(found[:, 0], VALUES[:, 1], atol=1e-6)
-    assert source.losses[0].startswith("2 lines behind the last row")
+    assert source.losses[0].startswith("2 lines after the last row")
 
 
 def test_behind_a_cassy_file_with_the_results_of_its_fits(tmp_path):
@@ -109,7 +109,7 @@ def test_what_begins_with_a_word_or_a_stamp_behind_times_is_no_row(behind, encod
     found = np.concatenate(list(source.blocks([0, 1, 2, 3], rows=100)))
     found = found[np.isfinite(found).any(axis=1)]
     np.testing.assert_allclose(found, np.round(VALUES, 4), atol=1e-12)
-    assert "behind the last row" in source.losses[0]
+    assert "after the last row" in source.losses[0]
 
 
 @pytest.mark.parametrize("separator", [",", "\t", ";", "  "])

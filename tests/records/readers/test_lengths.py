@@ -46,7 +46,7 @@ def test_a_recorder_that_lost_its_power_leaves_the_length_open(stated, tmp_path)
     path.write_bytes(raw)
     values, warnings = checked(path)
     np.testing.assert_allclose(1e3 * values, SHAPE.astype("f4"), rtol=1e-6)
-    assert "did not end the record" in warnings["length"]
+    assert "did not close the record" in warnings["length"]
 
 
 @pytest.mark.parametrize("kind", ["u1", "<i2", "<i4", "<f4", "<f8"])

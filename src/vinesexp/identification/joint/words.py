@@ -25,20 +25,25 @@ _NAMES = {
     "tilt": "a cavity that slopes",
     "contact": "a contact that lasts",
     "rolling": "a ball that rolls",
-    "hollow": "a floor that is hollow, or a magnet",
-    "even": "a displacement that is not straight (more on one side than on the other)",
-    "odd": "a displacement that is not straight (a gain that changes toward both ends)",
+    "hollow": "a concave floor, or a magnet",
+    "even": (
+        "a displacement sensor that is not linear (it reads more on one side than on the other)"
+    ),
+    "odd": "a displacement sensor that is not linear (its gain changes toward both ends)",
     "drop": "drop tests on another surface than the walls",
-    "pulse area": "a pulse of the accelerometer whose area is off (a contact that rings)",
-    "jumps": "jumps of velocity that both sensors show wrong (a local mode)",
+    "pulse area": "an accelerometer whose pulses have the wrong area (a contact that rings)",
+    "jumps": "velocity jumps that both sensors show too large or too small (a local mode)",
 }
 _SCATTERED = {
     "own r": "r differs from record to record",
-    "own momentum": "the jumps of the mass differ from record to record from what the ball loses",
+    "own momentum": (
+        "the ratio of the mass's velocity jumps to the momentum of the ball differs from record to "
+        "record"
+    ),
     "clearance": "the clearances scatter by more than their stated uncertainty",
-    "own base": "the motion of the mass asks for another base in each record",
-    "own f0": "f0 differs from record to record by more than mounting does",
-    "own zeta": "zeta differs from record to record by more than mounting does",
+    "own base": "the motion of the mass implies another base motion in each record",
+    "own f0": "f0 differs from record to record by more than separate mountings explain",
+    "own zeta": "zeta differs from record to record by more than separate mountings explain",
     "own friction": "friction of the ball differs from record to record",
     "own tilt": "the slope of the cavity differs from record to record",
 }
@@ -55,14 +60,15 @@ def cause_checks(judged: Judged) -> list[Check]:
         if cause.kind == "remounting":
             kind, outcome = "remounting", "ok"
             detail = (
-                "f0 and zeta of ring-downs with the same load differ as separate mountings do, and "
-                "each counts as one; the errors hold it"
+                "f0 and zeta of ring-downs with the same load differ as they do after separate "
+                "mountings. Each ring-down counts as its own mounting, and the errors include this "
+                "scatter"
             )
         elif weighed.slight:
             kind, outcome = "slight", "ok"
             detail = (
-                f"the records differ a little from the plain model, as {names} would make them: "
-                "too little to say so. The values and their errors hold it"
+                f"the records differ a little from the plain model, as {names} would make them. "
+                "The difference is too small to be sure; the values and their errors include it"
             )
         elif cause.direction is None:
             kind, detail, record = "plain model", _unexplained(weighed), ""
@@ -71,15 +77,15 @@ def cause_checks(judged: Judged) -> list[Check]:
         elif weighed.rivals:
             kind, record = "either", ""
             detail = (
-                f"the records contradict what was stated; either explains them: {names}. The "
-                "values and their errors hold all of these"
+                f"the records contradict what was stated. Each of these explains them: {names}. "
+                "The values and their errors include all of them"
             )
         else:
             kind, record = "plain model", ""
             detail = (
-                f"not explained: the records differ from the plain model as {called(cause)}"
-                " would make them, but records left out are not predicted better so; the errors "
-                "hold it"
+                f"not explained: the records differ from the plain model as {called(cause)} would "
+                "make them, but this does not predict left-out records better; the errors include "
+                "the difference"
             )
         checks.append(Check(record, kind, outcome, detail))
     return checks
@@ -90,9 +96,9 @@ def odd_checks(odd: Mapping[str, float]) -> list[Check]:
     return [
         Check(
             record, "plain model", "warning",
-            "not explained: the flights of this record miss what all others show by "
-            f"{math.sqrt(factor):.0f} times the usual; they hardly count. Lost samples, a channel "
-            "with another clock, a ball that lies still or impacts found twice do that",
+            "not explained: the flights of this record differ from those of all others by "
+            f"{math.sqrt(factor):.0f} times their usual scatter, and get little weight. Look for "
+            "lost samples, a channel with another clock, a ball at rest, or impacts found twice",
         )
         for record, factor in sorted(odd.items())
     ]  # fmt: skip
@@ -100,8 +106,8 @@ def odd_checks(odd: Mapping[str, float]) -> list[Check]:
 
 def _unexplained(weighed: Weighed) -> str:
     return (
-        f"not explained: {_SCATTERED[weighed.cause.about]}, and no effect and no mistake that is "
-        "known explains it; the errors hold this scatter"
+        f"not explained: {_SCATTERED[weighed.cause.about]}, and no known effect or mistake "
+        "explains it; the errors include this scatter"
     )
 
 
@@ -116,7 +122,7 @@ def called(cause: Cause) -> str:
     if cause.kind == "effect":
         return _NAMES[cause.about]
     if cause.kind == "remounting":
-        return "ring-downs that were each mounted anew"
+        return "ring-downs with a separate mounting each"
     if cause.kind == "scatter":
         return f"an unexplained cause ({_SCATTERED[cause.about]})"
     place = _PLACES.get(cause.about, f"the {cause.about}")
@@ -133,8 +139,8 @@ def called(cause: Cause) -> str:
     if cause.stated:
         return f"{place} that is wrong ({', '.join(cause.stated)})"
     if "offset" in cause.key:
-        return f"{place} that is off by one length or mass throughout"
-    return f"{place} that is off by one factor throughout"
+        return f"{place} that is off by the same amount in all records"
+    return f"{place} that is off by the same factor in all records"
 
 
 def said(weighed: Weighed) -> str:
@@ -149,13 +155,13 @@ def said(weighed: Weighed) -> str:
     if cause.key.startswith("exchanged"):
         return (
             f"{place} of {whose[0]} and {whose[1]} are exchanged: each record shows the value of "
-            "the other; the analysis has them turned round. Correct records.csv"
+            "the other; the analysis exchanges them. Correct records.csv"
         )
     if cause.factor is not None:
         why = FACTORS[cause.factor]
         return (
             f"{place} is {cause.factor:.4g} times the true value in all records ({why}): the "
-            "flights and the motion of the mass show it; the analysis takes the values found. "
+            "flights and the motion of the mass show it; the analysis uses the values found. "
             f"Correct {place}"
         )
     if "offset" in cause.key or cause.key.startswith("one "):
@@ -164,9 +170,9 @@ def said(weighed: Weighed) -> str:
             return _by_share(place, value, error, cause)
         where = f"in {', '.join(whose)}" if whose else "in all records"
         return (
-            f"the true value of {place} {where} is {_signed(size * value, size * error)} "
-            f"{unit} from what is stated; the analysis takes the values found. Measure it again "
-            "and correct it"
+            f"the true value of {place} {where} differs from the stated one by "
+            f"{_signed(size * value, size * error)} {unit}; the analysis uses the values found. "
+            "Measure it again and correct it"
         )
     return _by_share(place, value, error, cause)
 
@@ -189,7 +195,7 @@ def _by_share(place: str, value: float, error: float, cause: Cause) -> str:
     what = "shows" if cause.about.endswith("gain") or " gain of" in cause.about else "is truly"
     return (
         f"{place}: it {what} {with_error(1.0 + share, error)} times what is stated; the analysis "
-        "takes the value found. Check it and correct it"
+        "uses the value found. Check it and correct it"
     )
 
 
@@ -203,69 +209,71 @@ def _drift(cause: Cause, value: float, error: float) -> str:
     size = f"{_signed(scale * value, scale * error)}{unit}"
     if cause.records:
         return (
-            f"{name} changes by {size} with record {cause.records[0]} and stays so, in the order "
-            "of records.csv: something was changed, worked loose or warmed up; values hold both"
+            f"{name} changes by {size} with record {cause.records[0]} and stays there, in the "
+            "order of records.csv: something was changed, came loose or warmed up; the errors of "
+            "the values include both states"
         )
-    why = "wear, or dirt" if name in _UNITS else "temperature, or something that works loose"
+    why = "wear, or dirt" if name in _UNITS else "temperature, or something that comes loose"
     return (
         f"{name} drifts by {size} from the first record to the last, in the order of records.csv "
-        f"({why}); values are those of the middle"
+        f"({why}); the values hold for the middle of the campaign"
     )
 
 
 _EFFECTS: Mapping[str, Callable[[float, float], str]] = {
     "wall": lambda v, e: (
-        f"the two walls differ: r at the wall where x - y = +b is larger than at the other by "
-        f"{with_error(v, e)}; r is their mean, and b_c is simulated with both"
+        "the two walls differ: r at the wall where x - y = +b is larger than at the other by "
+        f"{with_error(v, e)}; r is their mean, and b_c is simulated with both values"
     ),
     "slope": lambda v, e: (
         f"r depends on impact speed: it changes by {with_error(v, e)} for every m/s; r holds at "
         "the usual speed of these tests, and b_c is simulated with the change"
     ),
     "friction": lambda v, e: (
-        f"friction on its floor slows the ball by mu g = {with_error(v, e)} m/s^2 between "
-        "the walls; r allows for it, and b_c is that of a ball with friction, simulated"
+        f"friction on its floor slows the ball by mu g = {with_error(v, e)} m/s^2 between the "
+        "walls; r is corrected for it, and b_c is simulated with friction"
     ),
     "tilt": lambda v, e: (
         f"the cavity slopes: the ball is pulled along it by {with_error(v, e)} m/s^2 (tilt of "
-        f"{abs(v) / 9.80665 * 57.2958:.2g} degrees); r allows for it"
+        f"{abs(v) / 9.80665 * 57.2958:.2g} degrees); r is corrected for it"
     ),
     "contact": lambda v, e: (
-        f"a contact lasts {with_error(1e3 * v, 1e3 * e)} ms in which the ball gets no further; r "
-        "allows for it, and b_c is that of such contacts, simulated"
+        f"a contact lasts {with_error(1e3 * v, 1e3 * e)} ms, during which the ball stays at the "
+        "wall; r is corrected for it, and b_c is simulated with such contacts"
     ),
     "rolling": lambda v, e: (
-        f"the ball rolls: its floor takes it along by {with_error(v, e)} of the floor's own motion "
-        "(2/7 of a solid ball that never slips); b_c is predicted for a ball that does so"
+        f"the ball rolls: the floor drags it along with {with_error(v, e)} of the floor's own "
+        "motion (2/7 for a solid ball that never slips); b_c is predicted for such a ball"
     ),
     "hollow": lambda v, e: (
-        f"the ball is drawn to the middle of its cavity by {with_error(v, e)} m/s^2 for every m (a "
-        f"floor that is hollow with a radius of {9.80665 / abs(v):.2g} m, or a magnet; a floor "
-        "that bulges draws it to the walls, with a minus); r allows for it, and b_c is predicted "
-        "with r_effective and nes_mass_effective"
+        f"the ball is pulled to the middle of its cavity by {with_error(v, e)} m/s^2 per m of "
+        f"distance (a concave floor of radius {9.80665 / abs(v):.2g} m, or a magnet; a negative "
+        "value is a convex floor, which pulls it to the walls); r is corrected for it, and b_c is "
+        "predicted with r_effective and nes_mass_effective"
     ),
     "even": lambda v, e: (
-        f"the displacement is not straight: {with_error(1e-3 * v, 1e-3 * e)} x^2 more than x (mm), "
-        "more on one side of the rest position than on the other; values allow for it, amplitudes "
-        "do not. Look at the linearity of the sensor and at its angle"
+        f"the displacement sensor is not linear: it reads x + ({with_error(1e-3 * v, 1e-3 * e)}) "
+        "x^2 (mm), more on one side of the rest position than on the other; the values are "
+        "corrected for it, the amplitudes are not. Check the linearity of the sensor and its angle"
     ),
     "odd": lambda v, e: (
-        f"the displacement is not straight: {with_error(1e-6 * v, 1e-6 * e)} x^3 more than x (mm); "
-        "values allow for it, amplitudes do not. Look at the range and the linearity of the sensor"
+        f"the displacement sensor is not linear: it reads x + ({with_error(1e-6 * v, 1e-6 * e)}) "
+        "x^3 (mm); the values are corrected for it, the amplitudes are not. Check the range and "
+        "the linearity of the sensor"
     ),
     "drop": lambda v, e: (
-        f"r of the drop tests differs from that of the walls by {_signed(v, e)}: they were "
-        "made on another surface, or the walls changed; the flights between the walls count"
+        f"r of the drop tests differs from that of the walls by {_signed(v, e)}: they were made on "
+        "another surface, or the walls changed; r is taken from the flights between the walls"
     ),
     "jumps": lambda v, e: (
-        f"the jumps of velocity that both sensors show are {with_error(math.exp(-v), e)} times "
-        "those that the ball's momentum makes: a local mode, or a part that answers each impact; "
-        "M by impacts allows for it"
+        f"the velocity jumps that both sensors show are {with_error(math.exp(-v), e)} times those "
+        "that the ball's momentum makes: a local mode, or a part that vibrates after each impact; "
+        "M by impacts is corrected for it"
     ),
     "pulse area": lambda v, e: (
-        f"the jumps of velocity that the accelerometer shows are {with_error(math.exp(v), e)} "
-        "times those of the displacement, while both show the same oscillation: the area of its "
-        "pulse is off (a contact that rings, its mount, or a local mode); the momentum of the ball "
-        "counts"
+        f"the velocity jumps that the accelerometer shows are {with_error(math.exp(v), e)} times "
+        "those of the displacement, while both show the same oscillation: the area of its pulses "
+        "is wrong (a contact that rings, its mount, or a local mode); the momentum of the ball is "
+        "used instead"
     ),
 }

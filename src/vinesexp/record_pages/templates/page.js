@@ -12,7 +12,7 @@ function prepare(id, raw) {
   }
   const m = raw.impacts;
   for (const key of ["time", "jump", "error", "confidence"]) m[key] = unpack(m[key]);
-  m.notes = new Map(m.crowded.map(i => [i, "overlaps another or is badly explained"]));
+  m.notes = new Map(m.crowded.map(i => [i, "overlaps another or fits badly"]));
   for (const i of m.clipped) m.notes.set(i, "the acceleration was clipped");
   if (raw.cycles) raw.cycles = { time: unpack(raw.cycles.time), amplitude: unpack(raw.cycles.amplitude) };
   raw.end = raw.start + raw.samples / raw.rate;

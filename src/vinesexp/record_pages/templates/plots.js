@@ -17,7 +17,7 @@ function figure(title, height, x_range, more = {}) {
   const tools = more.tools || "xpan,xwheel_zoom,xbox_zoom,reset,save";
   const plot = new B.figure({ height, tools, x_range, sizing_mode: "stretch_width", title: null,
     y_axis_label: title, background_fill_color: null, border_fill_color: null, outline_line_color: null,
-    output_backend: "canvas", min_border_left: 62, ...more.options });
+    output_backend: "canvas", min_border_left: 62, stylesheets: [":host { break-inside: avoid; }"], ...more.options });
   plot.toolbar.logo = null;
   plot.toolbar.autohide = true;
   for (const tool of plot.toolbar.tools) if (tool.type === "WheelZoomTool") tool.modifiers = { ctrl: true };

@@ -52,7 +52,7 @@ def named_file(text: str, folder: Path, allow_outside: bool) -> Path:
             path.stat()  # tells a link to itself, and a name that no file can have
     except (OSError, RuntimeError, ValueError):
         raise ParameterError(
-            f"found '{text}', which cannot be followed to a file (a link to itself?)"
+            f"found '{text}', which leads to no file (a link to itself?)"
         ) from None
     if not allow_outside and not inside:
         raise ParameterError(

@@ -193,7 +193,7 @@ def sheet_rows(file: Path, problems: Problems) -> Sheet | None:
         )
         return None
     if not body:
-        problems.add(f"holds no words; its first line names the columns: {','.join(COLUMNS)}")
+        problems.add(f"holds no text; its first line names the columns: {','.join(COLUMNS)}")
         return None
     heads = [cell.strip() for cell in body[0][1]]
     while heads and not heads[-1]:
@@ -296,13 +296,16 @@ def _record(
 def sheet_text(rows: Iterable[Mapping[str, str]]) -> str:
     """records.csv of such rows, each column to its cell; what a row lacks is empty.
 
+    `setup` is a column where a row names one.
+
     Examples
     --------
     >>> sheet_text([{"record": "a", "file": "raw/a.csv", "note": "dropped, twice"}]).splitlines()[1]
     'a,raw/a.csv,,,,,,,,"dropped, twice"'
     """
-    stream = io.StringIO()
-    writer = csv.DictWriter(stream, SHEET_COLUMNS, restval="", lineterminator="\n")
+    rows, stream = list(rows), io.StringIO()
+    columns = [*SHEET_COLUMNS, *["setup"] * any(row.get("setup") for row in rows)]
+    writer = csv.DictWriter(stream, columns, restval="", lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return stream.getvalue()
@@ -314,7 +317,7 @@ def read_number(text: str, comma: bool) -> float:
     if "," in plain:
         if not comma:
             raise ParameterError(
-                f"found '{text}', expected a number with a decimal point (a comma parts the "
+                f"found '{text}', expected a number with a decimal point (a comma separates the "
                 "columns of this table)"
             )
         plain = plain.replace(",", ".")
@@ -356,7 +359,7 @@ def read_clearance(text: str, number: Callable[[str], float], n_masses: int) -> 
     if len(values) > MOST_BALLS:
         raise ParameterError(
             f"{len(values)} clearances; the impacts of more than {MOST_BALLS} balls cannot be told "
-            "apart: write exclude: yes, or the clearances of the balls that matter"
+            "apart; write yes under exclude, or give the clearances of the balls that matter"
         )
     if 1 < n_masses < len(values):
         raise ParameterError(

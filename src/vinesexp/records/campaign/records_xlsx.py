@@ -83,7 +83,7 @@ def rows_of_workbook(
         if any(texts):
             body.append((line, texts))
     if not body:
-        problems.add(f"holds no words; its first row names the columns: {','.join(SHEET_COLUMNS)}")
+        problems.add(f"holds no text; its first row names the columns: {','.join(SHEET_COLUMNS)}")
         return None
     heads = body[0][1]
     while heads and not heads[-1]:
@@ -143,14 +143,15 @@ def new_workbook(
     book = openpyxl.Workbook()
     sheet = book.active
     sheet.title = "records"
-    sheet.append([head_of(column) for column in SHEET_COLUMNS])
+    columns = [*SHEET_COLUMNS, *["setup"] * any(row.get("setup") for row in rows)]
+    sheet.append([head_of(column) for column in columns])
     for number, row in enumerate(rows):
-        sheet.append([_value(row.get(column, "")) for column in SHEET_COLUMNS])
+        sheet.append([_value(row.get(column, "")) for column in columns])
         for index, column in enumerate(SHEET_COLUMNS, start=1):
             if number < len(proposed) and column in proposed[number]:
                 cell = sheet.cell(row=number + 2, column=index)
                 cell.fill = PatternFill("solid", start_color=_PROPOSED)
-    for index, column in enumerate(SHEET_COLUMNS, start=1):
+    for index, column in enumerate(columns, start=1):
         sheet.cell(row=1, column=index).font = Font(bold=True)
         letter = cell_name(1, index - 1)[:-1]
         sheet.column_dimensions[letter].width = _WIDTHS.get(column, 20)

@@ -35,7 +35,7 @@ _BREAK = 0.125  # of a period: the motion is known across a shorter gap
 _LEAST_PERIODS = 2.0
 
 _DEFECTS = {
-    "saturated": ("stands clipped at the end of its range", "measure with a wider range"),
+    "saturated": ("stays at the end of its range", "measure with a wider range"),
     "frozen": ("is frozen", "look at the sensor and cut the record"),
 }
 
@@ -517,7 +517,8 @@ def _refuse_pieces(
     longest = int(np.diff(edges)[::2].max())
     if longest < _LEAST_PERIODS * period:
         raise RecordError(
-            f"{said}; no two periods of the motion are whole, look at the sensor", file=record.file
+            f"{said}; no two periods of the motion are complete; look at the sensor",
+            file=record.file,
         )
 
 
@@ -554,15 +555,15 @@ def _period(view: RecordView, record: Record) -> float | None:
     motion = next((role for role in _MOTION if role in view.roles), None)
     if motion is None:
         raise RecordError(
-            f"{', '.join(view.roles)} alone serves drop tests only, expected a channel of the "
-            f"motion in a {record.test} test; correct 'test' in records.csv, or the channels",
+            f"{', '.join(view.roles)} alone is enough for drop tests only, expected a channel of "
+            f"the motion in a {record.test} test; correct 'test' in records.csv, or the channels",
             file=record.file,
         )
     seconds = view.n / view.sample_rate
     held = seconds * min(record.frequency) if record.frequency else periods(view, motion)
     if held == 0.0:
         raise RecordError(
-            f"{motion} shows no motion at all; is it the right column, and was the sensor on?",
+            f"{motion} shows no motion; is it the right column, and was the sensor on?",
             file=record.file,
         )
     if held < _LEAST_PERIODS:

@@ -41,8 +41,8 @@ from vinesexp.units import UNITS, parse_quantity, parse_sensitivity, plain_unit,
 from vinesexp.whole_files import partial_path
 
 _INTEGRATED = (
-    "displacement is the integral of the measured velocity, whose mean is left out: slow drift "
-    "and the place about which it moves are not known"
+    "displacement is the integral of the measured velocity, whose mean is left out; slow drift and "
+    "the mean position are not known"
 )
 
 

@@ -130,7 +130,7 @@ def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str 
             where=place,
         )
     if label in UNITS["time"]:  # no sensor measures seconds: some loggers label everything so
-        return 1.0, f"{place}: the header's unit '{label}' is passed over, '{channel.unit}' used"
+        return 1.0, f"{place}: the header's unit '{label}' is ignored, '{channel.unit}' used"
     if any(label in table for table in UNITS.values()):
         raise RecordError(
             f"the header says '{label}', a unit of {_quantity_of(label)}, but {key} expects "
@@ -265,7 +265,7 @@ class Samples:
         self.sample_rate, self.start = self._clock.finish()
         if self._clock.stray > 0.01:
             stray = f"times stray by up to {self._clock.stray:.2g} samples from a uniform clock, "
-            self.warnings.append(("time", stray + "which is passed over"))
+            self.warnings.append(("time", stray + "which is ignored"))
         self._compare_with_header()
 
     def _once(self, rows: Rows) -> Iterator[tuple[int, FloatArray]]:

@@ -233,11 +233,13 @@ class Clock:
             problem = f"time goes backward, from {now - step:.9g} to {now:.9g}; remove the rows "
             problem += "that are out of order, or give 'sample_rate' instead of 'time'"
             if at >= _RECORD and now <= self.first + abs(interval):
-                problem = f"times begin anew, from {now - step:.9g} to {now:.9g}: a second record, "
+                problem = (
+                    f"the times start again, from {now - step:.9g} to {now:.9g}: a second record, "
+                )
                 problem += "most likely; put each into a file of its own"
         else:
-            problem = f"time stands still at {now:.9g}; if it is only printed too coarsely, give "
-            problem += "'sample_rate' instead of 'time'"
+            problem = f"the time does not advance at {now:.9g}; if it is only printed too "
+            problem += "coarsely, give 'sample_rate' instead of 'time'"
         raise RecordError(problem, file=self._file, where=self._locate(at))
 
     def _are_even(self, steps: FloatArray) -> bool:

@@ -108,7 +108,8 @@ def open_source(path: Path) -> Source:
         if reader.recognises(head, suffix):
             if file != path and reader not in PARTED:
                 raise RecordError(
-                    f"holds one record ({reader.NAME}); leave away what follows #", file=path
+                    f"holds one record ({reader.NAME}); leave out the # and what follows it",
+                    file=path,
                 )
             if reader not in PLAIN:
                 return GuardedSource(path, reader)

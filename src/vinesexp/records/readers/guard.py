@@ -486,7 +486,7 @@ class GuardedSource(Source):
                 f"ends the process that reads it (status {status})",
             )
         self._dead = RecordError(
-            f"{reported} as {self._name}; it is damaged, most likely: copy or export it again",
+            f"{reported} as {self._name}; it is probably damaged: copy or export it again",
             file=self.path,
         )
         return self._dead

@@ -90,7 +90,7 @@ def open_file(path: Path) -> TableSource:
     source.parts = tuple(str(k + 1) for k in range(segments)) if segments > 1 else ()
     behind = len(raw) - begin - size
     if behind >= 2 * (1 + words):
-        source.losses = (f"{behind} bytes behind the samples that it states are not read",)
+        source.losses = (f"{behind} bytes after the samples that it states are not read",)
     if stated and stated != size // (1 + words):
         source.losses += (f"states {stated} samples and {size} bytes of them",)
     return source

@@ -51,7 +51,7 @@ def open_file(path: Path) -> TableSource:
     if not columns and deep:
         shape = " x ".join(map(str, deep[0]))
         raise RecordError(
-            f"holds an array of {shape}: several records, most likely; save each as an array of "
+            f"holds an array of {shape}: probably several records; save each as an array of "
             "samples and channels",
             file=path,
         )
@@ -65,7 +65,7 @@ def open_file(path: Path) -> TableSource:
     )
     behind = 0 if ends is None else path.stat().st_size - ends
     if behind > 0:
-        source.losses = (f"{behind} bytes behind the array that it states are not read",)
+        source.losses = (f"{behind} bytes after the array that it states are not read",)
     return source
 
 
@@ -76,7 +76,7 @@ def _arrays(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
         if "allow_pickle" not in str(error):
             raise
         raise RecordError(
-            "holds Python objects, which are not read, since that may run code of others; save "
+            "holds Python objects, which are not read, because they could run foreign code; save "
             "its numbers as arrays",
             file=path,
         ) from None

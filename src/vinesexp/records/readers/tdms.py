@@ -75,7 +75,9 @@ def _cut_short(path: Path) -> Iterator[str]:
             head = stream.read(28)
             stated = struct.unpack_from("<Q", head, 12)[0] if len(head) == 28 else 0
             if stated == _NOT_ENDED:
-                yield "the program that wrote it did not end it: the last segment states no length"
+                yield (
+                    "the program that wrote it did not close it: the last segment states no length"
+                )
                 return
             if len(head) < 28 or begin + 28 + stated > size:
                 yield (

@@ -44,7 +44,7 @@ def open_file(path: Path) -> TableSource:
     raw = path.read_bytes()
     curve = re.search(rb":CURV(?:E)?\s+#(\d)", raw[:_HEAD])
     if curve is None:
-        raise RecordError("no curve behind the header; save the channel again", file=path)
+        raise RecordError("no curve after the header; save the channel again", file=path)
     stated = _words(raw[: curve.start()].decode("latin-1"))
     digits = int(curve[1])
     begin = curve.end() + digits
@@ -82,7 +82,7 @@ def open_file(path: Path) -> TableSource:
     source.stated_rows = int(_number(stated, "NR_PT", path))
     behind = len(raw[begin + size :].strip())
     if behind >= width:
-        source.losses = (f"{behind} bytes behind the samples that it states are not read",)
+        source.losses = (f"{behind} bytes after the samples that it states are not read",)
     return source
 
 

@@ -175,7 +175,7 @@ def _judge(path: Path, layout: Layout, raw: bytes, line: int) -> None:
     where = f"line {line}"
     if b"\0" in raw:
         raise RecordError(
-            "zero bytes among the text, as a logger leaves them that lost its power; cut the file "
+            "zero bytes in the text, as a logger leaves them when its power fails; cut the file "
             "before this line",
             file=path,
             where=where,
@@ -208,7 +208,7 @@ def open_file(path: Path) -> TextSource:
     if found:
         return BlockSource(path, layout, found)
     if part_of(path):
-        raise RecordError("holds one block of rows; leave away what follows #", file=path)
+        raise RecordError("holds one block of rows; leave out the # and what follows it", file=path)
     return TextSource(file, layout)
 
 
@@ -230,7 +230,7 @@ class TextSource(Source):
                 f"it ends within a row {shown}, which is left out: the file may have been cut; "
                 "copy it again"
                 if self.layout.cut
-                else f"{count} line{'s' * (count > 1)} behind the last row hold no data {shown}",
+                else f"{count} line{'s' * (count > 1)} after the last row hold no data {shown}",
             )
         self._first_stamps: dict[int, str] = {}
         lines = [list(cells) for cells in self.layout.preamble]

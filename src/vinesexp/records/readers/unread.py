@@ -47,7 +47,7 @@ def in_words(error: Exception) -> str:
     >>> in_words(ValueError("cannot reshape array of size 1989 into shape (2)"))
     'its content is damaged, or of a kind that is not read'
     >>> in_words(OSError("Unable to open file (truncated file: eof = 6036, stored_eof = 12072)"))
-    'it is cut short'
+    'it is truncated'
     >>> in_words(ValueError("File is not a zip file"))
     'File is not a zip file'
     """
@@ -55,7 +55,7 @@ def in_words(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "it asks for more memory than a file of its size needs"
     if isinstance(error, EOFError) or _CUT.search(said):
-        return "it is cut short"
+        return "it is truncated"
     slip = isinstance(error, (NameError, TypeError, AttributeError, LookupError, AssertionError))
     if slip or not said or _INSIDE.search(said):
         return "its content is damaged, or of a kind that is not read"
@@ -77,7 +77,7 @@ _MAGIC = (
     (b"%PDF", "a PDF document"),
     (b"\x89PNG", "a PNG picture"),
     (b"\xff\xd8\xff", "a JPEG picture"),
-    (b"\x1aE\xdf\xa3", "an enDAQ .ide file or a Matroska film"),
+    (b"\x1aE\xdf\xa3", "an enDAQ .ide file or a Matroska video"),
     (b"ID3", "an MP3 file"),
     (b"fLaC", "a FLAC file"),
     (b"OggS", "an Ogg file"),

@@ -94,12 +94,12 @@ class _Layout:
 
     def losses(self) -> Iterator[str]:
         if self.stated is None:
-            yield "the recorder left the length open: it did not end the record"
+            yield "the recorder did not close the record: its length is not stated"
         if self.found % self.frame:
-            yield "the last sample is not whole and left out"
+            yield "the last sample is incomplete and left out"
         if self.behind >= self.frame:
             yield (
-                f"{self.behind // self.frame} more samples may stand behind the end that the file "
+                f"{self.behind // self.frame} more samples may follow after the end that the file "
                 "states; they are not read"
             )
 

@@ -31,13 +31,13 @@ _RECORD = Column("record", "id of the record")
 #: impacts/<record>.csv.
 IMPACTS = Table(
     "impacts", "impacts", file="impacts/RECORD.csv",
-    answers="When and how hard the ball hit: one row an impact.", columns=(
+    answers="Time and strength of each impact: one row per impact.", columns=(
     _number("time_s", "s", "time of the impact on the record's axis", ".9g"),
     _whole("nes", "ball, from 1, in the order of clearance_mm; 0 where it is not known"),
     _whole("side", "+1 where x - y = +b, -1 at the other wall"),
     _number("velocity_jump_m_s", "m/s", "of the oscillator, from both channels", ".9g"),
     _number("peak_acceleration_m_s2", "m/s^2", "largest bandpassed sample", ".9g"),
-    _number("confidence", "1", "probability that it is found again with fresh noise", ".9g"),
+    _number("confidence", "1", "probability that it is found again with other noise", ".9g"),
     _number("time_error_s", "s", "standard error", ".9g"),
     _number("velocity_jump_error_m_s", "m/s", "standard error", ".9g"),
     _number("jump_acceleration_m_s", "m/s", "jump by the area of the acceleration pulse", ".9g"),
@@ -48,13 +48,13 @@ IMPACTS = Table(
     _number("v_before_m_s", "m/s", "velocity of the oscillator just before", ".9g"),
     _number("v_error_m_s", "m/s", "standard error", ".9g"),
     _number("nes_confidence", "1", "probability of nes", ".9g"),
-    _whole("crowded", "1 where it overlaps another or is badly explained"),
+    _whole("crowded", "1 where it overlaps another or fits badly"),
     _whole("clipped", "1 where the acceleration saturated"),
 ))  # fmt: skip
 
 IDENTIFIED = Table(
     "identified", "identify", file="identified.csv",
-    answers="What the rig is: one row a parameter and method.", columns=(
+    answers="Values of the rig: one row per parameter and method.", columns=(
     Column("parameter", "f0, zeta, M, c1, k1, r; r_1, r_2 for several balls"),
     _number("value", "", "in the unit of the column unit"),
     _number("std_error", "", "standard error, in the same unit"),
@@ -67,10 +67,10 @@ IDENTIFIED = Table(
 
 #: Item of inputs.csv: a test whose base amplitude is another than that of its level.
 BASE_OF_ONE = "base_amplitude of one test"
-#: What the records say of what was stated: one row an input.
+#: Stated values, tested by the records: one row per input.
 INPUTS = Table(
     "inputs", "identify", file="inputs.csv",
-    answers="What the records say of what was stated: one row an input.", columns=(
+    answers="Stated values, tested by the records: one row per input.", columns=(
     Column("item", "clearance, base_amplitude (of a level, or of one test), release, added_mass, "
            "nes_mass, mass, gain of a "
            "channel"),
@@ -81,8 +81,8 @@ INPUTS = Table(
     _number("stated_error", "", "standard uncertainty: stated, or the default", ".3g"),
     _number("found", "", "from all records together, the stated value included", ".7g"),
     _number("found_error", "", "standard error", ".3g"),
-    Column("verdict", "ok; not tested: the records add nothing to the stated value; off: they "
-           "contradict it, and the analysis takes the value found"),
+    Column("verdict", "ok; not tested: the records do not determine the value; off: they "
+           "contradict it, and the analysis uses the value found"),
 ))  # fmt: skip
 
 BUDGET = Table(
@@ -92,7 +92,7 @@ BUDGET = Table(
     Column("source", "what contributes"),
     _number("contribution", "", "standard error from this source alone, SI"),
     _number("share", "1", "share of the variance"),
-    Column("note", "what was assumed, and what would shrink it"),
+    Column("note", "what was assumed, and what would reduce it"),
 ))  # fmt: skip
 
 #: f0 and zeta where the mass swings at each base amplitude; no row where they are the same at all.
@@ -105,15 +105,15 @@ LEVEL_VALUES = Table(
     _number("f0_error_hz", "Hz", "standard error, with the range around the amplitude", ".3g"),
     _number("zeta", "1", "damping ratio at that amplitude", ".7g"),
     _number("zeta_error", "1", "standard error, with the range around the amplitude", ".3g"),
-    _number("c1_n_s_m", "N s/m", "damping of the linear oscillator that moves alike there", ".7g"),
+    _number("c1_n_s_m", "N s/m", "damping of the linear oscillator of the same motion", ".7g"),
     _number("c1_error_n_s_m", "N s/m", "standard error", ".3g"),
-    _number("k1_n_m", "N/m", "stiffness of the linear oscillator that moves alike there", ".7g"),
+    _number("k1_n_m", "N/m", "stiffness of the linear oscillator of the same motion", ".7g"),
     _number("k1_error_n_m", "N/m", "standard error", ".3g"),
 ))  # fmt: skip
 
 RECORD_REGIMES = Table(
     "regimes", "regimes", file="regimes.csv",
-    answers="How each record moves: one row a record.", columns=(
+    answers="Regime and amplitude: one row per record.", columns=(
     _RECORD,
     Column("regime", "by docs/theory.md; one a ball, separated by ' | '; a sweep: by frequency"),
     _number("impacts_per_cycle", "1", "impacts of all balls per cycle"),
@@ -170,7 +170,7 @@ BASE = Table(
 #: What each ball does over the frequency of a sweep: one row a band.
 BANDS = Table(
     "bands", "regimes", file="bands.csv",
-    answers="A sweep over its frequency: one row a ball and band of response.", columns=(
+    answers="A sweep over its frequency: one row per ball and band of response.", columns=(
     _RECORD,
     _whole("nes", "ball, from 1; 0: all balls, where they are not told apart"),
     Column("response", "permanent, modulated or inactive (docs/signals.md)"),
@@ -209,7 +209,7 @@ DECAY_TIMES = Table(
 
 CLEARANCES = Table(
     "clearances", "compare", file="clearances.csv",
-    answers="Best clearances, measured beside predicted.", columns=(
+    answers="Best clearances, measured and predicted.", columns=(
     Column("test", "periodic or transient"),
     Column("level", "name of the row"),
     _number("measured_mm", "mm", "measured clearance", ".6g"),
@@ -235,7 +235,7 @@ CLEARANCES = Table(
 #: Every record beside what the identified rig does from several starts: one row a number.
 REPLAY = Table(
     "replay", "replay", file="replay.csv",
-    answers="Each record beside a simulation of the identified rig.", columns=(
+    answers="Each record compared with a simulation of the identified rig.", columns=(
     _RECORD,
     Column("quantity", "amplitude, impacts per cycle, regime, spells or decay time"),
     Column("unit", "SI; 1 for a count"),
@@ -252,7 +252,7 @@ REPLAY = Table(
 
 CHECKS = Table(
     "checks", "checks", file="checks.csv",
-    answers="Every problem found in the data: one row each.", columns=(
+    answers="Every problem found in the data: one row per problem.", columns=(
     Column("record", "id of the record; empty: the whole campaign"),
     Column("check", "what was looked at"),
     Column("outcome", "ok, warning, refused or excluded"),
@@ -273,7 +273,7 @@ TRUTH = Table(
 #: steps/<record>/decay.csv: amplitude of a ring-down beside what was identified from it.
 DECAY = Table(
     "decay", "estimate", file="steps/records/RECORD/decay.csv",
-    answers="The amplitude of a ring-down beside the identified law.", columns=(
+    answers="The amplitude of a ring-down compared with the identified law.", columns=(
     _number("time_s", "s", "middle of a cycle, on the record's axis", ".9g"),
     _number("amplitude_m", "m", "half the swing of the cycle", ".9g"),
     _number("law_m", "m", "amplitude by the identified law of damping", ".9g"),

@@ -462,9 +462,9 @@ def _knocks_in_words(found: Detection, knocked: BoolArray, start: float) -> str:
     shown = ", ".join(f"{t:.4g}" for t in times[apart][:_SHOWN])
     more = f" and {int(apart.sum()) - _SHOWN} more" if apart.sum() > _SHOWN else ""
     return (
-        f"{int(knocked.sum())} spikes of the acceleration at {shown}{more} s move nothing: the "
-        "displacement does not change its slope there, as it would where a ball hits; knocks on "
-        "the table or the sensor's cable, most likely, which are left out"
+        f"{int(knocked.sum())} spikes of the acceleration at {shown}{more} s do not move the mass: "
+        "the slope of the displacement does not change there, as it does at an impact of the ball. "
+        "They are left out; they are probably knocks on the table or on the sensor's cable"
     )
 
 

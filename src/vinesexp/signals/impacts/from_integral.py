@@ -279,11 +279,11 @@ def integrated_motion(
 def _near_corner(corner: float, frequency: float) -> str:
     if corner > 0.0:
         return (
-            f"the accelerometer loses what is slow (a corner near {corner:.2g} Hz), too near the "
+            f"the accelerometer is AC-coupled (a corner near {corner:.2g} Hz), too near the "
             f"oscillation at {frequency:.3g} Hz for a displacement by integration"
         )
     return (
-        "the phase of the accelerometer over frequency is that of no AC coupling: no "
+        "the phase of the accelerometer over frequency does not fit an AC coupling: no "
         "displacement by integration"
     )
 
@@ -300,7 +300,7 @@ def _require_known(found: IntegratedMotion) -> None:
     share = _slow_share(found)
     if share > _DRIFT:
         raise AnalysisError(
-            f"the zero of the accelerometer drifts: {share:.0%} of its twofold integral is slower "
+            f"the zero of the accelerometer drifts: {share:.0%} of its double integral is slower "
             "than the oscillation; no displacement by integration"
         )
 
@@ -374,7 +374,8 @@ def _law(
     )  # fmt: skip
     if law is None:
         raise AnalysisError(
-            "whether the accelerometer is AC-coupled does not show: no displacement by integration"
+            "the record does not show whether the accelerometer is AC-coupled: no displacement by "
+            "integration"
         )
     return law
 
