@@ -160,7 +160,7 @@ def section(worth: Sequence[Worth], numbers: Sequence[Worth], both: Sequence[Bot
     names = list(dict.fromkeys(w.record for w in worth))
     head = " | ".join(names)
     lines = [
-        "## What each part is worth", "",
+        "## Effect of each part", "",
         "The detector with a part switched off, on records of 20 s: missed / false, and spread of",
         "the times over their limit.", "",
         f"| without | {head} |", "|---|" + "---|" * len(names),

@@ -134,7 +134,7 @@ def page(rows: list[dict[str, str]], campaigns: int, seconds: float) -> str:
         )
     chance = 100 * COVERAGE_95 * math.sqrt(0.95 * 0.05 / campaigns)
     body = "\n".join(lines)
-    return f"""# Are the error bars honest?
+    return f"""# Do the error bars hold what they state?
 
 `python -m benchmarks.error_bars --campaigns {campaigns}`: {campaigns} simulated campaigns of ten
 records at each of three noise levels, every one with its own seed, analysed from raw file to the

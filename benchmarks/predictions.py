@@ -333,7 +333,7 @@ def separate_activity(found: dict[str, list[Several]]) -> list[str]:
     return [
         f"Separate activity: of the {len(steady)} levels at which the smaller ball of the pair",
         f"alone is captured, the pair is not at {len(upset)} (G = {levels} mm): the larger ball,",
-        "below its fold, is not absent; its odd impacts knock the smaller one out of step.",
+        "below its fold, still has impacts, and they disturb the capture of the smaller one.",
     ]
 
 
@@ -555,7 +555,7 @@ def main() -> int:
         "",
         "## b_c",
         "",
-        "The exact orbit's end was put to the test by direct simulation: started 1e-5 of its",
+        "The end of the exact orbit was tested by direct simulation: started 1e-5 of its",
         f"amplitude off the orbit, the motion returns to it at {1 - margin:g} b_c and leaves it at",
         f"{1 + margin:g} b_c in {n_agreed} of {n} grid points ({saddle_nodes()} of them "
         "saddle-nodes,",

@@ -33,11 +33,11 @@ FIGURE = ROOT / "docs" / "benchmarks" / "simulation.svg"
 HEAD = """# Impact simulation: speed against error
 
 Made by `python -m benchmarks.simulation`; every row of one run on one machine, one core, after
-compilation. The machine has two cores and is shared: rows of this page compare with each other,
-not with another day's. Errors are against a replay in 40 digits. Impacts are counted up to the last
-exact one; where a run has left the true path for good, its further impacts count as missed and
-false. Siconos is Debian's python3-siconos 4.4, its event-driven scheme, which has no sweep here;
-its time is that of its own loop. Where it misses most impacts it has stopped of itself.
+compilation. The machine has two cores and is shared: rows of this page compare with each other, not
+with another day's. Errors are against a replay in 40 digits. Impacts are counted up to the last
+exact one; where a run has left the true path, its further impacts count as missed and false.
+Siconos is Debian's python3-siconos 4.4, its event-driven scheme, which has no sweep here; its time
+is that of its own loop. Where it misses most impacts it stopped by itself.
 
 ![Error against time](simulation.svg)
 """
@@ -50,14 +50,15 @@ x = sin t, wall at 1 - d, one call over [0, 3], d = 1e-1 ... 1e-12.
 |---|---|"""
 
 WHY = """
-The target is 150 ns. What it comes to on a busy machine says little: `benchmarks.loop_side_by_side`
-runs the loops of two source trees in turn. Where one flight is like the last, or like the one a
-period ago (up to 34 mm), the contact is found with one evaluation, landed on and proved first. From
-36 mm on the response is modulated, and a flight is like neither. At 40 mm a guess takes 1.4
-evaluations; one in thirteen leads to no contact, or to one that cannot be proved the first, and one
-flight in eight is searched by certain steps, five evaluations each. Bounces of a chatter, one
-impact in seventeen there, are one short series each; only the end of a chatter takes a turn of the
-general loop, one in ninety impacts, which costs as much as ten to twenty flights.
+The target is 150 ns. A single time on a busy machine is not reliable:
+`benchmarks.loop_side_by_side` runs the loops of two source trees in turn. Where a flight resembles
+the last one, or the one a period ago (up to 34 mm), one evaluation finds the contact and proves
+that it is the first. From 36 mm on the response is modulated, and a flight resembles neither. At 40
+mm a guess takes 1.4 evaluations; one in thirteen leads to no contact, or to one that cannot be
+proved the first, and one flight in eight is searched by certain steps, five evaluations each.
+Bounces of a chatter, one impact in seventeen there, are one short series each; only the end of a
+chatter takes a turn of the general loop, one in ninety impacts, which costs as much as ten to
+twenty flights.
 """
 
 COST = """
@@ -70,7 +71,7 @@ Table 2 rig, G = 0.25 mm at resonance, 1000 s, compiled loop with its log.
 
 
 DEPARTURES = """
-## What departs from the plain rig
+## Rigs with effects beyond the plain model
 
 Rig of Table 2, b = 30 mm, G = 0.25 mm at resonance, 200 s, `simulate` with its impact arrays;
 times of the processor. Friction, tilt, r by wall and speed and a cubic spring take the power

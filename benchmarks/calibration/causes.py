@@ -17,8 +17,10 @@ CAUSES: Mapping[str, str] = {
     "spring": r"spring (stiffens|softens)|stiffen|soften",
     "cross-axis": r"cross-axis|across its axis",
     "delay": r"us (after|before) the acceleration|comes? [\d.]+ \S+ late|delay",
-    "contact rings": r"contact that rings|contact rings|pulse (is|whose area is) off|ringing",
-    "local mode": r"local mode|part that answers",
+    "contact rings": (
+        r"contact that rings|contact rings|pulse (is|whose area is) off|ringing|wrong area"
+    ),
+    "local mode": r"local mode|part that (answers|vibrates)",
     "second harmonic": r"harmonic",
     "third harmonic": r"harmonic",
     "wear": r"\br (drifts|changes) by|\br that changes|wears?\b",
@@ -27,14 +29,15 @@ CAUSES: Mapping[str, str] = {
     "change": r"(drifts|changes) by .{0,40}(with|from the first) record|that changes (from|along)",
     "second clock": r"clock",
     "lost samples": r"samples? (is|are|were) (lost|missing)|lost samples|samples lost",
-    "magnet": r"magnet|pull to the middle|hollow",
+    "magnet": r"magnet|pull(ed)? to the middle|hollow|concave",
     "knocks": r"knock|spikes that are no impacts",
     "clearance": r"clearance_mm (of|is|in|that)|true value of clearance_mm|clearances [-+\d]",
     "release": r"release_mm",
     "rows exchanged": r"exchanged|swapped|interchanged",
     "twice": r"clearance_mm (that )?is [12][.\d]* times",
     "diameter": (
-        r"clearance_mm in all records|clearance_mm that is off by one length|clearances [-+\d]"
+        r"clearance_mm in all records|clearance_mm that is off by (one length|the same amount)"
+        r"|clearances [-+\d]"
     ),
     "base amplitude": r"base_amplitude_mm|base amplitude",
     "displacement scale": r"displacement.{0,100}(factor|sensitivity|gain|times)|laser.{0,30}gain",
@@ -80,7 +83,8 @@ TELLING = frozenset({
 })  # fmt: skip
 
 _OPEN = re.compile(
-    r"nearly as well|one of these|either|rival|cannot (tell|part|be told)|not explained|may be|"
+    r"nearly as well|one of these|[Ee]ach of these|either|rival|cannot (tell|part|be told)|"
+    r"not explained|may be|"
     r"\bor\b.{0,80}would explain|check |expected|not been told|needs?:? ",
 )
 

@@ -34,7 +34,7 @@ that wears or warms has a range in the place of a value."""
 
 
 _READ = """\
-How to read it: intervals that are as wide as they say hold the truth in 68 and 95 %. Stated over
+How to read it: intervals of the right width hold the truth in 68 and 95 %. Stated over
 rms error is that of all campaigns together, then 1 over the rms of z, in which every campaign has
 its own width. What is named is read from the texts of warnings
 (`benchmarks/calibration/causes.py`): a text that offers rivals names all of them and states none.

@@ -146,7 +146,7 @@ def page(rows: Rows) -> str:
     """The whole page."""
     useful = [row for row in rows if row["reduction"] > 0.1]
     lines = [
-        "# What the recommended clearances are worth",
+        "# Quality of the recommended clearances",
         "",
         f"{len(rows)} of {RIGS} random rigs are finished: {numbers(rows)}",
         "(eps 1e-4 to 0.1 and zeta 1e-4 to 0.05,",

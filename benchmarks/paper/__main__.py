@@ -69,7 +69,7 @@ def page(verdicts: Verdicts, sections: list[str]) -> str:
         one = verdicts[row["claim"]]
         table.append(f"| {row['source']} | {row['text']} | **{one.word}** | {one.found} |")
     lines = [
-        "# The paper side by side",
+        "# Comparison with the paper",
         "",
         "Made by `python -m benchmarks.paper`. Qiu, Seguy and Paredes, J. Sound Vib. 442 (2019)",
         "497-513, beside what this package finds with the rig of its Table 2: theory, and exact "

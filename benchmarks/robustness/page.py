@@ -23,10 +23,10 @@ The truth of c1 and k1 is that of one harmonic at an amplitude of 5.3 mm, of r t
 walls, at the speed that identified.csv names where it depends on speed, of b_c the clearance at
 which the simulated two impacts per cycle lose their stability when they are followed from clearance
 to clearance. Tests begin with the mass pulled out by 10 mm; off the resonance they miss the orbit
-well below its end. What a headline says of where two impacts per cycle end in the tests is
-therefore compared with longer runs of the same tests. A base with a second frequency, or one that
-drifts, has no periodic orbit: there two impacts per cycle last while the ball meets its walls in
-turn, over 860 cycles or, of a drift, over the record."""
+well below its end. The statement of a headline on the end of two impacts per cycle is therefore
+compared with longer runs of the same tests. A base with a second frequency, or one that drifts, has
+no periodic orbit: there two impacts per cycle last while the ball meets its walls in turn, over 860
+cycles or, of a drift, over the record."""
 _COLUMNS = """\
 Error in percent and, in brackets, over the stated standard error; the worst seed. *right*: every
 abs(z) is below 4, or a warning names the cause. b_c: error of the first seed, and how often the
@@ -42,7 +42,7 @@ def page(outcomes: Sequence[Outcome], *, missing: Sequence[str] = ()) -> str:
     said = "\n".join(_said(name, own[0]) for name, own in by_name.items())
     return "\n".join(
         [
-            "# Rigs that are not the model",
+            "# Rigs that differ from the model",
             "",
             f"`python -m benchmarks.robustness`, {_seeds(by_name)}. {_HOW}",
             "",

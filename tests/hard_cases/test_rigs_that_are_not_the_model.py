@@ -177,7 +177,7 @@ def test_a_contact_that_rings_gives_way_to_the_displacement():
     found = consistent(pulse=1.2)
     assert effects(found) == {}
     assert holds(r_of(found), R)
-    assert says(found, "either", "pulse of the accelerometer", "acceleration gain")
+    assert says(found, "either", "an accelerometer whose pulses", "acceleration gain")
 
 
 def test_a_local_mode_that_spoils_both_sensors_widens_r():

@@ -83,7 +83,7 @@ def test_a_knock_before_the_drop_and_a_missed_bounce_are_left_out() -> None:
 def test_one_bounce_is_not_enough() -> None:
     with pytest.raises(
         AnalysisError,
-        match="0 flights of a bouncing ball that shrink alike",
+        match="0 flights of a bouncing ball that shrink by one ratio",
     ):
         restitution_of_bounces(np.array([0.1, 0.3]), np.full(2, 1e-6))
 

@@ -132,7 +132,7 @@ def test_a_rig_that_does_not_replay_its_records_is_said_so():
     verdict = replay_verdict(rows, checks)
     assert verdict.warning == verdict.sentence
     assert verdict.warning.startswith(
-        "The identified rig does not move as 6 of 7 records (a, b, c, d, e, ...): predictions"
+        "The identified rig does not reproduce 6 of 7 records (a, b, c, d, e, ...): predictions"
     )
     only = replay_verdict(rows[:1], checks[:1])
     assert only.warning.startswith("The identified rig does not move as its only record (a)")

@@ -549,7 +549,7 @@ def ring_down(
                 best = replace(longer, residual=best.residual)
     if not _sure(best):
         raise AnalysisError(
-            f"no clear free decay: zeta = {best.zeta:.2g} +- {COVERAGE_95 * best.zeta_error:.1g}, "
+            f"no free decay found: zeta = {best.zeta:.2g} +- {COVERAGE_95 * best.zeta_error:.1g}, "
             f"f0 = {best.f0:.4g} +- {COVERAGE_95 * best.f0_error:.1g} Hz over "
             f"{best.end - best.start:.3g} s, of which the best fit of a decay leaves "
             f"{100 * best.residual:.2g} %; expected a standard error of zeta of a third of zeta at "

@@ -17,7 +17,7 @@ from vinesexp.units import UNITS, parse_quantity
 DETECTORS = ("template", "find_peaks", "sta_lta", "matched_filter")
 
 _TABLE = "docs/benchmarks/impacts.md, halved and doubled"
-_ABLATION = "docs/benchmarks/impacts.md, what each part is worth"
+_ABLATION = "docs/benchmarks/impacts.md, effect of each part"
 _CONDITION = "tests/signals/test_condition.py"
 _DROP = "tests/hard_cases/test_drop_records.py"
 _FIND = "tests/signals/impacts/test_find.py"

@@ -98,7 +98,7 @@ def odd_checks(odd: Mapping[str, float]) -> list[Check]:
             record, "plain model", "warning",
             "not explained: the flights of this record differ from those of all others by "
             f"{math.sqrt(factor):.0f} times their usual scatter, and get little weight. Look for "
-            "lost samples, a channel with another clock, a ball at rest, or impacts found twice",
+            "missing samples, a channel with another clock, a ball at rest, or impacts found twice",
         )
         for record, factor in sorted(odd.items())
     ]  # fmt: skip
