@@ -135,7 +135,7 @@ def test_a_rig_that_does_not_replay_its_records_is_said_so():
         "The identified rig does not reproduce 6 of 7 records (a, b, c, d, e, ...): predictions"
     )
     only = replay_verdict(rows[:1], checks[:1])
-    assert only.warning.startswith("The identified rig does not move as its only record (a)")
+    assert only.warning.startswith("The identified rig does not reproduce its only record (a)")
     assert replay_verdict([], []) is None
 
 
