@@ -444,7 +444,7 @@ RECORD_MISTAKES = {
         ["line 3", "time does not advance", "sample_rate"],
     ),
     "frozen": (_spoiled(_frozen), ["displacement is frozen for 400 samples", "line 402"]),
-    "saturated": (_spoiled(_clipped), ["displacement stays at the end", "line"]),
+    "saturated": (_spoiled(_clipped), ["displacement is clipped at the end", "line"]),
     "too short": (_spoiled(_short), ["0.2 s hold 1.6 periods", "record longer"]),
 }
 

@@ -52,7 +52,7 @@ def looked_at(bench, results, text: str) -> RecordView:
         (clipped, {}, "clipped"),
         (with_lost_samples, {}, "the times pause 1 time"),
         (with_a_ball_that_sticks, {}, "is the ball stuck"),
-        (None, {"wait": 0.0, "seconds": 2.5}, "the ball did not move"),
+        (None, {"wait": 0.0, "seconds": 2.5}, "the ball is stuck"),
         (None, {"seconds": 2.0}, "too short"),
         (None, {"wait": 0.0, "release": 0.020, "seconds": 6.0}, "not settled"),
     ],

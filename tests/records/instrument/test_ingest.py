@@ -242,7 +242,7 @@ def test_only_a_clipped_accelerometer_can_still_be_used(column, outcome, tmp_pat
     campaign = make(tmp_path, "a.csv", YAML + "time: {column: Time, unit: s}\n")
     checks = ingest_or_refuse(campaign, campaign.record("a"), tmp_path / "a.nc")
     assert checks[-1].outcome == outcome
-    assert "stays at the end of its range" in checks[-1].detail
+    assert "is clipped at the end of its range" in checks[-1].detail
 
 
 @pytest.mark.parametrize(("test", "outcome"), [("ringdown", "warning"), ("periodic", "refused")])

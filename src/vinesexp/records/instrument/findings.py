@@ -35,7 +35,7 @@ _BREAK = 0.125  # of a period: the motion is known across a shorter gap
 _LEAST_PERIODS = 2.0
 
 _DEFECTS = {
-    "saturated": ("stays at the end of its range", "measure with a wider range"),
+    "saturated": ("is clipped at the end of its range", "measure with a wider range"),
     "frozen": ("is frozen", "look at the sensor and cut the record"),
 }
 
