@@ -40,8 +40,9 @@ _ORDINARY_M = (math.log(3.0), 2.0)
 _SHARE = 1e-3
 #: The same of the jump that the displacement shows.
 _READING = 2e-3
-#: Lateness of the displacement that no channel shows, s; records that make a mean of lags.
-_LATE, _FEWEST_LAGS = 1e-5, 3
+#: Lateness of the displacement that no channel shows, s, and as a share of the pulse, whose centre
+#: a template finds only so well; records that make a mean of lags.
+_LATE, _OF_PULSE, _FEWEST_LAGS = 1e-5, 0.04, 3
 #: The area of the pulse that a record learns is less sure than its noise alone would make it.
 _TEMPLATE = 1e-2
 _PULSE = 3.0
@@ -439,6 +440,7 @@ def _group(
     loose = b.loose(record)
     collisions = collisions_of(flights, impacts, omega2=(2.0 * math.pi * frequency) ** 2)
     areas = np.abs(flights.jump_acceleration[np.isfinite(flights.jump_acceleration)])
+    centre = _OF_PULSE * float(np.median(flights.pulse)) if both else 0.0
     local = (
         {r: 1.0, b.own("own r", record, loose * _OWN_R, ball=number): 1.0},
         {ln_m: 1.0, "ln_M": -1.0,
@@ -447,7 +449,7 @@ def _group(
         jumps,
         {b.add("jump reading", 0.0, _READING): 1.0},
         {b.add("share", 0.0, _SHARE): 1.0},
-        {b.add("late", 0.0, _LATE): 1.0,
+        {b.add("late", 0.0, math.hypot(_LATE, centre)): 1.0,
          b.own("own late", record, lag_error, value=lag): 1.0},
         {b.add("clearance scale", 0.0, 0.0): stated, b.add("clearance offset", 0.0, u): 1.0,
          own: 1.0},
