@@ -14,7 +14,6 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,7 +158,6 @@ def cut_short(rig: Rig, frequency: float) -> float:
     return _duration(rig.oscillator, sum(nes.m for nes in rig.nes), frequency)[2]
 
 
-@lru_cache(maxsize=64)
 def _duration(o: Oscillator, mass: float, frequency: float) -> tuple[float, float, float]:
     """(settle, whole duration, share) of runs with so much mass of balls."""
     period, slow = 1.0 / frequency, _slow_time(o, mass)
