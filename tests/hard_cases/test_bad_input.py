@@ -440,7 +440,7 @@ RECORD_MISTAKES = {
     "gap in time": (_spoiled(_gap), ["line", "time steps by", "expected 0.001"]),
     "time goes backward": (_spoiled(_backward), ["line 502", "backward", "0.499 to 0.4"]),
     "time stands still": (
-        text(np.round(signals()[0], 2), *signals()[1:]),
+        text(np.round(signals()[0], 1), *signals()[1:]),
         ["line 3", "time does not advance", "sample_rate"],
     ),
     "frozen": (_spoiled(_frozen), ["displacement is frozen for 400 samples", "line 402"]),

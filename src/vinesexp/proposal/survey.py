@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
+from vinesexp.records.instrument.timebase import Clock, UnevenClockError
 from vinesexp.records.readers import Column, Source, open_source
 from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
 from vinesexp.records.readers.source import part_of
@@ -37,6 +38,7 @@ _LATE, _DIES = 0.9, 0.75  # of the strength behind time 0; when a twentieth of i
 _AT_ONCE, _RISES = 8, 1.5  # lines about time 0; by how much a resonance rises above the begin
 _MOST_DECIBELS = 400.0
 _UNEVEN = 0.6  # standard deviation of the steps over their mean
+_SINCE_1970, _SLOW_LOGGER = (1e9, 4e9), 60.0  # s: the years 2001 to 2096; steps of such times
 _PAUSE = 1.6  # times the usual step: a logger pauses
 _APART = 0.01  # by which the header's rate and that of the times may differ, relative
 
@@ -337,18 +339,26 @@ def _is_of_times(column: Column, source: Source, time: int | None, values: Float
 def _unit_of_times(stated: str | None, times: FloatArray) -> str:
     """The unit of a column of times: whole numbers that would be seconds are finer ticks.
 
+    Ticks since 1970 are told by their size, others by the slowest rate that a vibration needs.
+
     Examples
     --------
     >>> _unit_of_times(None, np.arange(0.0, 5000.0, 10.0)), _unit_of_times("s", np.arange(50.0))
     ('ms', 's')
+    >>> _unit_of_times(None, 1663562598302710300 + 1e7 * np.arange(50.0))
+    'ns'
     """
     if stated in UNITS["time"]:
         return str(stated)
     finite = times[np.isfinite(times)]
     step = float(finite[-1] - finite[0]) / max(len(finite) - 1, 1)
-    if step < 1.0 / SLOWEST or bool((finite != np.round(finite)).any()):
+    ticks = {unit: UNITS["time"][unit] for unit in ("s", "ms", "us", "ns")}
+    for unit, size in ticks.items():
+        if _SINCE_1970[0] < finite[0] * size < _SINCE_1970[1] and step * size < _SLOW_LOGGER:
+            return unit
+    if bool((finite != np.round(finite)).any()):
         return "s"
-    return "ms" if step * UNITS["time"]["ms"] < 1.0 / SLOWEST else "us"
+    return next((unit for unit, size in ticks.items() if step * size < 1.0 / SLOWEST), "ns")
 
 
 def is_called_time(name: str) -> bool:
@@ -419,6 +429,17 @@ def _kind(values: FloatArray, unit: str | None) -> str:
     return "signal"
 
 
+def _stairs(path: Path, times: FloatArray) -> tuple[float, float] | None:
+    """Rate and samples to a printed step of times that stand still between its leaps."""
+    clock = Clock(path, str)
+    try:
+        clock.add(times, row=0)
+        rate = clock.finish()[0]
+    except (RecordError, UnevenClockError):
+        return None
+    return (rate, clock.stairs) if clock.stairs else None
+
+
 def _time_and_rate(
     source: Source, read: dict[int, FloatArray]
 ) -> tuple[int | None, float | None, list[str]]:
@@ -444,14 +465,27 @@ def _time_and_rate(
         pauses = len(steps) - len(usual)
         if not named or pauses * _FEWEST > len(steps):  # no logger pauses so often
             usual, pauses = steps, 0
-        uneven = float(np.std(usual)) > _UNEVEN * float(usual.mean())
+        clock = _stairs(source.path, finite) if steps.min() == 0.0 else None
+        uneven = clock is None and float(np.std(usual)) > _UNEVEN * float(usual.mean())
         if not named and (uneven or steps.min() == steps.max() == 1.0):
             continue  # anything that grows; row numbers
         unit = _unit_of_times(source.columns[j].unit, read[j])
         if not named and unit == "s" and steps.mean() > 1.0 / SLOWEST:
             continue  # nobody samples a vibration so slowly: frequencies, angles, positions
-        rate = 1.0 / (float(usual.mean()) * UNITS["time"].get(unit, 1.0))
+        interval = float(usual.mean()) if clock is None else 1.0 / clock[0]
+        rate = 1.0 / (interval * UNITS["time"].get(unit, 1.0))
         remarks = []
+        if not named and _is_named(name := source.columns[j].name):
+            remarks.append(
+                f"'{name}' is taken for the times, since it comes first and rises evenly; if it is "
+                "none, give 'sample_rate'"
+            )
+        if clock is not None:
+            remarks.append(
+                f"times are printed to steps of {clock[1]:.2g} samples: the rate is known to "
+                f"{100.0 * clock[1] / len(finite):.1g} %, and a lost sample would not show"
+            )
+            pauses = 0
         if pauses:
             k = int(np.argmax(steps))
             remarks.append(
@@ -472,6 +506,7 @@ def _time_and_rate(
             remarks.append(f"the header states {stated:.6g} Hz, the times give {rate:.6g} Hz")
         return j, float(f"{rate:.6g}"), remarks
     if stated is not None:
-        return None, float(f"{stated:.9g}"), []
+        slow = f"the file states {stated:.4g} Hz, too slow for a vibration: is that the rate?"
+        return None, float(f"{stated:.9g}"), [slow] if stated < SLOWEST else []
     intervals = {c.interval for c in source.columns if c.interval and c.interval > 0.0}
     return None, 1.0 / intervals.pop() if len(intervals) == 1 else None, []

@@ -56,6 +56,11 @@ def test_a_fault_is_found_and_named_wherever_it_is(at, change, block, digits):
         times[at] = times[at - 2] - 1e-3
     else:
         times[at:] += 0.5
+    if change == "twice":  # a row too many and a row too few
+        with pytest.raises(UnevenClockError) as caught:
+            run(times, block)
+        assert caught.value.interval == pytest.approx(1e-3, rel=2e-3)
+        return
     if change in ("lost", "jump"):  # the logger paused
         with pytest.raises(UnevenClockError) as caught:
             run(times, block)
@@ -126,10 +131,48 @@ def test_single_precision_times_are_uniform_while_they_are_fine_enough():
     assert run(times, 30_000)[0] == pytest.approx(1000.0, rel=1e-6)
 
 
-def test_six_digits_are_too_coarse_after_a_while_and_that_is_reported():
-    times = [float(f"{i * 1e-4:.4g}") for i in range(20_000)]
-    with pytest.raises(RecordError, match="sample_rate"):
+@pytest.mark.parametrize("digits", [3, 4, 5])
+def test_times_of_few_digits_stand_still_and_leap(digits):
+    # As oscilloscopes print them, -2.50E-02 25 microseconds apart: finer about zero.
+    clock = Clock("raw/a.csv", str)
+    clock.add(
+        np.array([float(f"{(i - 1000) * 2.5e-5:.{digits - 1}e}") for i in range(2000)]), row=0
+    )
+    rate, start = clock.finish()
+    assert rate == pytest.approx(40000.0, rel=4.0 / 2000)  # a printed step of the whole
+    assert start == pytest.approx(-0.025, abs=1e-4)
+    assert clock.stairs == pytest.approx({3: 4.0, 4: 0.0, 5: 0.0}[digits], rel=1e-2)
+
+
+def test_times_printed_far_too_coarsely_are_refused():
+    with pytest.raises(RecordError, match=r"does not advance.*sample_rate"):
+        run(np.round(np.arange(20_000) * 1e-3, 1))  # a hundred samples a step
+    with pytest.raises(RecordError, match=r"too coarsely.*sample_rate"):
+        run(np.round(np.arange(500) * 1e-3, 2))  # fifty steps
+
+
+@pytest.mark.parametrize("kept", [1.0, 0.9])
+def test_a_step_as_long_as_the_printed_one_is_no_stair(kept):
+    # 1 kHz printed to 1 ms: a row that is missing shows, and is no rounding.
+    times = np.arange(4000.0)[np.random.default_rng(0).uniform(size=4000) <= kept]
+    if kept == 1.0:
+        assert run(times)[0] == 1.0
+    else:
+        with pytest.raises((RecordError, UnevenClockError)):
+            run(times)
+
+
+def test_every_time_twice_is_an_envelope():
+    with pytest.raises(RecordError, match="every time stands twice: smallest and largest"):
+        run(np.repeat(np.arange(5000) * 0.0012 - 6.0, 2))
+
+
+def test_a_few_rows_at_the_time_of_the_one_before_are_passed_over():
+    times = np.arange(1000) * 0.01 + 0.001 * np.sin(np.arange(1000.0))
+    times[[300, 700]] = times[[299, 699]]
+    with pytest.raises(UnevenClockError) as caught:
         run(times)
+    assert caught.value.interval == pytest.approx(0.01, rel=1e-3)
 
 
 def test_the_rate_is_the_whole_number_that_the_times_mean():

@@ -79,7 +79,14 @@ def test_a_file_without_header_has_numbers_for_names(tmp_path):
     [
         ("t,x,y\n(ms),(V),(mV)\n\n", ["t", "x", "y"], ["ms", "V", "mV"]),
         ("X,CH1,CH2,\nSecond,Volt,Volts,\n", ["X", "CH1", "CH2"], ["s", "V", "V"]),
-        ('"t, s","x (V)","y [mm]"\n', ["t, s", "x (V)", "y [mm]"], [None, "V", "mm"]),
+        ('"t, s","x (V)","y [mm]"\n', ["t, s", "x (V)", "y [mm]"], ["s", "V", "mm"]),
+        ("time_us,acc_g,x_max\n", ["time_us", "acc_g", "x_max"], ["us", "g", None]),
+        (",CH1,CH2\nSecond,Volt,Volt\n", ["", "CH1", "CH2"], ["s", "V", "V"]),
+        (
+            "Horizontal Units,S\nVertical Units,V,mV\nTIME,CH1,CH2\n",
+            ["TIME", "CH1", "CH2"],
+            ["s", "V", "mV"],
+        ),
         ("# t,x,y\n", ["t", "x", "y"], [None, None, None]),
         ("Model,TDS\nRate,1000\nSerial,5,6\n\nt,x,y\n", ["t", "x", "y"], [None, None, None]),
         ("A remark\nof two lines\n", ["", "", ""], [None, None, None]),
@@ -272,3 +279,19 @@ def test_a_file_that_git_did_not_download_is_reported_as_such(tmp_path):
     path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0123\nsize 95800\n")
     with pytest.raises(RecordError, match="git lfs pull"):
         open_source(path)
+
+
+def test_whole_numbers_of_a_converter_have_no_unit_of_volts(tmp_path):
+    path = tmp_path / "DS0000.CSV"
+    head = "Memory Length,{n},\nSource,{source},\nVertical Units,{y},\nVertical Scale,0.2,\n"
+    head += "Horizontal Units,{x},\nSampling Period,{dt},\nWaveform Data,\n"
+    rows = "".join(f"{k % 7 - 3},\n" for k in range(60))
+    path.write_text(head.format(n=60, source="CH1", y="V", x="s", dt="4.0E-06") + rows)
+    source = open_source(path)
+    assert (source.columns[0].unit, source.sample_interval) == ("codes", 4e-6)
+    volts = "".join(f"{k % 7 - 3}.5,\n" for k in range(60))
+    path.write_text(head.format(n=60, source="CH1", y="V", x="s", dt="4.0E-06") + volts)
+    assert open_source(path).columns[0].unit == "V"
+    # Of a spectrum the step of its frequencies is no interval.
+    path.write_text(head.format(n=60, source="FFT", y="dB", x="Hz", dt="1.6E+04") + rows)
+    assert open_source(path).sample_interval is None

@@ -21,7 +21,7 @@ from vinesexp.errors import RecordError, nearest
 from vinesexp.records.campaign.schema import SI_UNITS, Channel, TimeColumn
 from vinesexp.records.instrument.timebase import Clock, Resampler, UnevenClockError
 from vinesexp.records.readers import Column, Source
-from vinesexp.records.readers.labels import SEQUENCE, marks_to_infinity
+from vinesexp.records.readers.labels import CODES, SEQUENCE, marks_to_infinity
 from vinesexp.records.readers.source import require_one
 from vinesexp.units import UNITS, measured_in
 
@@ -118,6 +118,13 @@ def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str 
                 where=place,
             )
         return 1.0, None
+    if label == CODES:
+        raise RecordError(
+            f"numbers of the converter, not volts; say what one is in {key}.file_unit, such as "
+            "8 mV (volts a division / 25 for GW Instek)",
+            file=source.path,
+            where=place,
+        )
     sizes = UNITS[measured]
     if label in sizes:
         size = sizes[label] / sizes[channel.unit]
@@ -153,6 +160,7 @@ def _quantity_of(label: str) -> str:
     return next(quantity for quantity, table in UNITS.items() if label in table)
 
 
+_TWICE = 0.02  # of the rows: more of equal times were not written twice
 _LARGEST = 1e9  # m, m/s or m/s^2: more is no measurement
 
 
@@ -266,6 +274,10 @@ class Samples:
         if self._clock.stray > 0.01:
             stray = f"times stray by up to {self._clock.stray:.2g} samples from a uniform clock, "
             self.warnings.append(("time", stray + "which is ignored"))
+        if stairs := self._clock.stairs:
+            said = f"times are printed to steps of {stairs:.2g} samples: the rate is known to "
+            said += f"{100.0 * stairs / self._clock.n:.1g} %, and a lost sample would not show"
+            self.warnings.append(("time", said))
         self._compare_with_header()
 
     def _once(self, rows: Rows) -> Iterator[tuple[int, FloatArray]]:
@@ -277,6 +289,8 @@ class Samples:
                 yield row, block
                 continue
             again = np.diff(block[:, -1], prepend=np.nan if before is None else before[-1]) == 0.0
+            if again.mean() > _TWICE:  # times printed too coarsely: each row is a sample
+                again[:] = False
             if again.any():
                 above = np.concatenate([block[:1] if before is None else before[None], block[:-1]])
                 again &= (block == above).all(axis=1)

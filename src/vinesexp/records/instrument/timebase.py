@@ -33,12 +33,17 @@ from vinesexp.errors import RecordError
 
 _JITTER = 0.1  # of an interval: what impact timing needs
 _COARSE = 1e-3  # of an interval: printed times that are coarser round the interval, too
+_STAIRS = (1.25, 20.0)  # intervals in a printed step of times that stand still between its leaps
+_FLIGHTS = (
+    100  # printed steps at least of such a record: fewer leave its rate uncertain by a percent
+)
+_STILL = 0.02  # of the samples: so many may stand at the time of the one before
 _USUAL = 2.5  # times the median: steps among which an uneven clock goes
 
 _GAP = 1.6  # intervals: a lost sample makes two, jitter of a quarter of a sample 1.5
 _RECORD = 20  # rows at least of a record that another one follows
 _PIECES = 64  # stretches of a block whose extremes are kept for the check against the whole line
-_PROBE = 1000  # times from which the printed resolution of a block is found
+_PROBE, _ENDS = 1000, 32  # times from which the printed resolution of a block is found
 _POINTS = 8
 _PAUSES = 0.2  # of the samples: more long steps are times without any clock
 
@@ -92,6 +97,8 @@ class Clock:
         First and last of them, in the file's unit.
     stray : float
         After `finish`: how far times stray beyond their rounding, in samples.
+    stairs : float
+        Samples to one printed step, where times stand still in between; else 0.
     """
 
     def __init__(self, file: Path, locate: Callable[[int], str], size: float = 1.0) -> None:
@@ -100,9 +107,12 @@ class Clock:
         self.size = size
         self.n = 0
         self.first = self.last = self.stray = math.nan
+        self.stairs = 0.0
         self.pauses: list[Pause] = []
         self._refusal: RecordError | None = None  # of the first of them, where they are no pauses
         self._interval = self._coarsest = self._finest = math.nan
+        self._still = 0
+        self._stood: RecordError | None = None
         self._uneven = False
         self._even = math.nan  # interval of a first line, from which the sums below count
         self._sum = self._moment = 0.0
@@ -124,8 +134,10 @@ class Clock:
         if not len(steps):
             self.n += len(times)
             return
+        # Numbers of so many digits are printed the more coarsely the larger they are: at the ends.
+        ends = [_resolution(times[:_ENDS]), _resolution(times[-_ENDS:])]
+        self._coarsest = np.fmax(self._coarsest, max(ends))
         found = [_resolution(times[:_PROBE]), _resolution(times[-_PROBE:])]
-        self._coarsest = np.fmax(self._coarsest, max(found))
         # A few times may happen to be round numbers: what they are printed to shows in the others.
         self._finest = np.fmin(self._finest, min(found))
         if math.isnan(self._interval):
@@ -169,6 +181,14 @@ class Clock:
             raise RecordError(
                 "holds fewer than two samples; export the record again", file=self._file
             )
+        if self._stood is not None and self._still > _STILL * self.n:
+            if abs(2 * self._still - self.n) > 2:
+                raise self._stood
+            raise RecordError(
+                "every time stands twice: smallest and largest values (peak detection, envelope); "
+                "record with an instrument that writes samples",
+                file=self._file,
+            )
         if self.pauses:
             self._finish_with_pauses()
         interval = (self.last - self.first) / (self.n - 1)
@@ -178,6 +198,12 @@ class Clock:
         fitted = astray - np.polyval(np.polyfit(index / self.n, astray, 1), index / self.n)
         worst = min(float(np.abs(astray).max()), float(np.abs(fitted).max()))
         self.stray = max(worst - self._coarsest, 0.0) / interval
+        if self.stairs and self.last - self.first < _FLIGHTS * self._coarsest:
+            raise RecordError(
+                f"times are printed to {self._coarsest:g}, too coarsely for their rate; give "
+                "'sample_rate' instead of 'time'",
+                file=self._file,
+            )
         if self._uneven or self.stray > _JITTER:
             raise UnevenClockError(float(np.abs(astray).max()) / interval, interval)
         if self.stray > 0.0 or self._coarsest > _COARSE * interval:
@@ -197,7 +223,7 @@ class Clock:
     def _finish_with_pauses(self) -> None:
         """Raise `UnevenClockError` where pauses leave most of a clock, else the first refusal."""
         missed = sum(pause.after - pause.before for pause in self.pauses)
-        steps = self.n - 1 - len(self.pauses)
+        steps = self.n - 1 - len(self.pauses) - self._still
         interval = (self.last - self.first - missed) / max(steps, 1)
         rare = len(self.pauses) < _PAUSES * self.n and missed < self.n * interval
         if self._refusal is not None and not rare:
@@ -222,10 +248,12 @@ class Clock:
                     file=self._file,
                     where=self._locate(pause.row),
                 )
-        wrong = (steps <= 0.0) & ~long
-        if not wrong.any():
+        still = (steps == 0.0) & ~long
+        wrong = steps < 0.0
+        self._still += int(still.sum())
+        if not wrong.any() and (self._stood is not None or not still.any()):
             return long
-        k = int(np.argmax(wrong))
+        k = int(np.argmax(wrong if wrong.any() else still))
         step = float(steps[k])
         at = row + k + (0 if len(steps) == len(times) else 1)
         now = times[k if len(steps) == len(times) else k + 1]
@@ -240,12 +268,25 @@ class Clock:
         else:
             problem = f"the time does not advance at {now:.9g}; if it is only printed too "
             problem += "coarsely, give 'sample_rate' instead of 'time'"
-        raise RecordError(problem, file=self._file, where=self._locate(at))
+        refusal = RecordError(problem, file=self._file, where=self._locate(at))
+        if step < 0.0:
+            raise refusal
+        self._stood = refusal
+        return long
 
     def _are_even(self, steps: FloatArray) -> bool:
         interval = self._interval
-        allowed = min(self._coarsest, 0.5 * abs(interval)) + 2.0 * _JITTER * abs(interval)
-        return interval > 0.0 and bool(np.abs(steps - interval).max() <= allowed)
+        if not interval > 0.0:
+            return False
+        beyond = float(np.abs(steps - interval).max())
+        spare = 2.0 * _JITTER * interval
+        printed = self._coarsest / interval
+        if beyond > min(self._coarsest, 0.5 * interval) + spare:
+            fewest, most = _STAIRS
+            if not (fewest <= printed <= most and beyond <= self._coarsest + spare):
+                return False
+            self.stairs = printed
+        return True
 
     def _rate(self, interval: float) -> float:
         """1/interval in Hz, the whole number if the printed times allow it."""

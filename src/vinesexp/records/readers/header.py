@@ -143,7 +143,8 @@ def _names_and_units(
         numbered = len(words) == len([cell for cell in last if cell]) and not layout.is_number(
             words[0]
         )
-        if _kind(layout, body, above[-2]) == "words" or numbered:
+        unnamed_first = [bool(cell) for cell in upper[:2]] == [False, True]  # `,CH1`
+        if unnamed_first or _kind(layout, body, above[-2]) == "words" or numbered:
             # `Source,CH1` over `Second,Volt`: the first cell is no name.
             timed = words[0].lower() in _SOURCE and unit_of_label(last[0]) in UNITS["time"]
             return (["Time", *upper[1:]] if timed else upper), last, above[-2]
@@ -260,7 +261,7 @@ def read_preamble(layout: Layout, lines: list[list[str]]) -> Stated:
             stated.units = [cell for cell in rest if cell and not layout.is_number(cell)]
         elif key in _TIME_UNITS:
             stated.time_unit = next((unit_of_label(cell) for cell in rest if cell), None)
-    if intervals:
+    if intervals and stated.time_unit not in UNITS["frequency"]:  # else steps of a spectrum
         if max(intervals) <= min(intervals) * (1.0 + 1e-6):
             stated.interval = intervals[0]
         else:

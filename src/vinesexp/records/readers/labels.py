@@ -25,6 +25,8 @@ _WORDS = {
     "millisecond": "ms",
     "milliseconds": "ms",
     "usec": "us",
+    "millis": "ms",
+    "micros": "us",
     "microseconds": "us",
     "minutes": "min",
     "meter": "m",
@@ -56,10 +58,16 @@ _WORDS = {
 }
 _KNOWN = {unit for table in UNITS.values() for unit in table if unit and unit != "1"}
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]*)[)\]]")
-_TAIL = re.compile(r"(?:\s/\s?|(?:^|\s)in\s+|^CH\d+(?=V$))(\S+)$")  # `s / mm`, `C1 in V`, `CH1V`
+#: `s / mm`, `C1 in V`, `CH1V`, `acc g`, `millis`; behind a blank or a stroke below stand units alone.
+_TAIL = re.compile(
+    r"(?:\s/\s?|(?:^|\s)in\s+|^CH\d+(?=V$)|[\s_](?=(?:s|m|mm|[uµ]m|g|m?V)$)"
+    r"|(?:^|[\s_])(?=(?:[nuµm]s|millis|micros)$))(\S+)$"
+)
 
 #: The unit of a column that only counts its rows.
 SEQUENCE = "Sequence"
+#: The unit of a column of whole numbers of the converter, and what GW Instek calls such a column.
+CODES, CODED = "codes", "Waveform Data"
 
 _OVERLOAD = re.compile(
     r"[+-]?\s*(?:over(?:flow|load|range|[\s_-]range|[\s_-]load)?|ovf|ovrflw|ovld?|ol|o\.l\.?|∞"
@@ -93,7 +101,7 @@ def unit_of_label(label: str) -> str | None:
 
 
 def unit_in_name(name: str) -> str | None:
-    """The unit in a column's name, if there is one: in brackets, after a stroke or `in`.
+    """The unit in a column's name, if there is one: in brackets, after a stroke, `in`, or `_`.
 
     Examples
     --------
@@ -101,6 +109,8 @@ def unit_in_name(name: str) -> str | None:
     ('m', None)
     >>> unit_in_name("s_A1 / mm"), unit_in_name("CH1 in V"), unit_in_name("signal in out")
     ('mm', 'V', None)
+    >>> unit_in_name("time_us"), unit_in_name("acc_x_g"), unit_in_name("acc_min")
+    ('us', 'g', None)
     """
     found = (unit_of_label(inside) for inside in _BRACKETS.findall(name))
     unit = next((unit for unit in found if unit is not None), None)

@@ -29,7 +29,14 @@ from vinesexp.records.readers.header import (
     read_preamble,
     words_over_values,
 )
-from vinesexp.records.readers.labels import is_overload, only_time, overload_value, unit_of_label
+from vinesexp.records.readers.labels import (
+    CODED,
+    CODES,
+    is_overload,
+    only_time,
+    overload_value,
+    unit_of_label,
+)
 from vinesexp.records.readers.layout import Layout, seconds_since
 from vinesexp.records.readers.source import (
     BLOCK_ROWS,
@@ -402,16 +409,29 @@ class TextSource(Source):
         return [j for j, cell in cells if j >= 2 and self.layout.is_value(cell)]
 
     def _name_from(self, stated: Stated) -> None:
-        """Names that are only units, `Second,Volt`, give way to those that the preamble states."""
+        """What the preamble states of columns whose own names or units say nothing.
+
+        Names that are only units, `Second,Volt`, give way to those that it states, and columns
+        without a unit have those that it states, where it states one for each.
+        """
         words = [unit_of_label(column.name) for column in self.columns]
-        if not words or None in words or self.time_column is not None:
-            return
-        names = ["Time", *stated.names] if words[0] in UNITS["time"] else stated.names
-        for j, unit in enumerate(words):
-            name = names[j] if len(names) == len(words) else self.columns[j].name
-            self._rename(j, name, unit or "")
-        if words[0] in UNITS["time"] and words.count(words[0]) == 1:
-            self.time_column = 0
+        if words and None not in words and self.time_column is None:
+            names = ["Time", *stated.names] if words[0] in UNITS["time"] else stated.names
+            for j, unit in enumerate(words):
+                name = names[j] if len(names) == len(words) else self.columns[j].name
+                self._rename(j, name, unit or "")
+            if words[0] in UNITS["time"] and words.count(words[0]) == 1:
+                self.time_column = 0
+        if len(words) == 1 and self.columns[0].name == CODED and stated.units:  # GW Instek
+            cells = [self.layout.cells(line)[0] for _, line in islice(self._rows(), 100)]
+            whole = all(cell.lstrip("+-").isdecimal() for cell in cells)
+            stated.units = [CODES] if whole else stated.units
+        rest = [] if any(column.unit for column in self.columns) else [*range(len(self.columns))]
+        if len(rest) == len(stated.units) + 1 and stated.time_unit in UNITS["time"]:
+            self._rename(rest.pop(0), self.columns[0].name, stated.time_unit or "")
+        if len(rest) == len(stated.units):
+            for j, unit in zip(rest, stated.units, strict=True):
+                self._rename(j, self.columns[j].name, unit)
 
     def _rename(self, j: int, name: str, unit: str) -> None:
         columns = list(self.columns)
