@@ -264,3 +264,26 @@ def test_a_short_record_of_a_fast_oscilloscope(tmp_path):
     rows = "\n".join(f"{s:.10f},{np.cos(2e7 * s):.6f}" for s in t)
     (tmp_path / "a.csv").write_text(f"Time (s),CH1\n{rows}\n", encoding="utf-8")
     assert main(["init", str(tmp_path)]) == 0
+
+
+def test_the_column_of_times_is_named_where_others_rise_beside_it(tmp_path, capsys):
+    """As phone loggers write them: nanoseconds since 1970, and seconds since the start."""
+    t = np.arange(2000) * 0.01
+    rows = "\n".join(
+        f"{1663562598302710300 + round(s * 1e9)},{s:.6f},{np.exp(-0.3 * s) * np.cos(12 * s):.6f},25"
+        for s in t
+    )
+    (tmp_path / "a.csv").write_text(f"time,seconds_elapsed,acc_z,temp_c\n{rows}\n")
+    assert main(["init", str(tmp_path)]) == 0
+    text = (tmp_path / "campaign.yaml").read_text()
+    assert 'time: {column: "time", unit: ns}' in text
+    assert "100 Hz" in capsys.readouterr().out
+
+
+def test_an_open_sample_rate_is_asked_for_in_words(tmp_path, capsys):
+    x = np.exp(-0.003 * np.arange(900.0)) * np.cos(0.3 * np.arange(900.0))
+    (tmp_path / "a.csv").write_text("x (mm)\n" + "".join(f"{one:.5f}\n" for one in x))
+    assert main(["init", str(tmp_path)]) == 0
+    capsys.readouterr()
+    assert main(["check", str(tmp_path)]) == 1
+    assert "key sample_rate: found '? Hz'" in capsys.readouterr().out

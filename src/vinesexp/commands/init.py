@@ -130,7 +130,7 @@ def _setup_lines(setup: ProposedSetup) -> list[str]:
         lines.append(f"time: {{column: {column}, unit: {setup.time_unit}}}   # {mark}")
     elif setup.has_no_times:
         reported = ", ".join(setup.has_no_times[:3])
-        lines.append(f"sample_rate: {OPEN} Hz   # FILL IN: {reported} have no times")
+        lines.append(f'sample_rate: "{OPEN} Hz"   # FILL IN: {reported} have no times')
     return lines
 
 

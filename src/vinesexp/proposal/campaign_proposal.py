@@ -191,8 +191,9 @@ def _setup(name: str, files: Sequence[FileView], guesses: Mapping[str, Guess]) -
         labels = [label for label, guess in guesses.items() if guess.role == role]
         if labels:
             channels.append(_channel(labels, guesses[labels[0]], files))
-    times = sorted({c.name for f in files for c in f.columns if c.kind == "time" and c.name})
-    unnamed = {c.index for f in files for c in f.columns if c.kind == "time" and not c.name}
+    chosen = [c for f in files for c in f.columns if c.kind == "time" and c.index == f.time]
+    times = sorted({c.name for c in chosen if c.name})
+    unnamed = {c.index for c in chosen if not c.name}
     time = _pattern(times) if times else str(unnamed.pop()) if len(unnamed) == 1 else None
     labels = [label for label, guess in guesses.items() if guess.role in _ROLES]
     own = {_own_times(f, labels) for f in files if any(label_of(c) in labels for c in f.signals)}

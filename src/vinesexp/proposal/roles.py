@@ -33,7 +33,7 @@ _NAMES = {
 }
 #: What phones, loggers and programs record or compute besides motion along a line.
 _OTHERS = re.compile(
-    r"magnet|temper|humid|pressure|light|torque|energ|potential|kinetic|°C"
+    r"magnet|temper|(?<![a-z])temp(?![a-z])|humid|pressure|light|torque|energ|potential|kinetic|°C"
     "|latitud|longitud|altitud|heading|bearing|azimut|direction|fft|psd|spectr|correl|coheren",
     re.IGNORECASE,
 )

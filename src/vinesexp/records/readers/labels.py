@@ -58,7 +58,7 @@ _WORDS = {
 }
 _KNOWN = {unit for table in UNITS.values() for unit in table if unit and unit != "1"}
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]*)[)\]]")
-#: `s / mm`, `C1 in V`, `CH1V`, `acc g`, `millis`; behind a blank or a stroke below stand units alone.
+#: `s / mm`, `C1 in V`, `CH1V`, `acc g`, `millis`; behind a blank or a stroke below stand units only
 _TAIL = re.compile(
     r"(?:\s/\s?|(?:^|\s)in\s+|^CH\d+(?=V$)|[\s_](?=(?:s|m|mm|[uµ]m|g|m?V)$)"
     r"|(?:^|[\s_])(?=(?:[nuµm]s|millis|micros)$))(\S+)$"
