@@ -82,7 +82,7 @@ def page(verdicts: Verdicts, sections: list[str]) -> str:
         "",
         *table,
         "",
-        "Slips of the print:",
+        "Misprints:",
         "",
         *SLIPS,
         "",

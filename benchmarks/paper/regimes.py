@@ -154,7 +154,7 @@ def _fold() -> Verdicts:
         "T1": Verdict(
             "in part",
             f"of the stable orbits of the whole equations the least has x/b = {least:.4f}, A_1 is "
-            f"{A_1:.4f}: right to order eps. A ball that is captured in a falling motion is let go "
+            f"{A_1:.4f}: right to order eps. A ball that is captured in a decaying motion is lost "
             "later, at 0.12 b (figure 13 below)",
         )
     }

@@ -22,7 +22,7 @@ def section_3_2() -> tuple[list[str], Verdicts]:
     found = [min(falls.found, key=lambda one: abs(one.b - b)).anywhere() for b in SHOWN]
     lines = [
         "Release from 30 mm, ball at rest anywhere in its cavity (12 places, medians); pumping "
-        "time: from the release until the ball is let go; energy: share that impacts take.",
+        "time: from the release until the ball is lost; energy: share that the impacts dissipate.",
         "",
         "| b (mm) | A_1 b to A_2 b (mm) | captured | pumping (s) | energy | to 15 mm (s) "
         "| to 5 mm (s) |",

@@ -72,8 +72,8 @@ def _principles(found: dict[str, list[float]]) -> Verdicts:
             "in part",
             f"activation bands of 23 and 34 mm: {1e3 * low.low:.2f} to {1e3 * low.high:.1f} and "
             f"{1e3 * high.low:.2f} to {1e3 * high.high:.1f} mm. Against the better of the two "
-            f"alone the pair is {against} (table below): a ball below its own fold is not idle, it "
-            "disturbs the other's capture",
+            f"alone the pair is {against} (table below): a ball below its own fold still has "
+            "impacts and disturbs the capture of the other",
         ),
     }
 

@@ -1,6 +1,6 @@
 """Permanent and modulated response.
-The published rig at 0.25 mm of base amplitude: at b = 30 mm the ball hits twice per cycle for
-ever, at 40 mm it is lost and caught again.
+The published rig at 0.25 mm of base amplitude: at b = 30 mm there are two impacts per cycle
+permanently, at 40 mm the ball is lost and captured again and again.
 """
 
 import matplotlib.pyplot as plt

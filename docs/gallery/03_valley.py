@@ -1,4 +1,4 @@
-"""The valley of amplitude over clearance.
+"""Minimum of the amplitude over clearance.
 The exact orbit of two impacts per cycle for three base amplitudes, up to where it ends (b_c); the
 lowest amplitude lies a little below.
 """

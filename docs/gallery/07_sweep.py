@@ -1,6 +1,6 @@
 """A slow sweep with and without the ball.
-The ball cuts the resonance off: two impacts per cycle near the middle, modulated response beside
-it, and no effect far away.
+The ball reduces the resonance peak: two impacts per cycle near the middle, modulated response
+beside it, and no effect far away.
 """
 
 import matplotlib.pyplot as plt

@@ -1,7 +1,8 @@
-"""A record beside its replay.
+"""A record and its replay.
 The record (black) is of a rig whose restitution is 0.58; the same release is simulated with 0.58
-and with 0.65, the ball started at twelve places in its cavity: a ball that is caught at once pumps
-the energy out as the record shows, only with the right restitution; others are never caught.
+and with 0.65, the ball started at twelve places in its cavity: a ball that is captured at once
+dissipates the energy as in the record, but only with the right restitution; other balls are never
+captured.
 """
 
 import matplotlib.pyplot as plt

@@ -1,6 +1,6 @@
 """What the error of a predicted clearance is made of.
-Derivatives of the exact b_c by each value of the rig, times what each is known to: the longest
-bar is what to measure better first.
+Derivatives of the exact b_c by each value of the rig, times the error of the value: measure the
+value with the longest bar better first.
 """
 
 import matplotlib.pyplot as plt

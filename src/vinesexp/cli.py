@@ -22,14 +22,16 @@ COMMANDS = {
     "run": "the workflow on a campaign: records to report; all options of snakemake",
     "watch": "while measuring: files analysed as instruments write them, on a live page",
     "plan": "what to test next and why, or a first campaign from rig values",
-    "compare": "two results folders or more: what changed, what repeats, and whether it matters",
+    "compare": (
+        "two results folders: which differences exceed their errors; more: which values repeat"
+    ),
     "export": "records, impacts and tables for Matlab, spreadsheets, modal software, archives",
-    "design": "what clearance to build and what it gives; b_c and b_t with sensitivities",
-    "map": "amplitude and captured share over any two of b, f, G, m, r",
+    "design": "which clearance to build and its amplitude; b_c and b_t with sensitivities",
+    "map": "amplitude and share of captured starts over any two of b, f, G, m, r",
     "basins": "which motions coexist over the clearance, and how many starts lead to each",
     "simulate": "simulated records of a scene",
     "impacts": "impacts in instrument files",
-    "completion": "what bash, zsh or fish need to complete commands and options",
+    "completion": "completion of commands and options in bash, zsh or fish",
 }
 
 

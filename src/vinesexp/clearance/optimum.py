@@ -198,8 +198,8 @@ def end_of_permanent(tests: Sequence[Tested]) -> Optimum:
     if not seen:
         raise AnalysisError(
             "no impact was found in any of these tests: the ball did not reach its walls, or the "
-            "impacts were not seen (slow sampling, a weak or missing accelerometer); where two "
-            "impacts per cycle end is unknown"
+            "impacts were not seen (slow sampling, a weak or missing accelerometer); the end "
+            "of two impacts per cycle is unknown"
         )
     points, records = _points(seen), _records(seen)
     undecided = {test.clearance for test in swings(seen)}

@@ -1,4 +1,4 @@
-"""`vinesexp map`: amplitude and captured share over any two of b, f, G, m, r."""
+"""`vinesexp map`: amplitude and share of captured starts over any two of b, f, G, m, r."""
 
 from __future__ import annotations
 

@@ -61,8 +61,8 @@ IDENTIFIED = Table(
     _number("ci95_low", "", "lower end of the 95 % interval"),
     _number("ci95_high", "", "upper end of the 95 % interval"),
     Column("unit", "SI; 1 for a ratio"),
-    Column("method", "how it was found; combined: what predictions use"),
-    Column("records", "ids of the records it came from, separated by semicolons"),
+    Column("method", "how it was found; combined: the value that predictions use"),
+    Column("records", "ids of the records used, separated by semicolons"),
 ))  # fmt: skip
 
 #: Item of inputs.csv: a test whose base amplitude is another than that of its level.
@@ -88,7 +88,7 @@ INPUTS = Table(
 BUDGET = Table(
     "budget", "compare", file="budget.csv",
     answers="What the errors of identified.csv are made of.", columns=(
-    Column("parameter", "the value whose error is divided up"),
+    Column("parameter", "the value to whose error the source contributes"),
     Column("source", "what contributes"),
     _number("contribution", "", "standard error from this source alone, SI"),
     _number("share", "1", "share of the variance"),
@@ -115,7 +115,7 @@ RECORD_REGIMES = Table(
     "regimes", "regimes", file="regimes.csv",
     answers="Regime and amplitude: one row per record.", columns=(
     _RECORD,
-    Column("regime", "by docs/theory.md; one a ball, separated by ' | '; a sweep: by frequency"),
+    Column("regime", "by docs/theory.md; one per ball, separated by ' | '; a sweep: by frequency"),
     _number("impacts_per_cycle", "1", "impacts of all balls per cycle"),
     _number("amplitude_mean_m", "m", "mean over cycles of half the peak-to-peak displacement; of a "
             "periodic test without its start"),
@@ -222,7 +222,7 @@ CLEARANCES = Table(
     _number("error_percent", "%", "exact_mm over measured_mm; empty for bounds, releases", ".6g"),
     _number("base_amplitude_mm", "mm", "of a periodic row", ".6g", needed=False),
     Column("kind", "lowest amplitude, end of two impacts per cycle, fastest decay", needed=False),
-    Column("records", "ids of the records it came from, separated by semicolons", needed=False),
+    Column("records", "ids of the records used, separated by semicolons", needed=False),
     Column("bound", "empty; 'at most', 'at least' or 'open' where the best clearance is at the "
            "edge of what was tried", needed=False),
     _number("stated_base_mm", "mm", "of a periodic row: base amplitude of records.csv", ".6g",
