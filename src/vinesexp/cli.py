@@ -16,22 +16,30 @@ from vinesexp.errors import RigWarning, VinesexpError, shown
 
 #: Commands, each a module of vinesexp.commands with add_arguments(parser) and run(args).
 COMMANDS = {
-    "look": "what is in instrument files, and which channel is which",
-    "init": "campaign.yaml and records.csv proposed from a folder of files",
+    "look": "show the columns of instrument files and what each may be",
+    "init": "propose campaign.yaml and records.csv for a folder of files",
     "check": "check a campaign folder without running it",
-    "run": "the workflow on a campaign: records to report; all options of snakemake",
-    "watch": "while measuring: files analysed as instruments write them, on a live page",
-    "plan": "what to test next and why, or a first campaign from rig values",
-    "compare": (
-        "two results folders: which differences exceed their errors; more: which values repeat"
+    "run": (
+        "run the workflow on a campaign, from records to report; accepts all options of snakemake"
     ),
-    "export": "records, impacts and tables for Matlab, spreadsheets, modal software, archives",
-    "design": "which clearance to build and its amplitude; b_c and b_t with sensitivities",
-    "map": "amplitude and share of captured starts over any two of b, f, G, m, r",
-    "basins": "which motions coexist over the clearance, and how many starts lead to each",
-    "simulate": "simulated records of a scene",
-    "impacts": "impacts in instrument files",
-    "completion": "completion of commands and options in bash, zsh or fish",
+    "watch": "analyse files while you measure, and show the results on a live page",
+    "plan": "show what to test next and why, or plan a first campaign from rig values",
+    "compare": (
+        "show which differences of two results folders exceed their errors, or which values of "
+        "more repeat"
+    ),
+    "export": (
+        "write records, impacts and tables for Matlab, spreadsheets, modal software or archives"
+    ),
+    "design": "find the clearance to build and its amplitude; b_c and b_t with sensitivities",
+    "map": "compute amplitude and share of captured starts over any two of b, f, G, m, r",
+    "basins": (
+        "find the motions that coexist at each clearance, and the share of starts that leads to "
+        "each"
+    ),
+    "simulate": "simulate the records of a scene",
+    "impacts": "find impacts in instrument files",
+    "completion": "print the completion of commands and options for bash, zsh or fish",
 }
 
 
@@ -41,7 +49,9 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
 
     parser = argparse.ArgumentParser(
         prog="vinesexp",
-        description="Vibro-impact nonlinear energy sinks: records to the best clearance.",
+        description=(
+            "Analysis of vibro-impact nonlinear energy sinks: from records to the best clearance."
+        ),
     )
     parser.add_argument("--version", action="version", version=f"vinesexp {__version__}")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")

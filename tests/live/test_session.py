@@ -88,7 +88,7 @@ def test_a_day_of_files_as_they_come(bench, session, texts, tmp_path):
     assert contents(bench) == before  # raw files are never touched
     parts = parts_of(session)
     assert "What to test next" in parts["next"]
-    assert "What the records say of the test log" in parts["campaign"]
+    assert "Test log, tested by the records" in parts["campaign"]
     assert not re.search(r"<th[^>]*></th>", "".join(parts.values()))  # nameless to a reader aloud
     # The same files come out as of a run on the finished folder.
     once = ResultPaths(tmp_path / "once")

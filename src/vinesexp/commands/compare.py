@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="*",
         metavar="C",
-        help="further ones: whether each value repeats in all of them",
+        help="further ones: then each value is tested for repeatability in all",
     )
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a page")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every row as a table")

@@ -47,7 +47,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "leave it out for a channel without calibration, such as a microphone: then only the "
         "bounces of a ball are found",
     )
-    parser.add_argument("--displacement", "-x", metavar="COLUMN", help="column, if there is one")
+    parser.add_argument(
+        "--displacement",
+        "-x",
+        metavar="COLUMN",
+        help=("column of the displacement, if there is one"),
+    )
     parser.add_argument("--displacement-unit", metavar="UNIT", help="mm, or '0.5 V/mm'")
     parser.add_argument("--time", metavar="COLUMN", help="default: as the file says, or Time*")
     parser.add_argument("--time-unit", default="s", metavar="UNIT", help="default: s")

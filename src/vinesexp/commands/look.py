@@ -24,7 +24,9 @@ _CYCLES = 200  # of a motion that its phase plane shows
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Files, and where a picture of them goes."""
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="instrument files")
-    parser.add_argument("--plot", type=Path, metavar="PICTURE", help="draw them: .png, .svg, .pdf")
+    parser.add_argument(
+        "--plot", type=Path, metavar="PICTURE", help=("draw the signals: .png, .svg, .pdf")
+    )
     add_force(parser)
 
 

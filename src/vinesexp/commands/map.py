@@ -33,9 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     axes = "values along the two axes, horizontal first (40x40)"
     add_map_values(parser, cells=("NxM", axes), starts="starts in each cell (8)")
     for flag, metavar, meaning in (
-        ("--kind", "KIND", "which starts: random or wall (random)"),
-        ("--out", "FILE", "NetCDF file (map.nc); one that is there already is completed"),
-        ("--plot", "FILE", "picture as well (svg, pdf or png)"),
+        ("--kind", "KIND", "kind of starts: random or wall (random)"),
+        ("--out", "FILE", "NetCDF file (map.nc); an existing one is completed"),
+        ("--plot", "FILE", "draw the map too (svg, pdf or png)"),
         ("--rows", "K/N", "only the K-th of N shares of the rows: a part, to be joined later"),
     ):
         parser.add_argument(flag, metavar=metavar, action=Once, help=meaning)

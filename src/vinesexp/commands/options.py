@@ -147,7 +147,7 @@ def map_values(args: argparse.Namespace) -> tuple[dict[str, float], dict[str, tu
 
 def add_force(parser: argparse.ArgumentParser) -> None:
     """Leave to write over files; without it nothing that is there is touched."""
-    parser.add_argument("--force", action="store_true", help="write over files that are there")
+    parser.add_argument("--force", action="store_true", help="overwrite existing files")
 
 
 class Once(argparse.Action):

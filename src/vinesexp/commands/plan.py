@@ -1,4 +1,4 @@
-"""`vinesexp plan`: what to test next and why, or a first campaign from rig values alone."""
+"""`vinesexp plan`: what to test next and why, or a first campaign from rig values."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder of a campaign with results",
     )
     parser.add_argument(
-        "--results", type=Path, metavar="DIR", help="its results (results/<campaign>)"
+        "--results", type=Path, metavar="DIR", help="results of the campaign (results/<campaign>)"
     )
     parser.add_argument(
         "--target",

@@ -23,9 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="only this group of tests (may be repeated); default: all",
     )
-    parser.add_argument(
-        "--force", action="store_true", help="write over instrument files that are there"
-    )
+    parser.add_argument("--force", action="store_true", help="overwrite existing instrument files")
 
 
 def run(args: argparse.Namespace) -> int:

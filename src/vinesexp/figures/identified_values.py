@@ -298,7 +298,7 @@ def draw_inputs(rows: Sequence[Row]) -> Iterator[tuple[Figure, Drawn]]:
         text += f" Left out: {untested} that the records do not test."
     if len(known) > _MOST:
         text += f" The first {_MOST} of {len(known)}; inputs.csv has all."
-    title = "What the records say of the values in campaign.yaml and records.csv"
+    title = "Values in campaign.yaml and records.csv, tested by the records"
     yield figure, Drawn("stated_values", "inputs", title, text)
 
 

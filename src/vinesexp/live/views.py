@@ -104,7 +104,7 @@ def _of_ball(record: Record, regime: dict[str, object], impacts: int) -> list[st
     if regime.get("regime") is None:
         return ["impacts cannot be seen in this record: it is too noisy, or sampled too slowly"]
     if isinstance(per_cycle, float) and per_cycle < _STILL and record.test == "periodic":
-        return ["hardly any impacts: is the ball stuck, or lying in the middle of its cavity?"]
+        return ["hardly any impacts: is the ball stuck, or at rest in the middle of its cavity?"]
     return []
 
 
