@@ -32,7 +32,7 @@ def test_records_still_to_be_simulated_are_no_mistake(tmp_path, capsys):
     assert "no such file" in capsys.readouterr().out
     (tmp_path / "scene.yaml").write_text("")
     assert main(["check", str(tmp_path)]) == 0
-    assert "the run makes it from scene.yaml" in capsys.readouterr().out
+    assert "the run simulates it from scene.yaml" in capsys.readouterr().out
 
 
 def test_nothing_is_written_into_the_campaign(tmp_path, capsys):

@@ -120,7 +120,7 @@ def test_the_verdict_comes_first(full):
     text = text[text.index("Provenance") :]  # after the navigation
     verdict = text.index("At G = 0.25 mm the mass moved least with a clearance of 33.0 mm")
     assert verdict < text.index("What was measured") < text.index("Identified values")
-    assert "two impacts per cycle stop being permanent between 33.9 and 35.1 mm" in text
+    assert "two impacts per cycle cease to be permanent between 33.9 and 35.1 mm" in text
     assert "bc lies where two impacts per cycle end" in text
 
 

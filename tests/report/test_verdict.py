@@ -112,8 +112,8 @@ def verdict(**changed: str) -> PeriodicVerdict:
 def test_headline_of_a_measured_optimum():
     text = headline([verdict(lowest=""), verdict()], [], {})
     assert text == (
-        "At G = 0.2 mm the mass moved least with a clearance of 26.4 mm (between 26 and 27 mm). "
-        "In these tests two impacts per cycle stop being permanent between 27 and 27.5 mm; b_c is "
+        "At G = 0.2 mm the mass moved least with a clearance of 26.4 mm (between 26 and 27 mm). In "
+        "these tests two impacts per cycle cease to be permanent between 27 and 27.5 mm; b_c is "
         "predicted at 27.13 ± 0.02 mm. Prediction and measurement agree at every base amplitude."
     )
     open_one = replace(verdict(), level="G = 0.3 mm", agrees=None)

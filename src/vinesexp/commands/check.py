@@ -100,7 +100,7 @@ def _look(campaign: Campaign, folder: Path, record: Record) -> Looked:
     """What was found in one record, with what more there is to say of it; what its signals show."""
     simulated = (campaign.folder / "scene.yaml").is_file()
     if simulated and not record.exclude and not record.file.exists():
-        detail = f"{record.file} is not there yet; the run makes it from scene.yaml"
+        detail = f"{record.file} is not there yet; the run simulates it from scene.yaml"
         return [(Check(record.id, "simulate", "warning", detail), "")], None
     with tempfile.TemporaryDirectory(dir=folder) as place:
         paths = ResultPaths(Path(place))

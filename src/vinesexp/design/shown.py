@@ -166,14 +166,17 @@ def from_rest(advice: Advice) -> Table:
     frequency = 0.5 * sum(task.frequencies)
     longest = longest_watch(task.rig(advice.robust.b), frequency)
     below = (
-        "Exact event simulation; amplitudes in mm, once settled (where some starts are captured "
-        f"and others not yet, after up to {longest:.2g} s); b: one-sided. Oscillator at rest, "
-        "averaged over the phase at which the shaker starts; less: mean against the bare "
-        f"oscillator's {mm(advice.bare_mean)} mm; captured: two impacts a cycle or more, not "
-        "modulated; mid-cavity: mean with the ball at rest in the middle."
+        f"Exact event simulation; settled amplitudes in mm (after at most {longest:.2g} s where "
+        "starts differ in their capture); b is one-sided. The oscillator starts at rest; values "
+        "are averaged over the phase at which the shaker starts. Less: reduction of the mean from "
+        f"the bare oscillator's {mm(advice.bare_mean)} mm. Captured: two impacts per cycle or "
+        "more, not modulated. Mid-cavity: mean with the ball at rest in the middle."
     )
     if advice.task.frequencies[0] < advice.task.frequencies[1]:
-        below += " Captured: of the whole band, also where the motion is too small for the ball."
+        below += (
+            " Captured is the share of the whole band, including frequencies at which the motion "
+            "is too small for the ball."
+        )
     heads = (
         "b (mm)", "b/b_c\npublished", "b/b_c\nexact", "mean", "largest", "less", "captured",
         "mid-cavity",
@@ -193,11 +196,11 @@ def from_random(advice: Advice) -> Table:
         for name, one in judged_rows(advice)
     ]  # fmt: skip
     below = (
-        "Robust: least 90th percentile. Oscillator anywhere within its bare response, balls at "
-        "rest anywhere, values within their errors, every start with its own b within "
-        f"{100.0 * advice.task.tolerance:.2g} %; +-: two standard errors of "
-        f"{advice.judged.random} starts that had no part in the choice; less: against the bare "
-        "oscillator over the same draws."
+        "Robust: least 90th percentile. The oscillator starts anywhere within its bare response, "
+        "balls at rest anywhere, values within their errors, each start with its own b within "
+        f"{100.0 * advice.task.tolerance:.2g} %. +-: two standard errors of {advice.judged.random} "
+        "starts that were not used in the choice. Less: reduction from the bare oscillator over "
+        "the same draws."
     )
     heads = ("b (mm)", "mean", "90 % below", "largest", "less", "captured")
     return Table("Clearances from random starts", heads, rows, below)
@@ -224,9 +227,9 @@ def one_value_off(advice: Advice) -> Table:
             bare = ("-" if one is None else mm(one.bare) for one in own)
             rows.append(("bare oscillator at f", *bare))
     below = (
-        f"Mean from rest; 90 % below. With nothing off {_pair(advice.unchanged)}. 90 % below: of "
-        f"{advice.beside.random} random starts, the same in every cell; fewer than above, "
-        "so compare within this table."
+        "Each cell: mean from rest; 90 % below. With the values as given: "
+        f"{_pair(advice.unchanged)}. 90 % below is of {advice.beside.random} random starts, the "
+        "same in every cell and fewer than above; compare within this table."
     )
     heads = tuple(f"{100 * change:+.0f} %" for change in changes)
     return Table("The robust clearance with one value off", heads, rows, below)
@@ -287,7 +290,7 @@ def recorded(found: UnderRecord) -> Table:
             )
         )
     heads = ("rms x - x_e", "peak x - x_e", "90 % below", "rms x", "peak x", "impacts", "")
-    below = "mm; medians over balls at rest anywhere in their cavities and at the walls."
+    below = "In mm: medians over balls at rest anywhere in their cavities and at the walls."
     return Table("Under the recorded base, by exact event simulation", heads, rows, below)
 
 
@@ -358,9 +361,9 @@ def fastest(falls: Falls, theory: Theory) -> Table:
         "(s)",
     )  # fmt: skip
     below = (
-        "3 of 4: three of four balls, at rest anywhere or at the wall that pushes, are there by "
-        "then; captured: the share of them; theory: b*(level) of a ball captured at once, where a "
-        "wall meets it wherever it rests."
+        "3 of 4: time at which three of four balls, at rest anywhere or at the pushing wall, have "
+        "reached the level. Captured: share of the captured balls. Theory: b*(level) of a ball "
+        "captured at once, if a wall meets it wherever it is at rest."
     )
     return Table("The release by simulation: fastest clearance to each level", heads, rows, below)
 
@@ -386,10 +389,11 @@ def by_clearance(falls: Falls) -> Table:
         "to the levels (s)", "captured", "pumping time (s)", "energy by NES", "energy left then",
     )  # fmt: skip
     below = (
-        "Balls at rest anywhere: when three of four are at the levels, the share captured, and "
-        "medians. Pumping time: until the ball leaves two impacts per cycle, 0 where fewer than "
-        "half are captured; energy by NES: share of the energy that impacts take; left: share "
-        "left by then; of several balls those of the largest cavity."
+        "Balls at rest anywhere: time at which three of four have reached the levels, share "
+        "captured, and medians. Pumping time: until the ball leaves two impacts per cycle; 0 if "
+        "fewer than half are captured. Energy by NES: share of the energy that the impacts "
+        "dissipate. Left: share left at the end of the pumping time. Of several balls: those of "
+        "the largest cavity."
     )
     return Table(BY_CLEARANCE, heads, rows, below)
 
@@ -405,7 +409,7 @@ def releases(theory: Theory) -> Table:
         for one in theory.releases
     ]  # fmt: skip
     heads = ("b* (mm)", "95 % interval", "time (s)", "bare (s)", "met at most")
-    below = "met at most: share of balls at rest anywhere in the cavity that a wall reaches."
+    below = "met at most: share of the balls at rest anywhere in the cavity that a wall reaches."
     title = "Fastest clearance of the release, b*(level), if captured at once"
     return Table(title, heads, rows, below)
 

@@ -817,7 +817,7 @@ def headline(
         last = (bracketed or measured)[-1]
         text = f"At {last.level} the mass moved least with {_least(last)}"
         if last.end_within:
-            text += f" In these tests two impacts per cycle stop being permanent {last.end_within}"
+            text += f" In these tests two impacts per cycle cease to be permanent {last.end_within}"
             text += f"; b_c is predicted at {last.exact} mm." if last.exact else "."
         elif last.exact:
             text += f" b_c is predicted at {last.exact} mm."

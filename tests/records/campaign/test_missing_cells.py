@@ -48,7 +48,7 @@ def test_a_note_that_still_says_fill_in_is_heeded_until_it_is_taken_out():
     open_row, decided = row("a", "transient", note=note), row("a", "transient", note="it decays")
     said = found(campaign_of(open_row), a=Evidence())
     assert set(said) == {"clearance_mm", "release_mm"}
-    assert all("take FILL IN out of the note" in one for one in said.values())
+    assert all("remove FILL IN from the note" in one for one in said.values())
     assert found(campaign_of(decided), a=Evidence()) == {}
 
 

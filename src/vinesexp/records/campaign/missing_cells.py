@@ -95,7 +95,7 @@ def missing_cells(campaign: Campaign, evidence: Mapping[str, Evidence]) -> list[
             why = _reason(lacking, column, evidence)
             detail = f"{column} is empty in {_names(lacking)}{why}; {_NEEDED_FOR[column]}"
             if any(column in asked_in(record) for record in lacking):
-                detail += "; where it does not apply, take FILL IN out of the note"
+                detail += "; if it does not apply, remove FILL IN from the note"
             only = lacking[0].id if len(lacking) == 1 else ""
             found.append(Check(only, MISSING, "warning", detail))
     with_ball = [r for r in records if r.clearance or evidence[r.id].impacts >= _IMPACTS]

@@ -21,7 +21,7 @@ from vinesexp.records.campaign.schema import SHEET_COLUMNS, TESTS
 _PROPOSED, _MISSING, _WRONG = "DDEBF7", "FFE699", "F8CBAD"
 _LEGEND = (
     (_PROPOSED, "proposed from the file or its name: look at it"),
-    (_MISSING, "missing: no file tells it; where it does not apply, take FILL IN out of the note"),
+    (_MISSING, "missing: no file tells it; if it does not apply, remove FILL IN from the note"),
     (_WRONG, "wrong: not a kind of test, not a number, or a record's name that is there twice"),
 )
 _MEANT = {
