@@ -13,9 +13,9 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import NormalDist
 
 import numpy as np
+from scipy.special import stdtrit
 
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.records.campaign.schema import Record
@@ -203,8 +203,8 @@ def law_of(series: Series) -> Law | None:
     tried = [stepped(i) for i in range(2, n - 2 - mixed)]
     best = int(np.argmin([float(rest @ rest) for _, _, rest in tried]))
     own, solved, rest = tried[best]
-    error, y_own = _errors(own, rest), own @ solved + rest
-    sure = NormalDist().inv_cdf(1.0 - 0.5 * _FALSE_ALARMS / n)
+    (error, freedom), y_own = _errors(own, rest), own @ solved + rest
+    sure = -float(stdtrit(freedom, 0.5 * _FALSE_ALARMS / n))
     # A step stands out beside what the series does from one window to the next anyway, too.
     moves = (y[1 + mixed :] - y[: -1 - mixed]) * np.minimum(
         weight[1 + mixed :], weight[: -1 - mixed]
@@ -214,7 +214,7 @@ def law_of(series: Series) -> Law | None:
     if abs(step) <= sure * max(step_error, usual / math.sqrt(2.0)):
         columns, y = columns * weight[:, np.newaxis], weight * y
         solved = np.linalg.lstsq(columns, y, rcond=None)[0]
-        error, step = _errors(columns, y - columns @ solved), 0.0
+        error, step = _errors(columns, y - columns @ solved)[0], 0.0
     length, at = float(t[-1] - t[0]), float(t[best + 2 : best + 2 + mixed].mean())
     return Law(
         float(solved[1]) / length, float(error[1]) / length, step, step_error, at,
@@ -235,8 +235,11 @@ def _left(columns: FloatArray, y: FloatArray) -> float:
     return float(rest @ rest)
 
 
-def _errors(columns: FloatArray, rest: FloatArray) -> FloatArray:
-    """Standard errors of least squares, the scatter of neighbours being alike."""
+def _errors(columns: FloatArray, rest: FloatArray) -> tuple[FloatArray, float]:
+    """Standard errors of least squares, the scatter of neighbours being alike.
+
+    And the degrees of freedom that they are known by.
+    """
     n, free = columns.shape[0], columns.shape[0] - columns.shape[1]
     variance = float(rest @ rest) / max(free, 1)
     alike = 1.0
@@ -245,7 +248,8 @@ def _errors(columns: FloatArray, rest: FloatArray) -> FloatArray:
         if rho < 2.0 / math.sqrt(n):
             break
         alike += 2.0 * rho
-    return np.asarray(np.sqrt(variance * alike * np.diag(np.linalg.inv(columns.T @ columns))))
+    error = np.sqrt(variance * alike * np.diag(np.linalg.inv(columns.T @ columns)))
+    return np.asarray(error), max(free / alike, 1.0)
 
 
 def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Series, float] | None:
