@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -49,3 +50,18 @@ def write_whole(path: Path, content: str | bytes) -> None:
     """Write text (UTF-8, line ends as they are) or bytes, whole or not at all."""
     with whole_file(path) as growing:
         growing.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def digest_of_file(path: Path) -> str:
+    """SHA-256 of a file, in hex.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "a"
+    >>> write_whole(path, "")
+    >>> digest_of_file(path)[:16]
+    'e3b0c44298fc1c14'
+    """
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -20,26 +20,15 @@ from vinesexp.figures.single_records import (
     Trace,
     added_mass_line,
     amplitude_trace,
-    band,
-    columns_of,
+    columns_of_screen,
     extremes,
     impacts_on_acceleration,
     sequence,
 )
 from vinesexp.records.stored.store import RecordWriter, open_record
+from vinesexp.signals.means import equal_parts, extremes_of_parts
 from vinesexp.theory.regime_definitions import REGIMES
 from vinesexp.units import COVERAGE_95
-
-
-@settings(deadline=None, max_examples=60)
-@given(n=st.integers(1, 3000), columns=st.integers(1, 900), seed=st.integers(0, 9))
-def test_a_band_shows_every_extreme_and_keeps_to_its_columns(n, columns, seed):
-    values = np.random.default_rng(seed).standard_normal(n)
-    time, low, high = band(np.arange(n, dtype=float), values, columns=columns)
-    assert time.size == low.size == high.size <= columns
-    assert low.min() == values.min()
-    assert high.max() == values.max()
-    assert np.all(np.diff(time) > 0)
 
 
 def write_record(path: Path, values: np.ndarray, rate: float, **attributes: float) -> None:
@@ -50,13 +39,13 @@ def write_record(path: Path, values: np.ndarray, rate: float, **attributes: floa
 
 
 def test_extremes_by_blocks_are_those_of_the_whole(tmp_path, monkeypatch):
-    from vinesexp.figures import single_records as records
+    from vinesexp.signals import means
 
     x = np.random.default_rng(1).standard_normal(10_007).astype(np.float32).astype(float)
     write_record(tmp_path / "a.nc", x, 100.0)
     with open_record(tmp_path / "a.nc") as view:
         whole = extremes(view, "displacement", 37)
-        monkeypatch.setattr(records, "_BLOCK", 300)
+        monkeypatch.setattr(means, "_BLOCK", 300)
         parts = extremes(view, "displacement", 37)
     for a, b in zip(whole, parts, strict=True):
         assert np.array_equal(a, b)
@@ -185,8 +174,8 @@ def test_a_steady_motion_looks_steady(frequency, length, phase):
     rate = 40.0 * frequency
     t = np.arange(int(rate * length)) / rate
     x = np.sin(2.0 * np.pi * (frequency * t + phase))
-    columns = columns_of(frequency * length)
-    _, low, high = band(t, x, columns=columns)
+    columns = columns_of_screen(frequency * length)
+    low, high = extremes_of_parts(lambda begin, end: x[begin:end], equal_parts(x.size, columns))
     if columns != 560:  # a part is a cycle or more: its top is that of the sine
         assert high[:-1].min() > 0.98
         assert low[:-1].max() < -0.98
@@ -225,7 +214,7 @@ def test_a_drop_is_drawn_with_the_scale_that_its_sensor_has(role):
     shown = {"sound": "sound (uncalibrated)", "acceleration": "acceleration (m/s²)"}[role]
     hits = np.array([0.2, 0.5, 0.7, 0.84])
     marks = Marks(hits, np.zeros(4, dtype=np.int64), np.full(4, np.nan))
-    traces = Trace(shown, t, np.sin(50 * t)), Trace(role, t, np.sin(50 * t))
+    traces = Trace(shown, t, np.sin(50 * t)), Trace(shown, t, np.sin(50 * t))
     figure = impacts_on_acceleration(*traces, marks, title="d: drop, 4 impacts")
     labels = " ".join(axis.get_ylabel() for axis in figure.axes)
     assert labels == " ".join([shown.replace(" (", "\n(")] * 2)

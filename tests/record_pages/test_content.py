@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from tests.record_pages.decoded import unpacked, unsqueezed
@@ -11,12 +13,12 @@ from vinesexp.record_pages.drawn_content import (
     exact,
     packed,
     part_size,
-    read_channel,
     squeezed,
     traces_of,
 )
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordWriter, open_record
+from vinesexp.signals.means import extremes_of_parts
 
 RATE, F = 1000.0, 8.0
 
@@ -29,20 +31,21 @@ def record(path, samples, rate=RATE):
 
 def test_parts_hold_the_smallest_and_largest_sample_of_all(tmp_path):
     samples = np.random.default_rng(1).normal(size=50_001)
+    edges = np.append(np.arange(0, 50_001, 7), 50_001)
     with open_record(record(tmp_path / "a.nc", samples)) as view:
-        level = read_channel(view, "displacement", 7)
-    assert level.low.min() == np.float32(samples.min())
-    assert level.high.max() == np.float32(samples.max())
-    assert level.low.size == -(-50_001 // 7)
+        low, high = extremes_of_parts(partial(view.read, "displacement"), edges)
+    assert low.min() == np.float32(samples.min())
+    assert high.max() == np.float32(samples.max())
+    assert low.size == -(-50_001 // 7)
 
 
 def test_a_gap_is_a_gap_and_hides_nothing_beside_it(tmp_path):
     samples = np.ones(100)
     samples[10:31] = np.nan
     with open_record(record(tmp_path / "a.nc", samples)) as view:
-        level = read_channel(view, "displacement", 10)
-    assert np.isnan(level.low[1:3]).all()
-    assert level.low[3] == 1.0
+        low, _ = extremes_of_parts(partial(view.read, "displacement"), np.arange(0, 101, 10))
+    assert np.isnan(low[1:3]).all()
+    assert low[3] == 1.0
 
 
 @pytest.mark.parametrize("seconds", [100, 1000, 3600, 36_000])

@@ -14,10 +14,11 @@ from vinesexp.errors import TableError
 from vinesexp.identification.whole_campaign import _ROWS as EFFECT_ROWS
 from vinesexp.records.stored.result_columns import RECORD_REGIMES
 from vinesexp.records.stored.tables import read_rows
-from vinesexp.report.page import build_report, changed_settings, digest, git_revision, grouped
+from vinesexp.report.page import build_report, changed_settings, git_revision, grouped
 from vinesexp.report.rendering import inline_svg
 from vinesexp.report.tables_shown import EFFECTS, coverage_table
 from vinesexp.settings.overrides import changed_by_text
+from vinesexp.whole_files import digest_of_file
 
 pytestmark = pytest.mark.long
 
@@ -229,7 +230,7 @@ def test_how_often_the_intervals_held_the_truth_is_reported(full):
 def test_provenance_names_every_input_with_its_digest(full):
     for record in full.campaign.records:
         assert hashlib.sha256(record.file.read_bytes()).hexdigest() in full.html
-    assert digest(full.campaign.folder / "records.csv") in full.html
+    assert digest_of_file(full.campaign.folder / "records.csv") in full.html
     assert git_revision(full.results) == "not under git"
 
 

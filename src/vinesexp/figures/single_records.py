@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,9 +20,10 @@ from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.result_columns import DECAY, REPLAY_CYCLES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.records.stored.tables import Row, read_rows
+from vinesexp.records.stored.tables import Row, columns_of, read_rows
 from vinesexp.results import CampaignResults
 from vinesexp.signals.impacts.impact_table import read_impacts
+from vinesexp.signals.means import equal_parts, extremes_of_parts
 from vinesexp.theory.regime_definitions import PERMANENT
 from vinesexp.units import COVERAGE_95
 
@@ -36,12 +38,10 @@ _SHOWN = {
     "acceleration": ("acceleration (m/s²)", 1.0),
     "sound": ("sound (uncalibrated)", 1.0),
 }
-_BLOCK = 1 << 20  # samples read at once
 _ZOOM_CYCLES = 3.5
 _MOST_CURVES = 14  # in one figure
 _NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
 _MOST_POINTS = 1200  # of a drawn line
-_AXES = {"acceleration": "acceleration\n(m/s²)", "sound": "sound\n(uncalibrated)"}
 #: Impacts drawn one by one; of more, this many evenly chosen ones.
 _IMPACT_SHAPES_MOST_POINTS = 1500
 
@@ -53,7 +53,6 @@ COLUMNS = 560
 # Figures of ring-downs: a decay beside what was identified from it, M from added masses.
 Found = Mapping[str, Estimate]
 
-_MOST = 4_000_000  # samples of one decay
 #: Decays whose misfit is drawn together.
 _MOST_DECAYS = 6
 #: Terms of a law of damping beyond the viscous one, named.
@@ -61,53 +60,6 @@ _LAW = {"damping_quadratic": "quadratic", "damping_coulomb": "Coulomb"}
 
 # The figure of the replay: measured amplitude beside that of the identified rig.
 _COLUMNS = 2
-
-
-@dataclass(frozen=True)
-class Beside:
-    """One record and its replays: s and mm.
-
-    Attributes
-    ----------
-    name : of the record.
-    time, measured : of each cycle.
-    replayed, low, high : mean, smallest and largest over the replays.
-    """
-
-    name: str
-    time: FloatArray
-    measured: FloatArray
-    replayed: FloatArray
-    low: FloatArray
-    high: FloatArray
-
-
-def replayed_amplitudes(records: Sequence[Beside]) -> Figure:
-    """One panel a record: measured amplitude, and the band of its replays."""
-    columns = min(len(records), _COLUMNS)
-    rows = -(-len(records) // columns)
-    figure, axes = new_figure(rows, columns, height=0.5 + 2.0 * rows)
-    for axis, one in zip(axes, records, strict=False):
-        axis.fill_between(
-            one.time, one.low, one.high, color=COLOURS["exact"], alpha=0.25, linewidth=0
-        )
-        axis.plot(one.time, one.replayed, color=COLOURS["exact"], linewidth=1.4)
-        axis.plot(one.time, one.measured, color=COLOURS["measured"], linewidth=0.7)
-        link(axis.set_title(one.name), one.name, f"page of {one.name}")
-        axis.set_ylim(0.0, 1.1 * float(max(one.high.max(), one.measured.max())))
-        axis.margins(x=0.01)
-    for axis in axes[len(records) :]:
-        axis.remove()
-    for axis in axes[max(len(records) - columns, 0) : len(records)]:
-        axis.set_xlabel("time (s)")
-    for axis in axes[: len(records) : columns]:
-        axis.set_ylabel("amplitude (mm)")
-    handles = [
-        axes[0].plot([], [], color=COLOURS["measured"], linewidth=0.9, label="measured")[0],
-        axes[0].plot([], [], color=COLOURS["exact"], label="replayed: median and range")[0],
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8)
-    return figure
 
 
 def draw_replay(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
@@ -125,8 +77,36 @@ def draw_replay(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
         "The band covers several starts, because the position of the ball was not measured. Where "
         "the motion is chaotic, only mean and range can agree, not the curve."
     )
-    figure = replayed_amplitudes([_beside(record, by_record[record.id]) for record in chosen])
+    figure = _replayed([(record.id, by_record[record.id]) for record in chosen])
     yield figure, Drawn("replay", "replay", title, text)
+
+
+def _replayed(records: Sequence[tuple[str, Sequence[Row]]]) -> Figure:
+    """One panel a record: measured amplitude of each cycle, and the band of its replays."""
+    columns = min(len(records), _COLUMNS)
+    rows = -(-len(records) // columns)
+    figure, axes = new_figure(rows, columns, height=0.5 + 2.0 * rows)
+    for axis, (name, cycles) in zip(axes, records, strict=False):
+        time, *lengths = columns_of(cycles, REPLAY_CYCLES.names[1:])
+        measured, replayed, low, high = (1e3 * length for length in lengths)
+        axis.fill_between(time, low, high, color=COLOURS["exact"], alpha=0.25, linewidth=0)
+        axis.plot(time, replayed, color=COLOURS["exact"], linewidth=1.4)
+        axis.plot(time, measured, color=COLOURS["measured"], linewidth=0.7)
+        link(axis.set_title(name), name, f"page of {name}")
+        axis.set_ylim(0.0, 1.1 * float(max(high.max(), measured.max())))
+        axis.margins(x=0.01)
+    for axis in axes[len(records) :]:
+        axis.remove()
+    for axis in axes[max(len(records) - columns, 0) : len(records)]:
+        axis.set_xlabel("time (s)")
+    for axis in axes[: len(records) : columns]:
+        axis.set_ylabel("amplitude (mm)")
+    handles = [
+        axes[0].plot([], [], color=COLOURS["measured"], linewidth=0.9, label="measured")[0],
+        axes[0].plot([], [], color=COLOURS["exact"], label="replayed: median and range")[0],
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8)
+    return figure
 
 
 def _chosen(records: Sequence[Record], regime: Mapping[str, str]) -> list[Record]:
@@ -139,14 +119,6 @@ def _chosen(records: Sequence[Record], regime: Mapping[str, str]) -> list[Record
         [r for r in records if r.test == "ringdown"],
     )
     return [own[len(own) // 2] for own in kinds if own]
-
-
-def _beside(record: Record, rows: Sequence[Row]) -> Beside:
-    time, *lengths = (
-        np.array([row[name] for row in rows], dtype=float) for name in REPLAY_CYCLES.names[1:]
-    )
-    measured, replayed, low, high = (1e3 * length for length in lengths)
-    return Beside(record.id, time, measured, replayed, low, high)
 
 
 @dataclass(frozen=True)
@@ -189,7 +161,7 @@ def ringdown_and_fit(
     figure, (above, below) = new_figure(
         2, 1, height=4.4, sharex=True, gridspec_kw={"height_ratios": [1.4, 1.0]}
     )
-    draw_trace(above, trace, colour=COLOURS["displacement"])
+    draw_trace(above, trace)
     envelope = shown.law if shown.law.size else shown.fitted
     for sign in (1.0, -1.0):
         above.plot(shown.time, sign * envelope, color=COLOURS["exact"], linewidth=1.4)
@@ -320,9 +292,7 @@ def draw_ringdowns(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
 def _decay(record: Record, own: Found, paths: ResultPaths) -> DrawnDecay:
     """The decay of one record as the estimate step left it, mm."""
     rows = read_rows(paths.decay(record.id), DECAY)
-    time, amplitude, law, viscous = (
-        np.array([row[name] for row in rows], dtype=float) for name in DECAY.names
-    )
+    time, amplitude, law, viscous = columns_of(rows, DECAY.names)
     named = " and ".join(word for name, word in _LAW.items() if name in own)
     none = np.empty(0)
     return DrawnDecay(
@@ -332,9 +302,7 @@ def _decay(record: Record, own: Found, paths: ResultPaths) -> DrawnDecay:
 
 def _trace(record: Record, paths: ResultPaths) -> Trace:
     with open_record(paths.conditioned(record.id)) as view:
-        x = 1e3 * view.read("displacement", 0, _MOST)
-        cycles = float(view.attributes["oscillation_hz"]) * x.size / view.sample_rate
-        return Trace("displacement", view.time(0, _MOST), x, columns=columns_of(cycles))
+        return whole_trace(view, "displacement", frequency=float(view.attributes["oscillation_hz"]))
 
 
 def _figure(
@@ -405,24 +373,32 @@ def _half(campaign: Campaign, record: Record, f0: Estimate, M: float) -> float:
 class Trace:
     """One channel to be drawn: times, s, and values in the unit to be shown.
 
-    Where `high` is given, `values` are the smallest and `high` the largest in each part of a
-    trace that was too long to be read at once. `columns` is in how many parts a long trace is
-    drawn (`columns_of`). `record` is the id to whose page the trace leads.
+    Where `high` is given, `values` are the smallest and `high` the largest of each part of a trace
+    that has more samples than a screen has columns. `record` is the id to whose page it leads.
     """
 
     name: str
     time: FloatArray
     values: FloatArray
     high: FloatArray | None = None
-    columns: int = COLUMNS
     record: str = ""
+
+    @property
+    def colour(self) -> str:
+        """That of its channel, the first word of its name."""
+        return COLOURS[self.name.split()[0]]
+
+    @property
+    def label(self) -> str:
+        """Its name beside an axis."""
+        return self.name.replace(" ", "\n", 1)
 
 
 #: Columns that a cycle takes at least where it is to be seen as one.
 _A_CYCLE = 8
 
 
-def columns_of(cycles: float) -> int:
+def columns_of_screen(cycles: float) -> int:
     """In how many parts a trace of so many cycles is drawn.
 
     Where a cycle has too few columns to be seen, a part is a cycle: in shorter ones the largest and
@@ -430,8 +406,8 @@ def columns_of(cycles: float) -> int:
 
     Examples
     --------
-    >>> columns_of(10.0), columns_of(400.0), columns_of(3000.0), columns_of(0.0)
-    (560, 400, 500, 560)
+    >>> [columns_of_screen(cycles) for cycles in (10.0, 400.0, 3000.0, 0.0)]
+    [560, 400, 500, 560]
     """
     if cycles * _A_CYCLE <= COLUMNS:
         return COLUMNS
@@ -439,33 +415,12 @@ def columns_of(cycles: float) -> int:
     return max(int(cycles / whole), 1)
 
 
-def band(
-    time: FloatArray, values: FloatArray, *, columns: int = COLUMNS
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Times, smallest and largest values of `columns` equal parts: what a screen shows of a trace.
-
-    Examples
-    --------
-    >>> t, low, high = band(np.arange(6.0), np.array([0, 1, 2, 3, 2, 1.0]), columns=2)
-    >>> t, low, high
-    (array([1., 4.]), array([0., 1.]), array([2., 3.]))
-    """
-    edges = np.unique(np.linspace(0, len(values), min(columns, len(values)) + 1).astype(np.int64))
-    start = edges[:-1]
-    middle = 0.5 * (time[start] + time[edges[1:] - 1])
-    return middle, np.fmin.reduceat(values, start), np.fmax.reduceat(values, start)
-
-
-def draw_trace(axis: Axes, trace: Trace, *, colour: str) -> None:
-    """Draw a trace as a line, or as a band where it has more samples than the screen columns."""
-    if trace.high is None and len(trace.values) <= 2 * COLUMNS:
-        axis.plot(trace.time, trace.values, color=colour, linewidth=0.9)
-        return
+def draw_trace(axis: Axes, trace: Trace) -> None:
+    """Draw a trace as a line, or as a band where it is smallest and largest values."""
     if trace.high is None:
-        time, low, high = band(trace.time, trace.values, columns=trace.columns)
+        axis.plot(trace.time, trace.values, color=trace.colour, linewidth=0.9)
     else:
-        time, low, high = trace.time, trace.values, trace.high
-    axis.fill_between(time, low, high, color=colour, linewidth=0.4)
+        axis.fill_between(trace.time, trace.values, trace.high, color=trace.colour, linewidth=0.4)
 
 
 def overview(traces: Sequence[Trace], *, title: str) -> Figure:
@@ -474,12 +429,12 @@ def overview(traces: Sequence[Trace], *, title: str) -> Figure:
     Parameters
     ----------
     traces : sequence of Trace
-        Named ``displacement (mm)``: the first word chooses the colour.
+        Named ``displacement (mm)``.
     """
     figure, axes = new_figure(len(traces), 1, height=0.6 + 1.1 * len(traces), sharex=True)
     for axis, trace in zip(axes, traces, strict=True):
-        draw_trace(axis, trace, colour=COLOURS[trace.name.split()[0]])
-        axis.set_ylabel(trace.name.replace(" ", "\n", 1))
+        draw_trace(axis, trace)
+        axis.set_ylabel(trace.label)
     axes[-1].set_xlabel("time (s)")
     axes[-1].margins(x=0.01)
     axes[0].set_title(title)
@@ -533,8 +488,7 @@ def impacts_on_acceleration(
     Parameters
     ----------
     whole, zoom : Trace
-        Acceleration, m/s^2, or sound without a scale: the whole record and the enlarged stretch,
-        which is named by its role.
+        Acceleration, m/s^2, or sound without a scale: the whole record and the enlarged stretch.
     impacts : Marks
     motion : Trace, optional
         Displacement in the enlarged stretch, mm.
@@ -544,10 +498,10 @@ def impacts_on_acceleration(
     figure, (above, *middle, below) = new_figure(
         len(ratios), 1, height=5.6 if jumps else 4.4, gridspec_kw={"height_ratios": ratios}
     )
-    draw_trace(above, whole, colour=COLOURS[zoom.name])
+    draw_trace(above, whole)
     above.axvspan(zoom.time[0], zoom.time[-1], color=COLOURS["published"], alpha=0.35, linewidth=0)
     above.set_title(title)
-    above.set_ylabel(_AXES[zoom.name])
+    above.set_ylabel(whole.label)
     above.margins(x=0.01)
     for axis in middle:
         _jumps(axis, impacts)
@@ -575,8 +529,8 @@ def _jumps(axis: Axes, impacts: Marks) -> None:
 
 
 def _enlarged(axis: Axes, zoom: Trace, impacts: Marks, motion: Trace | None) -> None:
-    draw_trace(axis, zoom, colour=COLOURS[zoom.name])
-    top = _top(zoom.values)
+    draw_trace(axis, zoom)
+    top = max(_top(zoom.values), 0.0 if zoom.high is None else _top(zoom.high))
     inside = (impacts.time >= zoom.time[0]) & (impacts.time <= zoom.time[-1])
     for side, place, marker in ((1, 1.15, "v"), (-1, -1.15, "^"), (0, 1.15, "v")):
         marks = impacts.time[inside & (impacts.side == side)]
@@ -587,7 +541,7 @@ def _enlarged(axis: Axes, zoom: Trace, impacts: Marks, motion: Trace | None) -> 
         name = f"wall {side:+d}" if side else "impact"
         label(axis, name, (marks[0], place * top), colour=colour, shift=(6, 0))
     axis.set_ylim(-1.35 * top, 1.35 * top)
-    axis.set_ylabel(_AXES[zoom.name])
+    axis.set_ylabel(zoom.label)
     axis.set_xlabel("time (s), enlarged")
     axis.margins(x=0.01)
     if motion is not None and motion.values.size:
@@ -639,33 +593,30 @@ def _representative(records: Sequence[Record]) -> Record | None:
     return single[len(single) // 2] if single else next(iter(records), None)
 
 
-def extremes(view: RecordView, role: str, parts: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Middle time, smallest and largest sample (SI) in `parts` equal parts of a record.
-
-    Read by blocks of whole parts: memory does not grow with the record.
-    """
-    edges = np.unique(np.linspace(0, view.n, min(parts, view.n) + 1).astype(np.int64))
-    low, high = np.empty(edges.size - 1), np.empty(edges.size - 1)
-    begin = 0
-    while begin < low.size:
-        end = max(int(np.searchsorted(edges, edges[begin] + _BLOCK, "right")) - 1, begin + 1)
-        samples = view.read(role, int(edges[begin]), int(edges[end]))
-        starts = edges[begin:end] - edges[begin]
-        low[begin:end] = np.fmin.reduceat(samples, starts)
-        high[begin:end] = np.fmax.reduceat(samples, starts)
-        begin = end
+def extremes(
+    view: RecordView, role: str, parts: int, begin: int = 0, end: int | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Middle time, smallest and largest sample (SI) in `parts` equal parts of [begin, end)."""
+    n = (view.n if end is None else end) - begin
+    edges = begin + equal_parts(n, parts)
+    low, high = extremes_of_parts(partial(view.read, role), edges)
     middle = np.asarray(view.start + 0.5 * (edges[:-1] + edges[1:] - 1) / view.sample_rate)
     return middle, low, high
 
 
-def whole_trace(view: RecordView, role: str, *, frequency: float) -> Trace:
-    """A channel over the whole record, in the unit that is shown, as smallest and largest.
+def whole_trace(
+    view: RecordView, role: str, *, frequency: float = 0.0, begin: int = 0, end: int | None = None
+) -> Trace:
+    """A channel over the whole record, or from `begin` to `end`, in the unit that is shown.
 
-    `frequency` of the oscillation, Hz; 0 where there is none.
+    `frequency` of the oscillation, Hz; 0 where there is none, or each cycle has many columns.
     """
     name, factor = _SHOWN[role]
-    cycles = frequency * view.n / view.sample_rate
-    time, low, high = extremes(view, role, columns_of(cycles))
+    n = (view.n if end is None else end) - begin
+    if n <= 2 * COLUMNS:
+        return Trace(name, view.time(begin, end), factor * view.read(role, begin, end))
+    cycles = frequency * n / view.sample_rate
+    time, low, high = extremes(view, role, columns_of_screen(cycles), begin, end)
     return Trace(name, time, factor * low, factor * high)
 
 
@@ -717,7 +668,7 @@ def _impacts(record: Record, results: Path) -> Iterator[tuple[Figure, Drawn]]:
         if role is None or not marks.time.size:
             return
         begin, end = _stretch(view, record, marks)
-        zoom = Trace(role, view.time(begin, end), view.read(role, begin, end))
+        zoom = whole_trace(view, role, begin=begin, end=end)
         motion = None
         if "displacement" in view.roles and record.test != "drop":
             motion = Trace(

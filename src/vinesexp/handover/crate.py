@@ -5,7 +5,6 @@ Plain JSON-LD of RO-Crate 1.1 (https://w3id.org/ro/crate/1.1), as archives read 
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from vinesexp.records.stored.store import package_version
+from vinesexp.whole_files import digest_of_file
 
 NAME = "ro-crate-metadata.json"
 _SPDX = "https://spdx.org/licenses/"
@@ -130,8 +130,6 @@ def _person(author: str, number: int) -> dict[str, Any]:
 
 
 def _file(folder: Path, file: Described) -> dict[str, Any]:
-    with file.path.open("rb") as stream:
-        digest = hashlib.file_digest(stream, "sha256").hexdigest()
     found: dict[str, Any] = {
         "@id": _id(folder, file.path),
         "@type": "File",
@@ -139,7 +137,7 @@ def _file(folder: Path, file: Described) -> dict[str, Any]:
         "description": file.about,
         "encodingFormat": _TYPES.get(file.path.suffix, "application/octet-stream"),
         "contentSize": str(file.path.stat().st_size),
-        "identifier": f"sha256:{digest}",
+        "identifier": f"sha256:{digest_of_file(file.path)}",
     }
     if file.sources:
         found["isBasedOn"] = [{"@id": f"#source-{d[:16]}"} for d in file.sources.values()]

@@ -18,7 +18,7 @@ from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign.schema import SI_UNITS
 from vinesexp.records.stored.result_columns import IMPACTS
 from vinesexp.records.stored.store import RecordView
-from vinesexp.records.stored.tables import read_rows
+from vinesexp.records.stored.tables import columns_of, read_rows
 
 _BLOCK = 1 << 16  # samples written at once
 
@@ -111,11 +111,8 @@ def _dataset_58(
 
 def _impacts(path: Path) -> Mapping[str, FloatArray]:
     """Columns of the impacts; an empty cell is NaN."""
-    rows = read_rows(path, IMPACTS)
-    columns: dict[str, FloatArray] = {}
-    for name in IMPACTS.names:
-        columns[name] = np.array([row[name] for row in rows], dtype=np.float64)
-    return columns
+    columns = columns_of(read_rows(path, IMPACTS), IMPACTS.names)
+    return dict(zip(IMPACTS.names, columns, strict=True))
 
 
 def _impacts_file(impacts: Path, folder: Path, name: str) -> Path:

@@ -7,7 +7,6 @@ group is simulated again when the file changes. The samples are read when a test
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +15,7 @@ from vinesexp.errors import RecordError
 from vinesexp.records.campaign.channel_section import read_channel_entry, read_time
 from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.records.campaign.yamltree import Section
+from vinesexp.whole_files import digest_of_file
 
 if TYPE_CHECKING:
     from vinesexp.excitation import Measured
@@ -128,8 +128,7 @@ def _digest(entry: Section, folder: Path, file: str | None) -> str:
         entry.complain("file", f"found '{file}', expected a file in the scene's own folder")
         return ""
     try:
-        with (folder / file).open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
+        return digest_of_file(folder / file)
     except OSError as error:
         entry.complain("file", f"'{file}' cannot be read ({error.strerror}); put it by the scene")
     return ""

@@ -52,7 +52,7 @@ from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
 from vinesexp.results import Results
 from vinesexp.units import COVERAGE_95, Quantity, with_error
-from vinesexp.whole_files import write_whole
+from vinesexp.whole_files import digest_of_file, write_whole
 
 #: Cells that the page may change; what a record is called and where its file is stays.
 EDITABLE = tuple(c for c in SHEET_COLUMNS if c not in ("record", "file"))
@@ -591,9 +591,7 @@ class Session:
         state = (stat.st_size, stat.st_mtime_ns)
         known = self._digests.get(path)
         if known is None or known[0] != state:
-            with path.open("rb") as stream:
-                known = (state, hashlib.file_digest(stream, "sha256").hexdigest())
-            self._digests[path] = known
+            known = self._digests[path] = (state, digest_of_file(path))
         return known[1]
 
     # -- the campaign ---------------------------------------------------------------------------

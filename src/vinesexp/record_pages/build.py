@@ -26,7 +26,7 @@ from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_columns import REPLAY_CYCLES
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import open_record
-from vinesexp.records.stored.tables import Row
+from vinesexp.records.stored.tables import Row, columns_of
 from vinesexp.report.page import band_kept
 from vinesexp.report.rendering import rendered
 from vinesexp.results import CampaignResults
@@ -218,13 +218,10 @@ def _value(row: Row, column: str) -> str:
 def _replayed(rows: Sequence[Row]) -> dict[str, Any] | None:
     if not rows:
         return None
-    names = REPLAY_CYCLES.names[1:]
-    column = {name: np.array([row[name] for row in rows], dtype=float) for name in names}
-    return {
-        "time": exact(column["time_s"]),
-        "median": packed(1e3 * column["replayed_m"]),
-        "low": packed(1e3 * column["replayed_low_m"]),
-        "high": packed(1e3 * column["replayed_high_m"]),
+    time, _, *lengths = columns_of(rows, REPLAY_CYCLES.names[1:])
+    names = ("median", "low", "high")
+    return {"time": exact(time)} | {
+        name: packed(1e3 * length) for name, length in zip(names, lengths, strict=True)
     }
 
 

@@ -11,7 +11,6 @@ import json
 import math
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,9 +23,9 @@ from vinesexp.figures.regime_strips import impacts_per_cycle
 from vinesexp.records.stored.result_columns import DECAY
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.records.stored.tables import read_rows
+from vinesexp.records.stored.tables import columns_of, read_rows
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
-from vinesexp.signals.means import cycles_from, fill_gaps
+from vinesexp.signals.means import cycles_from, extremes_of_parts, fill_gaps
 from vinesexp.units import COVERAGE_95
 
 #: Parts of a trace: at least so many, and with many cycles up to so many.
@@ -35,7 +34,6 @@ _FEWEST, _MOST = 8192, 65536
 _A_CYCLE, _LEAST = 16, 8
 #: Records of fewer samples are stored as they are.
 SHORT = 2 * _FEWEST
-_BLOCK = 1 << 20  # samples read at once
 
 
 # Numbers as text that a browser turns back into arrays at once.
@@ -78,16 +76,6 @@ def _text(values: np.ndarray, kind: str) -> str:
     return base64.b64encode(values.astype(kind).tobytes()).decode("ascii")
 
 
-@dataclass(frozen=True)
-class Level:
-    """A trace in equal parts: smallest and largest value of each; one of them where a part is one
-    sample, and NaN where a part is a gap."""
-
-    size: int
-    low: FloatArray
-    high: FloatArray
-
-
 def part_size(n: int, sample_rate: float, frequency: float) -> int:
     """Samples of a part.
 
@@ -119,26 +107,6 @@ def part_size(n: int, sample_rate: float, frequency: float) -> int:
     if size * _LEAST <= period:
         return max(size, 1)
     return math.ceil(math.ceil(size / period) * period)
-
-
-def read_channel(view: RecordView, role: str, size: int) -> Level:
-    """A channel in parts of `size` samples, SI.
-
-    Read once, by blocks of whole parts: memory does not grow with the record.
-    """
-    if size == 1:
-        samples = view.read(role)
-        return Level(1, samples, samples)
-    count = -(-view.n // size)
-    low, high = np.empty(count), np.empty(count)
-    together = max(_BLOCK // size, 1)
-    for first in range(0, count, together):
-        last = min(first + together, count)
-        samples = view.read(role, first * size, last * size)
-        starts = np.arange(0, samples.size, size)
-        low[first:last] = np.fmin.reduceat(samples, starts)
-        high[first:last] = np.fmax.reduceat(samples, starts)
-    return Level(size, low, high)
 
 
 #: Samples of one file, of each channel.
@@ -392,17 +360,19 @@ def _channels(
 ) -> list[dict[str, Any]]:
     """Each channel as it was measured, and bandpassed where that was done."""
     size = part_size(measured.n, measured.sample_rate, frequency)
+    edges = np.append(np.arange(0, measured.n, size), measured.n)
     found = []
     for kind, view in (("measured", measured), ("bandpassed", filtered)):
         if view.refused is not None or view.n != measured.n:
             continue
         for role in sorted(view.roles, key=_place):
             unit, factor = SHOWN.get(view.quantity(role), ("SI", 1.0))
-            level = read_channel(view, role, size)
             channel: dict[str, Any] = {"role": role, "kind": kind, "unit": unit}
-            channel["low"] = packed(level.low / factor)
-            if size > 1:
-                channel["high"] = packed(level.high / factor)
+            if size == 1:
+                channel["low"] = packed(view.read(role) / factor)
+            else:
+                low, high = extremes_of_parts(partial(view.read, role), edges)
+                channel |= {"low": packed(low / factor), "high": packed(high / factor)}
             found.append(channel)
     return found
 
@@ -466,7 +436,7 @@ def _cycles(view: RecordView, frequency: float) -> dict[str, Any] | None:
     if view.refused is not None or not frequency or "displacement" not in view.roles:
         return None
     time, swing = cycles_from(
-        lambda begin, end: view.read("displacement", begin, end),
+        partial(view.read, "displacement"),
         view.n,
         view.sample_rate,
         frequency,
@@ -480,10 +450,8 @@ def _decay(path: Path) -> dict[str, Any] | None:
     rows = read_rows(path, DECAY) if path.is_file() else []
     if not rows:
         return None
-    column = {name: np.array([row[name] for row in rows], dtype=float) for name in DECAY.names}
-    return {
-        "time": exact(column["time_s"]),
-        "amplitude": packed(1e3 * column["amplitude_m"]),
-        "law": packed(1e3 * column["law_m"]),
-        "viscous": packed(1e3 * column["viscous_m"]),
+    time, *lengths = columns_of(rows, DECAY.names)
+    names = ("amplitude", "law", "viscous")
+    return {"time": exact(time)} | {
+        name: packed(1e3 * length) for name, length in zip(names, lengths, strict=True)
     }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import platform
 import subprocess
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -46,13 +45,11 @@ from vinesexp.report.verdict import (
 from vinesexp.results import CampaignResults
 from vinesexp.settings.overrides import differences
 from vinesexp.theory.regime_definitions import REGIMES
-from vinesexp.whole_files import write_whole
+from vinesexp.whole_files import digest_of_file, write_whole
 
 # Where a report comes from: code, inputs, software, date.
 #: Packages whose versions a number can depend on.
 SOFTWARE = ("numpy", "scipy", "pandas", "h5py", "xarray", "matplotlib", "numba", "snakemake")
-
-_BLOCK = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -76,23 +73,6 @@ class Provenance:
     system: str
     software: dict[str, str]
     inputs: tuple[InputFile, ...]
-
-
-def digest(path: Path) -> str:
-    """SHA-256 of a file, in hex, read by blocks.
-
-    Examples
-    --------
-    >>> import tempfile; path = Path(tempfile.mkdtemp()) / "a"
-    >>> _ = path.write_bytes(b"")
-    >>> digest(path)[:16]
-    'e3b0c44298fc1c14'
-    """
-    found = hashlib.sha256()
-    with path.open("rb") as stream:
-        while block := stream.read(_BLOCK):
-            found.update(block)
-    return found.hexdigest()
 
 
 def git_revision(folder: Path) -> str:
@@ -134,9 +114,8 @@ def provenance(
                 name = path.resolve().relative_to(folder.resolve()).as_posix()
             except ValueError:
                 name = str(path)
-            files.append(
-                InputFile(name, status.st_size, _minute(changed), digests.get(path) or digest(path))
-            )
+            sha256 = digests.get(path) or digest_of_file(path)
+            files.append(InputFile(name, status.st_size, _minute(changed), sha256))
     return Provenance(
         made=_minute(datetime.now(tz=UTC)),
         package=version("vinesexp"),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vinesexp.arrays import BoolArray, FloatArray, runs_of
+from vinesexp.arrays import BoolArray, FloatArray, IntArray, runs_of
 from vinesexp.records.stored.store import RecordView
 
 _BLOCK = 1 << 20  # samples read at once
@@ -137,15 +137,55 @@ def cycles_from(
     edges = edges[edges <= n]
     if len(edges) < 2:
         return np.empty(0), np.empty(0)
-    together = max(1, int(_BLOCK / length))  # cycles
-    swings = []
-    for first in range(0, len(edges) - 1, together):
-        own = edges[first : first + together + 1]
-        x = read(int(own[0]), int(own[-1]))
-        begin = own[:-1] - own[0]
-        swings.append(np.maximum.reduceat(x, begin) - np.minimum.reduceat(x, begin))
+    low, high = extremes_of_parts(read, edges, gaps=True)
     middle = np.asarray(0.5 * (edges[:-1] + edges[1:]) / sample_rate, dtype=np.float64)
-    return middle, 0.5 * np.concatenate(swings)
+    return middle, 0.5 * (high - low)
+
+
+def equal_parts(n: int, parts: int) -> IntArray:
+    """Edges of so many equal parts of n samples; of every sample where there are fewer.
+
+    Examples
+    --------
+    >>> equal_parts(7, 3), equal_parts(2, 3)
+    (array([0, 2, 4, 7]), array([0, 1, 2]))
+    """
+    return np.unique(np.linspace(0, n, min(parts, n) + 1).astype(np.int64))
+
+
+def extremes_of_parts(
+    read: Callable[[int, int], FloatArray], edges: IntArray, *, gaps: bool = False
+) -> tuple[FloatArray, FloatArray]:
+    """Smallest and largest sample of each part between two edges.
+
+    Read by blocks of whole parts: memory does not grow with the record.
+
+    Parameters
+    ----------
+    read : callable
+        Samples [begin, end).
+    edges : ndarray, shape (n + 1,)
+        First sample of each part, and the one after the last.
+    gaps : bool
+        Whether a part that lacks a sample is NaN; else it is what its other samples show.
+
+    Examples
+    --------
+    >>> x = np.array([0.0, 1.0, np.nan, 2.0])
+    >>> extremes_of_parts(lambda begin, end: x[begin:end], np.array([0, 2, 4]))
+    (array([0., 2.]), array([1., 2.]))
+    """
+    least, most = (np.minimum, np.maximum) if gaps else (np.fmin, np.fmax)
+    low, high = np.empty(edges.size - 1), np.empty(edges.size - 1)
+    begin = 0
+    while begin < low.size:
+        end = max(int(np.searchsorted(edges, edges[begin] + _BLOCK, "right")) - 1, begin + 1)
+        samples = read(int(edges[begin]), int(edges[end]))
+        starts = edges[begin:end] - edges[begin]
+        low[begin:end] = least.reduceat(samples, starts)
+        high[begin:end] = most.reduceat(samples, starts)
+        begin = end
+    return low, high
 
 
 def time_to_level(time: FloatArray, amplitude: FloatArray, level: float) -> float:

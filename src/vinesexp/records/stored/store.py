@@ -18,7 +18,6 @@ day and any machine.
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
@@ -32,7 +31,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.schema import SI_UNITS, Campaign, Record
 from vinesexp.records.readers.source import file_of
-from vinesexp.whole_files import partial_path, whole_file
+from vinesexp.whole_files import digest_of_file, partial_path, whole_file
 
 if TYPE_CHECKING:
     import xarray
@@ -91,11 +90,7 @@ def record_attributes(campaign: Campaign, record: Record) -> dict[str, Any]:
 
 def source_digest(record: Record) -> str:
     """SHA-256 of each instrument file of a record, separated by semicolons."""
-    digests = []
-    for path in record.files:
-        with file_of(path).open("rb") as stream:
-            digests.append(hashlib.file_digest(stream, "sha256").hexdigest())
-    return ";".join(digests)
+    return ";".join(digest_of_file(file_of(path)) for path in record.files)
 
 
 def carried(attributes: Mapping[str, Any]) -> dict[str, Any]:

@@ -17,6 +17,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
+from vinesexp.arrays import FloatArray
 from vinesexp.errors import TableError
 
 if TYPE_CHECKING:
@@ -174,6 +177,17 @@ def read_rows(path: Path, table: Table) -> list[dict[str, Any]]:
                     raise _damaged(path, table, found, line=line) from None
         rows.append(row)
     return rows
+
+
+def columns_of(rows: Sequence[Row], names: Iterable[str]) -> list[FloatArray]:
+    """Columns of numbers of a table that was read; NaN in empty cells.
+
+    Examples
+    --------
+    >>> columns_of([{"time_s": 1.0}, {"time_s": None}], ["time_s"])
+    [array([ 1., nan])]
+    """
+    return [np.array([row[name] for row in rows], dtype=np.float64) for name in names]
 
 
 def _read(cell: str, column: Column) -> Value:
