@@ -9,7 +9,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.clearance.levels import LevelBase
-from vinesexp.clearance.predicted import NEEDED, IdentifiedRig, end_over_plain, predicted_b_c
+from vinesexp.clearance.predicted import IdentifiedRig, end_over_plain, predicted_b_c
 from vinesexp.errors import AnalysisError
 from vinesexp.units import Quantity
 
@@ -31,9 +31,8 @@ def amplitude_curve(
 
     if rig.missing:
         return np.empty(0), np.empty(0)
-    values = {name: rig.values[name].value for name in NEEDED}
     try:
-        plain = float(b_c_exact(G=G, frequency=frequency, **values))
+        plain = float(b_c_exact(G=G, frequency=frequency, **rig.numbers))
         stretch = (1.0 - rig.rolling) * end_over_plain(rig, G=G, frequency=frequency)
     except AnalysisError:
         return np.empty(0), np.empty(0)
@@ -41,7 +40,7 @@ def amplitude_curve(
     if end <= low:
         return np.empty(0), np.empty(0)
     b = np.linspace(low, min(high, end), 60)
-    p = Reduced.of_rig(frequency=frequency, **values)
+    p = Reduced.of_rig(frequency=frequency, **rig.numbers)
     return b, G * orbit_swing(b / stretch / G, p)
 
 
@@ -105,9 +104,8 @@ def decay_curves(
 
     if rig.missing or not targets:
         return None
-    values = {name: rig.values[name].value for name in NEEDED}
     try:
-        release = Decaying(x_m=x0, **values)
+        release = Decaying(x_m=x0, **rig.numbers)
         b = clearances / (1.0 - rig.rolling)
         return captured_time(release, b=b, level=np.asarray(targets)[:, None])
     except AnalysisError:

@@ -82,6 +82,17 @@ class IdentifiedRig:
         return tuple(name for name in NEEDED if name not in self.values)
 
     @property
+    def numbers(self) -> dict[str, float]:
+        """The values of `NEEDED`, all of them known, without their errors."""
+        return {name: self.values[name].value for name in NEEDED}
+
+    def plain(self, b: float) -> Rig:
+        """The rig with one ball of clearance b, m, as the plain model has it."""
+        value = self.numbers
+        host = Oscillator(M=value["M"], c1=value["c1"], k1=value["k1"])
+        return Rig(host, nes=[NES(m=value["m"], b=b, r=value["r"])])
+
+    @property
     def covariance(self) -> FloatArray | None:
         """5 x 5 covariance in the order of `NEEDED`; None where the values are independent.
 
@@ -226,8 +237,7 @@ def end_over_plain(rig: IdentifiedRig, *, G: float, frequency: float | None) -> 
     """
     if not rig.balls or rig.missing:
         return 1.0
-    values = {name: rig.values[name].value for name in NEEDED}
-    return _end_over_plain(rig.balls, tuple(values.items()), G, frequency)
+    return _end_over_plain(rig.balls, tuple(rig.numbers.items()), G, frequency)
 
 
 @cache
@@ -320,8 +330,7 @@ def predicted_b_c(rig: IdentifiedRig, *, base: LevelBase, level: float | None = 
     f = base.frequency
 
     def exact(G: float, frequency: float | None) -> float:
-        values = {name: rig.values[name].value for name in NEEDED}
-        return float(b_c_exact(G=G, frequency=frequency, **values))
+        return float(b_c_exact(G=G, frequency=frequency, **rig.numbers))
 
     found = predict_periodic(
         G=base.G.value,

@@ -17,7 +17,6 @@ from vinesexp.records.stored.result_columns import IMPACTS
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.tables import read_rows
 from vinesexp.results import CampaignResults, Results
-from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.theory.regime_definitions import PERMANENT
 from vinesexp.units import Quantity
 
@@ -203,10 +202,8 @@ def needs_of(results: CampaignResults, plans: Sequence[LevelPlan]) -> Needs:
     settle = record = None
     frequency = next((plan.frequency for plan in plans if plan.frequency), None)
     if not rig.missing:
-        v = {name: quantity.value for name, quantity in rig.values.items()}
-        host = Oscillator(M=v["M"], c1=v["c1"], k1=v["k1"])
-        whole = Rig(host, nes=[NES(m=v["m"], b=0.03, r=v["r"])])
-        settle, end = duration_of(whole, frequency or host.f0)
+        whole = rig.plain(0.03)
+        settle, end = duration_of(whole, frequency or whole.oscillator.f0)
         record = end - settle
     M = rig.values.get("M")
     loads = [record_.added_mass for record_ in campaign.records if record_.added_mass]

@@ -88,8 +88,7 @@ def expected_valley(
     for _ in range(draws):
         rigs.append(_drawn(rig, rng))
         bases.append(G.value + G.std_error * rng.standard_normal())
-    own = np.array([rig.values[name].value for name in NEEDED])
-    values = np.vstack([own, *rigs])
+    values = np.vstack([list(rig.numbers.values()), *rigs])
     amplitudes = np.maximum([G.value, *bases], 1e-3 * G.value)
     lowest, b, amplitude = _lowest(values, amplitudes, frequency, rig.rolling)
     if not math.isfinite(lowest[0]):
@@ -129,7 +128,7 @@ def _lowest(
 
 def _drawn(rig: IdentifiedRig, rng: np.random.Generator) -> FloatArray:
     """The values `NEEDED` drawn from their errors, those of M, c1 and k1 together."""
-    mean = np.array([rig.values[name].value for name in NEEDED])
+    mean = np.array(list(rig.numbers.values()))
     covariance = rig.covariance
     if covariance is None:
         covariance = np.diag([rig.values[name].std_error ** 2 for name in NEEDED])

@@ -25,7 +25,6 @@ from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.tables import Row
 from vinesexp.replay.replay_table import regimes_of
 from vinesexp.results import CampaignResults
-from vinesexp.rig import NES, RIG_VALUES, Oscillator, Rig
 from vinesexp.theory.regime_definitions import PERMANENT
 
 #: Width of the interval of b_c, over b_c, up to which it can agree or disagree with anything.
@@ -63,7 +62,7 @@ def other_branches(
         ``record``, ``clearance`` (mm), ``measured``, ``predicted``, ``found`` (the motions that
         coexist) and ``explained`` (a sentence); empty where all agree or values are missing.
     """
-    if not set(RIG_VALUES) <= set(rig.values):
+    if rig.missing:
         return []
     rows = {row["level"]: row for row in clearances if row["test"] == "periodic"}
     differing = [
@@ -87,14 +86,12 @@ def _differs(test: Tested, row: Row) -> bool:
 
 
 def _row(level: PeriodicLevel, test: Tested, rig: IdentifiedRig) -> dict[str, str] | None:
-    value = {name: quantity.value for name, quantity in rig.values.items()}
     try:
-        oscillator = Oscillator(M=value["M"], c1=value["c1"], k1=value["k1"])
-        ball = NES(m=value["m"], b=test.clearance, r=value["r"])
+        plain = rig.plain(test.clearance)
         found = coexisting(
-            Rig(oscillator, nes=[ball]),
+            plain,
             level=level.G,
-            frequency=level.frequency or oscillator.f0,
+            frequency=level.frequency or plain.oscillator.f0,
             clearances=[test.clearance],
         )
     except VinesexpError:

@@ -14,7 +14,7 @@ from collections.abc import Collection
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from vinesexp.errors import ParameterError, nearest
 from vinesexp.records.campaign.problems import Problems
@@ -49,6 +49,14 @@ class Pairs:
         """Line and full key, for a message."""
         full = f"{self.path}.{key}" if self.path else key
         return f"line {self.lines[key]}, key {full}" if key in self.lines else f"key {full}"
+
+
+class May(TypedDict, total=False):
+    """What a number may be, and whether it has to be there."""
+
+    needed: bool
+    zero: bool
+    signed: bool
 
 
 @dataclass(frozen=True)
@@ -135,41 +143,24 @@ class Section:
         """Turn a ParameterError inside into a mistake noted at `key`, and go on after it."""
         return self.problems.at(self.where(key))
 
-    def quantity(
-        self,
-        key: str,
-        kind: str,
-        *,
-        needed: bool = False,
-        zero: bool = False,
-        signed: bool = False,
-    ) -> float | None:
+    def quantity(self, key: str, kind: str, **may: Unpack[May]) -> float | None:
         """One number with its unit, in SI; above zero unless `zero` or `signed` allow more."""
-        value = self.value(key)
-        if value is None:
-            if needed:
+        if self.value(key) is None:
+            if may.get("needed"):
                 self.complain(key, f"is missing; expected a {kind} with its unit")
             return None
         with self.at(key):
-            return _checked(value, kind, zero, signed)
+            return _checked(self.value(key), kind, may)
         return None
 
-    def lengthy(
-        self,
-        key: str,
-        kind: str,
-        *,
-        needed: bool = False,
-        zero: bool = False,
-        signed: bool = False,
-    ) -> tuple[float, ...]:
+    def lengthy(self, key: str, kind: str, **may: Unpack[May]) -> tuple[float, ...]:
         """One number with its unit or a list of them, in SI."""
-        if needed and self.value(key) is None:
+        if may.get("needed") and self.value(key) is None:
             self.complain(key, f"is missing; expected a {kind} with its unit, or a list")
         found = []
         for item in self.listed(key):
             with self.at(key):
-                found.append(_checked(item, kind, zero, signed))
+                found.append(_checked(item, kind, may))
         return tuple(found)
 
     def whole(self, key: str, *, low: int, high: int, default: int) -> int:
@@ -191,12 +182,11 @@ class Section:
         return bool(answer)
 
 
-def _checked(text: object, kind: str, zero: bool, signed: bool) -> float:
+def _checked(text: object, kind: str, may: May) -> float:
     value = parse_quantity(text, kind).value
-    if not signed and (value < 0.0 or (value == 0.0 and not zero)):
-        raise ParameterError(
-            f"found '{text}', expected a {kind} {'of zero or more' if zero else 'above zero'}"
-        )
+    if not may.get("signed") and (value < 0.0 or (value == 0.0 and not may.get("zero"))):
+        least = "of zero or more" if may.get("zero") else "above zero"
+        raise ParameterError(f"found '{text}', expected a {kind} {least}")
     return value
 
 
