@@ -31,7 +31,7 @@ def _figures(family: str, campaign: Campaign, paths: ResultPaths) -> list[Path]:
     name = f"vinesexp.showing:figures_of_{family}"
     code = kept_code((name,), paths.code)[name]
     drawn = draw_family(family, campaign, paths.folder, code=code)
-    folder = paths.figures(family).parent
+    folder = paths.figures_results.parent
     return [folder / f"{entry.name}.{kind}" for entry in drawn for kind in ("svg", "pdf")]
 
 

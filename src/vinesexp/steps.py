@@ -41,6 +41,8 @@ class Step:
         Module and function that does it: ``function(campaign, [record,] paths=...)``.
     follows : tuple of str
         Steps whose results it reads.
+    makes : str
+        The first output of a step on all records, as `ResultPaths` calls it.
     writes : function of paths and record, optional
         The files of a step on one record; None for a step on all of them.
     reads : function of campaign and record
@@ -51,6 +53,7 @@ class Step:
 
     call: str
     follows: tuple[str, ...] = ()
+    makes: str = ""
     writes: Callable[[ResultPaths, str], list[Path]] | None = None
     reads: Callable[[Campaign, Record | None], list[Path]] = lambda campaign, record: []
     loads: tuple[str, ...] = ("h5py",)
@@ -107,40 +110,55 @@ STEPS: Mapping[str, Step] = {
         writes=lambda paths, id: [paths.estimates(id), paths.decay(id)],
         loads=_NUMBA,
     ),
-    "regimes": Step("vinesexp.pipeline:collect_regimes", ("impacts",)),
-    "identify": Step("vinesexp.pipeline:identify", ("impacts", "estimate")),
-    "compare": Step("vinesexp.pipeline:compare_clearances", ("identify", "regimes")),
+    "regimes": Step("vinesexp.pipeline:collect_regimes", ("impacts",), "regimes"),
+    "identify": Step("vinesexp.pipeline:identify", ("impacts", "estimate"), "identified"),
+    "compare": Step(
+        "vinesexp.pipeline:compare_clearances",
+        ("identify", "regimes"),
+        "clearances",
+    ),
     "replay": Step(
         "vinesexp.pipeline:replay_records",
         ("ingest", "condition", "impacts", "identify", "regimes"),
+        "replay",
         loads=_NUMBA,
     ),
     "checks": Step(
-        "vinesexp.pipeline:collect_checks", ("ingest", "impacts", "identify", "compare", "replay")
+        "vinesexp.pipeline:collect_checks",
+        ("ingest", "impacts", "identify", "compare", "replay"),
+        "checks",
     ),
-    "score": Step("vinesexp.showing:score", ("impacts", "identify"), reads=_truth),
+    "score": Step("vinesexp.showing:score", ("impacts", "identify"), "truth", reads=_truth),
     "figures_results": Step(
         "vinesexp.showing:figures_of_results",
         ("condition", "impacts", "estimate", *_TABLES),
+        "figures_results",
         loads=_MATPLOTLIB,
     ),
     "figures_records": Step(
         "vinesexp.showing:figures_of_records",
         ("ingest", "condition", "impacts"),
+        "figures_records",
         loads=_MATPLOTLIB,
     ),
     "pages": Step(
         "vinesexp.showing:pages",
         (*_EACH, "identify", "regimes", "replay", "checks"),
+        "records_page",
         loads=("h5py", "jinja2"),
     ),
     "report": Step(
         "vinesexp.showing:report",
-        (*_EACH[:3], *_TABLES, "checks", "figures_results", "figures_records"),
+        (*_EACH[:3], *_TABLES, "checks", "score", "figures_results", "figures_records"),
+        "report",
         reads=_description,
         loads=("h5py", "jinja2"),
     ),
-    "bundle": Step("vinesexp.showing:bundle", (*_EACH, *_TABLES, "checks", "pages", "report")),
+    "bundle": Step(
+        "vinesexp.showing:bundle",
+        (*_EACH, *_TABLES, "checks", "score", "pages", "report"),
+        "bundle",
+    ),
 }
 
 

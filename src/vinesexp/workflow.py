@@ -161,43 +161,50 @@ class Planner:
         self.forks = Forks()
         CURRENT = self
 
-    def before(self, step: str, output: Path | None = None) -> Callable[[Any], list[str]]:
-        """Input function of the rule of a step: batches of records that are made before it.
+    def before(self, step: str) -> Callable[[Any], list[str]]:
+        """Input function of the rule of a step: what is made before it in this run.
 
-        Parameters
-        ----------
-        step : str
-        output : Path, optional
-            One of the files that the rule makes; of a step on records, the batch is taken.
+        Of the steps that it follows these are the batches in which a record is outdated, and the
+        tables that are made anew: of a table that stays, the step itself looks at the content.
         """
 
         def needed(wildcards: Any) -> list[str]:
             if not self.workflow.is_main_process:
                 return []  # a job on a cluster: what it needs has been made
-            if STEPS[step].each:
-                return self._before_batch(step, wildcards.batch)
+            if hasattr(wildcards, "record"):
+                return self._before_one(step, wildcards.record)
+            each = STEPS[step].each
+            batches = [wildcards.batch] if each else self.batches
+            output = self.paths.batch(step, batches[0]) if each else self._table(step)
             if self.outdated[step]:
                 self._force(output)
-            return [
-                str(self.paths.batch(other, batch))
-                for other in STEPS[step].follows
-                if STEPS[other].each
-                for batch in self.batches
-                if self.pending(other, batch)
-            ]
+            if step == "ingest":
+                return self._simulated_before(members(list(self.study.records), batches[0]))
+            follows = STEPS[step].follows
+            made = [self._table(o) for o in follows if STEPS[o].makes and self.outdated[o]]
+            for other in follows:
+                made += [self.paths.batch(other, b) for b in batches if self.pending(other, b)]
+            return [str(file) for file in made]
 
         return needed
 
-    def made(self, step: str, file: Path) -> Callable[[Any], list[str]]:
-        """Input function for a table that another step makes: an input where that step runs.
+    def _table(self, step: str) -> Path:
+        found: Path = getattr(self.paths, STEPS[step].makes)
+        return found
 
-        Elsewhere the table's content counts, which the step itself looks at, and not its time.
-        """
+    def _before_one(self, step: str, id: str) -> list[str]:
+        """Before the rule that makes one result of one record, asked for by its name."""
+        if id not in self.study.records:
+            known = nearest(id, self.study.records)
+            raise SystemExit(f"vinesexp: the campaign has no record '{id}'; {known}")
+        writes = STEPS[step].writes
+        if writes and id in self.outdated[step]:
+            self._force(writes(self.paths, id)[0])
+        return self._simulated_before([id])
 
-        def needed(wildcards: Any) -> list[str]:
-            return [str(file)] if self.workflow.is_main_process and self.outdated[step] else []
-
-        return needed
+    def _simulated_before(self, ids: Collection[str]) -> list[str]:
+        groups = self.groups.items()
+        return [str(self.paths.simulated(group)) for group, of in groups if not of.isdisjoint(ids)]
 
     def run(self, step: str, log: Collection[str], output: Collection[str], **of: str) -> None:
         """Run a step: ``python -m vinesexp.steps STEP CAMPAIGN RESULTS``, without the start.
@@ -221,31 +228,6 @@ class Planner:
         if code := self.forks.run(words, log=Path(next(iter(log)))):
             raise subprocess.CalledProcessError(code, words)
 
-    def _before_batch(self, step: str, batch: str) -> list[str]:
-        self._force(self.paths.batch(step, batch))
-        ids = set(members(list(self.study.records), batch))
-        if step == "ingest":
-            return [str(self.paths.simulated(g)) for g, of in self.groups.items() if ids & of]
-        return [
-            str(self.paths.batch(other, batch))
-            for other in STEPS[step].follows
-            if self.pending(other, batch)
-        ]
-
-    def alone(self, step: str, output: Callable[[str], Path]) -> Callable[[Any], list[str]]:
-        """Input function of the rule that makes one result of one record, asked for by name."""
-
-        def needed(wildcards: Any) -> list[str]:
-            id = wildcards.record
-            if id not in self.study.records:
-                known = nearest(id, self.study.records)
-                raise SystemExit(f"vinesexp: the campaign has no record '{id}'; {known}")
-            if self.workflow.is_main_process and id in self.outdated[step]:
-                self._force(output(id))
-            return [str(self.paths.simulated(g)) for g, of in self.groups.items() if id in of]
-
-        return needed
-
     def simulation(self, group: str) -> Callable[[Any], list[str]]:
         """Input function of the rule that simulates a group of tests."""
 
@@ -256,7 +238,7 @@ class Planner:
 
         return needed
 
-    def _force(self, output: Path | None) -> None:
+    def _force(self, output: Path) -> None:
         self.workflow.dag.forcefiles.add(str(output))
 
     def pending(self, step: str, batch: str) -> list[str]:

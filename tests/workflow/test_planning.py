@@ -235,3 +235,14 @@ def test_what_is_planned_does_not_depend_on_the_batches(finished, batches):
 def test_a_changed_title_redraws_pages_alone(finished):
     finished.edit("campaign.yaml", "title: Tiny", "title: Other")
     assert finished.planned() == {"report", "pages"}
+
+
+def test_a_report_is_redrawn_when_the_score_of_a_simulation_changes(finished):
+    study = Study(
+        load_campaign(finished.folder / "data/tiny"), ResultPaths(finished.folder / "results/tiny")
+    )
+    assert study.why("report") == []
+    study.paths.truth.write_text("a score", encoding="utf-8")
+    with study._noted("score", None) as written:
+        written.append(study.paths.truth)
+    assert study.why("report") == ["result of score changed"]

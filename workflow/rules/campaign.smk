@@ -72,7 +72,7 @@ for KIND, STEP, FILE in (
         name:
             f"{KIND}_by_name"
         input:
-            PLAN.alone(STEP, FILE),
+            PLAN.before(STEP),
         output:
             FILE("{record}"),
         log:

@@ -4,9 +4,7 @@
 
 rule compare:
     input:
-        PLAN.before("compare", PATHS.clearances),
-        PLAN.made("identify", PATHS.identified),
-        PLAN.made("regimes", PATHS.regimes),
+        PLAN.before("compare"),
     output:
         table(PATHS.clearances),
         table(PATHS.budget),
@@ -21,10 +19,7 @@ rule compare:
 
 rule checks:
     input:
-        PLAN.before("checks", PATHS.checks),
-        PLAN.made("identify", PATHS.identify_checks),
-        PLAN.made("compare", PATHS.compare_checks),
-        PLAN.made("replay", PATHS.replay_checks),
+        PLAN.before("checks"),
     output:
         table(PATHS.checks),
     log:
@@ -39,8 +34,7 @@ if SCENE:
 
     rule score:
         input:
-            PLAN.before("score", PATHS.truth),
-            PLAN.made("identify", PATHS.identified),
+            PLAN.before("score"),
         output:
             table(PATHS.truth),
         log:

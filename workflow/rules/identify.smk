@@ -16,7 +16,7 @@ rule estimate:
 
 rule identify:
     input:
-        PLAN.before("identify", PATHS.identified),
+        PLAN.before("identify"),
     output:
         table(PATHS.identified),
         table(PATHS.inputs),

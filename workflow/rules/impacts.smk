@@ -16,7 +16,7 @@ rule impacts:
 
 rule regimes:
     input:
-        PLAN.before("regimes", PATHS.regimes),
+        PLAN.before("regimes"),
     output:
         table(PATHS.regimes),
         table(PATHS.base),

@@ -3,11 +3,7 @@
 
 rule pages:
     input:
-        PLAN.before("pages", PATHS.records_page),
-        PLAN.made("identify", PATHS.identified),
-        PLAN.made("regimes", PATHS.regimes),
-        PLAN.made("replay", PATHS.replay),
-        PLAN.made("checks", PATHS.checks),
+        PLAN.before("pages"),
     output:
         report(PATHS.records_page, category="Report"),
     log:

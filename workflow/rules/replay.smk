@@ -3,9 +3,7 @@
 
 rule replay:
     input:
-        PLAN.before("replay", PATHS.replay),
-        PLAN.made("identify", PATHS.identified),
-        PLAN.made("regimes", PATHS.regimes),
+        PLAN.before("replay"),
     output:
         table(PATHS.replay),
         PATHS.replay_cycles,

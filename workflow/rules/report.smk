@@ -3,9 +3,9 @@
 
 rule figures_records:
     input:
-        PLAN.before("figures_records", PATHS.figures("records")),
+        PLAN.before("figures_records"),
     output:
-        PATHS.figures("records"),
+        PATHS.figures_records,
     log:
         PATHS.log("figures_records"),
     message:
@@ -16,13 +16,9 @@ rule figures_records:
 
 rule figures_results:
     input:
-        PLAN.before("figures_results", PATHS.figures("results")),
-        PLAN.made("identify", PATHS.identified),
-        PLAN.made("regimes", PATHS.regimes),
-        PLAN.made("compare", PATHS.clearances),
-        PLAN.made("replay", PATHS.replay),
+        PLAN.before("figures_results"),
     output:
-        PATHS.figures("results"),
+        PATHS.figures_results,
     log:
         PATHS.log("figures_results"),
     message:
@@ -33,15 +29,7 @@ rule figures_results:
 
 rule report:
     input:
-        PLAN.before("report", PATHS.report),
-        PLAN.made("identify", PATHS.identified),
-        PLAN.made("regimes", PATHS.regimes),
-        PLAN.made("compare", PATHS.clearances),
-        PLAN.made("replay", PATHS.replay),
-        PLAN.made("checks", PATHS.checks),
-        PLAN.made("figures_results", PATHS.figures("results")),
-        PLAN.made("figures_records", PATHS.figures("records")),
-        PLAN.made("score", PATHS.truth),
+        PLAN.before("report"),
     output:
         report(PATHS.report, category="Report"),
     log:
@@ -55,10 +43,7 @@ rule report:
 # On request, `snakemake bundle`: all that others may want, in one file.
 rule bundle:
     input:
-        PLAN.before("bundle", PATHS.bundle),
-        PLAN.made("report", PATHS.report),
-        PLAN.made("pages", PATHS.records_page),
-        PLAN.made("score", PATHS.truth),
+        PLAN.before("bundle"),
     output:
         PATHS.bundle,
     log:

@@ -78,6 +78,9 @@ class ResultPaths:
     report = _At("report.html")
     #: The page that shows any record.
     records_page = _At("records.html")
+    #: The lists of the two families of figures, which lie beside them.
+    figures_results = _At("figures/results.json")
+    figures_records = _At("figures/records.json")
     #: What that page loads: its library, and two files a record.
     pages = _At("pages")
 
@@ -144,7 +147,3 @@ class ResultPaths:
         """Notes on each record that is none of these: it was removed, or renamed."""
         home = self.folder / "steps" / "records"
         return [made for made in home.glob("*/made.json") if made.parent.name not in records]
-
-    def figures(self, family: str) -> Path:
-        """The list of one family of figures, which lie beside it."""
-        return self.folder / "figures" / f"{family}.json"
