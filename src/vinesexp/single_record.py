@@ -135,7 +135,7 @@ def analyse(
     if len(clearances) > MOST_BALLS:
         raise ParameterError(
             f"{len(clearances)} clearances; the impacts of more than {MOST_BALLS} balls cannot be "
-            "told apart",
+            "distinguished",
             where="clearance",
         )
     with tempfile.TemporaryDirectory(prefix="vinesexp-analyse-") as temporary:

@@ -147,7 +147,7 @@ def test_problems_are_all_reported(full):
 
 def test_findings_that_are_no_problem_stand_apart_from_problems(full):
     text = text_of(full.html)
-    assert "Worth knowing rd_1: damping depends on amplitude" in text
+    assert "Remarks rd_1: damping depends on amplitude" in text
     assert "6000 samples" not in text
 
 

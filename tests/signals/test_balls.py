@@ -1,4 +1,4 @@
-"""Which impacts belong together: ball by ball, unless the balls cannot be told apart."""
+"""Which impacts belong together: ball by ball, unless the balls cannot be distinguished."""
 
 from dataclasses import replace
 

@@ -70,8 +70,8 @@ def draw_replay(results: CampaignResults) -> Iterator[tuple[Figure, Drawn]]:
     if not chosen:
         return
     title = (
-        "Measured amplitude, cycle by cycle, beside the same record simulated with the identified "
-        "rig, the effects that were found and the base as measured"
+        "Measured amplitude, cycle by cycle, and the same record simulated with the identified "
+        "rig, the effects found and the measured base"
     )
     text = (
         "The band covers several starts, because the position of the ball was not measured. Where "

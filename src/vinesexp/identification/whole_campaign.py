@@ -622,8 +622,8 @@ def _absent(rows: Sequence[Estimate]) -> list[Check]:
         "f0": "no free decay and no sweep without NES that could be used",
         "zeta": "no free decay and no sweep without NES that could be used",
         "M": (
-            "not weighed (known.mass), no ring-down with added mass beside one without, "
-            "no impacts of a ball of known mass (known.nes_mass)"
+            "not weighed (known.mass), no pair of ring-downs with and without added mass, no "
+            "impacts of a ball of known mass (known.nes_mass)"
         ),
         "r": "no drop test and no test with an NES that shows ten impacts or more",
     }

@@ -196,7 +196,7 @@ def _said(id: str, view: RecordView, role: str, hums: list[Hum], strength: float
     unit, factor = _UNITS[view.quantity(role)]
     lines = ", ".join(f"{factor * one.size:.2g} {unit} at {one.frequency:.2f} Hz" for one in hums)
     loud = max(one.size for one in hums) > _LOUD * math.sqrt(2.0) * strength
-    detail = f"{role}: mains hum of {lines} is taken out"
+    detail = f"{role}: mains hum of {lines} was removed"
     if loud:
         detail += "; look at the grounding and the shield of this channel"
     return Check(id, "hum", "warning" if loud else "ok", detail)

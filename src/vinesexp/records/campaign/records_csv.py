@@ -358,8 +358,9 @@ def read_clearance(text: str, number: Callable[[str], float], n_masses: int) -> 
         )
     if len(values) > MOST_BALLS:
         raise ParameterError(
-            f"{len(values)} clearances; the impacts of more than {MOST_BALLS} balls cannot be told "
-            "apart; write yes under exclude, or give the clearances of the balls that matter"
+            f"{len(values)} clearances; the impacts of more than {MOST_BALLS} balls cannot be "
+            "distinguished; write yes under exclude, or give the clearances of the balls that "
+            "matter"
         )
     if 1 < n_masses < len(values):
         raise ParameterError(

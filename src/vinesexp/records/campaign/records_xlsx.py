@@ -20,7 +20,7 @@ from vinesexp.records.campaign.schema import SHEET_COLUMNS, TESTS
 #: Fill of a cell, and what it says.
 _PROPOSED, _MISSING, _WRONG = "DDEBF7", "FFE699", "F8CBAD"
 _LEGEND = (
-    (_PROPOSED, "proposed from the file or its name: look at it"),
+    (_PROPOSED, "proposed from the file or its name: check it"),
     (_MISSING, "missing: no file tells it; if it does not apply, remove FILL IN from the note"),
     (_WRONG, "wrong: not a kind of test, not a number, or a record's name that is there twice"),
 )

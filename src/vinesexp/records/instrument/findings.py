@@ -531,11 +531,11 @@ def _left_out(
     first, end = max(gaps.missing, key=lambda gap: gap[1] - gap[0])
     at = float(view.time(first, first + 1)[0])
     reported = (
-        f"{role} shows nothing for {seconds:.3g} s of {view.n / view.sample_rate:.4g} s, "
-        f"{number} time{'' if number == 1 else 's'}, the longest for "
+        f"{role} shows nothing for {seconds:.3g} s of {view.n / view.sample_rate:.4g} s, {number} "
+        f"time{'' if number == 1 else 's'}, the longest for "
         f"{1e3 * (end - first) / view.sample_rate:.3g} ms from {at:.6g} s "
-        f"({samples.source.locate(samples.trimmed[0] + first)}): it leaves its motion and comes "
-        "back at once, as a laser that loses its target"
+        f"({samples.source.locate(samples.trimmed[0] + first)}): it jumps away from its motion and "
+        "back, as a laser that loses its target"
     )
     _refuse_pieces(view, record, gaps.missing, period, reported)
     return Check(record.id, "gaps", "warning", f"{reported}; these stretches are left out")

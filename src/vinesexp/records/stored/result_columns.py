@@ -87,7 +87,7 @@ INPUTS = Table(
 
 BUDGET = Table(
     "budget", "compare", file="budget.csv",
-    answers="What the errors of identified.csv are made of.", columns=(
+    answers="Contributions to the errors of identified.csv.", columns=(
     Column("parameter", "the value to whose error the source contributes"),
     Column("source", "what contributes"),
     _number("contribution", "", "standard error from this source alone, SI"),
@@ -172,7 +172,7 @@ BANDS = Table(
     "bands", "regimes", file="bands.csv",
     answers="A sweep over its frequency: one row per ball and band of response.", columns=(
     _RECORD,
-    _whole("nes", "ball, from 1; 0: all balls, where they are not told apart"),
+    _whole("nes", "ball, from 1; 0: all balls, where they are not distinguished"),
     Column("response", "permanent, modulated or inactive (docs/signals.md)"),
     _number("from_hz", "Hz", "frequency at which it begins, in the order of time", ".5g"),
     _number("to_hz", "Hz", "frequency at which it ends", ".5g"),
@@ -189,7 +189,7 @@ TRANSITIONS = Table(
     "transitions", "regimes", file="transitions.csv",
     answers="Where each ball of a release is captured and lost.", columns=(
     _RECORD,
-    _whole("nes", "ball, from 1; 0: all balls, where they are not told apart"),
+    _whole("nes", "ball, from 1; 0: all balls, where they are not distinguished"),
     _number("clearance_mm", "mm", "clearance of the ball", ".6g"),
     _number("captured_from_s", "s", "start of its longest spell of two impacts per cycle", ".6g"),
     _number("captured_until_s", "s", "end of that spell", ".6g"),
@@ -254,7 +254,7 @@ CHECKS = Table(
     "checks", "checks", file="checks.csv",
     answers="Every problem found in the data: one row per problem.", columns=(
     Column("record", "id of the record; empty: the whole campaign"),
-    Column("check", "what was looked at"),
+    Column("check", "what was checked"),
     Column("outcome", "ok, warning, refused or excluded"),
     Column("detail", "what was found, where, and what to do"),
 ))  # fmt: skip
