@@ -112,26 +112,30 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     """
     files = with_joined_channels(files)
     first, *others = _by_instrument(files)
-    groups = [first, *(one for one in others if _reads_its_own(_setup("", *first), *one))]
-    setups = [_setup(_name_of_setup(k), *group) for k, group in enumerate(groups)]
+    standard = _setup("", first)
+    groups = [first, *(one for one in others if _reads_its_own(standard, one))]
+    setups = [_setup(f"instrument {k + 1}" if k else "", group) for k, group in enumerate(groups)]
     _inherit(setups)
     used: set[str] = set()
     numbered = runs_are_numbered([_named(file) for file in files])
+    own = {
+        id(file): (setup.name, group.guesses, shown)
+        for setup, group in zip(setups, groups, strict=True)
+        for file, shown in zip(group.files, group.shown, strict=True)
+    }
     records = []
     for file in files:
-        own = next((k for k, (some, _) in enumerate(groups) if file in some), 0)
-        record = propose_record(folder, file, groups[own][1], used, numbered=numbered)
-        record.setup = _name_of_setup(own)
+        name, guesses, shown = own.get(id(file), ("", first.guesses, None))
+        record = propose_record(folder, file, guesses, used, described=shown, numbered=numbered)
+        record.setup = name
         records.append(record)
     return Proposal(setups, records)
 
 
-def _reads_its_own(
-    first: ProposedSetup, files: Sequence[FileView], guesses: Mapping[str, Guess]
-) -> bool:
+def _reads_its_own(first: ProposedSetup, group: _Group) -> bool:
     """Whether no channel that a set of these files inherits would fit one of their columns."""
-    roles = {guess.role for guess in guesses.values()}
-    names = {column.name for file in files for column in file.signals}
+    roles = {guess.role for guess in group.guesses.values()}
+    names = {column.name for file in group.files for column in file.signals}
     return not any(
         channel.pattern.isdigit() or any(fnmatchcase(name, channel.pattern) for name in names)
         for channel in first.channels
@@ -147,28 +151,28 @@ def _inherit(setups: Sequence[ProposedSetup]) -> None:
             channel.optional = True
 
 
-def _name_of_setup(number: int) -> str:
-    return f"instrument {number + 1}" if number else ""
+class _Group:
+    """Files that share their columns, the roles of these, and what each file shows."""
+
+    def __init__(self, files: Sequence[FileView]) -> None:
+        self.files = files
+        self.guesses = guess_roles(files)
+        self.shown = [describe_test(file, self.guesses) for file in files]
+        self.known = sum(test != OPEN for test, _, _ in self.shown)
 
 
-def _by_instrument(files: Sequence[FileView]) -> list[tuple[list[FileView], dict[str, Guess]]]:
+def _by_instrument(files: Sequence[FileView]) -> list[_Group]:
     """Files with the roles of their channels: one group, unless these leave some files out.
 
     Then files of the same columns are a group each, the largest first. A group of which no file
     shows its kind of test is left to the first one, which says what is missing.
     """
-    whole = guess_roles(files)
-    tested = [(file, describe_test(file, whole)[0] != OPEN) for file in files]
-    if all(known for _, known in tested):
-        return [(list(files), whole)]
-    groups = []
-    for some in _of_same_columns(files):
-        guesses = guess_roles(some)
-        if known := sum(describe_test(file, guesses)[0] != OPEN for file in some):
-            groups.append((known, some, guesses))
-    if sum(known for known, _, _ in groups) <= sum(known for _, known in tested):
-        return [(list(files), whole)]
-    return [(some, guesses) for _, some, guesses in sorted(groups, key=lambda g: -g[0])]
+    whole = _Group(files)
+    parts = _of_same_columns(files) if whole.known < len(files) else []
+    groups = [group for group in map(_Group, parts) if group.known] if len(parts) > 1 else []
+    if sum(group.known for group in groups) <= whole.known:
+        return [whole]
+    return sorted(groups, key=lambda group: -group.known)
 
 
 def _of_same_columns(files: Sequence[FileView]) -> list[list[FileView]]:
@@ -185,8 +189,8 @@ def _of_same_columns(files: Sequence[FileView]) -> list[list[FileView]]:
     return [some for _, some in groups]
 
 
-def _setup(name: str, files: Sequence[FileView], guesses: Mapping[str, Guess]) -> ProposedSetup:
-    channels = []
+def _setup(name: str, group: _Group) -> ProposedSetup:
+    files, guesses, channels = group.files, group.guesses, []
     for role in _ROLES:
         labels = [label for label, guess in guesses.items() if guess.role == role]
         if labels:
@@ -312,6 +316,7 @@ def propose_record(
     guesses: Mapping[str, Guess],
     used: set[str],
     *,
+    described: tuple[str, dict[str, str], str] | None = None,
     numbered: bool = False,
 ) -> ProposedRecord:
     """The row of one file, from its name and its signals.
@@ -325,6 +330,8 @@ def propose_record(
         Role of each channel by its label.
     used : set of str
         Names of records that are taken, in lower case; the new one is added.
+    described : tuple, optional
+        What `describe_test` says of the file, where it is known.
     numbered : bool
         ``34-3`` is the third run at 34 mm (`runs_are_numbered`).
     """
@@ -335,7 +342,7 @@ def propose_record(
     while name.lower() in used:
         name += "_2"
     used.add(name.lower())
-    test, cells, why = describe_test(file, guesses)
+    test, cells, why = described or describe_test(file, guesses)
     release = float(cells["release_mm"]) if "release_mm" in cells else None
     if test == "ringdown" and _names_clearance(named, release):
         test, why = "transient", "it decays, and its name states a clearance"
