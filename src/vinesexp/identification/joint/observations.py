@@ -464,8 +464,11 @@ def _group(
     late = float(np.median(impacts.time_error_s[flights.index]))
     collisions = with_own_errors(collisions, start, time_error=late)
     if areas.size >= _FEWEST:  # one template a record: its noise is common to all impacts
-        relative = collisions.scatter[2] / float(np.median(areas)) / math.sqrt(areas.size)
-        width = math.hypot(_PULSE * relative, _TEMPLATE)
+        single, area = float(collisions.scatter[2]), float(np.median(areas))
+        stated = float(np.nanmedian(impacts.jump_acceleration_error_m_s[flights.index]))
+        template = math.sqrt(max(stated**2 - single**2, 0.0)) / area  # what is no noise of one
+        noise = _PULSE * single / area / math.sqrt(areas.size)
+        width = math.hypot(noise, max(template, _TEMPLATE))
         jumps[b.own("own pulse", record, width, ball=number)] = 1.0
     b.collisions[record.id, number] = collisions
     b.sums[record.id, number] = tuple(zip(local, constants, strict=True))
