@@ -12,7 +12,7 @@ MODULES = {path.relative_to(ROOT).as_posix(): path.read_text() for path in ROOT.
 SHOWING = ("report/", "figures/", "record_pages/", "planning/", "live/", "commands/")
 #: Tables that `Results` does not hold: one a record, one that a benchmark wrote.
 OWN = {
-    "figures/single_records.py", "record_pages/drawn_content.py", "report/tables_shown.py",
+    "figures/single_records.py", "record_pages/traces.py", "report/tables_shown.py",
     "planning/campaign_plan.py", "live/session.py",
 }  # fmt: skip
 CELL = r"\b(?:row|r|one|own|regime|impact)(?:\[|\.get\()[^\])]*[\])]"

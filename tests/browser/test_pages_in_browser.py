@@ -13,7 +13,7 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 
-from vinesexp.record_pages.drawn_content import squeezed
+from vinesexp.record_pages.traces import squeezed
 
 pytestmark = pytest.mark.long
 

@@ -199,7 +199,7 @@ def test_a_figure_of_very_many_records_shows_even_choices():
 def test_every_channel_has_a_name_and_a_colour():
     from vinesexp.figures.single_records import _SHOWN
     from vinesexp.figures.style import COLOURS
-    from vinesexp.record_pages.drawn_content import SHOWN
+    from vinesexp.record_pages.traces import SHOWN
     from vinesexp.records.campaign.schema import ROLES, SI_UNITS
 
     assert set(_SHOWN) == set(ROLES)

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import welch
 from tests.record_pages.decoded import unpacked
 
-from vinesexp.record_pages.drawn_content import phase_plane, spectrum
+from vinesexp.record_pages.traces import phase_plane, spectrum
 from vinesexp.records.stored.store import RecordWriter, open_record
 
 RATE, F = 1000.0, 8.0

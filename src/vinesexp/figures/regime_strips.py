@@ -31,6 +31,7 @@ _COLOURS = {
     "three or more": COLOURS["three or more per cycle"],
 }
 _BOUNDS = (0.25, 1.5, 2.25)
+_MOST_COLUMNS = 500  # of a strip, as wide as a screen shows
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Strip:
     record: str = ""
 
 
-def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]], *, columns: int = 500) -> Figure:
+def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]]) -> Figure:
     """One strip a record, coloured by the number of impacts in each cycle, over time in cycles.
 
     Parameters
@@ -63,7 +64,7 @@ def regime_strips(groups: Sequence[tuple[str, Sequence[Strip]]], *, columns: int
     longest = max(strip.per_cycle.size for _, strips in groups for strip in strips)
     for axis, (title, strips) in zip(axes, groups, strict=True):
         for place, strip in enumerate(strips):
-            counts = _columns(strip.per_cycle, max(1, -(-longest // columns)))
+            counts = _columns(strip.per_cycle, max(1, -(-longest // _MOST_COLUMNS)))
             for colour, path in _stretches(counts, strip.per_cycle.size / counts.size, place):
                 axis.add_patch(PathPatch(path, facecolor=colour, linewidth=0))
             name = label(

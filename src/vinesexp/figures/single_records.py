@@ -442,9 +442,7 @@ def overview(traces: Sequence[Trace], *, title: str) -> Figure:
     return figure
 
 
-def draw_amplitudes(
-    traces: Sequence[Trace], *, xlabel: str, ylabel: str, bare: int = 0, title: str = ""
-) -> Figure:
+def draw_amplitudes(traces: Sequence[Trace], *, xlabel: str, ylabel: str, bare: int = 0) -> Figure:
     """Amplitudes of several records on one axis; the first `bare` of them, without NES, in grey."""
     figure, (axis,) = new_figure(height=3.6)
     colours = [COLOURS["bare"]] * bare + sequence(len(traces) - bare)
@@ -455,7 +453,6 @@ def draw_amplitudes(
     axis.legend(loc="upper right", ncols=2 if len(traces) > 5 else 1, fontsize=8)
     axis.set_xlabel(xlabel)
     axis.set_ylabel(ylabel)
-    axis.set_title(title)
     axis.set_ylim(bottom=0.0)
     axis.margins(x=0.01)
     return figure

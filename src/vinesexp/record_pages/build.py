@@ -20,7 +20,7 @@ from vinesexp.figures.invariant_manifold import on_manifold
 from vinesexp.figures.numbers import clearances, plus_minus, significant
 from vinesexp.figures.style import COLOURS
 from vinesexp.identification.estimate import Estimate, read_estimates
-from vinesexp.record_pages.drawn_content import exact, packed, samples_of, script, traces_of
+from vinesexp.record_pages.traces import exact, packed, samples_of, script, traces_of
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.freshness import Notes
 from vinesexp.records.stored.result_columns import REPLAY_CYCLES

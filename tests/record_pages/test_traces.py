@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.record_pages.decoded import unpacked, unsqueezed
 
-from vinesexp.record_pages.drawn_content import (
+from vinesexp.record_pages.traces import (
     chunks_of,
     exact,
     packed,
@@ -79,7 +79,7 @@ def test_odd_stretches_come_back(values):
 
 
 def test_chunks_hold_all_samples_of_both_kinds(tmp_path, monkeypatch):
-    monkeypatch.setattr("vinesexp.record_pages.drawn_content.CHUNK", 1000)
+    monkeypatch.setattr("vinesexp.record_pages.traces.CHUNK", 1000)
     samples = np.random.default_rng(1).normal(size=2500)
     with open_record(record(tmp_path / "a.nc", samples)) as view:
         chunks = list(chunks_of({"measured": view}, {"displacement": 1.0}))
