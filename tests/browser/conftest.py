@@ -60,7 +60,7 @@ def _design_sheet(page: Path) -> None:
         "version": "1", "headline": "Build a clearance of 30 mm.",
         "inputs": [("mass M", "4.7 kg")], "cards": [card] * 4,
         "tables": [
-            Table("Beside it", (), [("bare oscillator", "19 mm")]),
+            Table("For comparison", (), [("bare oscillator", "19 mm")]),
             Table("One value off", ("-5 %", "+5 %"), [("b", "5; 7", "5; 7")], "Mean; 90 % below."),
             Table("Release", ("b\n(mm)",) * 9, [("to 3 mm", *["27"] * 9)]),
         ],

@@ -154,7 +154,7 @@ def test_a_ball_that_was_weighed_wrong_is_no_clearance_and_no_rubbing(ball):
     assert effects(whole) == {}
     mass = next(e for e in whole.rows if e.parameter == "M" and e.method == "combined")
     assert holds(mass, M)  # by the ball or by the loads: nothing here tells which was wrong
-    assert says(whole, "either", "known.nes_mass", "added_mass_g")
+    assert says(whole, "Each of these", "known.nes_mass", "added_mass_g")
 
 
 def test_added_masses_off_the_sheet_are_within_the_error_of_M():
@@ -177,7 +177,7 @@ def test_a_contact_that_rings_gives_way_to_the_displacement():
     found = consistent(pulse=1.2)
     assert effects(found) == {}
     assert holds(r_of(found), R)
-    assert says(found, "either", "an accelerometer whose pulses", "acceleration gain")
+    assert says(found, "Each of these", "an accelerometer whose pulses", "acceleration gain")
 
 
 def test_a_local_mode_that_spoils_both_sensors_widens_r():

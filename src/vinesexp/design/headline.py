@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from vinesexp.design.advice import JUDGED, WORTH, Advice
+from vinesexp.design.advice import JUDGED, WORTH, Advice, Judged
 from vinesexp.design.around import STEPS, Side
 from vinesexp.design.best_clearance import Race
 from vinesexp.design.inputs import BEYOND, Given
@@ -119,8 +119,7 @@ def build_this(advice: Advice) -> list[str]:
     each = _each(task, best.b)
     tolerance = f" +- {100.0 * task.tolerance:.2g} %" if task.tolerance else ""
     at = _between(task.levels, 1e3, "mm"), _between(task.frequencies, 1.0, "Hz")
-    p90, error = 1e3 * best.random_p90, 2e3 * best.random_error
-    most = with_error(p90, error) if error > 2e-3 * p90 else f"{p90:.3g}"
+    most = percentile_in_words(best, brief)
     said = [
         f"Build a one-sided clearance b of {each} mm{tolerance}.",
         f"At a base amplitude of {at[0]} and {at[1]} the mean amplitude is then "
@@ -156,6 +155,12 @@ def from_the_wall_alone(advice: Advice) -> list[str]:
         f"mm leaves {brief(best.rest_mean)} mm of {brief(advice.bare_mean)} mm.",
         damper(advice),
     ]
+
+
+def percentile_in_words(one: Judged, plain: Callable[[float], str]) -> str:
+    """90th percentile in mm, with its error where that is not below the digits that are shown."""
+    p90, error = 1e3 * one.random_p90, 2e3 * one.random_error
+    return with_error(p90, error) if error > 2e-3 * p90 else plain(one.random_p90)
 
 
 def _each(task: Task, b: float) -> str:

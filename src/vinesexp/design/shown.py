@@ -15,7 +15,14 @@ import numpy as np
 from vinesexp.design.advice import Advice, Judged
 from vinesexp.design.around import Changed
 from vinesexp.design.ensemble import longest_watch
-from vinesexp.design.headline import Answer, headline_of, mm, percent, remarks_of
+from vinesexp.design.headline import (
+    Answer,
+    headline_of,
+    mm,
+    percent,
+    percentile_in_words,
+    remarks_of,
+)
 from vinesexp.design.inputs import OPTIONS, RIG, Given
 from vinesexp.design.predictions import Theory, bands_given, single_values, start_amplitude
 from vinesexp.design.recorded import UnderRecord
@@ -96,7 +103,7 @@ def tables_of(given: Given, answer: Answer) -> list[Table]:
     tables = [Table("Rig", (), rig_rows(given, theory))]
     if advice is not None:
         tables += [from_rest(advice), from_random(advice), one_value_off(advice)]
-        tables.append(Table("Beside it", (), beside_rows(advice)))
+        tables.append(Table("For comparison", (), beside_rows(advice)))
     if answer.driven is not None:
         tables.append(recorded(answer.driven))
     tables.append(of_theory(given, theory))
@@ -189,7 +196,7 @@ def from_random(advice: Advice) -> Table:
     rows = [
         (
             name, each_ball(advice, one.b), mm(one.random_mean),
-            with_error(1e3 * one.random_p90, 2e3 * one.random_error), mm(one.random_max),
+            percentile_in_words(one, mm), mm(one.random_max),
             percent(1.0 - one.random_mean / one.random_bare),
             "-" if advice.hopeless else percent(one.captured),
         )
