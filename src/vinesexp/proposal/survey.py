@@ -157,12 +157,15 @@ def view_file(path: Path) -> FileView:
     source = open_source(path)
     read: dict[int, FloatArray] = {}
     problems: list[str] = []
-    for index in range(len(source.columns)):
-        try:
-            read[index] = _values(source, index)
-        except RecordError as error:
-            if source.columns[index].name:  # a preamble beside the first rows has no name
-                problems.append(str(error))
+    try:
+        read = _values(source, range(len(source.columns)))
+    except RecordError:  # column by column, what can be read
+        for index, column in enumerate(source.columns):
+            try:
+                read |= _values(source, [index])
+            except RecordError as error:
+                if column.name:  # a preamble beside the first rows has no name
+                    problems.append(str(error))
     response = _is_response(source, read)
     time, rate, remarks = (None, None, []) if response else _time_and_rate(source, read)
     columns = _kinds(source, read, time, rate, frequencies=0 if response else None)
@@ -232,6 +235,8 @@ def _odd(
     longest = max((len(column.values) for column in columns), default=0)
     if stated is not None and 1 < stated != longest < _MOST:
         yield f"the header states {stated} rows; the file has {longest}"
+    if longest == _MOST:
+        yield f"only the first {_MOST} rows are looked at here"
     if 0 < longest < _FEWEST:
         yield f"only {longest} rows: a list of results or events, not the samples of a sensor"
     if parts:
@@ -372,14 +377,16 @@ def is_called_time(name: str) -> bool:
     return _TIME_NAME.match(name) is not None
 
 
-def _values(source: Source, index: int) -> FloatArray:
+def _values(source: Source, columns: Sequence[int]) -> dict[int, FloatArray]:
+    """The samples of some columns, the first `_MOST` rows."""
     blocks, count = [], 0
-    for block in source.blocks([index]):
-        blocks.append(marks_to_infinity(block[:, 0]))
+    for block in source.blocks(columns):
+        blocks.append(marks_to_infinity(block))
         count += len(block)
         if count >= _MOST:
             break
-    return np.concatenate(blocks)[:_MOST] if blocks else np.zeros(0)
+    whole = np.concatenate(blocks)[:_MOST].T if blocks else np.zeros((len(columns), 0))
+    return {j: np.ascontiguousarray(row) for j, row in zip(columns, whole, strict=True)}
 
 
 def _is_named(name: str) -> bool:

@@ -12,50 +12,12 @@ from vinesexp.records.readers.source import Column
 from vinesexp.units import UNITS, plain_unit
 
 _WORDS = {
-    "volt": "V",
-    "volts": "V",
-    "millivolt": "mV",
-    "millivolts": "mV",
-    "s": "s",
-    "second": "s",
-    "seconds": "s",
-    "sec": "s",
-    "secs": "s",
-    "msec": "ms",
-    "millisecond": "ms",
-    "milliseconds": "ms",
-    "usec": "us",
-    "millis": "ms",
-    "micros": "us",
-    "microseconds": "us",
-    "minutes": "min",
-    "meter": "m",
-    "meters": "m",
-    "metre": "m",
-    "metres": "m",
-    "millimeter": "mm",
-    "millimeters": "mm",
-    "millimetre": "mm",
-    "millimetres": "mm",
-    "micrometer": "um",
-    "micrometers": "um",
-    "micron": "um",
-    "microns": "um",
-    "inch": "in",
-    "inches": "in",
-    "foot": "ft",
-    "feet": "ft",
-    "newton": "N",
-    "newtons": "N",
-    "pound": "lbf",
-    "pounds": "lbf",
-    "gs": "g",
-    "degree": "deg",
-    "degrees": "deg",
-    "radian": "rad",
-    "radians": "rad",
-    "sequence": "Sequence",
-}
+    "volt": "V", "s": "s", "sec": "s", "second": "s", "minute": "min", "meter": "m", "metre": "m",
+    "micron": "um", "inch": "in", "inche": "in", "foot": "ft", "newton": "N", "pound": "lbf",
+    "gs": "g", "degree": "deg", "radian": "rad", "sequence": "Sequence", "pascal": "Pa", "hertz": "Hz",
+}  # fmt: skip
+_PREFIXES = {"": "", "milli": "m", "micro": "u", "nano": "n", "kilo": "k", "centi": "c"}
+_PREFIXES |= {"m": "m", "u": "u", "n": "n"}  # `msec`
 _KNOWN = {unit for table in UNITS.values() for unit in table if unit and unit != "1"}
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]*)[)\]]")
 #: `s / mm`, `C1 in V`, `CH1V`, `acc g`, `millis`; behind a blank or a stroke below stand units only
@@ -89,6 +51,8 @@ def unit_of_label(label: str) -> str | None:
     --------
     >>> unit_of_label("Volts"), unit_of_label("[mm]"), unit_of_label("Trigger")
     ('V', 'mm', None)
+    >>> unit_of_label("millimetres"), unit_of_label("usec"), unit_of_label("mg")
+    ('mm', 'us', 'mg')
     """
     plain = label.strip()
     inside = _BRACKETS.fullmatch(plain)
@@ -97,7 +61,13 @@ def unit_of_label(label: str) -> str | None:
     plain = plain_unit(plain)
     if plain in _KNOWN:
         return plain
-    return _WORDS.get(plain.lower())
+    word = plain.lower()
+    for prefix, sign in _PREFIXES.items():
+        rest = word.removeprefix(prefix)
+        unit = _WORDS.get(rest) or _WORDS.get(rest.removesuffix("s"))
+        if unit and word.startswith(prefix) and (len(prefix) != 1 or rest.startswith("sec")):
+            return sign + unit
+    return None
 
 
 def unit_in_name(name: str) -> str | None:
