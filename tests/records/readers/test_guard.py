@@ -17,7 +17,7 @@ import pytest
 from vinesexp.errors import RecordError
 from vinesexp.records import readers
 from vinesexp.records.readers import guard, open_source
-from vinesexp.records.readers.guard import GuardedSource, Limits
+from vinesexp.records.readers.guard import GuardedSource, Limits, receive, send
 from vinesexp.records.readers.source import Column, TableSource
 
 QUICK = Limits(seconds=1, patience=200.0, memory=1 << 28)
@@ -224,3 +224,10 @@ def test_windows_itself_is_told_to_use_wsl():
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1
     assert "install and run vinesexp inside WSL" in done.stderr
+
+
+def test_samples_of_no_rows_pass_between_processes():
+    ends = os.pipe()
+    send(ends[1], ("block", np.zeros((0, 2))))
+    kind, block = receive(ends[0])
+    assert (kind, block.shape) == ("block", (0, 2))

@@ -265,7 +265,7 @@ def receive(pipe: int) -> Any:
     """Read one message; EOFError where the other side is gone."""
     packed, samples = _HEAD.unpack(_read(pipe, _HEAD.size))
     words = _read(pipe, packed)
-    return pickle.loads(words, buffers=[_read(pipe, samples)] if samples else ())
+    return pickle.loads(words, buffers=[_read(pipe, samples)])  # of no bytes, too: no rows
 
 
 def widen(pipe: int) -> None:

@@ -14,10 +14,11 @@ from vinesexp.units import UNITS, plain_unit
 _WORDS = {
     "volt": "V", "s": "s", "sec": "s", "second": "s", "minute": "min", "meter": "m", "metre": "m",
     "micron": "um", "inch": "in", "inche": "in", "foot": "ft", "newton": "N", "pound": "lbf",
-    "gs": "g", "degree": "deg", "radian": "rad", "sequence": "Sequence", "pascal": "Pa", "hertz": "Hz",
+    "gs": "g", "degree": "deg", "radian": "rad", "sequence": "Sequence",
+    "pascal": "Pa", "hertz": "Hz",
 }  # fmt: skip
 _PREFIXES = {"": "", "milli": "m", "micro": "u", "nano": "n", "kilo": "k", "centi": "c"}
-_PREFIXES |= {"m": "m", "u": "u", "n": "n"}  # `msec`
+_PREFIXES |= {"m": "m", "u": "u", "n": "n"}  # only before "sec"
 _KNOWN = {unit for table in UNITS.values() for unit in table if unit and unit != "1"}
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]*)[)\]]")
 #: `s / mm`, `C1 in V`, `CH1V`, `acc g`, `millis`; behind a blank or a stroke below stand units only

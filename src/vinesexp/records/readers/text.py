@@ -81,6 +81,9 @@ def require_whole_rows(path: Path, layout: Layout) -> int:
     count = 0
     line = 0
     for chunk in whole_lines(path, layout.end):
+        if line >= layout.first and (alike := _lines_alike(chunk, layout)):
+            count, line = count + alike, line + alike
+            continue
         codes, ends = codes_and_ends(chunk)
         cells, filled, odd = _count(codes, ends, layout)
         lines = np.arange(line, line + len(ends))
@@ -92,6 +95,18 @@ def require_whole_rows(path: Path, layout: Layout) -> int:
             _judge(path, layout, chunk[begin : int(ends[k])], int(lines[k]) + 1)
         count += int(np.count_nonzero(data & filled))
     return count
+
+
+def _lines_alike(chunk: bytes, layout: Layout) -> int:
+    """How many lines a piece has, where all hold one number of cells that columns allow; else 0."""
+    if layout.delimiter is None or b"\0" in chunk or b'"' in chunk:
+        return 0
+    codes = np.frombuffer(chunk, np.uint8)
+    marks = codes[(codes == ord(layout.delimiter)) | (codes == _NEWLINE)]
+    lines = chunk.count(b"\n")
+    cells = len(marks) // max(lines, 1)
+    even = 1 < cells <= layout.width and len(marks) == cells * lines and chunk.endswith(b"\n")
+    return lines if even and (marks[cells - 1 :: cells] == _NEWLINE).all() else 0
 
 
 def whole_lines(path: Path, end: int = 0) -> Iterator[bytes]:
@@ -566,9 +581,13 @@ def _lines_without_numbers(path: Path) -> tuple[list[int], list[int], int]:
     blank: list[int] = []
     total = 0
     for chunk in whole_lines(path):
+        codes = np.frombuffer(chunk, np.uint8)
+        first = np.append(codes[:1], codes[1:][codes[:-1] == _NEWLINE])
+        if not (_WORDS[first] | (first <= _BLANK)).any():
+            total += len(first)
+            continue
         codes, ends = codes_and_ends(chunk)
         begins = np.concatenate(([0], ends[:-1] + 1))
-        first = codes[np.minimum(begins, len(codes) - 1)]
         worded += (total + np.flatnonzero(_WORDS[first] & (ends > begins))).tolist()
         brief = np.flatnonzero((ends - begins <= 4) & (first <= 32))
         blank += [total + int(k) for k in brief if not chunk[int(begins[k]) : int(ends[k])].strip()]
