@@ -262,9 +262,10 @@ def test_a_decay_that_ends_in_noise_has_lost_no_samples():
     """The lag between the channels is noisier as the motion fades; that is no step of a clock."""
     step, f = 1.0 / 2800.0, 7.0
     t, w = step * np.arange(round(9.0 / step)), 2.0 * np.pi * f
-    motion = 10e-3 * np.exp(-0.5 * t) * np.cos(w * t)
-    for seed in range(60):
+    for seed in range(150):
         rng = np.random.default_rng(seed)
+        rate = 0.5 if seed < 50 else rng.uniform(0.5, 1.5)
+        motion = 10e-3 * np.exp(-rate * t) * np.cos(w * t)
         x = motion + 2e-5 * rng.standard_normal(t.size)
         a = -w * w * motion + 0.3 * rng.standard_normal(t.size)
         series = lag_over_time(a, x, step, frequency=f)
@@ -272,10 +273,11 @@ def test_a_decay_that_ends_in_noise_has_lost_no_samples():
         law = law_of(series)
         assert not law.steps
         assert not law.slopes
-        late = np.where(t > 4.0, np.roll(x, -12), x)
-        law = law_of(lag_over_time(a, late, step, frequency=f))
-        assert law.steps
-        assert abs(law.step + 12.0 * step) < 5.0 * law.step_error < 5.0 * step
+        if seed < 50:
+            late = np.where(t > 4.0, np.roll(x, -12), x)
+            law = law_of(lag_over_time(a, late, step, frequency=f))
+            assert law.steps
+            assert abs(law.step + 12.0 * step) < 5.0 * law.step_error < 5.0 * step
 
 
 def test_a_ball_that_comes_to_rest_at_a_wall_is_no_knock():

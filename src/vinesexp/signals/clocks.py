@@ -310,7 +310,7 @@ def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float
         power = float((np.abs(X) ** 2).sum())
         ratio[k] = complex((A * X.conj()).sum()) / power if power else 0.0
         changes[k] = _change(A, a[i : i + size], near)
-        size_of[k] = math.sqrt(power)
+        size_of[k] = math.sqrt(power) or 1e-300
     error = _error_of_phase(ratio, size_of)
     good = error < _ALIKE
     if good.sum() < _FEWEST:
@@ -339,12 +339,14 @@ def _error_of_phase(ratio: ComplexArray, size: FloatArray) -> FloatArray:
     Noise counts for more where the motion is small, as a decay is at its end; other disturbances
     do not. The half of the windows that moves most shows these, the other half the noise.
     """
-    turned = np.abs(np.angle(ratio[1:] * ratio[:-1].conj())) / math.sqrt(2.0)
-    least = np.minimum(size[1:], size[:-1])
-    large = least >= np.median(least)
-    always = 1.4826 * float(np.median(turned[large]))
-    noise = 1.4826 * float(np.median((turned * least)[~large])) if (~large).any() else 0.0
-    return np.asarray(np.hypot(max(always, 1e-9), noise / np.maximum(size, 1e-300)))
+    turned = np.abs(np.angle(ratio[2:] * ratio[:-2].conj()))  # neighbours share samples
+    both = np.hypot(1.0 / size[2:], 1.0 / size[:-2])
+    large = both <= np.median(both)
+    noise = 1.4826 * float(np.median((turned / both)[~large])) if (~large).any() else 0.0
+    seen = 1.4826 * float(np.median(turned[large])) / math.sqrt(2.0)
+    by_noise = noise * float(np.median(both[large])) / math.sqrt(2.0)
+    always = math.sqrt(max(seen**2 - by_noise**2, 1e-18))
+    return np.asarray(np.hypot(always, noise / size))
 
 
 def fault_of(

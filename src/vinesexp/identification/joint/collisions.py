@@ -58,7 +58,8 @@ _TINY = 1e-9
 _LEAST, _MOST = 0.4, 6.0  # variance of a mean over that of independent collisions
 _PARTS = 3  # groups by the duration of a flight, before and after
 _APART = 60.0  # errors of a time that durations have to differ by to be parted
-_STANDS_OUT = 6.0  # times what the means of the groups of a wall usually differ
+_STANDS_OUT = 8.0  # times what the collisions of a wall usually differ by
+_ANY_R = (0.05, 1.0)
 _FEWEST, _MANY, _FOLDS = 10, 60, 5
 _READ = (1e-4, 5e-4, 3e-4)  # of speed and jump: what reading velocities beside an impact leaves
 
@@ -216,7 +217,7 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
     rest = np.where(c.known, c.rest(p[:, np.newaxis].astype(np.complex128)).real, np.nan)
     means, sigma, scatter = [], np.full((3, count), np.inf), np.ones(3)
     for k, part in enumerate(rest):
-        good = np.isfinite(part)
+        good = np.isfinite(part) & ~_stands_out(part, c.flights.side)
         if good.sum() < _FEWEST:
             means.append(np.zeros(member.shape))
             continue
@@ -232,24 +233,30 @@ def with_errors(c: Collisions, p: FloatArray, *, time_error: float) -> Collision
         single = scatter[k] * np.sqrt(worth * (own**2).sum(axis=1)) / np.maximum(total, 1e-300)
         size = np.abs(c.flights.v_before - c.flights.u_before if k == 0 else c.flights.jump)
         floor = _READ[k] * (member @ size) / member.sum(axis=1)
-        own_error = np.hypot(single, floor)
-        apart = _apart(np.where(used, means[k] @ np.where(good, part, 0.0), np.nan), c, member)
-        sigma[k] = np.where(used, np.hypot(own_error, apart), np.inf)
+        sigma[k] = np.where(used, np.hypot(single, floor), np.inf)
     return replace(c, scatter=scatter, means=(means[0], means[1], means[2]), sigma=sigma)
 
 
-def _apart(found: FloatArray, c: Collisions, member: BoolArray) -> FloatArray:
-    """How far the mean of each group stands out among those of its wall, 0 where it does not.
+def _stands_out(rest: FloatArray, side: FloatArray) -> BoolArray:
+    """Collisions far from all others at their wall: an edge hit, or a flight over a missed impact.
 
-    Where most of the few collisions of a group hit an edge, none of them is an outlier in it.
+    In a group of three of which two are such, none of them is an outlier.
     """
-    plus = (member & (c.flights.side > 0.0)).any(axis=1)
-    out = np.zeros(found.size)
-    for wall in (plus, ~plus):
-        off = np.abs(found - _median(found[wall & np.isfinite(found)]))
+    out = np.zeros(rest.size, dtype=bool)
+    for wall in (side > 0.0, side <= 0.0):
+        off = np.abs(rest - _median(rest[wall & np.isfinite(rest)]))
         usual = 1.4826 * _median(off[wall & np.isfinite(off)])
-        out = np.where(wall & (off > _STANDS_OUT * usual), off, out)
+        out |= wall & (off > _STANDS_OUT * usual)
     return out
+
+
+def bounced(c: Collisions, p: FloatArray) -> float:
+    """Median of the restitutions of single collisions, all else as in `p`."""
+    at = np.repeat(p[:, np.newaxis], 2, axis=1).astype(np.complex128)
+    at[LOCALS.index("r")] = 0.0, 1.0
+    after, both = c.rest(at[..., np.newaxis])[0].real
+    known = c.known[0] & (both != after)
+    return float(np.clip(-_median((after / (both - after))[known]), *_ANY_R))
 
 
 def _median(values: FloatArray) -> float:

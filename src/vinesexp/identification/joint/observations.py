@@ -13,7 +13,13 @@ from vinesexp.identification.average import weighted_mean
 from vinesexp.identification.driven_motion import DrivenMotion
 from vinesexp.identification.estimate import FIRST_SWING, INTEGRATED, Estimate
 from vinesexp.identification.flights import Flights, flights_of
-from vinesexp.identification.joint.collisions import EFFECTS, LOCALS, Collisions, with_errors
+from vinesexp.identification.joint.collisions import (
+    EFFECTS,
+    LOCALS,
+    Collisions,
+    bounced,
+    with_errors,
+)
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
     Block,
@@ -507,6 +513,8 @@ def with_own_errors(collisions: Collisions, start: FloatArray, *, time_error: fl
 
     At another r the bounces of a modulated motion, whose speeds differ, would scatter by that.
     """
+    start = start.copy()
+    start[LOCALS.index("r")] = bounced(collisions, start)
     near = with_errors(collisions, start, time_error=time_error)
     return with_errors(near, _alone(near, start).at, time_error=time_error)
 
