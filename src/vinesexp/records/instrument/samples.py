@@ -160,7 +160,7 @@ def _quantity_of(label: str) -> str:
     return next(quantity for quantity, table in UNITS.items() if label in table)
 
 
-_TWICE = 0.02  # of the rows: more of equal times were not written twice
+_TWICE = 0.15  # of the rows: times printed too coarsely repeat in a fifth of them at least
 _LARGEST = 1e9  # m, m/s or m/s^2: more is no measurement
 
 
