@@ -42,7 +42,7 @@ LOWEST, SAFER = 3, (0.9, 0.8, 0.7, 0.6, 0.5)
 STEPS, MOVES, FLAT = ((0.03, 0.015), (0.0075, 0.0035), (0.0018,)), 3, 0.004
 #: Starts from rest and random starts of a clearance, least and most, in the
 #: scan; then the same in the first round of a contest.
-SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (1, 8), (2, 20), (2, 16), (4, 96)
+SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (2, 8), (4, 20), (4, 16), (8, 96)
 #: Percentile of the mean amplitude over random starts that the robust clearance makes least.
 PERCENTILE = 90.0
 #: Draws of the starts with which the error of a value is found.
