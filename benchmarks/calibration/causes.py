@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 
 #: Cause: how the package writes of it. A text may name several.
 CAUSES: Mapping[str, str] = {
-    "friction": r"ball rubs|friction slows|friction of the ball",
+    "friction": r"ball rubs|friction on its floor|friction of the ball",
     "tilt": r"cavity (that )?slopes|tilt of|slope of the cavity",
     "walls": r"two walls differ|walls of different r",
     "speed": r"r (that )?depends on (impact )?speed",
