@@ -115,7 +115,12 @@ def end_by_rates(body: Body, drive: Drive, guess: float) -> float | None:
             if earlier is not None and rate > earlier[1]:
                 end = b - rate * (b - earlier[0]) / (rate - earlier[1])
                 if end / b - 1.0 < _NEAR:
-                    return end
+                    wider = (1.0 + _NEAR) * end
+                    path = _moved(body, drive, wider, _carried(path.last, b, wider), _CYCLES)
+                    if (rate := _return_rate(path, drive, _bare(body, drive))) is None:
+                        return end
+                    # A slow return that passes is no end.
+                    b, below, earlier, end = wider, (wider, rate, path.last), None, 1.02 * wider
             b += _TOWARDS * (min(end, 1.04 * b) - b)
         state = _carried(below[2], below[0], b)
     return true_end(body, drive, guess)

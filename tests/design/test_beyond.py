@@ -66,7 +66,7 @@ def test_what_an_answer_may_take_bounds_its_runs() -> None:
     advice = advise(task, budget=0.4)
     assert advice.judged.random < 100
     assert advice.beside.phases == 2
-    [said] = [one for one in warnings_of(advice) if "takes long" in one]
+    [said] = [one for one in warnings_of(advice) if "which is long" in one]
     assert f"{advice.judged.random} random ones" in said
 
 
