@@ -129,3 +129,14 @@ def test_a_base_off_its_sheet_is_a_warning_of_its_own_name(changed, check, words
 def test_without_a_frequency_on_the_sheet_none_is_compared():
     base = LevelBase(Quantity(0.25e-3), Quantity(7.0), 1)
     assert base_checks("x", set(), base, [row()]) == []
+
+
+@pytest.mark.parametrize("measured", [True, False])
+def test_a_level_of_tests_at_several_frequencies_says_what_is_predicted(measured):
+    """b_c of another frequency is another one: 0.5 % in frequency move it by a per cent."""
+    frequencies, rows = {7.862, 7.9}, [row(), row(frequency_hz=7.9)] if measured else []
+    base = base_of_level(0.25e-3, set(frequencies), rows, inputs=Uncertainties())
+    assert base.frequency is None
+    (found,) = base_checks("G = 0.25 mm", frequencies, base, rows)
+    assert (found.check, found.outcome) == ("base frequency", "warning")
+    assert "7.862 to 7.9 Hz" in found.detail

@@ -311,9 +311,15 @@ def base_checks(name: str, frequencies: set[float], base: LevelBase, rows: Rows)
         Of base.csv, of the level's records.
     """
     checks: list[Check] = []
-    if not rows:
-        return checks
-    if len(frequencies) == 1 and base.frequency is not None:
+    each = [row["frequency_hz"] for row in rows] or sorted(frequencies)
+    if base.frequency is None and len(each) > 1:
+        checks.append(
+            Check("", "base frequency", "warning",
+                  f"{name}: its tests were made at {min(each):.6g} to {max(each):.6g} Hz; b_c "
+                  "depends on the frequency and is predicted for resonance. Compare tests of one "
+                  "frequency")
+        )  # fmt: skip
+    if rows and len(frequencies) == 1 and base.frequency is not None:
         sheet, found = next(iter(frequencies)), base.frequency
         allowed = math.hypot(found.std_error, DISPLAY_ERROR * sheet)
         if abs(found.value - sheet) > DIFFERS * allowed:
