@@ -173,6 +173,7 @@ def scored(
         "rings": scene.tests[0].sensors.ring is not None,
         "warnings": warnings,
         "refused": refused,
+        "told": [c["detail"] for c in checks if c["check"] == "cause" and c["outcome"] == "ok"],
         "verdicts": [row for row in inputs if row["verdict"] not in _NOTHING_SAID],
         "seconds": dict(seconds),
     }
@@ -184,6 +185,7 @@ def judged(outcome: dict[str, Any]) -> dict[str, Any]:
         return outcome
     said = [text.partition(": ")[2] for text in (*outcome["warnings"], *outcome["refused"])]
     said += [row["verdict"] for row in outcome["verdicts"]]
+    said += outcome.get("told", [])
     there = allowed(outcome["causes"])
     if outcome.get("rings"):  # a mount that rings spoils the area of pulses
         there |= {"contact rings", "local mode"}

@@ -7,6 +7,7 @@ import pytest
 
 from vinesexp.identification.joint.causes import (
     Cause,
+    Weighed,
     _effects,
     believed,
     gains_of,
@@ -227,6 +228,15 @@ def test_a_cause_along_what_is_known_exactly_is_weighed_as_if_it_were_an_unknown
     assert (value, error) == pytest.approx(whole.of({"load scale +": 1.0}), rel=1e-3)
     assert gain == pytest.approx(whole.log_evidence - base.log_evidence, abs=1e-2)
     assert value == pytest.approx(-0.4, abs=0.03)
+
+
+@pytest.mark.parametrize(("about", "outcome"), [("contact", "ok"), ("tilt", "warning")])
+def test_a_contact_that_lasts_is_told_and_is_no_warning(about, outcome):
+    """Every contact lasts, as every lab's does; a cavity that slopes is another matter."""
+    cause = Cause(f"effect {about}", "effect", about, Direction({about: 1.0}, Prior(0.0, 1e-3)))
+    weighed = Weighed(cause, 50.0, 3e-4, 1e-5, (), True)
+    (said,) = cause_checks(SimpleNamespace(found=(weighed,)))
+    assert (said.check, said.outcome) == ("cause", outcome)
 
 
 def test_a_contact_is_looked_for_about_as_long_as_its_pulses():

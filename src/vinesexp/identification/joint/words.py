@@ -74,6 +74,8 @@ def cause_checks(judged: Judged) -> list[Check]:
             kind, detail, record = "plain model", _unexplained(weighed), ""
         elif weighed.sure and not weighed.rivals:
             kind, detail = "cause", said(weighed)
+            if cause.about == "contact":  # every contact lasts
+                outcome = "ok"
         elif weighed.rivals:
             kind, record = "either", ""
             detail = (
