@@ -3,9 +3,11 @@
 import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from vinesexp.identification.joint.observations import _share_of_ball
+from vinesexp.identification.estimate import Estimate
+from vinesexp.identification.joint.observations import _sensors, _share_of_ball
 
 
 @pytest.mark.parametrize(("stated", "share"), [((0.032, 0.04), 0.008), ((), 0.0)])
@@ -14,3 +16,20 @@ def test_a_ball_that_was_not_weighed_adds_nothing_to_the_mass(stated, share):
     known = SimpleNamespace(nes_mass=[SimpleNamespace(value=one) for one in stated])
     builder = SimpleNamespace(campaign=SimpleNamespace(known=known), start={"ln_M": math.log(4.0)})
     assert _share_of_ball(builder) == pytest.approx(share)
+
+
+@pytest.mark.parametrize("across", [0.0, 0.03])
+def test_a_gain_is_no_surer_than_the_motion_across_the_axis(across):
+    """In releases it is another than in periodic tests: a change of the gain by 2.7 % was named."""
+    record = SimpleNamespace(id="a", exclude=False, clearance=(0.03,))
+    b = SimpleNamespace(
+        campaign=SimpleNamespace(record=lambda _: record),
+        own_gain=lambda _, role: {role: 1.0},
+        blocks=[],
+    )
+    found = [Estimate("accelerometer_gain", 1.01, 1e-4, "1", "channels", ("a",))]
+    if across:
+        found.append(Estimate("accelerometer_across", -across, 1e-3, "1", "channels", ("a",)))
+    _sensors(b, found)
+    information, _, _ = b.blocks[0].look(np.zeros(1))
+    assert information[0, 0] ** -0.5 == pytest.approx(max(across, 3e-4))

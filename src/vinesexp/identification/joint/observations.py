@@ -552,7 +552,12 @@ def collisions_of(flights: Flights, impacts: Impacts, *, omega2: float) -> Colli
 
 
 def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
-    """Accelerometer beside the laser over the oscillation: ratio of their gains."""
+    """Accelerometer beside the laser over the oscillation: ratio of their gains.
+
+    A motion across the sensor's axis has a part in phase too, about as large as what turns the
+    phase: a gain of another test, with other motion across, may differ by as much.
+    """
+    across = {e.records[0]: abs(e.value) for e in found if e.parameter == "accelerometer_across"}
     for e in found:
         if e.parameter != "accelerometer_gain" or not e.records:
             continue
@@ -561,7 +566,7 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
             continue
         displaced = {name: -factor for name, factor in b.own_gain(record, "displacement").items()}
         sums = ({**b.own_gain(record, "acceleration"), **displaced}, 0.0)
-        error = max(e.std_error / abs(e.value), 3e-4)
+        error = max(e.std_error / abs(e.value), 3e-4, across.get(record.id, 0.0))
         b.blocks.append(
             Block(record.id, "channels", (sums,), _Single(math.log(abs(e.value)), error))
         )
