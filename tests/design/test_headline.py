@@ -119,6 +119,23 @@ def test_what_to_build_has_tolerance_cliff_and_damper_in_words() -> None:
 
 
 @pytest.mark.usefixtures("small")
+def test_a_mean_above_the_percentile_is_explained_by_the_starts_that_are_lost() -> None:
+    o = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.01)
+    advice = advise(Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01), budget=0.5)
+    lost = replace(
+        advice.robust, random_mean=0.0105, random_p90=0.01, random_error=0.0, random_tail=0.0374
+    )
+    words = " ".join(build_this(replace(advice, robust=lost)))
+    assert (
+        "Nine of ten random starts give less than 10 mm; the tenth with the largest amplitudes "
+        "gives 37.4 mm on the average, which raises the mean above that." in words
+    )
+    alike = replace(lost, random_mean=0.0095, random_tail=0.0101)
+    words = " ".join(build_this(replace(advice, robust=alike)))
+    assert "Nine of ten random starts give less than 10 mm. " in words
+
+
+@pytest.mark.usefixtures("small")
 def test_a_gain_from_the_wall_alone_is_not_called_what_to_build() -> None:
     o = Oscillator.from_modal(M=2.0, f0=12.0, zeta=0.01)
     advice = advise(Task(o, (0.04,), (0.8,), (3e-4,) * 2, (12.0,) * 2, tolerance=0.01), budget=0.5)

@@ -273,6 +273,7 @@ class Judged:
         amplitude, both averaged over the phase at which the shaker starts.
     random_mean, random_p90, random_max : random starts: mean amplitude, its 90th percentile over
         starts, the largest amplitude of any start.
+    random_tail : mean amplitude of the tenth of the random starts that has the largest.
     random_error : standard error of that percentile, from the number of starts.
     random_bare : mean amplitude of the oscillator alone over the same draws.
     captured, captured_rest : share of random starts, and of those from rest, that are captured.
@@ -287,6 +288,7 @@ class Judged:
     random_p90: float
     random_error: float
     random_max: float
+    random_tail: float
     random_bare: float
     captured: float
     captured_rest: float
@@ -458,6 +460,7 @@ def judge(task: Task, b: float, starts: Starts, seed: int) -> Judged:
         random_p90=float(percentile(means)),
         random_error=float(percentile(_resampled(means)).std()),
         random_max=float(anywhere.largest.max()),
+        random_tail=float(np.sort(means)[-max(means.size // 10, 1) :].mean()),
         random_bare=float(np.mean([task.bare_of(run) for run in drawn])),
         captured=float(anywhere.captured.mean()),
         captured_rest=float(task.share(rest.captured)),

@@ -144,7 +144,7 @@ def _mm(value: float | None) -> float | None:
 def _judged(one: Judged, advice: Advice) -> dict[str, object]:
     lengths = (
         "b", "rest_mean", "rest_max", "random_mean", "random_p90", "random_error", "random_max",
-        "random_bare", "centre_mean",
+        "random_tail", "random_bare", "centre_mean",
     )  # fmt: skip
     others = ("captured", "captured_rest", "centre_touched")
     found: dict[str, object] = {f"{n}_mm": _mm(getattr(one, n)) for n in lengths}
