@@ -64,7 +64,8 @@ def truth(scene: Scene, moved: Mapping[str, Moved]) -> dict[str, Range]:
     plain = not any(getattr(scene.body, name) for name in _MOTION)
     releases = [t.release for t in scene.tests if t.kind == "transient"]
     if releases and plain and r:
-        b_t = [float(b_t_exact(x_m=x, r=one)) for x in releases for one in (min(r), max(r))]
+        level = float(np.mean(releases))  # that of the level, as b_t is one of the level
+        b_t = [float(b_t_exact(x_m=level, r=one)) for one in (min(r), max(r))]
         found["b_t"] = min(b_t), max(b_t)
     return found
 

@@ -1,14 +1,17 @@
 """Displacement from which a mass was let go, as the record of a release shows it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vinesexp import Release
-from vinesexp.identification.estimate import FIRST_SWING, HELD
+from vinesexp.identification.estimate import FIRST_SWING, HELD, Estimate
 from vinesexp.identification.one_record import estimate_record
-from vinesexp.records.campaign.schema import Known, Record
+from vinesexp.identification.whole_campaign import identify_campaign
+from vinesexp.records.campaign.schema import Campaign, Channel, Known, Record
+from vinesexp.records.campaign.uncertainties import Tolerance, Uncertainties
 from vinesexp.records.stored.store import RecordWriter
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
@@ -77,3 +80,21 @@ def test_a_record_that_begins_at_a_later_turning_point_shows_a_smaller_first_swi
     assert found.method == FIRST_SWING
     assert found.value == pytest.approx(x[turn], rel=0.01)
     assert found.value < 0.9 * X0
+
+
+def test_the_release_of_a_level_is_the_mean_of_those_that_were_made():
+    """b_t is compared with these very tests: that further ones scatter is none of its errors."""
+    seen_mm = (20.10, 19.98)
+    gain = Tolerance(relative=1e-9)
+    records = [Record(f"t{i}", Path("t"), "transient", (0.03,), release=X0) for i in (0, 1)]
+    known = Known(uncertainties=replace(Uncertainties(), displacement=gain))
+    channels = {"displacement": Channel("displacement", "x", "displacement", 1.0)}
+    campaign = Campaign(Path("c"), "c", "c", known, channels, None, None, None, tuple(records))
+    found = [Estimate("f0", 7.862, 1e-4, "Hz", "likelihood", ("t0",))]
+    found += [
+        Estimate("release_seen", 1e-3 * x, 1e-6, "m", HELD, (f"t{i}",))
+        for i, x in enumerate(seen_mm)
+    ]
+    row = next(e for e in identify_campaign(found, campaign, {}).rows if e.parameter == "release")
+    assert row.value == pytest.approx(1e-3 * np.mean(seen_mm), rel=1e-4)
+    assert row.std_error < 1e-3 * X0  # single releases differ by three times as much

@@ -604,10 +604,17 @@ def _releases(answer: Answer, campaign: Campaign) -> list[Estimate]:
     """Displacement from which each release began, as test log and records show it."""
     rows = []
     for stated, name in answer.observed.releases.items():
-        value, error = answer.posterior.of({name: 1.0})
-        size, ids = stated * math.exp(value), _released(stated, campaign)
+        ids = _released(stated, campaign)
+        value, error = answer.posterior.of(_as_made(answer, name, ids))
+        size = stated * math.exp(value)
         rows.append(Estimate("release", size, size * error, "m", "displacement", ids))
     return rows
+
+
+def _as_made(answer: Answer, name: str, ids: Sequence[str]) -> dict[str, float]:
+    """Mean of the releases of a level that were made, not that of further ones, as a sum."""
+    own = answer.observed.kinds.get("own release", {})
+    return {name: 1.0, **{one: 1.0 / len(ids) for one, id in own.items() if id in ids}}
 
 
 def _released(stated: float, campaign: Campaign) -> tuple[str, ...]:
@@ -656,7 +663,8 @@ def _inputs(answer: Answer, campaign: Campaign) -> list[dict[str, Value]]:
             rows.append(_input(answer, BASE_OF_ONE, (id,), "mm", 1e3, level, terms, log=True))
     for release, name in o.releases.items():
         ids = _released(release, campaign)
-        rows.append(_input(answer, "release", ids, "mm", 1e3, release, {name: 1.0}, log=True))
+        terms = _as_made(answer, name, ids)
+        rows.append(_input(answer, "release", ids, "mm", 1e3, release, terms, log=True))
     for load, name in o.loads.items():
         ids = tuple(r.id for r in campaign.records if r.added_mass == load)
         scaled = load * math.expm1(answer.posterior.of({"load scale": 1.0})[0])
