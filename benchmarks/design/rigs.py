@@ -11,7 +11,7 @@ from vinesexp import Oscillator
 from vinesexp.design.advice import theory_of
 from vinesexp.design.ask import DRILLED
 from vinesexp.design.best_clearance import scan_ends
-from vinesexp.design.ensemble import responses
+from vinesexp.design.ensemble import responses, together
 from vinesexp.design.task import Task, wall_starts
 from vinesexp.errors import AnalysisError
 from vinesexp.theory import boundaries, orbits
@@ -63,7 +63,7 @@ def cheaper_models(task: Task) -> dict[str, tuple[float, float]]:
     found["orbit"] = _least_on_orbit(task, G, f), time.process_time() - begin
     begin = time.process_time()
     b = np.geomspace(*span_of(task), 12)
-    runs = [run for one in b for run in wall_starts(task, float(one), phases=2)]
+    runs = together([wall_starts(task, one, phases=2) for one in b.tolist()])
     means = responses(runs, haste=2.0).mean.reshape(b.size, -1).mean(axis=1)
     found["quick"] = float(b[means.argmin()]), time.process_time() - begin
     return found

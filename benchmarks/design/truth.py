@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.design.kept import TRUTHS, keep, kept
 from benchmarks.design.rigs import SEED, cheaper_models, rig_of, span_of
 
-from vinesexp.design.ensemble import Run, duration_of, watched
+from vinesexp.design.ensemble import duration_of, together, watched
 from vinesexp.design.task import Task, random_starts, wall_starts
 
 CRITERIA = {"mean": "mean from rest", "max": "largest from rest", "robust": "90th percentile"}
@@ -36,14 +36,10 @@ def runs_of(
     """
     phases, starts = many
 
-    def all_of(one: float) -> list[Run]:
-        return wall_starts(task, one, phases=phases, shift=shift)
-
-    rest = watched([run for one in b for run in all_of(float(one))], starts=phases)
-    free = watched(
-        [run for one in b for run in random_starts(task, float(one), starts=starts, seed=seed)],
-        starts=starts,
-    )
+    each = b.tolist()
+    walls = [wall_starts(task, one, phases=phases, shift=shift) for one in each]
+    drawn = [random_starts(task, one, starts=starts, seed=seed) for one in each]
+    rest, free = watched(together(walls), starts=phases), watched(together(drawn), starts=starts)
     return np.array(
         [
             rest.mean.reshape(b.size, -1).mean(axis=1),

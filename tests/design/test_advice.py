@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vinesexp import Harmonic, Oscillator, Release, simulate
+from vinesexp import Oscillator, simulate
 from vinesexp.design import best_clearance
 from vinesexp.design.advice import (
     advise,
@@ -18,7 +18,7 @@ from vinesexp.design.advice import (
     theory_of,
 )
 from vinesexp.design.answer_json import as_json
-from vinesexp.design.ensemble import Run, responses
+from vinesexp.design.ensemble import responses
 from vinesexp.design.headline import warnings_of
 from vinesexp.design.task import Task, bare_gain, centre_starts, random_starts, wall_starts
 from vinesexp.errors import AnalysisError, ParameterError
@@ -37,8 +37,8 @@ def rest_mean(task: Task, b: float, phases: int = 8) -> float:
 
 def test_a_run_is_the_motion_of_the_simulator() -> None:
     task = task_at(8.0)
-    run = wall_starts(task, 0.02, phases=3)[1]
-    found = responses([run])
+    runs = wall_starts(task, 0.02, phases=3)[1:2]
+    found, run = responses(runs), runs[0]
     motion = simulate(run.rig, run.base, run.release, duration=90.0)
     t = np.linspace(40.0, 90.0, 100_001)
     x, v = motion.at(t)
@@ -173,7 +173,7 @@ def test_over_a_band_nothing_is_compared_with_the_motion_of_other_draws() -> Non
     task = Task(TABLE_2, (0.032,), (0.6,), levels=(0.15e-3, G), frequencies=(7.2, 8.4))
     wide = 0.5  # m
     drawn = random_starts(task, wide, starts=40, seed=2)
-    bare = np.mean([task.bare_of(run) for run in drawn])
+    bare = task.bare_of(drawn).mean()
     assert responses(drawn).mean.mean() == pytest.approx(bare, rel=0.02)
     rest = responses(centre_starts(task, wide, phases=2))
     assert task.average(rest.mean) == pytest.approx(task.mean_bare(), rel=0.02)
@@ -206,16 +206,9 @@ def test_an_undamped_absorber_at_one_frequency_is_not_called_best() -> None:
 
 def test_what_cannot_be_answered_is_an_error() -> None:
     undamped = Oscillator(M=1.0, c1=0.0, k1=1.0)
+    still = Task(undamped, (0.01,), (0.5,), (1.0, 1.0), (undamped.f0,) * 2)
     with pytest.raises(AnalysisError, match="no finite bare response"):
-        responses(
-            [
-                Run(
-                    Task(undamped, (0.01,), (0.5,), (1.0, 1.0), (undamped.f0,) * 2).rig(1.0),
-                    Harmonic(amplitude=1.0, frequency=undamped.f0),
-                    Release(),
-                )
-            ]
-        )
+        responses(centre_starts(still, 1.0, phases=1))
     with pytest.raises(ParameterError, match="expected one of each per NES"):
         Task(TABLE_2, (0.032, 0.016), (0.6,), (G, G), (8.0, 8.0))
 

@@ -18,7 +18,7 @@ from vinesexp.design.best_clearance import (
     mean_of,
     percentile,
 )
-from vinesexp.design.ensemble import Responses, Run
+from vinesexp.design.ensemble import B_B, V_PHASE, Responses, Runs
 from vinesexp.design.task import Task, evenly_spread, more_wall_starts, random_starts
 
 ROBUST = Criterion(mean_of, percentile, cautious)
@@ -35,7 +35,7 @@ class Drawn(SameStarts):
     """The mean amplitudes of every start, written down."""
 
     def __init__(self, means: dict[float, np.ndarray]) -> None:
-        def none(b: float, numbers: range) -> list[Run]:
+        def none(b: float, numbers: range) -> Runs:
             raise AssertionError
 
         super().__init__(none)
@@ -150,7 +150,7 @@ def test_random_starts_go_on_where_they_were_and_move_with_the_seed() -> None:
     )  # fmt: skip
     whole = random_starts(task, 0.02, starts=12, seed=3)
     parts = [random_starts(task, 0.02, starts=6, seed=3, first=k) for k in (0, 6)]
-    assert whole == parts[0] + parts[1]
+    assert list(whole) == [*parts[0], *parts[1]]
     assert whole[0] != random_starts(task, 0.02, starts=1, seed=4)[0]
     masses = np.array(
         [run.rig.oscillator.M for run in random_starts(task, 0.02, starts=400, seed=3)]
@@ -169,7 +169,7 @@ def test_a_jump_is_found_as_close_as_it_matters() -> None:
                 self.found[b] = written(np.full(n, there))
             return 0.0
 
-    def none(b: float, numbers: range) -> list[Run]:
+    def none(b: float, numbers: range) -> Runs:
         raise AssertionError
 
     won = Contest(Beside(none), MEAN, Purse(1.0)).won([0.0185, 0.0215], 8)
@@ -181,16 +181,15 @@ def test_a_start_is_the_same_at_every_clearance_and_run_once(
 ) -> None:
     asked: list[int] = []
 
-    def simulated(runs: list[Run], *, starts: int) -> Responses:
+    def simulated(runs: Runs, *, starts: int) -> Responses:
         asked.append(len(runs))
-        b = np.array([run.rig.nes[0].b for run in runs])
-        phase = np.array([run.base.phase for run in runs])
+        b, phase = runs.balls[:, 0, B_B], runs.values[:, V_PHASE]
         return Responses(b, phase, b, b, 1)
 
     monkeypatch.setattr("vinesexp.design.best_clearance.watched", simulated)
     task = Task(Oscillator(M=1.0, c1=0.02, k1=1.0), (0.01,), (0.6,), (1e-3, 2e-3), (0.159, 0.159))
 
-    def draw(b: float, numbers: range) -> list[Run]:
+    def draw(b: float, numbers: range) -> Runs:
         return more_wall_starts(task, b, numbers, shift=0.0)
 
     conditions = len(task.grid())

@@ -130,7 +130,7 @@ def host_gain(
     pull = -mass * w**2 * own_stiffness / (own_stiffness - w**2 + 1e-300)
     spring = oscillator.k1 + 1j * w * oscillator.c1
     x = np.abs(spring / (spring - oscillator.M * w**2 + pull))
-    return np.asarray(x * np.array([mean_of_cycle(one) for one in w / oscillator.w0]))
+    return np.asarray(x * mean_of_cycle(w / oscillator.w0))
 
 
 def den_hartog(ratio: float) -> tuple[float, float]:
@@ -461,7 +461,7 @@ def judge(task: Task, b: float, starts: Starts, seed: int) -> Judged:
         random_error=float(percentile(_resampled(means)).std()),
         random_max=float(anywhere.largest.max()),
         random_tail=float(np.sort(means)[-max(means.size // 10, 1) :].mean()),
-        random_bare=float(np.mean([task.bare_of(run) for run in drawn])),
+        random_bare=float(task.bare_of(drawn).mean()),
         captured=float(anywhere.captured.mean()),
         captured_rest=float(task.share(rest.captured)),
         centre_mean=float(task.average(centre.mean)),

@@ -11,7 +11,7 @@ import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.design.best_clearance import WORSE, Found, percentile
-from vinesexp.design.ensemble import Responses, Run, responses
+from vinesexp.design.ensemble import Responses, Runs, responses, together
 from vinesexp.design.task import Task, frequency_weights, random_starts, wall_starts
 
 #: Shares of the clearance by which it is changed, either way.
@@ -79,9 +79,9 @@ def cliffs_of(task: Task, b: float, starts: Starts, *, seed: int) -> Cliffs:
     return Cliffs(_side(seen, -1.0), _side(seen, 1.0))
 
 
-def at_once(blocks: Sequence[list[Run]], *, haste: float = 1.0) -> list[Responses]:
+def at_once(blocks: Sequence[Runs], *, haste: float = 1.0) -> list[Responses]:
     """Responses to blocks of runs, all side by side."""
-    found = responses([run for block in blocks for run in block], haste=haste)
+    found = responses(together(blocks), haste=haste)
     ends = np.cumsum([len(block) for block in blocks])
     return [
         found.each(lambda values, own=slice(a, e): values[own]) for a, e in pairwise([0, *ends])

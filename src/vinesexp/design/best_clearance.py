@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import betainc
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.ensemble import Responses, Run, responses, watched
+from vinesexp.design.ensemble import Responses, Runs, responses, together, watched
 from vinesexp.design.task import Task, more_wall_starts, random_starts
 
 #: Processor time that an answer is meant for, s, as the work of its runs adds up (`ensemble`). The
@@ -139,7 +139,7 @@ class SameStarts:
     watch : whether starts are watched for as long as capture takes (`ensemble.watched`).
     """
 
-    draw: Callable[[float, range], list[Run]]
+    draw: Callable[[float, range], Runs]
     conditions: int = 1
     watch: bool = True
     found: dict[float, Responses] = field(default_factory=dict)
@@ -154,7 +154,7 @@ class SameStarts:
         return sum(self._simulate(some, range(have, n)) for have, some in missing.items())
 
     def _simulate(self, clearances: list[float], numbers: range) -> float:
-        runs = [run for b in clearances for run in self.draw(b, numbers)]
+        runs = together([self.draw(b, numbers) for b in clearances])
         many = len(runs) // len(clearances)
         every = watched(runs, starts=many) if self.watch else responses(runs)
         every = every.reshape(len(clearances), self.conditions, -1)
@@ -460,13 +460,13 @@ def search(
     conditions = len(task.grid())
 
     def from_rest(shift: float, *, watch: bool) -> SameStarts:
-        def draw(b: float, numbers: range) -> list[Run]:
+        def draw(b: float, numbers: range) -> Runs:
             return more_wall_starts(task, b, numbers, shift=shift)
 
         return SameStarts(draw, conditions, watch)
 
     def anywhere(seed: int, *, watch: bool) -> SameStarts:
-        def draw(b: float, numbers: range) -> list[Run]:
+        def draw(b: float, numbers: range) -> Runs:
             return random_starts(task, b, starts=len(numbers), seed=seed, first=numbers.start)
 
         return SameStarts(draw, 1, watch)

@@ -413,7 +413,7 @@ def beside_resonance(task: Task) -> list[str]:
     off = max(task.frequencies, key=lambda f: abs(math.log(f / f0)))
     if abs(off / f0 - 1.0) < BESIDE:
         return []
-    ratio = mean_of_cycle(off / f0)
+    ratio = float(mean_of_cycle(np.array(off / f0)))
     return [
         f"amplitudes are means of hypot(x, x'/w0): of a motion at {off:.4g} Hz {ratio:.3g} times "
         f"its amplitude in x (bare oscillator: {mm(task.bare(G, off) / ratio)} mm in x). Compare "

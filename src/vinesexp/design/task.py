@@ -7,8 +7,7 @@ apart, and a mean weighs each by what it stands for: the mean of the bare respon
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -17,9 +16,9 @@ import numpy as np
 from scipy.special import ndtri
 
 from vinesexp.arrays import BoolArray, FloatArray
-from vinesexp.design.ensemble import VISCOUS, Run
+from vinesexp.design.ensemble import VISCOUS, Runs
 from vinesexp.errors import ParameterError
-from vinesexp.excitation import Harmonic, Release, WeakDamping
+from vinesexp.excitation import Harmonic, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
 from vinesexp.solver.simulation import simulate
 
@@ -32,16 +31,23 @@ def bare_gain(oscillator: Oscillator, frequency: float) -> float:
     >>> round(bare_gain(Oscillator(M=4.7, c1=3.02, k1=1.147e4), 7.8623), 2)  # 1/(2 zeta)
     76.89
     """
-    w = 2.0 * math.pi * frequency / oscillator.w0
-    z = 2.0 * oscillator.zeta * w
-    return math.hypot(1.0, z) / math.hypot((1.0 - w) * (1.0 + w), z) * mean_of_cycle(w)
+    M, c1, k1 = np.array([oscillator.M, oscillator.c1, oscillator.k1])
+    return float(bare_gains(M, c1, k1, np.array(frequency)))
 
 
-@lru_cache(maxsize=512)
-def mean_of_cycle(w: float) -> float:
+def bare_gains(M: FloatArray, c1: FloatArray, k1: FloatArray, frequency: FloatArray) -> FloatArray:
+    """`bare_gain` of many oscillators."""
+    w0 = np.sqrt(k1 / M)
+    w = 2.0 * np.pi * frequency / w0
+    z = c1 / (M * w0) * w
+    return np.asarray(np.hypot(1.0, z) / np.hypot((1.0 - w) * (1.0 + w), z) * mean_of_cycle(w))
+
+
+def mean_of_cycle(w: FloatArray) -> FloatArray:
     """Mean of hypot(sin, w cos) over a cycle: amplitude of x to mean amplitude, w = f/f0."""
-    angle = (np.arange(64) + 0.5) * (math.pi / 64)
-    return float(np.hypot(np.sin(angle), w * np.cos(angle)).mean())
+    angle = (np.arange(64) + 0.5) * (np.pi / 64)
+    size = np.hypot(np.sin(angle), np.asarray(w)[..., np.newaxis] * np.cos(angle))
+    return np.asarray(size.mean(axis=-1))
 
 
 #: Levels of a range.
@@ -173,6 +179,10 @@ class Task:
         for name, (low, high) in (("levels", self.levels), ("frequencies", self.frequencies)):
             if not 0.0 < low <= high:
                 raise ParameterError(f"range of {name} {low:.6g} to {high:.6g}: expected 0 < low")
+        if self.oscillator.k3 != 0.0:
+            raise ParameterError(
+                f"k3 = {self.oscillator.k3:.6g} N/m^3: a design is for a linear spring; expected 0"
+            )
         if not 0.0 <= self.tolerance < 0.5:
             raise ParameterError(f"tolerance {self.tolerance:.6g}: expected from 0 to below 50 %")
 
@@ -235,12 +245,40 @@ class Task:
         """The mean of `bare` over the ranges, as that of `average` (m)."""
         return float(self.average(np.array([self.bare(G, f) for G, f in self.grid()])))
 
-    def bare_of(self, run: Run) -> float:
-        """What the oscillator of a run would do without its balls (m)."""
-        base = run.base
+    def bare_of(self, runs: Runs) -> FloatArray:
+        """What the oscillator of each run would do without its balls (m)."""
         if self.damping == VISCOUS:
-            return base.amplitude * bare_gain(run.rig.oscillator, base.frequency)
-        return self.mean_bare()
+            M, c1, k1, G, f, *_ = runs.values.T
+            return np.asarray(G * bare_gains(M, c1, k1, f))
+        return np.full(len(runs), self.mean_bare())
+
+    def runs(
+        self, b: FloatArray, base: FloatArray, places: FloatArray, *,
+        oscillator: FloatArray | None = None, state: FloatArray | None = None,
+        m: FloatArray | None = None, r: FloatArray | None = None,
+    ) -> Runs:  # fmt: skip
+        """Runs of the rig with largest clearances b (m), one each.
+
+        Parameters
+        ----------
+        b : ndarray of shape (runs,)
+        base : ndarray of shape (runs, 3)
+            Amplitude (m), frequency (Hz), phase (rad).
+        places : ndarray of shape (runs, balls)
+            x0 - y0 over the clearance of that ball.
+        oscillator, state, m, r : ndarray, optional
+            M, c1, k1; x0, v0; of each ball: the task's own, at rest, where not given.
+        """
+        o, n = self.oscillator, len(b)
+        own = np.array([o.M, o.c1, o.k1]) if oscillator is None else oscillator
+        at = np.zeros((n, 2)) if state is None else state
+        each = b[:, np.newaxis] * np.array(self.ratios)
+        balls = np.empty((n, len(self.masses), 4))
+        balls[..., 0] = self.masses if m is None else m
+        balls[..., 1], balls[..., 2] = each, self.r if r is None else r
+        balls[..., 3] = at[:, :1] - each * places
+        values = np.column_stack([np.broadcast_to(own, (n, 3)), base, at])
+        return Runs(values, balls, self.friction, self.damping)
 
 
 @lru_cache(maxsize=512)
@@ -256,7 +294,7 @@ def _bare_simulated(
     return float(np.hypot(x, v / o.w0).mean())
 
 
-def wall_starts(task: Task, b: float, *, phases: int, shift: float = 0.0) -> list[Run]:
+def wall_starts(task: Task, b: float, *, phases: int, shift: float = 0.0) -> Runs:
     """Oscillator at rest, balls at their walls, the shaker starting at `phases` phases.
 
     One block of `phases` runs for each (level, frequency) of `Task.grid`; `shift` (of a step)
@@ -267,7 +305,7 @@ def wall_starts(task: Task, b: float, *, phases: int, shift: float = 0.0) -> lis
     return _from_walls(task, b, (np.arange(float(phases)) + shift) / phases, off)
 
 
-def more_wall_starts(task: Task, b: float, numbers: range, *, shift: float) -> list[Run]:
+def more_wall_starts(task: Task, b: float, numbers: range, *, shift: float) -> Runs:
     """The same by numbered starts, evenly spread whatever their number; `shift` moves all of them.
 
     In phase and place within the tolerance (`evenly_spread`).
@@ -276,28 +314,29 @@ def more_wall_starts(task: Task, b: float, numbers: range, *, shift: float) -> l
     return _from_walls(task, b, turns, off)
 
 
-def _from_walls(task: Task, b: float, turns: FloatArray, off: FloatArray) -> list[Run]:
-    """Starts by phase and place within the tolerance, both from 0 to 1."""
-    rigs = [task.rig(b * (1.0 + task.tolerance * float(2.0 * u - 1.0))) for u in off]
-    starts = [at_walls(rig) for rig in rigs]
-    return [
-        Run(rig, Harmonic(G, f, 2.0 * math.pi * float(turn)), start, task.damping)
-        for G, f in task.grid()
-        for rig, start, turn in zip(rigs, starts, turns, strict=True)
-    ]
+def _from_walls(task: Task, b: float, turns: FloatArray, off: FloatArray) -> Runs:
+    """Starts by phase and place within the tolerance, both from 0 to 1.
+
+    Everything is at rest, neighbours among the balls are at opposite walls.
+    """
+    task.rig(b)  # refused, or warned of, once
+    grid = np.repeat(np.array(task.grid()), turns.size, axis=0)
+    again = len(grid) // turns.size
+    made = b * (1.0 + task.tolerance * (2.0 * off - 1.0))
+    base = np.column_stack([grid, np.tile(2.0 * np.pi * turns, again)])
+    walls = np.broadcast_to(-((-1.0) ** np.arange(len(task.masses))), (len(grid), len(task.masses)))
+    return task.runs(np.tile(made, again), base, walls)
 
 
-def at_walls(rig: Rig) -> Release:
-    """Everything at rest, neighbours among the balls at opposite walls."""
-    return Release(y0=[nes.b * (-1.0) ** k for k, nes in enumerate(rig.nes)])
-
-
-def centre_starts(task: Task, b: float, *, phases: int) -> list[Run]:
+def centre_starts(task: Task, b: float, *, phases: int) -> Runs:
     """Oscillator at rest, balls at rest in the middle of their cavities."""
-    return [replace(run, release=Release()) for run in wall_starts(task, b, phases=phases)]
+    walls = wall_starts(task, b, phases=phases)
+    middle = walls.balls.copy()
+    middle[..., 3] = 0.0
+    return replace(walls, balls=middle)
 
 
-def random_starts(task: Task, b: float, *, starts: int, seed: int, first: int = 0) -> list[Run]:
+def random_starts(task: Task, b: float, *, starts: int, seed: int, first: int = 0) -> Runs:
     """Random starts: oscillator anywhere within its bare response, balls anywhere, rig uncertain.
 
     The state (x, x'/w0) lies uniformly in the disc of the bare amplitude, each ball rests uniformly
@@ -307,56 +346,38 @@ def random_starts(task: Task, b: float, *, starts: int, seed: int, first: int = 
     seed gives the same draws at every b, so that clearances are compared under like starts; those
     numbered from `first` on.
     """
-    n = len(task.masses)
-    uncertain = ["M", "c1", "k1", "G", "frequency", *["m"] * n, *["r"] * n]
+    task.rig(b)  # refused, or warned of, once
+    o, n, error = task.oscillator, len(task.masses), task.std_errors
+    names = ["M", "c1", "k1", "G", "frequency", *["m"] * n, *["r"] * n]
     varies = np.array(
         [ends[0] < ends[1] for ends in (task.levels, task.frequencies)]
         + [True] * (3 + n)
         + [task.tolerance > 0.0]
-        + [name in task.std_errors for name in uncertain]
+        + [name in error for name in names]
     )
     shift = np.random.default_rng(seed).uniform(size=np.count_nonzero(varies))
     u = np.full((starts, varies.size), 0.5)
     u[:, varies] = evenly_spread(range(first, first + starts), shift)
-    made = b * (1.0 + task.tolerance * (2.0 * u[:, 5 + n] - 1.0))
-    drawn = zip(made.tolist(), u.tolist(), ndtri(u[:, 6 + n :]).tolist(), strict=True)
-    return [_random_start(task, own, u, z) for own, u, z in drawn]
-
-
-def _random_start(task: Task, b: float, u: Sequence[float], z: Sequence[float]) -> Run:
-    error = task.std_errors
-    n = len(task.masses)
-
-    def near(value: float, name: str, draw: float) -> float:
-        if name not in error:
-            return value
-        moved = value + error[name] * draw
-        return min(max(moved, 0.2 * value), 5.0 * value)
-
-    moved = o = task.oscillator
-    if error:
-        M, c1, k1 = (near(getattr(o, name), name, z[k]) for k, name in enumerate(("M", "c1", "k1")))
-        moved = Oscillator(M=M, c1=c1, k1=k1)
-    balls = [
-        NES(
-            m=near(task.masses[k], "m", z[5 + k]),
-            b=b * task.ratios[k],
-            r=min(near(task.r[k], "r", z[5 + n + k]), 1.0),
-            friction=task.friction,
-        )
-        for k in range(n)
-    ]
-    G = near(task.levels[0] + u[0] * (task.levels[1] - task.levels[0]), "G", z[3])
-    span = task.frequencies[1] - task.frequencies[0]
-    f = near(task.frequencies[0] + u[1] * span, "frequency", z[4])
-    bare = G * bare_gain(moved, f) if task.damping == VISCOUS else task.bare(*task.middle())
-    R = bare * math.sqrt(u[2])
-    angle = 2.0 * math.pi * u[3]
-    x0 = R * math.cos(angle)
-    y0 = [x0 - ball.b * (2.0 * u[5 + k] - 1.0) for k, ball in enumerate(balls)]
-    return Run(
-        Rig(moved, balls),
-        Harmonic(amplitude=G, frequency=f, phase=2.0 * math.pi * u[4]),
-        Release(x0=x0, v0=R * math.sin(angle) * moved.w0, y0=y0, vy0=[0.0] * n),
-        task.damping,
+    level, frequency, radius, angle, turn = u[:, :5].T
+    G = task.levels[0] + level * (task.levels[1] - task.levels[0])
+    f = task.frequencies[0] + frequency * (task.frequencies[1] - task.frequencies[0])
+    values = np.column_stack([
+        *(np.full(starts, one) for one in (o.M, o.c1, o.k1)), G, f,
+        *(np.full(starts, one) for one in (*task.masses, *task.r)),
+    ])  # fmt: skip
+    moved = values + np.array([error.get(name, 0.0) for name in names]) * ndtri(u[:, 6 + n :])
+    drawn = np.where(varies[6 + n :], np.clip(moved, 0.2 * values, 5.0 * values), values)
+    oscillator, G, f = drawn[:, :3], drawn[:, 3], drawn[:, 4]
+    M, c1, k1 = oscillator.T
+    plain = task.damping == VISCOUS
+    bare = G * bare_gains(M, c1, k1, f) if plain else task.bare(*task.middle())
+    size, turned = bare * np.sqrt(radius), 2.0 * np.pi * angle
+    return task.runs(
+        b * (1.0 + task.tolerance * (2.0 * u[:, 5 + n] - 1.0)),
+        np.column_stack([G, f, 2.0 * np.pi * turn]),
+        2.0 * u[:, 5 : 5 + n] - 1.0,
+        oscillator=oscillator,
+        state=np.column_stack([size * np.cos(turned), size * np.sin(turned) * np.sqrt(k1 / M)]),
+        m=drawn[:, 5 : 5 + n],
+        r=np.minimum(drawn[:, 5 + n :], 1.0),
     )

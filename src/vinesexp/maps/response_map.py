@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vinesexp.arrays import FloatArray
-from vinesexp.design.ensemble import RUN_SIZE, Run, Workload, responses, workload_of
+from vinesexp.design.ensemble import RUN_SIZE, Runs, Workload, responses, together, workload_of
 from vinesexp.design.task import Task, random_starts, wall_starts
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.rig import NES, Oscillator, Rig
@@ -121,9 +121,9 @@ class MapPlan:
         runs = self.shape[0] * self.shape[1] * self.starts
         return Workload(runs, runs * sum(one.impacts for one in corners) / len(corners))
 
-    def runs(self, row: int) -> list[Run]:
+    def runs(self, row: int) -> Runs:
         """All runs of a row, cell by cell."""
-        return [run for x in self.x_values for run in self._cell(x, self.y_values[row])]
+        return together([self._cell(x, self.y_values[row]) for x in self.x_values])
 
     def _at(self, x: float, y: float) -> dict[str, float]:
         return {**self.values, self.x: x, self.y: y}
@@ -132,7 +132,7 @@ class MapPlan:
         here = self._at(x, y)
         return Rig(_oscillator(here), [NES(m=here["m"], b=here["b"], r=here["r"])])
 
-    def _cell(self, x: float, y: float) -> list[Run]:
+    def _cell(self, x: float, y: float) -> Runs:
         here = self._at(x, y)
         task = Task(
             oscillator=_oscillator(here),

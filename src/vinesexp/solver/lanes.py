@@ -30,7 +30,7 @@ import numpy as np
 from vinesexp.arrays import FloatArray
 from vinesexp.excitation import Harmonic, Release, WeakDamping
 from vinesexp.rig import NES, Oscillator, Rig
-from vinesexp.solver.arrays import gap_of, is_plain, starts_of
+from vinesexp.solver.arrays import gap_of, starts_of
 from vinesexp.solver.compiled import compiled, entry, fused, wide
 from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.effort import Effort
@@ -725,12 +725,6 @@ class Amplitudes:
     largest: FloatArray
     impacts: FloatArray
     latest: FloatArray
-
-
-def fits_lanes(rig: Rig, damping: WeakDamping) -> bool:
-    """Whether a rig runs in a lane: one ball, lighter than the oscillator, and nothing special."""
-    one = len(rig.nes) == 1 and rig.nes[0].m <= rig.oscillator.M
-    return one and is_plain(rig, damping)
 
 
 def row_of(
