@@ -17,6 +17,7 @@ from vinesexp.commands.options import (
     Bar,
     Once,
     add_map_values,
+    add_options,
     announce,
     check_picture,
     map_values,
@@ -36,15 +37,15 @@ HEADS = {name: f"{name}_m" for name in ("b", "mean", "low", "high", "largest")}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; the clearance is a range."""
-    add_map_values(
-        parser, cells=("N", "clearances tried (40)"), starts="random starts at each (40)"
+    cells = ("--cells N", "clearances tried (40)")
+    add_map_values(parser, cells=cells, starts="random starts at each (40)")
+    add_options(
+        parser,
+        ("--out FILE", "table of the motions (csv)"),
+        ("--plot FILE", "picture: amplitude over clearance (svg, pdf or png)"),
+        ("--json", "one JSON object for programs"),
+        action=Once,
     )
-    for flag, meaning in (
-        ("--out", "table of the motions (csv)"),
-        ("--plot", "picture: amplitude over clearance (svg, pdf or png)"),
-    ):
-        parser.add_argument(flag, type=Path, metavar="FILE", action=Once, help=meaning)
-    parser.add_argument("--json", action="store_true", help="one JSON object for programs")
 
 
 def run(args: argparse.Namespace) -> int:

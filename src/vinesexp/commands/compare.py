@@ -6,7 +6,7 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from vinesexp.commands.options import add_force, refuse_existing, writing
+from vinesexp.commands.options import add_force, add_options, refuse_existing, writing
 from vinesexp.records.stored.tables import write_rows
 from vinesexp.report.command_pages import (
     about_errors,
@@ -26,17 +26,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Results folders, and where page and table go."""
     parser.add_argument("a", type=Path, metavar="A", help="results folder, such as results/spring")
     parser.add_argument("b", type=Path, metavar="B", help="another; differences are B minus A")
-    parser.add_argument(
-        "more",
-        type=Path,
-        nargs="*",
-        metavar="C",
-        help="further ones: then each value is tested for repeatability in all",
-    )
-    parser.add_argument("--html", type=Path, metavar="FILE", help="write a page")
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="write every row as a table")
-    parser.add_argument(
-        "--all", action="store_true", help=("print the rows that did not change, too")
+    further = "further ones: then each value is tested for repeatability in all"
+    parser.add_argument("more", type=Path, nargs="*", metavar="C", help=further)
+    add_options(
+        parser,
+        ("--html FILE", "write a page"),
+        ("--csv FILE", "write every row as a table"),
+        ("--all", "print the rows that did not change, too"),
     )
     add_force(parser)
 

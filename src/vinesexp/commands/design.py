@@ -12,6 +12,7 @@ from vinesexp.commands.options import (
     Once,
     add_force,
     add_identified,
+    add_options,
     add_values,
     announce,
     check_picture,
@@ -38,41 +39,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; every number is written with its unit."""
     add_values(parser, OPTIONS)
     add_identified(parser)
-    for flag, metavar, meaning in (
-        ("--base", "FILE", "base motion as recorded (any instrument format), displacement"),
-        ("--base-column", "NAME", "its column, by name or by number from 0 (1)"),
-        (
-            "--base-unit",
-            "UNIT",
-            "unit of that column, such as mm, or a sensitivity such as 0.5 V/mm",
-        ),
-    ):
-        parser.add_argument(flag, metavar=metavar, action=Once, help=meaning)
-    parser.add_argument(
-        "--theory-only", action="store_true", help="b_c and b_t alone, without simulation"
-    )
-    parser.add_argument("--seed", metavar="N", action=Once, help="seed of the random starts (1)")
-    parser.add_argument(
-        "--effort",
-        metavar="N",
+    picture = "picture (svg, pdf or png): amplitude over clearance, or the SIM without simulation"
+    more = "multiple of the usual work, where more starts are needed to decide or runs are slow (1)"
+    add_options(
+        parser,
+        ("--base FILE", "base motion as recorded (any instrument format), displacement"),
+        ("--base-column NAME", "its column, by name or by number from 0 (1)"),
+        ("--base-unit UNIT", "unit of that column, such as mm, or a sensitivity such as 0.5 V/mm"),
+        ("--theory-only", "b_c and b_t alone, without simulation"),
+        ("--seed N", "seed of the random starts (1)"),
+        ("--effort N", more),
+        ("--html FILE", "a design sheet of one page"),
         action=Once,
-        help=(
-            "multiple of the usual work, where more starts are needed to decide or runs are slow "
-            "(1)"
-        ),
-    )
-    parser.add_argument(
-        "--html", type=Path, metavar="FILE", action=Once, help="a design sheet of one page"
     )
     add_force(parser)
-    parser.add_argument("--json", action="store_true", help="one JSON object for programs")
-    parser.add_argument(
-        "--plot",
-        type=Path,
-        metavar="FILE",
-        action=Once,
-        help="picture (svg, pdf or png): amplitude over clearance, or the SIM without simulation",
-    )
+    add_options(parser, ("--json", "one JSON object for programs"))
+    add_options(parser, ("--plot FILE", picture), action=Once)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from vinesexp.commands.options import writing
+from vinesexp.commands.options import add_options, writing
 from vinesexp.errors import RecordError, VinesexpError, nearest
 from vinesexp.handover.crate import NAME, Described, write_crate
 from vinesexp.handover.formats import WRITERS
@@ -34,29 +34,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--format", choices=sorted(WRITERS), default="csv", help="format of the records (csv)"
     )
-    parser.add_argument(
-        "--record", action="append", metavar="ID", help="only this record (may be repeated)"
-    )
-    parser.add_argument("--conditioned", action="store_true", help="write the bandpassed channels")
-    parser.add_argument(
-        "--figures",
-        type=float,
-        action="append",
-        metavar="MM",
-        help="write the figures instead of the records, MM wide, such as a journal's 90 or 190",
-    )
-    parser.add_argument("--title", help="title in the metadata (that of the campaign)")
-    parser.add_argument(
-        "--author",
-        action="append",
-        metavar="NAME",
-        help="author of the data, with an ORCID in brackets (that of campaign.yaml), repeatable",
-    )
-    parser.add_argument(
-        "--license",
-        metavar="SPDX",
-        help="licence of the data, such as CC-BY-4.0 (that of campaign.yaml)",
-    )
+    width = "write the figures instead of the records, MM wide, such as a journal's 90 or 190"
+    author = "author of the data, with an ORCID in brackets (that of campaign.yaml), repeatable"
+    add_options(parser, ("--record ID", "only this record (may be repeated)"), action="append")
+    add_options(parser, ("--conditioned", "write the bandpassed channels"))
+    add_options(parser, ("--figures MM", width), type=float, action="append")
+    add_options(parser, ("--title TITLE", "title in the metadata (that of the campaign)"))
+    add_options(parser, ("--author NAME", author), action="append")
+    license = "licence of the data, such as CC-BY-4.0 (that of campaign.yaml)"
+    add_options(parser, ("--license SPDX", license))
 
 
 def run(args: argparse.Namespace) -> int:

@@ -11,7 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from vinesexp.commands.options import add_force, refuse_existing, writing
+from vinesexp.commands.options import add_force, add_options, refuse_existing, writing
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.identification.bounces import bounces_heard
 from vinesexp.pipeline import condition_record, find_impacts, ingest_record
@@ -34,40 +34,30 @@ _CERTAIN = 0.9
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Files, how to find the channels in them, and what the numbers mean."""
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="instrument files")
-    parser.add_argument(
-        *("--acceleration", "-a"),
-        required=True,
-        metavar="COLUMN",
-        help="column of the acceleration: name, pattern such as 'CH3*', or number from 0",
-    )
-    parser.add_argument(
-        "--acceleration-unit",
-        metavar="UNIT",
-        help="m/s^2 or g if the file has physical units, else a sensitivity such as '100 mV/g'; "
+    column = "column of the acceleration: name, pattern such as 'CH3*', or number from 0"
+    parser.add_argument("--acceleration", "-a", required=True, metavar="COLUMN", help=column)
+    unit = (
+        "m/s^2 or g if the file has physical units, else a sensitivity such as '100 mV/g'; "
         "leave it out for a channel without calibration, such as a microphone: then only the "
-        "bounces of a ball are found",
+        "bounces of a ball are found"
     )
-    parser.add_argument(
-        "--displacement",
-        "-x",
-        metavar="COLUMN",
-        help=("column of the displacement, if there is one"),
+    add_options(parser, ("--acceleration-unit UNIT", unit))
+    column = "column of the displacement, if there is one"
+    parser.add_argument("--displacement", "-x", metavar="COLUMN", help=column)
+    add_options(
+        parser,
+        ("--displacement-unit UNIT", "mm, or '0.5 V/mm'"),
+        ("--time COLUMN", "default: as the file says, or Time*"),
     )
-    parser.add_argument("--displacement-unit", metavar="UNIT", help="mm, or '0.5 V/mm'")
-    parser.add_argument("--time", metavar="COLUMN", help="default: as the file says, or Time*")
-    parser.add_argument("--time-unit", default="s", metavar="UNIT", help="default: s")
-    parser.add_argument(
-        "--sample-rate", metavar="RATE", help="'10 kHz', where the file has no times"
-    )
+    add_options(parser, ("--time-unit UNIT", "default: s"), default="s")
+    add_options(parser, ("--sample-rate RATE", "'10 kHz', where the file has no times"))
     parser.add_argument(
         "--test",
         choices=("periodic", "drop"),
         help="periodic: a mass that moves; drop: a bouncing ball or single shocks (default: judged "
         "from the signal)",
     )
-    parser.add_argument(
-        "--out", type=Path, metavar="FOLDER", help="write FOLDER/<file>.impacts.csv"
-    )
+    add_options(parser, ("--out FOLDER", "write FOLDER/<file>.impacts.csv"))
     add_force(parser)
 
 

@@ -12,6 +12,7 @@ import shlex
 import sys
 from pathlib import Path
 
+from vinesexp.commands.options import add_options
 from vinesexp.errors import CampaignError, RecordError, shown
 from vinesexp.proposal.campaign_proposal import (
     SKIPPED,
@@ -40,9 +41,7 @@ _OUTPUT = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The folder of files."""
     parser.add_argument("folder", type=Path, help="folder with instrument files, in it or below")
-    parser.add_argument(
-        "--xlsx", action="store_true", help="write records.xlsx instead of records.csv"
-    )
+    add_options(parser, ("--xlsx", "write records.xlsx instead of records.csv"))
 
 
 def run(args: argparse.Namespace) -> int:

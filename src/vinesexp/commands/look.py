@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.commands.options import add_force, refuse_existing
+from vinesexp.commands.options import add_force, add_options, refuse_existing
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.proposal.roles import WeighedRoles, label_of, weighed_roles
 from vinesexp.proposal.survey import ColumnView, FileView, view_file
@@ -24,9 +24,7 @@ _CYCLES = 200  # of a motion that its phase plane shows
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Files, and where a picture of them goes."""
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="instrument files")
-    parser.add_argument(
-        "--plot", type=Path, metavar="PICTURE", help=("draw the signals: .png, .svg, .pdf")
-    )
+    add_options(parser, ("--plot PICTURE", "draw the signals: .png, .svg, .pdf"))
     add_force(parser)
 
 

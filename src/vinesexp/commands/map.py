@@ -12,6 +12,7 @@ from vinesexp.commands.options import (
     Bar,
     Once,
     add_map_values,
+    add_options,
     announce,
     check_picture,
     map_values,
@@ -31,14 +32,15 @@ _SAVE_EVERY = 5.0  # s
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; every number is written with its unit, two of them as ranges."""
     axes = "values along the two axes, horizontal first (40x40)"
-    add_map_values(parser, cells=("NxM", axes), starts="starts in each cell (8)")
-    for flag, metavar, meaning in (
-        ("--kind", "KIND", "kind of starts: random or wall (random)"),
-        ("--out", "FILE", "NetCDF file (map.nc); an existing one is completed"),
-        ("--plot", "FILE", "draw the map too (svg, pdf or png)"),
-        ("--rows", "K/N", "only the K-th of N shares of the rows: a part, to be joined later"),
-    ):
-        parser.add_argument(flag, metavar=metavar, action=Once, help=meaning)
+    add_map_values(parser, cells=("--cells NxM", axes), starts="starts in each cell (8)")
+    add_options(
+        parser,
+        ("--kind KIND", "kind of starts: random or wall (random)"),
+        ("--out FILE", "NetCDF file (map.nc); an existing one is completed"),
+        ("--plot FILE", "draw the map too (svg, pdf or png)"),
+        ("--rows K/N", "only the K-th of N shares of the rows: a part, to be joined later"),
+        action=Once,
+    )
     parser.add_argument("--join", nargs="+", type=Path, metavar="FILE", help="parts to be joined")
 
 
@@ -47,8 +49,7 @@ def run(args: argparse.Namespace) -> int:
     from vinesexp.maps.response_map import fill, joined, known_of, write_map
 
     plan = plan_of(args)
-    out = Path(args.out or "map.nc")
-    picture = None if args.plot is None else Path(args.plot)
+    out, picture = args.out or Path("map.nc"), args.plot
     check_picture(picture)
     refuse_existing(picture, force=args.force)
     if args.rows is not None and (picture is not None or args.join):

@@ -90,6 +90,28 @@ def announce(work: object) -> None:
     print(work, file=sys.stderr, flush=True)
 
 
+#: What the value of an option is called where it is the path of something.
+_PATHS = ("FILE", "FOLDER", "DIR", "PATH", "PICTURE")
+
+
+def add_options(parser: argparse.ArgumentParser, *options: tuple[str, str], **more: Any) -> None:
+    """An option for each pair of form and meaning, as the help shows them.
+
+    Parameters
+    ----------
+    options : pairs of str
+        ``("--out FILE", "where the table goes")``; a form without a value is a switch.
+    more
+        For `argparse` of each that takes a value, such as ``action=Once``.
+    """
+    for form, meaning in options:
+        flag, _, name = form.partition(" ")
+        given: dict[str, Any] = {"metavar": name, **({"type": Path} if name in _PATHS else {})}
+        parser.add_argument(
+            flag, help=meaning, **(given | more if name else {"action": "store_true"})
+        )
+
+
 def add_values(
     parser: argparse.ArgumentParser, options: Iterable[Option], *, before: str = ""
 ) -> None:
@@ -106,14 +128,11 @@ def add_values(
 
 def add_identified(parser: argparse.ArgumentParser) -> None:
     """Values of a campaign in place of numbers."""
-    parser.add_argument(
-        "--identified",
-        type=Path,
-        metavar="PATH",
-        action=Once,
-        help="results folder or identified.csv of a campaign, in place of numbers (its rows with "
-        "method 'combined')",
+    meaning = (
+        "results folder or identified.csv of a campaign, in place of numbers (its rows with "
+        "method 'combined')"
     )
+    add_options(parser, ("--identified PATH", meaning), action=Once)
 
 
 def add_map_values(parser: argparse.ArgumentParser, *, cells: tuple[str, str], starts: str) -> None:
@@ -128,12 +147,8 @@ def add_map_values(parser: argparse.ArgumentParser, *, cells: tuple[str, str], s
 
     add_values(parser, OPTIONS)
     add_identified(parser)
-    for flag, metavar, meaning in (
-        ("--cells", *cells),
-        ("--starts", "N", starts),
-        ("--seed", "N", "seed of the random starts (1)"),
-    ):
-        parser.add_argument(flag, metavar=metavar, action=Once, help=meaning)
+    seed = "seed of the random starts (1)"
+    add_options(parser, cells, ("--starts N", starts), ("--seed N", seed), action=Once)
     add_force(parser)
 
 
@@ -147,7 +162,7 @@ def map_values(args: argparse.Namespace) -> tuple[dict[str, float], dict[str, tu
 
 def add_force(parser: argparse.ArgumentParser) -> None:
     """Leave to write over files; without it nothing that is there is touched."""
-    parser.add_argument("--force", action="store_true", help="overwrite existing files")
+    add_options(parser, ("--force", "overwrite existing files"))
 
 
 class Once(argparse.Action):

@@ -9,7 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from vinesexp.clearance.predicted import IdentifiedRig
-from vinesexp.commands.options import add_force, add_values, refuse_existing, writing
+from vinesexp.commands.options import (
+    add_force,
+    add_options,
+    add_values,
+    refuse_existing,
+    writing,
+)
 from vinesexp.design.inputs import EXCITATION, RIG, gather
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.figures.numbers import rounded
@@ -39,25 +45,12 @@ _TUNED = 2e-4
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A campaign that was run, or the values of a rig."""
-    parser.add_argument(
-        "campaign",
-        type=Path,
-        nargs="?",
-        metavar="CAMPAIGN",
-        help="folder of a campaign with results",
-    )
-    parser.add_argument(
-        "--results", type=Path, metavar="DIR", help="results of the campaign (results/<campaign>)"
-    )
-    parser.add_argument(
-        "--target",
-        default="2 %",
-        metavar="SHARE",
-        help="bracket to reach, as a share of the clearance (2 %%)",
-    )
-    parser.add_argument(
-        "--records", type=Path, metavar="FILE", help="write the tests as records.csv to fill in"
-    )
+    folder = "folder of a campaign with results"
+    parser.add_argument("campaign", type=Path, nargs="?", metavar="CAMPAIGN", help=folder)
+    target = ("--target SHARE", "bracket to reach, as a share of the clearance (2 %%)")
+    add_options(parser, ("--results DIR", "results of the campaign (results/<campaign>)"))
+    add_options(parser, target, default="2 %")
+    add_options(parser, ("--records FILE", "write the tests as records.csv to fill in"))
     add_force(parser)
     add_values(parser, _OPTIONS, before="without a campaign: ")
 

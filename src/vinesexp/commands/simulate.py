@@ -9,7 +9,7 @@ import time
 from itertools import count
 from pathlib import Path
 
-from vinesexp.commands.options import Bar
+from vinesexp.commands.options import Bar, add_options
 from vinesexp.errors import CampaignError, VinesexpError, nearest
 
 
@@ -17,13 +17,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Scene, folder, and which groups."""
     parser.add_argument("scene", type=Path, metavar="SCENE", help="scene.yaml")
     parser.add_argument("out", type=Path, metavar="OUT", help="campaign folder to write")
-    parser.add_argument(
-        "--group",
-        action="append",
-        metavar="NAME",
-        help="only this group of tests (may be repeated); default: all",
-    )
-    parser.add_argument("--force", action="store_true", help="overwrite existing instrument files")
+    group = ("--group NAME", "only this group of tests (may be repeated); default: all")
+    add_options(parser, group, action="append")
+    add_options(parser, ("--force", "overwrite existing instrument files"))
 
 
 def run(args: argparse.Namespace) -> int:

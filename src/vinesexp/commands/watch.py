@@ -7,6 +7,7 @@ import threading
 import webbrowser
 from pathlib import Path
 
+from vinesexp.commands.options import add_options
 from vinesexp.live.server import serve
 from vinesexp.live.session import Session
 from vinesexp.resultslock import hold_results
@@ -17,18 +18,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "folder", type=Path, metavar="FOLDER", help="folder of campaign.yaml and of the files"
     )
-    parser.add_argument(
-        "--results", type=Path, metavar="DIR", help="folder of the results (results/<folder>-live)"
-    )
-    parser.add_argument(
-        "--quiet",
-        type=float,
-        default=1.0,
-        metavar="SECONDS",
-        help="time without a change after which a file is finished (1)",
-    )
-    parser.add_argument("--port", type=int, default=0, help="port of the page (any free one)")
-    parser.add_argument("--no-browser", action="store_true", help="only print the address")
+    quiet = "time without a change after which a file is finished (1)"
+    add_options(parser, ("--results DIR", "folder of the results (results/<folder>-live)"))
+    add_options(parser, ("--quiet SECONDS", quiet), type=float, default=1.0)
+    add_options(parser, ("--port PORT", "port of the page (any free one)"), type=int, default=0)
+    add_options(parser, ("--no-browser", "only print the address"))
 
 
 def run(args: argparse.Namespace) -> int:
