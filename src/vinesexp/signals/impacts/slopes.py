@@ -15,7 +15,7 @@ the displacement by as much. A knock rings in the accelerometer and leaves the d
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -398,16 +398,18 @@ def _refined(
 
 def _solve(
     windows: _Windows, jumps: FloatArray, jump_errors: FloatArray | None, group: IntArray,
-    step: float, out: SlopeChanges,
+    step: float, out: SlopeChanges, noise: float | None = None,
 ) -> float:  # fmt: skip
-    """Fill in `out` for a group; the noise of a mean, m."""
+    """Fill in `out` for a group; the noise of a mean, m, by these windows where none is given."""
     q, upper, bend = windows.q, windows.upper, windows.bend
     bent = _out(bend, q)
     norm = (bent * bent).sum(axis=1)
     jump = (bent * windows.samples).sum(axis=1) / norm
     rest = _out(windows.samples - jump[:, np.newaxis] * bend, q)
     # The noise is the same in all windows; one of them knows it to 1/sqrt(2 n) only.
-    noise = math.sqrt(float(np.median((rest**2).sum(axis=1))) / (bend.shape[1] - q.shape[1] - 1))
+    if noise is None:
+        square = float(np.median((rest**2).sum(axis=1)))
+        noise = math.sqrt(square / (bend.shape[1] - q.shape[1] - 1))
     error = noise / np.sqrt(norm)
     # An error that all jumps share does not average out: each is given its part of it.
     shared = windows.response.common * np.abs(jump) * math.sqrt(jump.size)
@@ -446,41 +448,18 @@ def _solve_around_gap(
 
     NaN where too little is left on either side of the impact.
     """
-    for values in (out.jump, out.jump_error, out.x, out.x_error, out.v_before, out.v_error):
-        values[impact] = np.nan
-    s = windows.s[row]
-    base = windows.q @ windows.upper
-    columns = np.column_stack([base, windows.bend[row]])[known]
-    if min((s[known] < 0.0).sum(), (s[known] > 0.0).sum()) < columns.shape[1]:
+    one = windows.of(np.array([row]))
+    smooth_part, s = (windows.q @ windows.upper)[known], one.s[0, known]
+    columns = np.column_stack([smooth_part, one.bend[0, known]])
+    few = min((s < 0.0).sum(), (s > 0.0).sum()) < columns.shape[1]
+    if few or np.linalg.matrix_rank(columns) < columns.shape[1]:
+        for field in fields(out):
+            getattr(out, field.name)[impact] = np.nan
         return
-    solved, _, rank, _ = np.linalg.lstsq(columns, windows.samples[row][known], rcond=None)
-    if rank < columns.shape[1]:
-        return
-    inverse = np.linalg.inv(columns.T @ columns)
-    jump = float(solved[-1])
-    error = math.hypot(noise * math.sqrt(inverse[-1, -1]), windows.response.common * abs(jump))
-    out.jump[impact], out.jump_error[impact] = jump, error
-    best, best_error = np.array([jump]), np.array([error])
-    if jump_errors is not None:
-        own = slice(impact, impact + 1)
-        best, best_error = weighted(best, best_error, jumps[own], jump_errors[own])
-    inner = columns[:, :-1]
-    spread = np.linalg.inv(inner.T @ inner)
-    through = spread @ inner.T
-    amplitude = through @ (windows.samples[row][known] - best[0] * columns[:, -1])
-    w, full = windows.response.w, windows.full
-    blurred = np.ones(base.shape[1])
-    blurred[2:] = np.sinc(0.5 * w * step / np.pi)
-    for of, others, value, deviation in (
-        (smooth, windows.place, out.x, out.x_error),
-        (smooth_slope, windows.velocity, out.v_before, out.v_error),
-    ):
-        functional = of(windows.offset[row : row + 1], w, full=full)[0] / blurred
-        value[impact] = functional @ amplitude + others[row]
-        leak = functional @ through @ columns[:, -1] * best_error[0]
-        deviation[impact] = math.hypot(
-            noise * math.sqrt(functional @ spread @ functional), float(leak)
-        )
+    seen = {name: getattr(one, name)[:, known] for name in ("samples", "s", "bend")}
+    q, upper = np.linalg.qr(smooth_part)
+    own = np.array([impact])
+    _solve(replace(one, **seen, q=q, upper=upper), jumps[own], jump_errors, own, step, out, noise)
 
 
 def weighted(
