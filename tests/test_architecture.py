@@ -1,6 +1,5 @@
 """The house: who may import whom, and no circles."""
 
-import ast
 import itertools
 import re
 from functools import cache
@@ -10,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import vinesexp
-from vinesexp.codedigest import _statements, _tree
+from vinesexp.codedigest import _names
 
 ROOT = Path(vinesexp.__file__).parent
 REPOSITORY = Path(__file__).parents[1]
@@ -50,17 +49,11 @@ MODULES = {name_of(path): path for path in sorted(ROOT.rglob("*.py"))}
 def imported(path: Path) -> set[str]:
     """Modules of the package that a file names in its imports, those inside functions too."""
     found: set[str] = set()
-    for node in _statements(_tree(path)):
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names = [f"{node.module}.{alias.name}" for alias in node.names]
-        else:
-            continue
-        for name in names:
-            if name.startswith("vinesexp."):
-                inner = name.removeprefix("vinesexp.")
-                found.add(inner if inner in MODULES else inner.rpartition(".")[0])
+    for name in _names(path):
+        inner = name.removeprefix("vinesexp.")
+        if inner == name or (inner in MODULES and MODULES[inner].name == "__init__.py"):
+            continue  # of a room, what is taken from it counts
+        found.add(inner if inner in MODULES else inner.rpartition(".")[0])
     return found - {""}
 
 

@@ -1,5 +1,6 @@
 """The digest follows imports through the package, and only through it."""
 
+import ast
 import importlib.metadata
 import importlib.util
 import sys
@@ -11,8 +12,6 @@ import vinesexp.codedigest
 from vinesexp.codedigest import (
     code_digest,
     imported_modules,
-    keep_code,
-    kept_code,
     library_versions,
 )
 
@@ -39,17 +38,17 @@ def test_versions_of_the_libraries_that_a_step_reaches_count():
     assert "matplotlib" not in versions
 
 
-def test_digests_are_kept_until_a_source_changes(tmp_path, monkeypatch):
-    names = ("vinesexp.pipeline:identify", "vinesexp.units")
-    kept = tmp_path / "code.json"
-    made = kept_code(names, kept)
-    keep_code(made, kept)
-    monkeypatch.setattr(vinesexp.codedigest, "code_digest", lambda *names: "new")
-    assert kept_code(names, kept) == made
-    monkeypatch.setattr(vinesexp.codedigest, "_sources", lambda: "other")
-    assert kept_code(names, kept)["vinesexp.units"]["code"] == "new"
-    kept.write_text("{}")
-    assert kept_code(names, kept)["vinesexp.units"]["code"] == "new"
+def test_imports_read_as_text_are_those_of_the_parsed_code():
+    """All of the package: what a statement in another form hides would keep outdated results."""
+    for path in Path(vinesexp.__file__).parent.rglob("*.py"):
+        parsed = set()
+        for node in ast.walk(ast.parse(path.read_bytes())):
+            if isinstance(node, ast.Import):
+                parsed |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                assert not node.level, f"{path} names a module by dots"
+                parsed |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+        assert parsed <= set(vinesexp.codedigest._names(path)), path
 
 
 def test_editing_a_module_changes_the_digest_of_its_users_only(tmp_path, monkeypatch):
@@ -121,7 +120,7 @@ def test_a_script_counts_by_content(tmp_path):
     script.write_text("1\n")
     before = code_digest("vinesexp.units", files=[script])
     assert before != code_digest("vinesexp.units")
-    vinesexp.codedigest._content.cache_clear()
+    vinesexp.codedigest._sha256.cache_clear()
     script.write_text("2\n")
     assert code_digest("vinesexp.units", files=[script]) != before
 
@@ -140,7 +139,7 @@ def test_a_step_does_not_count_what_comes_after_it(step, monkeypatch):
         read.append(path.relative_to(vinesexp.codedigest._ROOT).parts[0])
         return b""
 
-    monkeypatch.setattr(vinesexp.codedigest, "_content", content)
+    monkeypatch.setattr(vinesexp.codedigest, "_sha256", content)
     code_digest(f"vinesexp.pipeline:{step}")
     assert "records" in read
     assert not {"identification", "clearance", "replay", "report", "figures"} & set(read)

@@ -1,7 +1,6 @@
 """Work in a watched process: one line for a mistake, a log, and deaths that take nothing along."""
 
 import errno
-import json
 import os
 import re
 import signal
@@ -77,8 +76,8 @@ def go(tmp_path, monkeypatch):
     forks = Forks("tests.watched")
 
     def go(*ids, **given):
-        words = ["impacts", str(tmp_path), json.dumps({"ids": ids, **given})]
-        return forks.run(words, log=tmp_path / "all.log")
+        files = {"folder": str(tmp_path), "log": str(tmp_path / "all.log")}
+        return forks.run({"step": "impacts", "ids": ids, **files, **given})
 
     yield go
     forks.end()
@@ -154,10 +153,10 @@ def test_a_record_that_fails_leaves_the_others(go, tmp_path, capfd):
 def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
     """Ctrl-C twice: what the step clears away on its way out is cleared away."""
     code = (
-        "import signal, sys\nfrom pathlib import Path\nfrom vinesexp.supervised import Forks\n"
+        "import signal, sys\nfrom vinesexp.supervised import Forks\n"
         "signal.signal(signal.SIGINT, lambda *_: None)\n"
-        f"words = ['a', {str(tmp_path)!r}, '{{\"held\": true}}']\n"
-        f"sys.exit(Forks('tests.watched').run(words, log=Path({str(tmp_path / 'log')!r})))\n"
+        f"asked = {{'step': 'a', 'folder': {str(tmp_path)!r}, 'log': '/dev/null', 'held': True}}\n"
+        "sys.exit(Forks('tests.watched').run(asked))\n"
     )
     root = Path(__file__).parents[1]
     run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True, cwd=root)
@@ -175,9 +174,9 @@ def test_an_interrupt_ends_the_step_first_and_only_once(tmp_path):
 def test_a_step_ends_when_the_run_is_killed(tmp_path):
     """The next record does not begin; what waits for the step ends too."""
     code = (
-        "import json\nfrom pathlib import Path\nfrom vinesexp.supervised import Forks\n"
-        f"words = ['a', {str(tmp_path)!r}, json.dumps({{'ids': ['a', 'b'], 'takes': 0.5}})]\n"
-        f"Forks('tests.watched').run(words, log=Path({str(tmp_path / 'log')!r}))\n"
+        "from vinesexp.supervised import Forks\n"
+        f"asked = {{'step': 'a', 'folder': {str(tmp_path)!r}, 'log': '/dev/null'}}\n"
+        "Forks('tests.watched').run(asked | {'ids': ['a', 'b'], 'takes': 0.5})\n"
     )
     root = Path(__file__).parents[1]
     run = subprocess.Popen([sys.executable, "-c", code], start_new_session=True, cwd=root)

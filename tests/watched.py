@@ -1,7 +1,6 @@
 """Work for `vinesexp.supervised.Forks` that writes a file for each record; some kill it."""
 
 import faulthandler
-import json
 import os
 import time
 from pathlib import Path
@@ -10,13 +9,13 @@ from vinesexp.errors import RecordError
 from vinesexp.supervised import on_each
 
 
-def load(words):
+def load(asked):
     """Nothing to load."""
 
 
-def do(words, died, begin):
-    """Go through records: ``step, folder, {"ids": [...], "deadly": [...], ...}``."""
-    step, folder, given = words[0], Path(words[1]), json.loads(words[2])
+def do(asked, died, begin):
+    """Go through records: ``{"step": ..., "folder": ..., "ids": [...], "deadly": [...], ...}``."""
+    step, folder, given = asked["step"], Path(asked["folder"]), asked
 
     def work(id):
         tried = folder / f"{id}.tried"

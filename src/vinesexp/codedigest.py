@@ -11,18 +11,22 @@ from __future__ import annotations
 
 import ast
 import hashlib
-import json
-import os
+import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
-
-from vinesexp.whole_files import write_whole
 
 _ROOT = Path(__file__).resolve().parent
 _PACKAGE = _ROOT.name
+
+#: An import, read as text: parsing the package takes a second, this a twentieth of it. What it
+#: finds in a doctest besides makes a step depend on a module more, never on one less.
+_IMPORT = re.compile(
+    r"^[ \t]*(?:from[ \t]+(\w[\w.]*)[ \t]+import[ \t]+(?:\(([^)]*)\)|(.*))|import[ \t]+(\w[\w.]*))",
+    re.MULTILINE,
+)
+_IMPORTED = re.compile(r"(\w+)(?:[ \t]+as[ \t]+\w+)?[ \t]*(?:#.*)?(?:,|$)", re.MULTILINE)
 
 
 def code_digest(*names: str, files: Iterable[str | Path] = ()) -> str:
@@ -47,12 +51,12 @@ def code_digest(*names: str, files: Iterable[str | Path] = ()) -> str:
     digest = hashlib.sha256()
     for name in names:
         for node in _function(*name.split(":")) if ":" in name else ():
-            digest.update(ast.unparse(node).encode())
+            digest.update(node.encode())
     for path in sorted(frozenset().union(*map(_reached, names))):
         digest.update(str(path.relative_to(_ROOT)).encode())
-        digest.update(_content(path))
+        digest.update(_sha256(path))
     for file in files:
-        digest.update(_content(Path(file)))
+        digest.update(_sha256(Path(file)))
     return digest.hexdigest()[:16]
 
 
@@ -69,47 +73,10 @@ def library_versions(name: str) -> dict[str, str]:
     return {root: found for root in sorted(roots) if (found := _version(root))}
 
 
-def kept_code(names: tuple[str, ...], file: Path) -> dict[str, dict[str, str]]:
-    """Digest and library versions of each of `names`, from `file` while no source has changed.
-
-    Parsing the whole package takes a second; size and times of its files tell in milliseconds
-    that this has been done. The caller writes what is new (`keep_code`).
-    """
-    try:
-        kept = json.loads(file.read_text(encoding="utf-8"))
-        if kept["sources"] == _sources() and set(names) <= set(kept["code"]):
-            return {name: dict(kept["code"][name]) for name in names}
-    except (OSError, ValueError, KeyError, TypeError):
-        pass
-    return {name: {"code": code_digest(name), **library_versions(name)} for name in names}
-
-
-def keep_code(code: dict[str, dict[str, str]], file: Path) -> None:
-    """Write what `kept_code` found for the next call."""
-    write_whole(file, json.dumps({"sources": _sources(), "code": code}, indent=1) + "\n")
-
-
 @cache
-def _sources() -> str:
-    """Digest of the size and times of every file of the package, and of where libraries are kept.
-
-    Whatever installs another version of a library changes the folder that libraries lie in.
-    """
-    specs = [find_spec(name) for name in _LIBRARIES]
-    origins = [spec.origin for spec in specs if spec and spec.origin]
-    homes = sorted({os.path.dirname(os.path.dirname(origin)) for origin in origins})
-    states: list[object] = [sys.version, *((home, os.stat(home).st_mtime_ns) for home in homes)]
-    for folder, folders, files in os.walk(_ROOT):
-        folders[:] = sorted(name for name in folders if name != "__pycache__")
-        for name in sorted(files):
-            found = os.stat(os.path.join(folder, name))
-            times = found.st_mtime_ns, found.st_ctime_ns
-            states.append((os.path.join(folder, name), found.st_size, *times))
-    return hashlib.sha256(repr(states).encode()).hexdigest()
-
-
-#: Libraries whose change is looked for in every call.
-_LIBRARIES = ("numpy", "scipy", "numba", "h5py", "pandas", "xarray", "matplotlib", "bokeh")
+def code_behind(name: str) -> dict[str, str]:
+    """Digest of the code behind `name`, as ``code``, and the versions of its libraries."""
+    return {"code": code_digest(name), **library_versions(name)}
 
 
 @cache
@@ -130,7 +97,7 @@ def imported_modules(*modules: str) -> list[str]:
 
 def named_modules(call: str) -> list[str]:
     """Modules that a function, ``module:function``, and what it uses of its file import."""
-    return [module for node in _function(*call.split(":")) for module in _named(node)]
+    return [module for text in _function(*call.split(":")) for module in _named(text)]
 
 
 @cache
@@ -151,19 +118,14 @@ def _reached(name: str) -> frozenset[Path]:
 
 
 @cache
-def _content(path: Path) -> bytes:
+def _sha256(path: Path) -> bytes:
     return hashlib.sha256(path.read_bytes()).digest()
 
 
 @cache
-def _tree(path: Path) -> ast.Module:
-    return ast.parse(path.read_bytes())
-
-
-@cache
 def _names(path: Path) -> list[str]:
-    """Modules that a file names in its imports; its tree is large, and is not kept."""
-    return _named(ast.parse(path.read_bytes()))
+    """Modules that a file names in its imports."""
+    return _named(path.read_text(encoding="utf-8"))
 
 
 @cache
@@ -198,33 +160,25 @@ def _imports(path: Path) -> tuple[Path, ...]:
     return tuple(found for name in _names(path) for found in _files(name))
 
 
-def _named(tree: ast.AST) -> list[str]:
+def _named(text: str) -> list[str]:
     """Modules that a piece of code names in its imports."""
     names: list[str] = []
-    for node in _statements(tree):
-        if isinstance(node, ast.Import):
-            names.extend(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            names.append(node.module)
-            names.extend(f"{node.module}.{alias.name}" for alias in node.names)
+    for module, within, beside, alone in _IMPORT.findall(text):
+        parts = _IMPORTED.findall(within or beside)
+        names += [alone] if alone else [module, *(f"{module}.{part}" for part in parts)]
     return names
 
 
-def _statements(tree: ast.AST) -> Iterator[ast.AST]:
-    """A piece of code and the statements in it; expressions, most of a tree, hold no import."""
-    pending = [tree]
-    while pending:
-        node = pending.pop()
-        yield node
-        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
-            pending.extend(getattr(node, part, ()))
+@cache
+def _statements(module: str) -> list[ast.stmt]:
+    source = next(iter(_files(module)), None)
+    return ast.parse(source.read_bytes()).body if source else []
 
 
 @cache
-def _function(module: str, function: str) -> tuple[ast.stmt, ...]:
-    """A function of a module, the functions and classes it uses there, and all that is neither."""
-    source = next(iter(_files(module)), None)
-    statements = _tree(source).body if source else []
+def _function(module: str, function: str) -> tuple[str, ...]:
+    """Code of a function, of what it uses in its file, and of all there that is no function."""
+    statements = _statements(module)
     homes = {s.name: s for s in statements if isinstance(s, ast.FunctionDef | ast.ClassDef)}
     if function not in homes:
         raise ImportError(f"no function {function} in {module}")
@@ -234,7 +188,7 @@ def _function(module: str, function: str) -> tuple[ast.stmt, ...]:
         chosen.append(pending.pop())
         names = [node.id for node in ast.walk(chosen[-1]) if isinstance(node, ast.Name)]
         pending += [homes.pop(name) for name in names if name in homes]
-    return tuple(chosen)
+    return tuple(map(ast.unparse, chosen))
 
 
 def _for_annotations(statement: ast.stmt) -> bool:

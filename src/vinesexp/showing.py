@@ -25,11 +25,10 @@ def figures_of_records(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
 
 def _figures(family: str, campaign: Campaign, paths: ResultPaths) -> list[Path]:
-    from vinesexp.codedigest import kept_code
+    from vinesexp.codedigest import code_behind
     from vinesexp.figures.gallery import draw_family
 
-    name = f"vinesexp.showing:figures_of_{family}"
-    code = kept_code((name,), paths.code)[name]
+    code = code_behind(f"vinesexp.showing:figures_of_{family}")
     drawn = draw_family(family, campaign, paths.folder, code=code)
     folder = paths.figures_results.parent
     return [folder / f"{entry.name}.{kind}" for entry in drawn for kind in ("svg", "pdf")]
@@ -37,11 +36,10 @@ def _figures(family: str, campaign: Campaign, paths: ResultPaths) -> list[Path]:
 
 def pages(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
     """Make a page that shows any record: traces, impacts, regime, fit, checks, provenance."""
-    from vinesexp.codedigest import kept_code
+    from vinesexp.codedigest import code_digest
     from vinesexp.record_pages.build import build_pages
 
-    name = "vinesexp.record_pages.build"
-    return build_pages(campaign, paths=paths, code=kept_code((name,), paths.code)[name]["code"])
+    return build_pages(campaign, paths=paths, code=code_digest("vinesexp.record_pages.build"))
 
 
 def report(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
@@ -101,10 +99,12 @@ def score(campaign: Campaign, *, paths: ResultPaths) -> list[Path]:
 
 def simulate(campaign: Campaign, group: str, *, paths: ResultPaths) -> None:
     """Make the instrument files and the truth of one group of tests of the campaign's scene."""
-    from vinesexp.codedigest import kept_code
+    from vinesexp.codedigest import code_digest
     from vinesexp.laboratory.scene import load_scene
     from vinesexp.laboratory.simulated_files import simulate_once
 
-    name = "vinesexp.laboratory.scene"
-    scene, code = load_scene(campaign.folder / "scene.yaml"), kept_code((name,), paths.code)
-    simulate_once(scene, group, campaign.folder, code=code[name]["code"])
+    scene, code = (
+        load_scene(campaign.folder / "scene.yaml"),
+        code_digest("vinesexp.laboratory.scene"),
+    )
+    simulate_once(scene, group, campaign.folder, code=code)

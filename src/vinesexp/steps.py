@@ -1,8 +1,5 @@
 """The steps of the workflow: which function, after which others, on what; and running one.
 
-    python -m vinesexp.steps ingest data/twin results/twin --batch 1of2
-    python -m vinesexp.steps identify data/twin results/twin
-
 A step runs where its results no longer hold, by content (`records/stored/freshness.py`); a step on
 records goes through those of its batch and passes over the ones that hold. What a step needs is
 imported when it runs: who only plans needs none of it. The workflow runs all its steps as forks of
@@ -11,8 +8,6 @@ one process (`Forks`), which imports what a step needs before it forks: once a r
 
 from __future__ import annotations
 
-import argparse
-import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -22,13 +17,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from vinesexp.codedigest import keep_code, kept_code, named_modules
+from vinesexp.codedigest import code_behind, named_modules
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.records.stored.freshness import Notes, campaign_text, row_text, rows_text, shortened
 from vinesexp.records.stored.result_paths import ResultPaths
-from vinesexp.supervised import Deaths, Forks, on_all, on_each
+from vinesexp.supervised import Asked, Deaths, on_all, on_each
 
 
 @dataclass(frozen=True)
@@ -187,12 +182,6 @@ class Study:
         self._outcomes: dict[str, str] = {}
 
     @cached_property
-    def code(self) -> dict[str, dict[str, str]]:
-        """Digest and libraries of the code of each step, by its call; of parts of it, by module."""
-        calls = (step.call for step in STEPS.values())
-        return kept_code((*calls, *_PARTS), self.paths.code)
-
-    @cached_property
     def rows(self) -> dict[str, dict[str, str]]:
         """The text of each row of the table."""
         return {record.id: row_text(self.campaign, record) for record in self.campaign.records}
@@ -211,10 +200,9 @@ class Study:
         return self.notes(step, id).why_outdated(step, used, derivable=absent)
 
     def remember(self) -> None:
-        """Write down what spares work to the next call: new times of files, digests of the code."""
+        """Write down new times of files, which spares the next call to hash them."""
         for notes in self._notes.values():
             notes.renew()
-        keep_code(self.code, self.paths.code)
 
     def run(self, step: str, id: str | None = None, *, outputs: Iterable[Path] = ()) -> Any:
         """Run a step and note what it was made from; what its function returns."""
@@ -254,10 +242,10 @@ class Study:
 
     def used(self, step: str, id: str | None) -> dict[str, str]:
         """All that a step depends on besides files of the campaign, by name."""
-        code = self.code[STEPS[step].call]
         if step not in self._same:
             self._same[step] = campaign_text(step, self.campaign)
-        found = self._same[step] | rows_text(step, self.rows, id) | code
+        found = self._same[step] | rows_text(step, self.rows, id)
+        found |= code_behind(STEPS[step].call)
         for other in STEPS[step].follows:
             found[f"result of {other}"] = self._outcome(other, id)
         return found
@@ -275,9 +263,6 @@ class Study:
 
 #: Where no results are: it makes files of the campaign.
 _SIMULATE = Step("vinesexp.showing:simulate", loads=_NUMBA)
-
-#: Code that has files of its own besides those of a step.
-_PARTS = ("vinesexp.record_pages.build", "vinesexp.laboratory.scene")
 
 #: Steps that return a list of files which they wrote besides the outputs of their rule.
 _MORE_FILES = ("figures_results", "figures_records", "pages")
@@ -299,71 +284,51 @@ def members(records: Sequence[str], batch: str) -> list[str]:
     return list(records[int(k) - 1 :: int(n)])
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one step, as a rule of the workflow has it run."""
-    words = sys.argv[1:] if arguments is None else list(arguments)
-    log = _read(words).log
-    signal.signal(signal.SIGINT, lambda *_: None)  # the step has it too, and ends first
-    return Forks().run(words, log=log)
-
-
-def _read(words: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description="one step of the workflow")
-    parser.add_argument("step", choices=[*STEPS, "simulate"])
-    parser.add_argument("campaign", type=Path)
-    parser.add_argument("results", type=Path)
-    parser.add_argument("--batch", help="records of this batch")
-    parser.add_argument("--group", help="group of tests of a scene")
-    parser.add_argument("--log", type=Path, required=True)
-    parser.add_argument("--output", type=Path, nargs="+", required=True)
-    return parser.parse_args(words)
-
-
-def load(words: Sequence[str]) -> None:
+def load(asked: Asked) -> None:
     """Import what a step needs, and read what all its forks share."""
-    step = STEPS.get(words[0], _SIMULATE)
+    step = STEPS.get(asked["step"], _SIMULATE)
     for name in (*named_modules(step.call), *step.loads):
         with suppress(ModuleNotFoundError):  # some are names in a module
             import_module(name)
+    code_behind(step.call)
     with suppress(VinesexpError, OSError):  # which the step says itself
-        _study_of(Path(words[1]), Path(words[2]))
+        _study_of(asked["campaign"], asked["results"])
 
 
-def do(words: Sequence[str], died: Deaths, begin: Callable[..., None]) -> int:
+def do(asked: Asked, died: Deaths, begin: Callable[..., None]) -> int:
     """Run one step in this process; its exit code."""
-    given = _read(words)
     try:
-        done = _run(_study_of(given.campaign, given.results), given, died, begin)
+        done = _run(_study_of(asked["campaign"], asked["results"]), asked, died, begin)
     except VinesexpError as error:
         print(f"vinesexp: {error}", file=sys.stderr)
         return 1
     except OSError as error:
-        print(f"vinesexp: {error.filename or given.log}: {error.strerror}", file=sys.stderr)
+        print(f"vinesexp: {error.filename or asked['log']}: {error.strerror}", file=sys.stderr)
         return 1
     return 0 if done else 1
 
 
 @cache
-def _study_of(campaign: Path, results: Path) -> Study:
-    """A campaign and the digests of the code, read once for all forks."""
-    study = Study(load_campaign(campaign), ResultPaths(results))
-    _ = study.code, study.rows
+def _study_of(campaign: str, results: str) -> Study:
+    """A campaign and the text of its rows, read once for all forks."""
+    study = Study(load_campaign(Path(campaign)), ResultPaths(Path(results)))
+    _ = study.rows
     return study
 
 
-def _run(study: Study, given: argparse.Namespace, died: Deaths, begin: Callable[..., None]) -> bool:
-    step, paths = given.step, study.paths
+def _run(study: Study, asked: Asked, died: Deaths, begin: Callable[..., None]) -> bool:
+    step, paths = asked["step"], study.paths
+    log, outputs = Path(asked["log"]), [Path(file) for file in asked["output"]]
     if step == "simulate":
         from vinesexp.showing import simulate
 
-        work = partial(simulate, study.campaign, given.group, paths=paths)
-        done = on_all(work, log=given.log)
+        done = on_all(partial(simulate, study.campaign, asked["group"], paths=paths), log=log)
     elif not STEPS[step].each:
-        return on_all(partial(study.run, step, outputs=given.output), log=given.log)
+        return on_all(partial(study.run, step, outputs=outputs), log=log)
     else:
         # A result asked for by its name brings what it needs; else other jobs have.
-        follows = STEPS[step].follows if given.batch.startswith("only.") else ()
-        ids = members(list(study.records), given.batch)
+        follows = STEPS[step].follows if asked["batch"].startswith("only.") else ()
+        ids = members(list(study.records), asked["batch"])
         done = all(
             on_each(
                 each,
@@ -377,12 +342,8 @@ def _run(study: Study, given: argparse.Namespace, died: Deaths, begin: Callable[
             for each in (*follows, step)
             if STEPS[each].each
         )
-    for note in given.output if done else ():
+    for note in outputs if done else ():
         if not note.exists():
             note.parent.mkdir(parents=True, exist_ok=True)
             note.touch()
     return done
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

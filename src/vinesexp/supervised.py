@@ -10,7 +10,6 @@ import atexit
 import gc
 import json
 import os
-import select
 import signal
 import socket
 import subprocess
@@ -28,6 +27,9 @@ from typing import Any
 from vinesexp.environment import one_thread_each
 from vinesexp.errors import VinesexpError
 
+#: What is to be done, as JSON: its ``step``, its ``log``, and whatever else the work needs.
+Asked = Mapping[str, Any]
+
 #: How the process of a record ended, each time that it died.
 Deaths = Mapping[str, Sequence[str]]
 
@@ -42,16 +44,16 @@ class Forks:
     Parameters
     ----------
     module : str
-        Its ``load(words)`` is called before a fork, its ``do(words, died, begin)`` in it: exit code
+        Its ``load(asked)`` is called before a fork, its ``do(asked, died, begin)`` in it: exit code
         of the work. ``begin(record=id)`` says which record it is at.
     """
 
     def __init__(self, module: str = "vinesexp.steps") -> None:
         self.module = module
-        self._asked: socket.socket | None = None
+        self._server: socket.socket | None = None
         self._alone = threading.Lock()
 
-    def run(self, words: Sequence[str], *, log: Path) -> int:
+    def run(self, asked: Asked) -> int:
         """Exit code of the work.
 
         A record at which its fork dies is tried once more, since the system may have been at fault.
@@ -59,16 +61,16 @@ class Forks:
         """
         died: dict[str, list[str]] = {}
         while True:
-            told = self._answer({"words": list(words), "died": died})
+            told = self._answer({"asked": asked, "died": died})
             if "took" in told:
-                _append(log, f"process: {told['took']}")
+                _append(Path(asked["log"]), f"process: {told['took']}")
             if "code" in told or "ended" not in told:
                 return int(told.get("code", 1))
             of_this = died.setdefault(told.get("record", ""), [])
             of_this.append(_death(told["ended"]))
             if "record" not in told or len(of_this) > 2:
                 at = f" while {told['record']} was refused" if "record" in told else ""
-                _say(f"vinesexp: {words[0]}: {of_this[-1]}{at} (log: {log})")
+                _say(f"vinesexp: {asked['step']}: {of_this[-1]}{at} (log: {asked['log']})")
                 return 1
 
     def _answer(self, request: Mapping[str, Any]) -> dict[str, Any]:
@@ -91,63 +93,60 @@ class Forks:
 
     def _ask(self, request: Mapping[str, Any], tell: socket.socket) -> None:
         """Send a request; the process starts with the first, and ends when this one does."""
-        if self._asked is None:
-            self._asked, theirs = socket.socketpair()
+        if self._server is None:
+            self._server, theirs = socket.socketpair()
             with theirs:
                 fd = theirs.fileno()
                 command = [sys.executable, "-m", __name__, str(fd), self.module]
                 self._process = subprocess.Popen(command, pass_fds=[fd])
             atexit.register(self.end)
-        socket.send_fds(self._asked, [json.dumps(request).encode()], [tell.fileno()])
+        socket.send_fds(self._server, [json.dumps(request).encode()], [tell.fileno()])
 
     def end(self) -> None:
         """Wait for the process, which ends when nobody can ask any more."""
-        if self._asked is not None:
-            self._asked.close()
+        if self._server is not None:
+            self._server.close()
             self._process.wait()
-            self._asked = None
+            self._server = None
 
 
-def _serve(asked: socket.socket, module: Any) -> None:
-    """Fork for each request, and say how the fork ended, until nobody can ask any more."""
+def _serve(client: socket.socket, module: Any) -> None:
+    """Load what each request needs and fork for it, until nobody can ask any more."""
     one_thread_each()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # the forks end without a word from here
     gc.set_threshold(_MADE)
-    under_way: dict[int, tuple[int, socket.socket]] = {}  # by a pipe that the fork holds open
-    heard = [asked.fileno()]
-    while heard or under_way:
-        for ready in select.select([*heard, *under_way], [], [])[0]:
-            if ready in under_way:
-                pid, answer = under_way.pop(ready)
-                os.close(ready)
-                _, status, used = os.wait4(pid, 0)
-                with answer, suppress(OSError):  # the run was killed
-                    _tell(answer, ended=os.waitstatus_to_exitcode(status), took=_in_words(used))
-                continue
-            text, fds, *_ = socket.recv_fds(asked, 1 << 20, 1)
-            if not text:
-                heard.clear()
-                continue
-            request, answer = json.loads(text), socket.socket(fileno=fds[0])
-            module.load(request["words"])
+    while True:
+        text, fds, *_ = socket.recv_fds(client, 1 << 20, 1)
+        if not text:
+            return
+        request = json.loads(text)
+        with socket.socket(fileno=fds[0]) as answer:
+            module.load(request["asked"])
             gc.freeze()  # what is loaded stays, and forks share its memory
-            alive, held = os.pipe()
-            if not (pid := os.fork()):
-                for other in (asked, *(one for _, one in under_way.values())):
-                    other.close()
-                os._exit(_work(module, request, answer))  # what is loaded need not be cleared away
-            os.close(held)
-            under_way[alive] = pid, answer
-            with suppress(OSError):
-                _tell(answer)  # it has begun
+            with suppress(OSError):  # the run was killed
+                _tell(answer)  # the request is read, another may come
+            if not os.fork():
+                client.close()
+                os._exit(_watch(module, request, answer))
+
+
+def _watch(module: Any, request: Mapping[str, Any], answer: socket.socket) -> int:
+    """Fork once more for the work, and say how that ended."""
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    if not (pid := os.fork()):
+        os._exit(_work(module, request, answer))  # what is loaded need not be cleared away
+    _, status, used = os.wait4(pid, 0)
+    with suppress(OSError):  # the run was killed
+        _tell(answer, ended=os.waitstatus_to_exitcode(status), took=_in_words(used))
+    return 0
 
 
 def _work(module: Any, request: Mapping[str, Any], answer: socket.socket) -> int:
     """Exit code of the work, in the fork; it is told too, so that a death can be told from it."""
     signal.signal(signal.SIGINT, _interrupted)
     try:
-        begin = partial(_tell, answer)
-        code = int(module.do(request["words"], request["died"], begin))
+        code = int(module.do(request["asked"], request["died"], partial(_tell, answer)))
         atexit._run_exitfuncs()
     except KeyboardInterrupt:
         code = 130

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -206,13 +206,13 @@ class Planner:
         groups = self.groups.items()
         return [str(self.paths.simulated(group)) for group, of in groups if not of.isdisjoint(ids)]
 
-    def run(self, step: str, log: Collection[str], output: Collection[str], **of: str) -> None:
-        """Run a step: ``python -m vinesexp.steps STEP CAMPAIGN RESULTS``, without the start.
+    def run(self, step: str, log: Sequence[str], output: Sequence[str], **of: str) -> None:
+        """Run a step in a fork of one process that has loaded the libraries.
 
         Parameters
         ----------
         step : str
-        log, output : collection of str
+        log, output : sequence of str
             Of the rule.
         **of : str
             ``batch`` of a step on records, ``group`` of a simulation.
@@ -222,11 +222,10 @@ class Planner:
         subprocess.CalledProcessError
             The step has failed; it has said why itself.
         """
-        words = [step, str(self.study.campaign.folder), str(self.paths.folder)]
-        words += [word for key, value in of.items() for word in (f"--{key}", value)]
-        words += ["--log", *log, "--output", *output]
-        if code := self.forks.run(words, log=Path(next(iter(log)))):
-            raise subprocess.CalledProcessError(code, words)
+        campaign, results = str(self.study.campaign.folder), str(self.paths.folder)
+        files = {"campaign": campaign, "results": results, "log": log[0], "output": [*output]}
+        if code := self.forks.run({"step": step, **files, **of}):
+            raise subprocess.CalledProcessError(code, step)
 
     def simulation(self, group: str) -> Callable[[Any], list[str]]:
         """Input function of the rule that simulates a group of tests."""

@@ -78,7 +78,6 @@ def contents(project: Workflow) -> dict[str, str]:
         if path.is_file()
         and path.relative_to(results).parts[0] not in _ASIDE
         and not path.name.endswith("made.json")
-        and path.relative_to(results).as_posix() != "steps/code.json"
     }
 
 

@@ -20,33 +20,28 @@ def forks():
     found.end()
 
 
-def words(project, step):
-    here = project.folder
-    out = ["--log", str(here / "log"), "--output", str(here / "done")]
-    return [step, str(here / "data/tiny"), str(here / "results/tiny"), "--batch", "1of1", *out]
-
-
-def run(forks, words):
-    return forks.run(words, log=Path(words[4]) if len(words) > 4 else Path("/dev/null"))
+def asked(project, step, **other):
+    folder = project.folder
+    files = {"campaign": "data/tiny", "results": "results/tiny", "log": "log"}
+    places = {name: str(folder / file) for name, file in files.items()}
+    return {"step": step, "batch": "1of1", **places, "output": [str(folder / "done")], **other}
 
 
 def test_a_step_is_done_and_a_mistake_is_none_of_the_next_ones(forks, finished, capfd):
     records = finished.folder / "results/tiny/records"
     shutil.rmtree(records)
-    assert run(forks, words(finished, "ingest")) == 0
+    assert forks.run(asked(finished, "ingest")) == 0
     assert {path.name for path in records.iterdir()} == {"added.nc", "bare.nc"}
     assert (finished.folder / "done").is_file()
-    nowhere = words(finished, "condition")
-    nowhere[1] = "nowhere"
-    assert run(forks, nowhere) == 1
+    assert forks.run(asked(finished, "condition", campaign="nowhere")) == 1
     assert "vinesexp: nowhere: no such folder" in capfd.readouterr().err
-    assert run(forks, ["condition", "--nonsense"]) != 0
-    assert run(forks, words(finished, "condition")) == 0
+    assert forks.run(asked(finished, "nonsense")) != 0
+    assert forks.run(asked(finished, "condition")) == 0
 
 
 def test_libraries_are_loaded_once_and_the_process_ends_with_who_asks(finished):
     forks = Forks()
-    assert run(forks, words(finished, "ingest")) == 0
+    assert forks.run(asked(finished, "ingest")) == 0
     child = psutil.Process(forks._process.pid)
     loaded = {part for one in child.memory_maps() for part in Path(one.path).parts}
     assert {"numpy", "h5py", "pandas"} <= loaded, "what the step names and what it asks for later"
@@ -56,16 +51,16 @@ def test_libraries_are_loaded_once_and_the_process_ends_with_who_asks(finished):
 
 def test_a_process_that_is_killed_is_missed_by_no_one_and_another_takes_its_place(forks, finished):
     """The step under way ends by itself; one that has not begun fails; the next ones are done."""
-    assert run(forks, words(finished, "ingest")) == 0
+    assert forks.run(asked(finished, "ingest")) == 0
     for _ in range(2):
         child = psutil.Process(forks._process.pid)
         child.kill()
         child.wait()
-        assert run(forks, words(finished, "condition")) == 0
+        assert forks.run(asked(finished, "condition")) == 0
     child = psutil.Process(forks._process.pid)
     child.suspend()  # asked, and killed before it answers
-    asked = ThreadPoolExecutor().submit(run, forks, words(finished, "condition"))
+    answer = ThreadPoolExecutor().submit(forks.run, asked(finished, "condition"))
     time.sleep(0.2)
     child.kill()
-    assert asked.result(timeout=20) == 1
-    assert run(forks, words(finished, "condition")) == 0
+    assert answer.result(timeout=20) == 1
+    assert forks.run(asked(finished, "condition")) == 0

@@ -1,5 +1,5 @@
-# The campaign that this run is about. PLAN.run does a step: what `python -m vinesexp.steps` does by
-# hand, as a fork of one process that has loaded the libraries (force-use-threads in the profiles).
+# The campaign that this run is about. PLAN.run does a step, as a fork of one process that has loaded
+# the libraries (force-use-threads in the profiles).
 #
 # A step on records goes through a batch of them: its output is one file that says so and is there
 # only while the run needs it; the results of the records lie beside it, under their own names. What
@@ -9,6 +9,7 @@ import sys
 
 from snakemake.exceptions import WorkflowError
 
+from vinesexp.codedigest import code_digest
 from vinesexp.errors import VinesexpError
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.steps import Study
@@ -37,7 +38,7 @@ try:
     if (CAMPAIGN_FOLDER / "scene.yaml").is_file():
         from vinesexp.laboratory.simulated_files import scene_of_campaign
 
-        SCENE = scene_of_campaign(CAMPAIGN, code=STUDY.code["vinesexp.laboratory.scene"]["code"])
+        SCENE = scene_of_campaign(CAMPAIGN, code=code_digest("vinesexp.laboratory.scene"))
     else:
         SCENE = None
 except VinesexpError as error:

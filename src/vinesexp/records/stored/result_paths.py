@@ -39,8 +39,6 @@ class ResultPaths:
 
     #: What is there only while a run needs it.
     batches = _At("steps/batches")
-    #: Digests of the code, kept while no source changes (`vinesexp.codedigest.kept_code`).
-    code = _At("steps/code.json")
     #: What was odd when all records were combined.
     identify_checks = _At("steps/identify.csv")
     #: What was odd when clearances were compared.
