@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vinesexp.design.ensemble import RUN_SIZE, Run, duration_of
+from vinesexp.design.ensemble import Run, duration_of
 from vinesexp.design.task import Task, random_starts
 from vinesexp.errors import ParameterError
 from vinesexp.rig import Rig
@@ -34,6 +34,8 @@ APART = {
 APART_OTHERS = 0.25
 #: Random starts at each clearance.
 STARTS = 40
+#: Bytes of a `Run` in memory.
+RUN_SIZE = 2000.0
 
 
 @dataclass(frozen=True)
