@@ -21,9 +21,10 @@ from vinesexp.design.ensemble import Responses, Runs, responses, together, watch
 from vinesexp.design.task import Task, more_wall_starts, random_starts
 
 #: Processor time that an answer is meant for, s, as the work of its runs adds up (`ensemble`). The
-#: shares of its parts: each scan, each contest, judging, and each of what is shown beside.
+#: shares of its parts: each scan, each contest from rest, that of random starts, judging, and each
+#: of what is shown beside.
 BUDGET = 4.0
-SCANS, CONTESTS, JUDGING, BESIDE = 0.08, 0.28, 0.15, 0.06
+SCANS, CONTESTS, ROBUST, JUDGING, BESIDE = 0.08, 0.2, 0.6, 0.15, 0.06
 #: Clearances of the scan.
 COARSE = 32
 #: Its ends: shares of the least, and multiples of the largest, of b_c and bare amplitude. Below,
@@ -36,10 +37,12 @@ FINALISTS = 6
 #: Few starts of the scan do not meet a jump: of the robust criterion few of the lowest are
 #: candidates, and clearances ever narrower than the lowest (shares of it), which lose fewer starts.
 LOWEST, SAFER = 3, (0.9, 0.8, 0.7, 0.6, 0.5)
+#: And this share of what is best from rest, which often stands against a jump.
+NARROWER = 0.97
 #: Beside the best the least is looked for in steps of these shares of it, either way, and again
-#: from where it was found, at most so many times each: it often stands against a jump. Not closer
-#: where the steps differ by less than FLAT.
-STEPS, MOVES, FLAT = ((0.03, 0.015), (0.0075, 0.0035), (0.0018,)), 3, 0.004
+#: from where it was found in steps twice as long, at most so many times each: it often stands
+#: against a jump at the end of a long slope. Not closer where the steps differ by less than FLAT.
+STEPS, MOVES, FLAT = ((0.03, 0.015), (0.0075, 0.0035), (0.0018,)), 4, 0.004
 #: Starts from rest and random starts of a clearance, least and most, in the
 #: scan; then the same in the first round of a contest.
 SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (2, 8), (4, 20), (4, 16), (8, 96)
@@ -54,6 +57,10 @@ TELL = 2
 WORSE = 2.0
 #: Clearances that differ by less than this share, doubt included, are as good as each other.
 MATTERS = 0.02
+#: A best whose value is not known to this share owes it to its starts: all that are alike get more.
+SURE = 0.01
+#: No more starts than these: the share that is lost is then known to half a percent.
+ENOUGH = 1500
 #: So many of those that may be better than the best by that are given more starts.
 FIELD = 8
 #: Clearances nearer to each other than this share are the same.
@@ -294,11 +301,16 @@ class Contest:
             doubt = WORSE * (now.draws - now.draws[best]).std(axis=1)
             excess = now.value - now.value[best]
             alike = [i for i in now.order if excess[i] <= doubt[i]]
-            hopes = [i for i in alike if doubt[i] - excess[i] > MATTERS * now.value[best]]
-            hopes = sorted((i for i in hopes if i != best), key=lambda i: now.value[i])[:FIELD]
-            left = [now.b[i] for i in (best, *hopes)]
-            if not hopes or sum(self.starts.work(b) * n for b in left) > self.purse.left:
+            unsure = now.error[best] > SURE * now.value[best]
+            hopes = [
+                i for i in alike
+                if i != best and (unsure or doubt[i] - excess[i] > MATTERS * now.value[best])
+            ]  # fmt: skip
+            afford = int(self.purse.left / (self.starts.work(now.b[best]) * n)) - 1
+            hopes = sorted(hopes, key=lambda i: now.value[i])[: max(min(FIELD, afford), 0)]
+            if not hopes or n >= ENOUGH:
                 break
+            left = [now.b[i] for i in (best, *hopes)]
             n *= 2
             self.purse.ask(self.starts, left, n)
         chosen = self._wider(now, alike, n)
@@ -323,15 +335,20 @@ class Contest:
         """Clearances beside b, ever closer to the least that is found, m."""
         tried = [b]
         for steps in STEPS:
+            pace = 1.0
             for _ in range(MOVES):
-                few = [b, *(b * (1.0 + way * step) for step in steps for way in (-1.0, 1.0))]
+                shares = [pace * way * step for step in steps for way in (-1.0, 1.0)]
+                few = [b, *(b * (1.0 + share) for share in shares)]
+                if self.starts.work(b) * n * len(shares) > self.purse.left:
+                    return tried
                 self.purse.ask(self.starts, few, n)
                 tried += few[1:]
                 now = self.standing(few, n)
                 before, b = b, now.b[now.order[0]]
-                if b == before or self.purse.left < 0.0:
+                if b == before and pace == 1.0:
                     break
-            if self.purse.left < 0.0 or np.ptp(now.value) <= FLAT * now.value.min():
+                pace = 1.0 if b == before else 2.0 * pace
+            if np.ptp(now.value) <= FLAT * now.value.min():
                 break
         return tried
 
@@ -366,8 +383,12 @@ class Curve:
         return [int(i) for i in local[np.argsort(self.value[local])][:n]]
 
     def lowest(self) -> list[float]:
-        """The finalists, m."""
-        return [float(b) for b in self.b[np.argsort(self.value)[:FINALISTS]]]
+        """The finalists, m: what lies nearer to a lower one is looked at in steps from there."""
+        found: list[float] = []
+        for b in self.b[np.argsort(self.value)].tolist():
+            if all(abs(b / one - 1.0) >= STEPS[0][0] for one in found):
+                found.append(b)
+        return found[:FINALISTS]
 
 
 def curve_of(starts: SameStarts, criterion: Criterion, n: int) -> Curve:
@@ -486,18 +507,19 @@ def search(
     )
     finalists = [one.lowest() for one in curves]
     n = opening(rest, finalists[0][0], FIRST_REST, most)
-    won = [
-        Contest(rest, criterion, Purse(most), seed=seed).won(few, n)
-        for few, criterion in zip(finalists, (mean, largest), strict=True)
-    ]
-    lowest, n = curve.lowest(), opening(random, curve.lowest()[0], FIRST_RANDOM, most)
+    won: list[Race] = []
+    for few, criterion in zip(finalists, (mean, largest), strict=True):
+        contest = Contest(rest, criterion, Purse(most), seed=seed)
+        won.append(contest.won([*few, *(one.b for one in won)], n))
+    lowest, most = curve.lowest(), ROBUST * budget
+    n = opening(random, lowest[0], FIRST_RANDOM, most)
 
     def margin(b: float, n: int) -> float:
         random.ask([share * b for share in ASIDE], n)
         return max(float(random.of(share * b, n).mean.mean()) for share in ASIDE)
 
-    # the others compete too: none of the three is called robust beside a better one
-    others = [one.b for one in won]
+    # the others compete too, and what is a little safer: no best is called so beside a better one
+    others = [share * one.b for one in won for share in (1.0, NARROWER)]
     safer = [share * lowest[0] for share in SAFER]
     contest = Contest(random, Criterion(mean_of, percentile, cautious), Purse(most), margin, seed)
     robust = contest.won([*lowest[:LOWEST], *safer, *others], n)

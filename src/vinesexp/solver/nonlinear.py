@@ -7,7 +7,7 @@ The recursion of `series.py` with three terms more, z = x - x_e:
 with d the sign of z', quadratic damping q, Coulomb friction f, cubic stiffness k3 and the force F
 of balls that rub. The squares and the cube are Cauchy products. These series have a radius of
 convergence that is not known beforehand, so a segment also ends where its last two coefficients say
-that what is cut off could exceed 1e-18 of the motion; that estimate, not a proof, is what bounds
+that what is cut off could exceed 5e-18 of the motion; that estimate, not a proof, is what bounds
 the error here. It also ends where z' changes its sign, which is a root found like a contact.
 """
 
@@ -36,7 +36,7 @@ from vinesexp.solver.series import (
 )
 from vinesexp.solver.state import ALLOWANCE
 
-CUT_OFF = 1e-18  # of the motion
+CUT_OFF = 3e-17  # of the motion, the last term: the terms fall by a factor of 7 or more there
 AT_REST = 1e-13  # z' over the speeds it is the difference of: no more than their rounding
 ENDING = 1e-10  # rad: a slip that friction ends within this time has ended
 
