@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.design.best_clearance import WORSE, Found, percentile
-from vinesexp.design.ensemble import Responses, Runs, responses, together
+from vinesexp.design.ensemble import responses, together
 from vinesexp.design.task import Task, frequency_weights, random_starts, wall_starts
 
 #: Shares of the clearance by which it is changed, either way.
@@ -68,24 +67,16 @@ def cliffs_of(task: Task, b: float, starts: Starts, *, seed: int) -> Cliffs:
 
     @cache
     def seen(more: int) -> dict[float, tuple[FloatArray, FloatArray]]:
-        rest = at_once([wall_starts(exact, b * s, phases=more * starts.phases) for s in shares])
-        drawn = at_once(
-            [random_starts(exact, b * s, starts=more * starts.random, seed=seed) for s in shares]
-        )
-        by_phase = [one.mean.reshape(len(exact.grid()), -1).T for one in rest]
-        found = [np.array([exact.average(phase) for phase in one]) for one in by_phase]
-        return {s: (one, two.mean) for s, one, two in zip(shares, found, drawn, strict=True)}
+        walls = [wall_starts(exact, b * s, phases=more * starts.phases) for s in shares]
+        places = [
+            random_starts(exact, b * s, starts=more * starts.random, seed=seed) for s in shares
+        ]
+        rest, drawn = responses(together(walls)).mean, responses(together(places)).mean
+        by_phase = rest.reshape(len(shares), len(exact.grid()), -1).swapaxes(1, 2)
+        both = zip(exact.average(by_phase), drawn.reshape(len(shares), -1), strict=True)
+        return dict(zip(shares, both, strict=True))
 
     return Cliffs(_side(seen, -1.0), _side(seen, 1.0))
-
-
-def at_once(blocks: Sequence[Runs], *, haste: float = 1.0) -> list[Responses]:
-    """Responses to blocks of runs, all side by side."""
-    found = responses(together(blocks), haste=haste)
-    ends = np.cumsum([len(block) for block in blocks])
-    return [
-        found.each(lambda values, own=slice(a, e): values[own]) for a, e in pairwise([0, *ends])
-    ]
 
 
 Seen = Callable[[int], dict[float, tuple[FloatArray, FloatArray]]]
@@ -157,23 +148,21 @@ def changes(task: Task, b: float, starts: Starts, *, seed: int) -> tuple[Changed
             case, clearance = _moved(task, b, name, 1.0 + change)
             if all(r <= 1.0 for r in case.r):
                 cases.append((name, change, case, clearance))
-    rest = at_once(
-        [wall_starts(case, at, phases=starts.phases) for _, _, case, at in cases], haste=HASTE
-    )
-    anywhere = at_once(
-        [random_starts(case, at, starts=starts.random, seed=seed) for _, _, case, at in cases],
-        haste=HASTE,
+    walls = [wall_starts(case, at, phases=starts.phases) for _, _, case, at in cases]
+    places = [random_starts(case, at, starts=starts.random, seed=seed) for _, _, case, at in cases]
+    rest, drawn = (
+        responses(together(runs), haste=HASTE).reshape(len(cases), -1) for runs in (walls, places)
     )
     found = [
         Changed(
             name=name,
             change=change,
-            rest_mean=float(case.average(walls.mean)),
-            random_p90=float(percentile(drawn.mean)),
-            captured=float(drawn.captured.mean()),
+            rest_mean=float(case.average(rest.mean[k])),
+            random_p90=float(percentile(drawn.mean[k])),
+            captured=float(drawn.captured[k].mean()),
             bare=case.mean_bare(),
         )
-        for (name, change, case, _), walls, drawn in zip(cases, rest, anywhere, strict=True)
+        for k, (name, change, case, _) in enumerate(cases)
     ]
     return found[0], found[1:]
 
