@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -54,6 +54,8 @@ _ALIKE = 0.01
 #: hits together with it: two impacts at one time are found as one.
 _TOGETHER = 0.2
 _FEWEST = 4  # cycles that a decay rate is fitted to
+#: What checks.csv says of a record: check, outcome, detail.
+Said = tuple[str, str, str]
 
 
 @dataclass(frozen=True)
@@ -426,7 +428,7 @@ class Shown:
     regime: dict[str, str | float | None]
     bands: list[dict[str, str | float | None]] = field(default_factory=list)
     transitions: list[dict[str, str | float | None]] = field(default_factory=list)
-    checks: tuple[tuple[str, str, str], ...] = ()
+    checks: Sequence[Said] = ()
 
 
 def shown_by_record(
@@ -470,7 +472,7 @@ def shown_by_record(
     period = 1.0 / float(frequency)
     settings = record.settings.regimes
     begin = settings.settling * length if record.test == "periodic" else free
-    checks: tuple[tuple[str, str, str], ...] = ()
+    checks: list[Said] = []
     row["length_s"] = length
     if not np.any(time >= begin):
         return Shown(row)
@@ -479,11 +481,11 @@ def shown_by_record(
         row["amplitude_error_m"] = steady.error if math.isfinite(steady.error) else None
         row["steady_from_s"] = begin
         row["amplitude_start_m"] = float(amplitude[:3].mean())
-        checks = _how_it_began(steady, begin)
+        checks += _how_it_began(steady, begin)
     counted = amplitude[time >= begin]
     row["cycles"] = float(counted.size)
     if record.test == "periodic" and record.clearance and counted.size < TELLING:
-        checks += _too_short(counted.size)
+        checks.append(_too_short(counted.size))
     row["amplitude_mean_m"] = float(counted.mean())
     row["amplitude_max_m"] = float(counted.max())
     decay = start + time, amplitude
@@ -493,7 +495,7 @@ def shown_by_record(
         return Shown(row, checks=checks)
     if not _seen(record, measured, conditioned, impacts, length / period):
         if heard and not impacts.n and record.test != "sweep":
-            checks += _nothing_seen()
+            checks.append(_NOTHING_SEEN)
         return Shown(row, checks=checks)
     end = length
     if record.test == "transient":
@@ -501,7 +503,7 @@ def shown_by_record(
     series = by_ball(impacts, record.clearance, unowned_share=settings.unowned_share)
     row |= _regimes(record, series, period=period, begin=start + begin, end=start + end)
     if row["regime"] == Regime.NO_IMPACT.value and record.test != "sweep":
-        checks += _did_not_work(min(record.clearance), float(counted.max()))
+        checks.append(_did_not_work(min(record.clearance), float(counted.max())))
     row |= _spells(record, impacts, period, start, (time, amplitude))
     if base is not None:
         return Shown(row, bands=band_rows(record.id, series, base, decay, settings))
@@ -526,51 +528,46 @@ def _steady(
 _WORTH_A_LINE = 0.01
 
 
-def _how_it_began(steady: SteadyPart, begin: float) -> tuple[tuple[str, str, str], ...]:
+def _how_it_began(steady: SteadyPart, begin: float) -> Iterator[Said]:
     """What checks.csv says of a start that was left out, and of a response that did not settle."""
-    if steady.drifts:
-        first, last = (f"{1e3 * end:.3g}" for end in steady.ends)
-        return ((
-            "start of the test", "warning",
-            f"the amplitude has not settled: {first} mm in the first half of the counted cycles, "
-            f"{last} mm in the second; wait longer before recording, or record longer",
-        ),)  # fmt: skip
     counted = steady.first + steady.cycles
     moved = (steady.start - steady.mean) * steady.first / counted if steady.first else 0.0
-    if abs(moved) < _WORTH_A_LINE * steady.mean:
-        return ()
-    return ((
-        "start of the test", "ok",
-        f"the first {begin:.3g} s are the start of the test and are left out: with them the mean "
-        f"amplitude would be {1e3 * (steady.mean + moved):.3g} mm instead of "
-        f"{1e3 * steady.mean:.3g} mm",
-    ),)  # fmt: skip
+    if steady.drifts:
+        first, last = (f"{1e3 * end:.3g}" for end in steady.ends)
+        detail = (
+            f"the amplitude has not settled: {first} mm in the first half of the counted cycles, "
+            f"{last} mm in the second; wait longer before recording, or record longer"
+        )
+        yield "start of the test", "warning", detail
+    elif abs(moved) >= _WORTH_A_LINE * steady.mean:
+        detail = (
+            f"the first {begin:.3g} s are the start of the test and are left out: with them the "
+            f"mean amplitude would be {1e3 * (steady.mean + moved):.3g} mm instead of "
+            f"{1e3 * steady.mean:.3g} mm"
+        )
+        yield "start of the test", "ok", detail
 
 
-def _too_short(cycles: int) -> tuple[tuple[str, str, str], ...]:
-    return ((
-        "length of the test", "warning",
+def _too_short(cycles: int) -> Said:
+    return "length of the test", "warning", (
         f"too short: {cycles} cycles after the start of the test, of {TELLING} that are needed to "
         "see whether two impacts per cycle last; the test does not count for their end; record "
-        "longer",
-    ),)  # fmt: skip
+        "longer"
+    )  # fmt: skip
 
 
-def _did_not_work(b: float, amplitude: float) -> tuple[tuple[str, str, str], ...]:
-    return ((
-        "ball", "warning",
+def _did_not_work(b: float, amplitude: float) -> Said:
+    return "ball", "warning", (
         "no impact: the ball is stuck, or no wall reaches it (the mass swings by "
         f"{1e3 * amplitude:.3g} mm, the clearance is {1e3 * b:.3g} mm); the test shows nothing of "
-        "the NES. Free the ball, or start it with a push",
-    ),)  # fmt: skip
+        "the NES. Free the ball, or start it with a push"
+    )  # fmt: skip
 
 
-def _nothing_seen() -> tuple[tuple[str, str, str], ...]:
-    return ((
-        "ball", "warning",
-        "no impact was found: the ball did not move, or those of a light ball are lost in the "
-        "noise or the sampling of this record; the test shows nothing of the NES",
-    ),)  # fmt: skip
+_NOTHING_SEEN: Said = "ball", "warning", (
+    "no impact was found: the ball did not move, or those of a light ball are lost in the "
+    "noise or the sampling of this record; the test shows nothing of the NES"
+)  # fmt: skip
 
 
 def _seen(
@@ -784,7 +781,7 @@ Find = Callable[[], Impacts]
 
 def rows_or_refuse(
     record: Record, find: Find, *, paths: ResultPaths, strict: bool = False,
-    said: Sequence[tuple[str, str, str]] = (),
+    said: Sequence[Said] = (),
 ) -> tuple[Impacts, dict[str, Any]]:  # fmt: skip
     """Find the impacts of a record and write what it shows; the reason where it cannot be done.
 
