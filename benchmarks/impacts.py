@@ -38,8 +38,8 @@ from benchmarks.detection_score import Score, score
 from benchmarks.detectors_on_records import found_by, highpassed
 
 from vinesexp.settings.stages import ImpactSettings
-from vinesexp.signals.impacts.candidates import find_spikes
-from vinesexp.signals.impacts.detection import detect_contacts
+from vinesexp.signals.impacts.candidates import find_spikes, stream_of
+from vinesexp.signals.impacts.detection import detect_by_template
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "benchmarks" / "impacts.md"
@@ -94,13 +94,13 @@ def speeds() -> list[Speed]:
     for name, rate in (("10 kHz", 1e4), ("200 kHz", 2e5)):
         record = record_of(Scene("speed", name, rate=rate, seconds=4e6 / rate))
         a, low = highpassed(record)
-        n = 1e-6 * a.size
+        n, stream = 1e-6 * a.size, stream_of(a, rate, highpass=low)
         whole = {method: n / _best(partial(find, record)) for method, find in METHODS.items()}
         out.append(
             Speed(
                 name,
                 n / _best(partial(find_spikes, a, rate, highpass=low)),
-                n / _best(partial(detect_contacts, a, rate, highpass=low)),
+                n / _best(partial(detect_by_template, stream, ImpactSettings())),
                 whole,
             )
         )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.signals.contacts import coarsen
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.laboratory.oscilloscope import Oscilloscope, acquire
@@ -16,7 +17,7 @@ from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.impacts.matching import State, less, seen_lags, settle
-from vinesexp.signals.impacts.slopes import coarsen, slope_changes
+from vinesexp.signals.impacts.slopes import slope_changes
 from vinesexp.signals.impacts.template import Shape, template_of
 
 TABLE_2 = Oscillator(M=4.7, c1=3.02, k1=1.147e4)

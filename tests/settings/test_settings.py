@@ -16,7 +16,7 @@ from vinesexp.settings.overrides import (
     every_setting,
 )
 from vinesexp.settings.stages import DETECTORS, Settings, parsed, written
-from vinesexp.signals.impacts.detectors import BY_NAME
+from vinesexp.signals.impacts.detectors import SCORES
 
 ROOT = Path(__file__).resolve().parents[2]
 EVERY = list(every_setting())
@@ -50,7 +50,7 @@ def test_the_page_of_settings_is_the_present_one() -> None:
 
 def test_every_stage_and_detector_has_its_code() -> None:
     assert tuple(field.name for field in fields(Settings)) == STAGES
-    assert set(BY_NAME) == set(DETECTORS)
+    assert {"template", *SCORES} == set(DETECTORS)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy import signal
+from tests.signals.contacts import detect_contacts
 
 from vinesexp.errors import ParameterError
 from vinesexp.signals.filters import (
@@ -11,7 +12,6 @@ from vinesexp.signals.filters import (
     zero_phase,
     zero_phase_blocks,
 )
-from vinesexp.signals.impacts.detection import detect_contacts
 from vinesexp.signals.means import cycle_amplitudes, time_to_level
 
 RATE = 1e4

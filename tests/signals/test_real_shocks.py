@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.signals.contacts import detect_contacts
 
 from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.stored.store import RecordWriter, open_record
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.condition import condition
-from vinesexp.signals.impacts.detection import detect_contacts
 from vinesexp.signals.impacts.find import impacts_of_record
 from vinesexp.signals.impacts.impact_table import Impacts
 

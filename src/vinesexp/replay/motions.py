@@ -22,7 +22,7 @@ from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView
 from vinesexp.rig import Rig
 from vinesexp.signals.impacts.impact_table import Impacts
-from vinesexp.signals.means import channel_means
+from vinesexp.signals.means import channel_means, group_size
 
 if TYPE_CHECKING:
     from vinesexp.solver.motion import Motion
@@ -179,7 +179,7 @@ def base_samples(view: RecordView, *, frequency: float) -> BaseSamples | None:
         return None
     if view.quantity("base") != "displacement":
         return None
-    k = max(1, int(view.sample_rate / (_POINTS * frequency)))
+    k = group_size(view.sample_rate, frequency, points=_POINTS)
     x = channel_means(view, "base", k)
     # What means over k samples leave of a sine of this frequency.
     return BaseSamples((x - x.mean()) / float(np.sinc(frequency * k / view.sample_rate)),

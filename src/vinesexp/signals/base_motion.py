@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vinesexp.arrays import FloatArray
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView, open_record
-from vinesexp.signals.means import channel_means
+from vinesexp.signals.means import channel_means, group_size
 
 #: Derivatives of displacement that each quantity is: x, iw x, -w^2 x.
 ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -189,7 +189,7 @@ def base_rows(
 
 def base_of(view: RecordView, *, frequency: float) -> BaseMotion | None:
     """Motion of the base in an open record, read by blocks; `frequency` of the oscillation, Hz."""
-    k = max(1, int(view.sample_rate / (_POINTS * frequency)))
+    k = group_size(view.sample_rate, frequency, points=_POINTS)
     left = float(np.sinc(frequency * k / view.sample_rate))  # by block means
     return base_motion(
         channel_means(view, "base", k) / left,

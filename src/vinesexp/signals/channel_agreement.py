@@ -26,7 +26,7 @@ import numpy as np
 
 from vinesexp.arrays import BoolArray, ComplexArray, FloatArray
 from vinesexp.records.stored.store import RecordView
-from vinesexp.signals.means import channel_means
+from vinesexp.signals.means import channel_means, group_size
 
 _POINTS = 40  # a period
 _FINER = 400  # a period, where impacts are looked at: they alias into what is coarser
@@ -143,11 +143,11 @@ def agreement_of(record: RecordView, *, frequency: float) -> Agreement | None:
     """Compare the two channels of a record; None where one is missing."""
     if not {"acceleration", "displacement"} <= set(record.roles):
         return None
-    k = max(1, int(record.sample_rate / (_POINTS * frequency)))
+    k = group_size(record.sample_rate, frequency, points=_POINTS)
     found = compare_channels(*_means(record, k), k / record.sample_rate, frequency=frequency)
     if found is None:
         return None
-    k = max(1, int(record.sample_rate / (_FINER * frequency)))
+    k = group_size(record.sample_rate, frequency, points=_FINER)
     law = phase_law(
         *_means(record, k), k / record.sample_rate, frequency=frequency,
         lag=found.lag, lag_error=found.lag_error,

@@ -27,7 +27,7 @@ from vinesexp.signals.channel_agreement import second_derivative_beside
 from vinesexp.signals.condition import in_step
 from vinesexp.signals.filters import oscillation_of
 from vinesexp.signals.free_from import free_sample
-from vinesexp.signals.means import channel_means, fill_gaps
+from vinesexp.signals.means import channel_means, fill_gaps, group_size
 
 #: Tests whose motion shows the clock of a recorder.
 MENDED = ("periodic", "ringdown", "transient")
@@ -386,7 +386,7 @@ def _start_of_recorders(view: RecordView, frequency: float) -> Start | None:
     own = next((tuple(one) for one in groups if "displacement" in one), ())
     if not own or "acceleration" in own or "acceleration" not in view.roles:
         return None
-    k = max(1, int(view.sample_rate / (_FINER * frequency)))
+    k = group_size(view.sample_rate, frequency, points=_FINER)
     a, x = (channel_means(view, role, k) for role in ("acceleration", "displacement"))
     step = k / view.sample_rate
     v_a, v_x = (_velocity(y, step, frequency, order) for y, order in ((a, -1), (x, 1)))
@@ -435,7 +435,7 @@ def _between_channels(view: RecordView, frequency: float) -> Lost | OtherClock |
     if not {"acceleration", "displacement"} <= set(view.roles):
         return None
     # Impacts must not alias into the means.
-    k = max(1, int(view.sample_rate / (_FINER * frequency)))
+    k = group_size(view.sample_rate, frequency, points=_FINER)
     step = k / view.sample_rate
     free = free_sample(view, frequency=frequency) // k
     a, x = (channel_means(view, role, k)[free:] for role in ("acceleration", "displacement"))
@@ -487,7 +487,7 @@ def _where_one(
 
 def _lost_by_all(view: RecordView, frequency: float) -> Lost | None:
     """Samples that all channels lost: a step in the phase of the base."""
-    k = max(1, int(view.sample_rate / (_POINTS * frequency)))
+    k = group_size(view.sample_rate, frequency, points=_POINTS)
     base = channel_means(view, "base", k)
     found = drive_phase(base, k / view.sample_rate, frequency=frequency)
     law = None if found is None else law_of(found[0])
@@ -586,7 +586,7 @@ def _of_its_own(view: RecordView, frequency: float, ratio: float) -> str:
     for one in str(view.attributes.get(RECORDERS, "")).split(";"):
         if "base" in one.split(",") and len(one.split(",")) == 2:
             return "acceleration" if "displacement" in one else "displacement"
-    k = max(1, int(view.sample_rate / (_POINTS * frequency)))
+    k = group_size(view.sample_rate, frequency, points=_POINTS)
     step = k / view.sample_rate
     base = drive_phase(channel_means(view, "base", k), step, frequency=frequency)
     moved = drive_phase(channel_means(view, "displacement", k), step, frequency=frequency)

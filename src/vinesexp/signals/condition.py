@@ -46,7 +46,7 @@ from vinesexp.signals.filters import (
     zero_phase_blocks,
 )
 from vinesexp.signals.free_from import FREE_FROM, free_sample
-from vinesexp.signals.means import block_means, fill_gaps
+from vinesexp.signals.means import block_means, fill_gaps, group_size
 
 _BLOCK = 1 << 20  # samples read at once
 _EDGE_REMAINS = 1e-5  # of an extension's start-up, where the record begins
@@ -288,7 +288,7 @@ def continued_sine(edge: FloatArray, n: int, *, sample_rate: float, frequency: f
     """
     wanted = min(edge.size, math.ceil(_PERIODS * sample_rate / frequency))
     piece = edge[edge.size - wanted :]
-    k = max(1, int(sample_rate / (frequency * _POINTS)))
+    k = group_size(sample_rate, frequency, points=_POINTS)
     coarse = block_means(piece[piece.size % k :], k)  # groups end at the newest sample
     step = k / sample_rate
     if coarse.size < 8 or coarse.size * step * frequency < 0.8:

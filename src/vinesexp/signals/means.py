@@ -85,6 +85,17 @@ def block_means(x: FloatArray, k: int) -> FloatArray:
     return np.asarray(x[:whole].reshape(-1, k).mean(axis=1))
 
 
+def group_size(sample_rate: float, frequency: float, *, points: int) -> int:
+    """Samples of which a mean is taken: at least `points` means a period of `frequency` are left.
+
+    Examples
+    --------
+    >>> group_size(1e4, 8.0, points=48), group_size(100.0, 8.0, points=48)
+    (26, 1)
+    """
+    return max(1, int(sample_rate / (points * frequency)))
+
+
 def channel_means(record: RecordView, role: str, k: int) -> FloatArray:
     """Means over groups of k samples of a whole channel, read by blocks; gaps are filled."""
     size = max(1, _BLOCK // k) * k

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from tests.signals.contacts import coarsen, detect_contacts
 
 from vinesexp.laboratory.sensors import contact_acceleration
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.impacts import matching, template_learning
-from vinesexp.signals.impacts.detection import detect_contacts
 from vinesexp.signals.impacts.matching import fit_contacts, less
-from vinesexp.signals.impacts.slopes import coarsen, slope_changes
+from vinesexp.signals.impacts.slopes import slope_changes
 from vinesexp.signals.impacts.template import Shape, template_of
 
 

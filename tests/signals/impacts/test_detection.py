@@ -5,12 +5,13 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from tests.signals.contacts import detect_contacts
 
 from vinesexp.laboratory.sensors import contact_acceleration
 from vinesexp.settings.stages import ImpactSettings
 from vinesexp.signals.filters import butterworth, zero_phase
 from vinesexp.signals.impacts.candidates import Stream, boxcars, find_spikes
-from vinesexp.signals.impacts.detection import detect_by_template, detect_contacts
+from vinesexp.signals.impacts.detection import detect_by_template
 
 
 def trace(times, jumps, *, seconds, rate=1e4, noise=0.3, ring=None, duration=4e-4, seed=0):

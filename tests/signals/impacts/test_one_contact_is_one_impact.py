@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.signal import bilinear, lfilter
+from tests.signals.contacts import detect_contacts
 
 from vinesexp.signals.filters import butterworth, zero_phase_blocks
-from vinesexp.signals.impacts.detection import detect_contacts
 
 FINE = 16  # points a sample at least, from which means are taken as an instrument does
 SECONDS, HZ = 4.0, 8.1

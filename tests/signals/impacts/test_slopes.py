@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.signals.contacts import coarsen
 
-from vinesexp.signals.impacts.slopes import coarsen, forced_motion, slope_changes
+from vinesexp.signals.impacts.slopes import forced_motion, slope_changes
 
 RATE, F, JUMP = 4000.0, 8.0, 0.01
 W = 2.0 * np.pi * F

@@ -18,7 +18,6 @@ from vinesexp.signals.impacts.candidates import (
     Spikes,
     Stream,
     find_spikes,
-    stream_of,
     stretch_noise,
     strongest,
 )
@@ -80,29 +79,6 @@ class Detection:
         return replace(self, **{name: getattr(self, name)[chosen] for name in each})
 
 
-def detect_contacts(
-    acceleration: FloatArray, sample_rate: float, *,
-    highpass: float | None, noise_floor: float = 0.0, clipped: BoolArray | None = None,
-    settings: ImpactSettings | None = None,
-) -> Detection:  # fmt: skip
-    """Find every contact in an acceleration held in memory; see `detect_by_template`.
-
-    Examples
-    --------
-    >>> t = np.arange(20000) / 1e4
-    >>> a = 0.3 * np.random.default_rng(0).standard_normal(t.size)
-    >>> for s in (0.30004, 0.6, 0.90007, 1.2, 1.50001, 1.8):
-    ...     a += np.where(abs(t - s) < 2e-4, 60.0 * np.cos(np.pi * (t - s) / 4e-4), 0.0)
-    >>> found = detect_contacts(a, 1e4, highpass=None)
-    >>> bool(np.abs(found.time - [0.30004, 0.6, 0.90007, 1.2, 1.50001, 1.8]).max() < 5e-6)
-    True
-    """
-    stream = stream_of(
-        acceleration, sample_rate, highpass=highpass, noise_floor=noise_floor, clipped=clipped
-    )
-    return detect_by_template(stream, settings or ImpactSettings())
-
-
 def detect_by_template(
     stream: Stream, settings: ImpactSettings, *, frequency: float | None = None
 ) -> Detection:
@@ -114,6 +90,16 @@ def detect_by_template(
     settings : ImpactSettings
     frequency : float, optional
         Of the oscillator, Hz: its spring answers every jump a little within the contact.
+
+    Examples
+    --------
+    >>> t, hits = np.arange(20000) / 1e4, (0.30004, 0.6, 0.90007, 1.2, 1.50001, 1.8)
+    >>> a = 0.3 * np.random.default_rng(0).standard_normal(t.size)
+    >>> for s in hits:
+    ...     a += np.where(abs(t - s) < 2e-4, 60.0 * np.cos(np.pi * (t - s) / 4e-4), 0.0)
+    >>> found = detect_by_template(stream_of(a, 1e4), ImpactSettings())
+    >>> bool(np.abs(found.time - hits).max() < 5e-6)
+    True
     """
     spikes = _all_spikes(stream, settings)
     noise = float(np.median(spikes.noise)) if spikes.noise.size else 0.0

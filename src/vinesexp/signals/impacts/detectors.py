@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from importlib import import_module
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -43,14 +43,6 @@ Score = Callable[[FloatArray], FloatArray]
 _TOP_ERROR = 0.3  # samples: of a top placed by a parabola, however clear
 
 
-class Detector(Protocol):
-    """Finds the impacts in an acceleration."""
-
-    def __call__(
-        self, stream: Stream, settings: ImpactSettings, *, frequency: float | None = None
-    ) -> Detection: ...
-
-
 def detect(
     stream: Stream, settings: ImpactSettings, *, frequency: float | None = None
 ) -> Detection:
@@ -61,10 +53,14 @@ def detect(
     ParameterError
         There is no such function.
     """
-    if settings.detector in BY_NAME:
-        return BY_NAME[settings.detector](stream, settings, frequency=frequency)
-    own = _imported(settings.detector)
-    return detect_by_function(own, stream, settings, frequency=frequency)
+    if settings.detector == "template":
+        return detect_by_template(stream, settings, frequency=frequency)
+    if settings.detector in SCORES:
+        score = SCORES[settings.detector](stream, settings)
+        found, limit = _tops(stream, settings, score), score.limit
+    else:
+        found, limit = _told_by(_imported(settings.detector), stream, settings), settings.threshold
+    return _detection(found, stream, settings, frequency, limit=limit)
 
 
 #: Functions that were handed over in this process, by the name that the settings have.
@@ -107,37 +103,8 @@ class _Tops:
     peak: FloatArray
 
 
-def detect_by_peaks(
-    stream: Stream, settings: ImpactSettings, *, frequency: float | None = None
-) -> Detection:
-    """Peaks of the acceleration, averaged over half a contact, above the threshold.
-
-    What `scipy.signal.find_peaks(height=..., distance=...)` gives, by blocks.
-    """
-    found = _tops(stream, settings, _smoothing(stream, settings), limit=settings.threshold)
-    return _detection(found, stream, settings, frequency, limit=settings.threshold)
-
-
-def detect_by_matched_filter(
-    stream: Stream, settings: ImpactSettings, *, frequency: float | None = None
-) -> Detection:
-    """Peaks of the correlation with the contact above the threshold."""
-    template = contact_template(stream, settings)
-    lags = np.arange(template.first, template.last + 1)
-    shape = template.at(lags * 1.0)[0]
-
-    def correlated(a: FloatArray) -> FloatArray:
-        whole = np.convolve(a, shape[::-1], mode="full")
-        return np.asarray(whole[template.last : template.last + a.size])
-
-    found = _tops(stream, settings, correlated, limit=settings.threshold)
-    return _detection(found, stream, settings, frequency, limit=settings.threshold)
-
-
-def detect_by_function(
-    find: Find, stream: Stream, settings: ImpactSettings, *, frequency: float | None = None
-) -> Detection:
-    """Impacts at the times that a function of the user's own gives; all else as for peaks.
+def _told_by(find: Find, stream: Stream, settings: ImpactSettings) -> _Tops:
+    """Impacts at the times that a function of the user's own gives.
 
     Raises
     ------
@@ -160,19 +127,52 @@ def detect_by_function(
         )
     place = times * stream.sample_rate
     if not place.size:
-        return _detection(_Tops(*(np.empty(0),) * 5), stream, settings, frequency, limit=0.0)
-    template = contact_template(stream, settings)
-    height, largest = _heights(a, place, template)
+        return _Tops(*(np.empty(0),) * 5)
+    height, largest = _heights(a, place, contact_template(stream, settings))
     at = np.clip(np.rint(place).astype(np.int64), 0, stream.n - 1)
     noise = _noise(a, known, stream.noise_floor)[at]
-    score = np.abs(height) / np.maximum(noise, 1e-300)
-    found = _Tops(place, score, height, noise, largest)
-    return _detection(found, stream, settings, frequency, limit=settings.threshold)
+    return _Tops(place, np.abs(height) / np.maximum(noise, 1e-300), height, noise, largest)
 
 
-def detect_by_average_ratio(
-    stream: Stream, settings: ImpactSettings, *, frequency: float | None = None
-) -> Detection:
+@dataclass(frozen=True)
+class _Scored:
+    """How an impact stands out.
+
+    Attributes
+    ----------
+    score : of samples without gaps, at each of them.
+    limit : beyond which there is an impact.
+    in_noise : the score is taken in standard deviations of its own noise.
+    placed_by : a score that shows where in it the impact lies; None: itself.
+    """
+
+    score: Score
+    limit: float
+    in_noise: bool = True
+    placed_by: Score | None = None
+
+
+def _by_peaks(stream: Stream, settings: ImpactSettings) -> _Scored:
+    """Peaks of the acceleration, averaged over half a contact, above the threshold.
+
+    What `scipy.signal.find_peaks(height=..., distance=...)` gives, by blocks.
+    """
+    return _Scored(_smoothing(stream, settings), settings.threshold)
+
+
+def _by_matched_filter(stream: Stream, settings: ImpactSettings) -> _Scored:
+    """Peaks of the correlation with the contact above the threshold."""
+    template = contact_template(stream, settings)
+    shape = template.at(np.arange(template.first, template.last + 1) * 1.0)[0]
+
+    def correlated(a: FloatArray) -> FloatArray:
+        whole = np.convolve(a, shape[::-1], mode="full")
+        return np.asarray(whole[template.last : template.last + a.size])
+
+    return _Scored(correlated, settings.threshold)
+
+
+def _by_average_ratio(stream: Stream, settings: ImpactSettings) -> _Scored:
     """Short-time over long-time average (STA/LTA), the trigger of seismology.
 
     References
@@ -182,7 +182,6 @@ def detect_by_average_ratio(
     rate = stream.sample_rate
     short = max(1, round(settings.short_average * rate))
     long = max(short + 1, round(settings.long_average * rate))
-
     smoothed = _smoothing(stream, settings)
 
     def ratio(raw: FloatArray) -> FloatArray:
@@ -195,8 +194,15 @@ def detect_by_average_ratio(
         power[: short + long // 2] = 0.0  # nothing to compare with yet
         return np.asarray(np.sqrt(power))
 
-    found = _tops(stream, settings, ratio, limit=settings.ratio, in_noise=False, placed_by=smoothed)
-    return _detection(found, stream, settings, frequency, limit=settings.ratio)
+    return _Scored(ratio, settings.ratio, in_noise=False, placed_by=smoothed)
+
+
+#: The usual detectors by the names that `vinesexp.settings.stages.DETECTORS` allows.
+SCORES: Mapping[str, Callable[[Stream, ImpactSettings], _Scored]] = {
+    "find_peaks": _by_peaks,
+    "sta_lta": _by_average_ratio,
+    "matched_filter": _by_matched_filter,
+}
 
 
 def _smoothing(stream: Stream, settings: ImpactSettings) -> Score:
@@ -236,15 +242,8 @@ def refined(size: FloatArray, peaks: IntArray) -> FloatArray:
     return np.asarray(inner + np.clip(shift, -0.5, 0.5))
 
 
-def _tops(
-    stream: Stream, settings: ImpactSettings, score: Score, *, limit: float, in_noise: bool = True,
-    placed_by: Score | None = None,
-) -> _Tops:  # fmt: skip
-    """Tops of the score over the limit, none closer than `settings.apart` to a higher one.
-
-    With `in_noise` the score is taken in standard deviations of its own noise. A score that does
-    not show where in it the impact lies is given another one, `placed_by`, that does.
-    """
+def _tops(stream: Stream, settings: ImpactSettings, by: _Scored) -> _Tops:
+    """Tops of the score over its limit, none closer than `settings.apart` to a higher one."""
     template = contact_template(stream, settings)
     reach = settings.apart * stream.sample_rate
     near = max(1, round(max(settings.short_average, settings.contact) * stream.sample_rate))
@@ -255,15 +254,15 @@ def _tops(
         raw = stream.samples(low, high)
         known = np.isfinite(raw)
         a = np.where(known, raw, 0.0)
-        size, noise = np.abs(value := score(a)), _noise(a, known, stream.noise_floor)
-        if in_noise:
+        size, noise = np.abs(value := by.score(a)), _noise(a, known, stream.noise_floor)
+        if by.in_noise:
             size = size / _noise(value, known, 0.0)
-        peaks = _peaks(size, limit)
+        peaks = _peaks(size, by.limit)
         peaks = strongest(peaks, size[peaks], reach=reach)
         place = np.empty(0)
         if peaks.size:
-            shown = size if placed_by is None else np.abs(placed_by(a))
-            place = refined(shown, peaks if placed_by is None else _highest(shown, peaks, near))
+            shown = size if by.placed_by is None else np.abs(by.placed_by(a))
+            place = refined(shown, peaks if by.placed_by is None else _highest(shown, peaks, near))
         mine = (place + low >= begin - 0.5) & (place + low < begin + CHUNK - 0.5)
         peaks, place = peaks[mine], place[mine]
         height, largest = _heights(a, place, template)
@@ -330,12 +329,3 @@ def _detection(
         interval=dt,
         noise=float(np.median(found.noise)) if found.noise.size else 0.0,
     )
-
-
-#: By the names that `vinesexp.settings.stages.DETECTORS` allows.
-BY_NAME: Mapping[str, Detector] = {
-    "template": detect_by_template,
-    "find_peaks": detect_by_peaks,
-    "sta_lta": detect_by_average_ratio,
-    "matched_filter": detect_by_matched_filter,
-}

@@ -29,7 +29,7 @@ from vinesexp.signals.channel_agreement import PhaseLaw, law_of_lines
 from vinesexp.signals.impacts.detection import Detection
 from vinesexp.signals.impacts.impact_table import Impacts
 from vinesexp.signals.impacts.slopes import Coarse, SlopeChanges, slope_changes
-from vinesexp.signals.means import channel_means
+from vinesexp.signals.means import channel_means, group_size
 
 _CUT = 0.02  # share of impacts beyond the sensor's range that spoils its integral
 _CONTRADICT = 0.1  # by which areas of pulses and slopes of the integral may differ
@@ -241,7 +241,7 @@ def integrated_motion(
     AnalysisError
         It cannot be done well enough, and why.
     """
-    k = max(1, int(record.sample_rate / (_POINTS * frequency)))
+    k = group_size(record.sample_rate, frequency, points=_POINTS)
     step = k / record.sample_rate
     if "base" not in record.roles:
         raise AnalysisError(

@@ -24,7 +24,7 @@ from vinesexp.records.stored.store import RecordView
 from vinesexp.settings.stages import SlopeSettings
 from vinesexp.signals.base_motion import ORDER, base_motion
 from vinesexp.signals.impacts.detection import Detection
-from vinesexp.signals.means import block_means, channel_means, missing_means
+from vinesexp.signals.means import channel_means, group_size, missing_means
 
 _SHORTER = (1.0, 0.5, 0.25)  # of the window, at the ends of the record
 _LEAST = 6  # points to either side
@@ -125,17 +125,6 @@ class Coarse:
     forced: FloatArray | None = None
 
 
-def group_size(sample_rate: float, frequency: float, *, points: int) -> int:
-    """Samples of which a mean is taken: at least `points` means a period are left."""
-    return max(1, int(sample_rate / (points * frequency)))
-
-
-def coarsen(x: FloatArray, sample_rate: float, frequency: float) -> Coarse:
-    """Means of the displacement over as many samples as `frequency` (Hz) allows."""
-    k = group_size(sample_rate, frequency, points=SlopeSettings().points)
-    return Coarse(block_means(x, k), k / sample_rate, 0.5 * (k - 1) / sample_rate)
-
-
 def coarse_displacement(record: RecordView, frequency: float, *, settings: SlopeSettings) -> Coarse:
     """The displacement of a record as block means, read by blocks."""
     k = group_size(record.sample_rate, frequency, points=settings.points)
@@ -221,11 +210,11 @@ def slope_changes(
 
     Examples
     --------
-    >>> t = np.arange(4000) / 1e4
+    >>> t = np.arange(600) / 1.5e3
     >>> w = 2 * np.pi * 8.0
     >>> motion = 5e-3 * np.cos(w * t) + 0.02 * np.sin(w * np.maximum(t - 0.2, 0)) / w
-    >>> found = slope_changes(
-    ...     coarsen(motion, 1e4, 8.0), np.array([0.2]), np.array([0.0]), frequency=8.0)
+    >>> x = Coarse(motion, 1 / 1.5e3, 0.0)
+    >>> found = slope_changes(x, np.array([0.2]), np.array([0.0]), frequency=8.0)
     >>> abs(float(found.jump[0]) - 0.02) < 1e-5
     True
     """

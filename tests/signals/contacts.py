@@ -1,0 +1,25 @@
+"""Contacts and slopes of signals that are held in memory."""
+
+from __future__ import annotations
+
+from vinesexp.arrays import BoolArray, FloatArray
+from vinesexp.settings.stages import ImpactSettings, SlopeSettings
+from vinesexp.signals.impacts.candidates import stream_of
+from vinesexp.signals.impacts.detection import Detection, detect_by_template
+from vinesexp.signals.impacts.slopes import Coarse
+from vinesexp.signals.means import block_means, group_size
+
+
+def detect_contacts(
+    a: FloatArray, rate: float, *, highpass: float | None, clipped: BoolArray | None = None,
+    settings: ImpactSettings | None = None,
+) -> Detection:  # fmt: skip
+    """Every contact in an acceleration."""
+    stream = stream_of(a, rate, highpass=highpass, clipped=clipped)
+    return detect_by_template(stream, settings or ImpactSettings())
+
+
+def coarsen(x: FloatArray, rate: float, frequency: float) -> Coarse:
+    """Means of the displacement over as many samples as the frequency (Hz) allows."""
+    k = group_size(rate, frequency, points=SlopeSettings().points)
+    return Coarse(block_means(x, k), k / rate, 0.5 * (k - 1) / rate)
