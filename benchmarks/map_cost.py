@@ -18,7 +18,7 @@ import numpy as np
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig
 from vinesexp.excitation import WeakDamping
-from vinesexp.maps.response_map import MapPlan, fill
+from vinesexp.maps.response_map import MapGrid, fill
 from vinesexp.solver.arrays import ball_table, closed_form, drive_table, parameters
 from vinesexp.solver.contact import REMAINDER
 from vinesexp.solver.kernel import run
@@ -70,14 +70,14 @@ def whole_map() -> float:
 
 def cell() -> float:
     """ms of a cell of `vinesexp map` as it is by default (8 random starts)."""
-    plan = MapPlan(
+    grid = MapGrid(
         values={"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6, "frequency": 7.862},
         x="b", x_values=tuple(np.linspace(5e-3, 60e-3, 6)),
         y="G", y_values=tuple(np.linspace(0.05e-3, 0.40e-3, 4)),
         starts=8, kind="random",
     )  # fmt: skip
     begin = time.process_time()
-    fill(plan, workers=1)
+    fill(grid, workers=1)
     return 1e3 * (time.process_time() - begin) / 24.0
 
 

@@ -9,7 +9,7 @@ from vinesexp.cli import main
 from vinesexp.records.stored.result_columns import CLEARANCES, IDENTIFIED, RECORD_REGIMES
 from vinesexp.records.stored.store import RecordWriter
 from vinesexp.records.stored.tables import write_rows
-from vinesexp.results_repeatability import Series, repeatability_of
+from vinesexp.results_repeatability import Repeated, repeatability_of
 
 
 def write_results(folder, *, M, error=0.02, b=34.0, source):
@@ -57,9 +57,9 @@ def test_what_scatters_and_what_repeats(year):
 
 def test_a_mean_of_many_does_not_reduce_errors_that_all_share():
     """A sensitivity that is off by 1 % is off in the hundredth campaign too."""
-    many = Series("M", "kg", ("x",) * 100, np.full(100, 4.7), np.full(100, 0.05))
+    many = Repeated("M", "kg", ("x",) * 100, np.full(100, 4.7), np.full(100, 0.05))
     assert many.mean_error == pytest.approx(0.05)
-    better = Series("M", "kg", ("a", "b"), np.full(2, 4.7), np.array([0.05, 0.005]))
+    better = Repeated("M", "kg", ("a", "b"), np.full(2, 4.7), np.array([0.05, 0.005]))
     assert 0.005 < better.mean_error < 0.006
 
 
@@ -87,7 +87,7 @@ def test_the_false_alarm_is_one_in_twenty():
     rng = np.random.default_rng(3)
     errors = np.array([0.01, 0.02, 0.05, 0.02])
     verdicts = [
-        Series("M", "kg", tuple("abcd"), 4.7 + errors * rng.standard_normal(4), errors).verdict
+        Repeated("M", "kg", tuple("abcd"), 4.7 + errors * rng.standard_normal(4), errors).verdict
         for _ in range(1000)
     ]
     assert 25 < verdicts.count("scatters") < 80

@@ -37,7 +37,7 @@ Verdict = Literal["repeats", "scatters", "one value"]
 
 
 @dataclass(frozen=True)
-class Series:
+class Repeated:
     """One value over the results folders.
 
     Attributes
@@ -50,7 +50,7 @@ class Series:
 
     Examples
     --------
-    >>> M = Series("M", "kg", ("a", "b", "c"), np.array([4.70, 4.71, 4.72]), np.full(3, 0.01))
+    >>> M = Repeated("M", "kg", ("a", "b", "c"), np.array([4.70, 4.71, 4.72]), np.full(3, 0.01))
     >>> round(M.mean, 3), round(M.ratio, 2), M.verdict
     (4.71, 1.0, 'repeats')
     """
@@ -113,7 +113,7 @@ class Repeatability:
     folders : tuple of Path
     names : tuple of str
         What each is called: its own name, or as much of its path as tells it from the others.
-    series : tuple of Series
+    series : tuple of Repeated
         Identified values first, then measured and predicted clearances.
     shared : tuple of pairs of str
         Folders that have instrument files in common: their errors are not independent.
@@ -121,7 +121,7 @@ class Repeatability:
 
     folders: tuple[Path, ...]
     names: tuple[str, ...]
-    series: tuple[Series, ...]
+    series: tuple[Repeated, ...]
     shared: tuple[tuple[str, str], ...]
 
     def rows(self) -> list[dict[str, str | float | None]]:
@@ -159,7 +159,7 @@ def repeatability_of(folders: Sequence[Path]) -> Repeatability:
         for what, unit, value, error in _values_of(folder):
             found.setdefault((what, unit), []).append((name, value, error))
     series = tuple(
-        Series(
+        Repeated(
             what, unit, tuple(name for name, _, _ in own),
             np.array([value for _, value, _ in own]), np.array([error for _, _, error in own]),
         )

@@ -9,8 +9,8 @@ from benchmarks.watching import record_text
 
 from vinesexp.identification.estimate import Estimate, write_identified
 from vinesexp.live.server import _shown_row
-from vinesexp.live.session import Seen
-from vinesexp.live.views import RecordView, look_at_record
+from vinesexp.live.session import Followed
+from vinesexp.live.views import RecordShown, look_at_record
 from vinesexp.pipeline import analyse_record
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.campaign.schema import Record
@@ -35,7 +35,7 @@ def with_a_ball_that_sticks(table: pd.DataFrame) -> pd.DataFrame:
     return alone.assign(**{"Time (s)": table["Time (s)"]})
 
 
-def looked_at(bench, results, text: str) -> RecordView:
+def looked_at(bench, results, text: str) -> RecordShown:
     (bench / "raw/a.csv").write_text(text)
     (bench / "records.csv").write_text(
         "record,file,test,clearance_mm,base_amplitude_mm,frequency_hz\n"
@@ -94,6 +94,6 @@ def test_a_test_from_rest_is_good_once_its_start_is_over(bench, tmp_path, second
 @pytest.mark.parametrize(("length", "state"), [(8.0, "look"), (15.0, "good")])
 def test_the_list_calls_a_record_what_the_top_of_the_page_calls_it(length, state):
     record = Record("a", Path("a.csv"), "periodic", clearance=(0.03,))
-    seen = Seen("done", view=RecordView("good", (), (), length))
+    seen = Followed("done", view=RecordShown("good", (), (), length))
     *_, shown, why = _shown_row(record, seen, 20.0)
     assert (shown, bool(why)) == (state, state == "look")

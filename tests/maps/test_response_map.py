@@ -13,7 +13,7 @@ from vinesexp.design.ensemble import duration_of
 from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.maps.response_map import (
     VALUES,
-    MapPlan,
+    MapGrid,
     empty,
     fill,
     joined,
@@ -26,16 +26,16 @@ from vinesexp.maps.response_map import (
 TABLE_2 = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6, "frequency": 7.862}
 
 
-def plan(**changes: object) -> MapPlan:
+def grid(**changes: object) -> MapGrid:
     given = {
         "values": TABLE_2, "x": "b", "x_values": (0.02, 0.03, 0.04), "y": "G",
         "y_values": (0.15e-3, 0.25e-3), "starts": 2, "kind": "random",
     } | changes  # fmt: skip
-    return MapPlan(**given)  # type: ignore[arg-type]
+    return MapGrid(**given)  # type: ignore[arg-type]
 
 
 def test_a_cell_is_the_mean_over_its_starts():
-    one = plan(x_values=(0.03,), y_values=(0.25e-3,), starts=3)
+    one = grid(x_values=(0.03,), y_values=(0.25e-3,), starts=3)
     amplitudes, hits = [], []
     for run in one.runs(0):
         settle, end = duration_of(run.rig, 7.862)
@@ -52,13 +52,13 @@ def test_a_cell_is_the_mean_over_its_starts():
 
 
 def test_values_do_not_depend_on_threads_nor_on_where_it_was_stopped(tmp_path: Path):
-    whole = fill(plan(), workers=1)
-    half = fill(plan(), rows=range(1), workers=2)
+    whole = fill(grid(), workers=1)
+    half = fill(grid(), rows=range(1), workers=2)
     assert np.isnan(half["mean_amplitude"][1]).all()
-    write_map(plan(), half, tmp_path / "map.nc")
+    write_map(grid(), half, tmp_path / "map.nc")
     seen: list[int] = []
     again = fill(
-        plan(), known_of(plan(), tmp_path / "map.nc"), progress=lambda done, *_: seen.append(done)
+        grid(), known_of(grid(), tmp_path / "map.nc"), progress=lambda done, *_: seen.append(done)
     )
     assert seen == [2]  # the first row was not computed again
     for name in VALUES:
@@ -68,18 +68,18 @@ def test_values_do_not_depend_on_threads_nor_on_where_it_was_stopped(tmp_path: P
 def test_parts_are_joined_and_a_hole_is_noticed(tmp_path: Path):
     parts = [tmp_path / f"{k}.nc" for k in range(2)]
     for k, part in enumerate(parts):
-        write_map(plan(), fill(plan(), rows=range(k, 2, 2)), part)
+        write_map(grid(), fill(grid(), rows=range(k, 2, 2)), part)
     np.testing.assert_array_equal(
-        joined(plan(), parts)["mean_amplitude"], fill(plan())["mean_amplitude"]
+        joined(grid(), parts)["mean_amplitude"], fill(grid())["mean_amplitude"]
     )
     with pytest.raises(VinesexpError, match="1 of 2 rows are in none of the parts"):
-        joined(plan(), parts[:1])
+        joined(grid(), parts[:1])
     with pytest.raises(VinesexpError, match="missing"):
-        joined(plan(), [*parts, tmp_path / "other.nc"])
+        joined(grid(), [*parts, tmp_path / "other.nc"])
 
 
 def test_the_file_says_what_it_is(tmp_path: Path):
-    write_map(plan(), empty(plan()), tmp_path / "map.nc")
+    write_map(grid(), empty(grid()), tmp_path / "map.nc")
     found = read_map(tmp_path / "map.nc")
     assert found.mean_amplitude.dims == ("G", "b")
     for name in (*VALUES, "b", "G", "M", "c1", "k1", "m", "r", "frequency"):
@@ -93,12 +93,12 @@ def test_the_file_says_what_it_is(tmp_path: Path):
 
 def test_a_file_of_other_inputs_is_left_alone(tmp_path: Path):
     file = tmp_path / "map.nc"
-    write_map(plan(), empty(plan()), file)
+    write_map(grid(), empty(grid()), file)
     with pytest.raises(VinesexpError, match="other inputs"):
-        known_of(plan(seed=2), file)
+        known_of(grid(seed=2), file)
     file.write_text("no map", encoding="utf-8")
     with pytest.raises(VinesexpError, match="cannot be read"):
-        known_of(plan(), file)
+        known_of(grid(), file)
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def test_a_file_of_other_inputs_is_left_alone(tmp_path: Path):
 )
 def test_what_cannot_be_a_map(changes: dict[str, object], words: str):
     with pytest.raises(ParameterError, match=words):
-        plan(**changes)
+        grid(**changes)
 
 
 def test_the_function_takes_any_two():
@@ -129,7 +129,7 @@ def test_the_function_takes_any_two():
 
 def test_the_line_is_b_c_at_resonance_only():
     resonance = {**TABLE_2, "frequency": (1.147e4 / 4.7) ** 0.5 / (2.0 * np.pi)}
-    line = published_line(plan(values=resonance))
+    line = published_line(grid(values=resonance))
     assert line is not None
     assert line[1] == pytest.approx(33.97e-3, abs=0.02e-3)  # Table 2 at 0.25 mm
-    assert published_line(plan(values={**TABLE_2, "frequency": 8.0})) is None
+    assert published_line(grid(values={**TABLE_2, "frequency": 8.0})) is None

@@ -24,7 +24,7 @@ from vinesexp.errors import ParameterError, VinesexpError
 from vinesexp.maps.map_options import OPTIONS, along, cells_of, shortened
 
 if TYPE_CHECKING:
-    from vinesexp.maps.response_map import MapPlan, Values
+    from vinesexp.maps.response_map import MapGrid, Values
 
 _SAVE_EVERY = 5.0  # s
 
@@ -48,19 +48,19 @@ def run(args: argparse.Namespace) -> int:
     """Write the map; the exit code is 0 or the error is one line."""
     from vinesexp.maps.response_map import fill, joined, known_of, write_map
 
-    plan = plan_of(args)
+    grid = grid_of(args)
     out, picture = args.out or Path("map.nc"), args.plot
     check_picture(picture)
     refuse_existing(picture, force=args.force)
     if args.rows is not None and (picture is not None or args.join):
         raise ParameterError("cannot be combined with --plot or --join", where="--rows")
     if args.join:
-        values = joined(plan, args.join)
+        values = joined(grid, args.join)
     else:
-        rows = share_of_rows(args.rows, plan.shape[0])
-        known = known_of(plan, out)
+        rows = share_of_rows(args.rows, grid.shape[0])
+        known = known_of(grid, out)
         announce(
-            plan.workload() if args.rows is None else f"{len(rows)} rows of: {plan.workload()}"
+            grid.workload() if args.rows is None else f"{len(rows)} rows of: {grid.workload()}"
         )
         bar = Bar("rows")
         saved = time.monotonic()
@@ -70,27 +70,27 @@ def run(args: argparse.Namespace) -> int:
             bar(done, total)
             known = so_far
             if time.monotonic() - saved > _SAVE_EVERY:
-                write_map(plan, so_far, out)
+                write_map(grid, so_far, out)
                 saved = time.monotonic()
 
         try:
-            values = fill(plan, known, rows=rows, progress=progress)
+            values = fill(grid, known, rows=rows, progress=progress)
         except KeyboardInterrupt:
             if known is not None:
-                write_map(plan, known, out)
+                write_map(grid, known, out)
             raise VinesexpError("stopped; the same command continues from here", file=out) from None
         finally:
             bar.end()
-    write_map(plan, values, out)
-    print(f"{plan.shape[0]} x {plan.shape[1]} cells of {plan.starts} starts: {out}")
+    write_map(grid, values, out)
+    print(f"{grid.shape[0]} x {grid.shape[1]} cells of {grid.starts} starts: {out}")
     if picture is not None:
-        draw_map(plan, values, picture)
+        draw_map(grid, values, picture)
     return 0
 
 
-def plan_of(args: argparse.Namespace) -> MapPlan:
-    """The plan that the options describe."""
-    from vinesexp.maps.response_map import AXES, MapPlan, refuse_too_many
+def grid_of(args: argparse.Namespace) -> MapGrid:
+    """The grid that the options describe."""
+    from vinesexp.maps.response_map import AXES, MapGrid, refuse_too_many
 
     values, ranges = map_values(args)
     if len(ranges) != 2:
@@ -103,7 +103,7 @@ def plan_of(args: argparse.Namespace) -> MapPlan:
     x, y = (symbol for symbol in AXES if symbol in ranges)
     cells = cells_of(args.cells or "40x40", 2)
     refuse_too_many((cells[1], cells[0]), whole_option(args.starts, "--starts", 8))
-    return MapPlan(
+    return MapGrid(
         values=values,
         x=x,
         x_values=along(ranges[x], cells[0]),
@@ -125,7 +125,7 @@ def share_of_rows(share: str | None, rows: int) -> range:
     return range(int(found[1]) - 1, rows, int(found[2]))
 
 
-def draw_map(plan: MapPlan, values: Values, picture: Path) -> None:
+def draw_map(grid: MapGrid, values: Values, picture: Path) -> None:
     """The picture of a map."""
     import numpy as np
 
@@ -134,13 +134,13 @@ def draw_map(plan: MapPlan, values: Values, picture: Path) -> None:
     from vinesexp.maps.response_map import AXES, published_line
 
     scale = {"m": (1e3, "mm"), "kg": (1e3, "g"), "1": (1.0, ""), "Hz": (1.0, "Hz")}
-    (x_scale, x_unit), (y_scale, y_unit) = (scale[AXES[s][0]] for s in (plan.x, plan.y))
-    line = published_line(plan)
+    (x_scale, x_unit), (y_scale, y_unit) = (scale[AXES[s][0]] for s in (grid.x, grid.y))
+    line = published_line(grid)
     shown = MapPicture(
-        x=x_scale * np.array(plan.x_values),
-        y=y_scale * np.array(plan.y_values),
-        x_name=f"{AXES[plan.x][1]} {plan.x[0]}" + (f" ({x_unit})" if x_unit else ""),
-        y_name=f"{AXES[plan.y][1]} {plan.y[0]}" + (f" ({y_unit})" if y_unit else ""),
+        x=x_scale * np.array(grid.x_values),
+        y=y_scale * np.array(grid.y_values),
+        x_name=f"{AXES[grid.x][1]} {grid.x[0]}" + (f" ({x_unit})" if x_unit else ""),
+        y_name=f"{AXES[grid.y][1]} {grid.y[0]}" + (f" ({y_unit})" if y_unit else ""),
         mean=1e3 * values["mean_amplitude"],
         largest=1e3 * values["largest_amplitude"],
         captured=100.0 * values["captured_share"],

@@ -21,7 +21,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from vinesexp.errors import VinesexpError
 from vinesexp.figures.numbers import rounded
-from vinesexp.live.session import EDITABLE, ChangedMeanwhileError, Seen, Session
+from vinesexp.live.session import EDITABLE, ChangedMeanwhileError, Followed, Session
 from vinesexp.records.campaign.missing_cells import asked_in
 from vinesexp.records.campaign.records_xlsx import head_of
 from vinesexp.records.campaign.schema import TESTS, Record
@@ -84,7 +84,7 @@ def _content(session: Session) -> dict[str, Any]:
     records = list(reversed(campaign.records)) if campaign else []
     by_id = {record.id: record for record in records}
     newest = by_id.get(status.newest) or next(iter(records), None)
-    seen = session.seen.get(newest.id, Seen()) if newest else Seen()
+    seen = session.seen.get(newest.id, Followed()) if newest else Followed()
     view = status.campaign
     stated = {kind: [row for row in view.stated if row["kind"] == kind] for kind in _KINDS}
     return {
@@ -99,13 +99,15 @@ def _content(session: Session) -> dict[str, Any]:
         "finding": session.finding,
         "contradicted": stated["differ"],
         "others": [*stated["open"], *stated["agree"]],
-        "rows": [_shown_row(one, session.seen.get(one.id, Seen()), view.record) for one in records],
+        "rows": [
+            _shown_row(one, session.seen.get(one.id, Followed()), view.record) for one in records
+        ],
         "counted": _counted(session, records),
         "head_of": head_of,
     }
 
 
-def _is_short(seen: Seen, record: Record | None, wanted: float | None) -> str:
+def _is_short(seen: Followed, record: Record | None, wanted: float | None) -> str:
     """That a steady test is shorter than the rig needs, in words."""
     if record is None or record.test != "periodic" or seen.view is None or wanted is None:
         return ""
@@ -116,8 +118,8 @@ def _is_short(seen: Seen, record: Record | None, wanted: float | None) -> str:
 
 
 def _shown_row(
-    record: Record, seen: Seen, wanted: float | None
-) -> tuple[Record, str, Seen, str, str]:
+    record: Record, seen: Followed, wanted: float | None
+) -> tuple[Record, str, Followed, str, str]:
     """A record of the list, with its state and why."""
     if seen.view is None:
         return record, _row_words(record), seen, seen.state, ""
@@ -128,7 +130,7 @@ def _shown_row(
 
 
 def _counted(session: Session, records: list[Record]) -> str:
-    done = sum(session.seen.get(r.id, Seen()).state == "done" for r in records)
+    done = sum(session.seen.get(r.id, Followed()).state == "done" for r in records)
     return f"{len(records)} records, {done} analysed"
 
 

@@ -27,8 +27,8 @@ import vinesexp
 from vinesexp.environment import one_thread_each
 from vinesexp.errors import CampaignError, VinesexpError
 from vinesexp.live.views import (
-    CampaignView,
-    RecordView,
+    CampaignShown,
+    RecordShown,
     Values,
     find_values,
     look_at_campaign,
@@ -270,12 +270,12 @@ class ChangedMeanwhileError(VinesexpError):
 
 
 @dataclass
-class Seen:
+class Followed:
     """What a session knows of one record."""
 
     state: str = "waiting"  # then analysing, done
     key: str = ""
-    view: RecordView | None = None
+    view: RecordShown | None = None
 
 
 @dataclass
@@ -287,7 +287,7 @@ class Status:
     busy: str = ""
     newest: str = ""
     remarks: dict[str, str] = field(default_factory=dict)
-    campaign: CampaignView = field(default_factory=CampaignView)
+    campaign: CampaignShown = field(default_factory=CampaignShown)
 
 
 class Session:
@@ -308,7 +308,7 @@ class Session:
         self.paths = ResultPaths(results)
         self.status = Status()
         self.changed = threading.Condition()
-        self.seen: dict[str, Seen] = {}
+        self.seen: dict[str, Followed] = {}
         self.campaign: Campaign | None = None
         self._by_file: dict[Path, Record] = {}
         self._editing, self._drawing = threading.RLock(), threading.Lock()
@@ -513,7 +513,7 @@ class Session:
         """The newest record whose results are not those of its file and row."""
         assert self.campaign is not None
         for record in reversed(self.campaign.records):
-            if self.seen.get(record.id, Seen()).state == "waiting" and not self._grows(record):
+            if self.seen.get(record.id, Followed()).state == "waiting" and not self._grows(record):
                 return record
         return None
 
@@ -523,9 +523,9 @@ class Session:
 
     def _due(self, record: Record) -> None:
         key = self._key(record)
-        seen = self.seen.setdefault(record.id, Seen())
+        seen = self.seen.setdefault(record.id, Followed())
         if seen.key != key:
-            self.seen[record.id] = Seen(key=key, view=seen.view)
+            self.seen[record.id] = Followed(key=key, view=seen.view)
 
     def _analyse(self, record: Record) -> None:
         from vinesexp.pipeline import analyse_record
@@ -546,7 +546,7 @@ class Session:
         from vinesexp.figures.single_records import draw_record
         from vinesexp.report.rendering import figure_markup
 
-        if self.campaign is None or self.seen.get(id, Seen()).state != "done":
+        if self.campaign is None or self.seen.get(id, Followed()).state != "done":
             return []
         record, key = self.campaign.record(id), self.seen[id].key
         view = self.seen[id].view

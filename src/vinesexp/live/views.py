@@ -39,7 +39,7 @@ _STILL = 0.1
 
 
 @dataclass(frozen=True)
-class RecordView:
+class RecordShown:
     """A record that was analysed.
 
     Attributes
@@ -56,14 +56,14 @@ class RecordView:
     length: float | None = None
 
 
-def look_at_record(record: Record, *, paths: ResultPaths) -> RecordView:
+def look_at_record(record: Record, *, paths: ResultPaths) -> RecordShown:
     """What the results of one record say of it."""
     checks = [*read_checks(paths.ingest_checks(record.id))]
     checks += checks_of_regime(record.id, paths.regime(record.id))
     refused = [check.detail for check in checks if check.outcome in ("refused", "excluded")]
     if refused:
         verdict = "left out" if record.exclude else "cannot be used"
-        return RecordView(verdict, tuple(refused), ())
+        return RecordShown(verdict, tuple(refused), ())
     rows = json.loads(paths.regime(record.id).read_text(encoding="utf-8"))
     regime = rows["regime"][0]
     impacts = read_impacts(paths.impacts(record.id))
@@ -87,7 +87,7 @@ def look_at_record(record: Record, *, paths: ResultPaths) -> RecordView:
         sure = int(np.count_nonzero(np.nan_to_num(impacts.confidence) > 0.9))
         facts.append(("impacts", f"{impacts.n}, of which {sure} certain"))
     verdict = "look" if words else "good"
-    return RecordView(verdict, tuple(words), tuple(facts), length)
+    return RecordShown(verdict, tuple(words), tuple(facts), length)
 
 
 def _of_ball(record: Record, regime: dict[str, object], impacts: int) -> list[str]:
@@ -141,7 +141,7 @@ def _numbers(regime: dict[str, object], base: list[dict[str, float]]) -> list[tu
 
 
 @dataclass(frozen=True)
-class Step:
+class NextTests:
     """What to do next: where it stands, and the tests in their order; none: enough."""
 
     name: str
@@ -164,7 +164,7 @@ class Values:
 
 
 @dataclass(frozen=True)
-class CampaignView:
+class CampaignShown:
     """A campaign so far, for the page.
 
     Attributes
@@ -173,7 +173,7 @@ class CampaignView:
     identified_from : how many records these are made of.
     steps : what to test next, by level and kind of test.
     figures : markup and caption of amplitude over clearance, and of the intervals as they shrink.
-    findings : what all records together show that is odd, or what cannot be known.
+    warnings : what all records together show that is odd, or what cannot be known.
     stated : rows of `tables_shown`, what the records say of the test log.
     stated_sentence : how many of them agree.
     record, settle : s that a test should be recorded for, and wait before; None while unknown.
@@ -183,9 +183,9 @@ class CampaignView:
 
     parameters: tuple[Row, ...] = ()
     identified_from: int = 0
-    steps: tuple[Step, ...] = ()
+    steps: tuple[NextTests, ...] = ()
     figures: tuple[tuple[str, str], ...] = ()
-    findings: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     stated: tuple[Mapping[str, str], ...] = ()
     stated_sentence: str = ""
     record: float | None = None
@@ -215,7 +215,7 @@ def find_values(folder: Path, results: Path, ids: Collection[str]) -> Values:
 
 def look_at_campaign(
     folder: Path, results: Path, ids: Collection[str], values: Values | None
-) -> CampaignView:
+) -> CampaignShown:
     """Compare and plan with the records that are analysed and the values found last.
 
     Parameters
@@ -250,7 +250,7 @@ def look_at_campaign(
     plans = plan_levels(found)
     needs = needs_of(found, plans)
     steps = [
-        Step(
+        NextTests(
             plan.name,
             f"{len(plan.tested)} clearances tested"
             + (f"; bracketed within {100 * plan.width_now:.2g} %" if plan.width_now else ""),
@@ -260,16 +260,16 @@ def look_at_campaign(
     ]
     for other in plan_others(found, needs):
         tests = [_test_in_words(one.cells) for one in other.next]
-        steps.append(Step(other.name, other.state, tuple(tests)))
+        steps.append(NextTests(other.name, other.state, tuple(tests)))
     parameters = identified_table(found.rows("identified"))
     known = {row["name"] for row in parameters}
     history, inputs = _history(paths), found.rows("inputs")
-    return CampaignView(
+    return CampaignShown(
         parameters=tuple(parameters),
         identified_from=history[-1]["records"] if history else 0,
         steps=tuple(steps),
         figures=_figures(found, history),
-        findings=tuple(
+        warnings=tuple(
             f"{check.record}: {check.detail}" if check.record else check.detail
             for check in checks
             if check.outcome == "warning"

@@ -1,6 +1,6 @@
 """Mean and largest amplitude and captured share over any two of b, G, f, r, m.
 
-A `MapPlan` says what a map is of: two axes, what stays the same, where the runs of a cell start.
+A `MapGrid` says what a map is of: two axes, what stays the same, where the runs of a cell start.
 Every cell is an ensemble of exact simulations (`design/ensemble.py`). A map is filled row by row,
 and what is known of it already is not computed again.
 """
@@ -67,7 +67,7 @@ Progress = Callable[[int, int, Values], None]
 
 
 @dataclass(frozen=True)
-class MapPlan:
+class MapGrid:
     """What a map is of.
 
     Attributes
@@ -163,21 +163,21 @@ def refuse_too_many(shape: tuple[int, int], starts: int) -> None:
     )  # fmt: skip
 
 
-def empty(plan: MapPlan) -> Values:
+def empty(grid: MapGrid) -> Values:
     """A map of which no cell is known."""
-    return {name: np.full(plan.shape, np.nan) for name in VALUES}
+    return {name: np.full(grid.shape, np.nan) for name in VALUES}
 
 
-def published_line(plan: MapPlan) -> FloatArray | None:
+def published_line(grid: MapGrid) -> FloatArray | None:
     """b_c (m) for every value along y; None where x is not b, or the base is off resonance."""
-    if plan.x != "b" or plan.y == "frequency":
+    if grid.x != "b" or grid.y == "frequency":
         return None
-    f0 = _oscillator(plan.values).f0
-    if abs(plan.values["frequency"] - f0) > AT_RESONANCE * f0:
+    f0 = _oscillator(grid.values).f0
+    if abs(grid.values["frequency"] - f0) > AT_RESONANCE * f0:
         return None
     found = []
-    for y in plan.y_values:
-        here = {**plan.values, plan.y: y}
+    for y in grid.y_values:
+        here = {**grid.values, grid.y: y}
         oscillator = _oscillator(here)
         eps = here["m"] / here["M"]
         lam = 2.0 * oscillator.zeta / eps
@@ -189,23 +189,23 @@ def published_line(plan: MapPlan) -> FloatArray | None:
 # A map as a NetCDF file: written whole each time, so that what is there is always complete.
 
 
-def inputs_of(plan: MapPlan) -> str:
+def inputs_of(grid: MapGrid) -> str:
     """Everything that decides the values of a map, as text."""
-    along = {plan.x: list(plan.x_values), plan.y: list(plan.y_values)}
-    fixed = {s: float(v) for s, v in sorted(plan.values.items()) if s not in along}
+    along = {grid.x: list(grid.x_values), grid.y: list(grid.y_values)}
+    fixed = {s: float(v) for s, v in sorted(grid.values.items()) if s not in along}
     return json.dumps(
-        {**fixed, "over": along, "starts": plan.starts, "kind": plan.kind, "seed": plan.seed}
+        {**fixed, "over": along, "starts": grid.starts, "kind": grid.kind, "seed": grid.seed}
     )
 
 
-def dataset(plan: MapPlan, values: Values) -> xarray.Dataset:
+def dataset(grid: MapGrid, values: Values) -> xarray.Dataset:
     """The map with units, long names, inputs and version.
 
     Examples
     --------
     >>> fixed = {"M": 4.7, "c1": 3.02, "k1": 1.147e4, "m": 0.032, "r": 0.6, "frequency": 7.862}
-    >>> plan = MapPlan(fixed, "b", (0.02, 0.03), "G", (1e-4, 2e-4, 3e-4))
-    >>> made = dataset(plan, empty(plan))
+    >>> grid = MapGrid(fixed, "b", (0.02, 0.03), "G", (1e-4, 2e-4, 3e-4))
+    >>> made = dataset(grid, empty(grid))
     >>> made.mean_amplitude.dims, made.b.attrs["units"]
     (('G', 'b'), 'm')
     """
@@ -219,12 +219,12 @@ def dataset(plan: MapPlan, values: Values) -> xarray.Dataset:
         unit, meaning = units[symbol]
         return symbol, np.array(along), {"units": unit, "long_name": meaning}
 
-    coordinates = {plan.y: axis(plan.y, plan.y_values), plan.x: axis(plan.x, plan.x_values)}
+    coordinates = {grid.y: axis(grid.y, grid.y_values), grid.x: axis(grid.x, grid.x_values)}
     variables = {
-        name: ((plan.y, plan.x), values[name], {"units": unit, "long_name": meaning})
+        name: ((grid.y, grid.x), values[name], {"units": unit, "long_name": meaning})
         for name, (unit, meaning) in VALUES.items()
     } | {
-        symbol: ((), plan.values[symbol], {"units": unit, "long_name": meaning})
+        symbol: ((), grid.values[symbol], {"units": unit, "long_name": meaning})
         for symbol, (unit, meaning) in units.items()
         if symbol not in coordinates
     }
@@ -232,17 +232,17 @@ def dataset(plan: MapPlan, values: Values) -> xarray.Dataset:
         variables,
         coordinates,
         {
-            "title": f"response over {units[plan.x][1]} and {units[plan.y][1]}",
+            "title": f"response over {units[grid.x][1]} and {units[grid.y][1]}",
             "Conventions": "CF-1.8",
             "source": f"vinesexp {__version__}, exact simulation",
             "vinesexp_version": __version__,
-            "starts": f"{plan.starts} a cell: {STARTS[plan.kind]}",
-            "inputs": inputs_of(plan),
+            "starts": f"{grid.starts} a cell: {STARTS[grid.kind]}",
+            "inputs": inputs_of(grid),
         },
     )
 
 
-def write_map(plan: MapPlan, values: Values, path: Path) -> None:
+def write_map(grid: MapGrid, values: Values, path: Path) -> None:
     """Write the map as far as it is known; a reader sees the old file or the new one.
 
     Raises
@@ -252,13 +252,13 @@ def write_map(plan: MapPlan, values: Values, path: Path) -> None:
     """
     try:
         with whole_file(path) as growing:
-            dataset(plan, values).to_netcdf(growing, engine="h5netcdf")
+            dataset(grid, values).to_netcdf(growing, engine="h5netcdf")
     except OSError as error:
         reason = error.strerror or str(error)
         raise VinesexpError(f"cannot be written ({reason})", file=path) from None
 
 
-def known_of(plan: MapPlan, path: Path) -> Values | None:
+def known_of(grid: MapGrid, path: Path) -> Values | None:
     """What an earlier run left of the same map; None where there is no file.
 
     Raises
@@ -271,7 +271,7 @@ def known_of(plan: MapPlan, path: Path) -> Values | None:
     if not path.exists():
         return None
     found = read_map(path)
-    if found.attrs.get("inputs") != inputs_of(plan):
+    if found.attrs.get("inputs") != inputs_of(grid):
         raise VinesexpError(
             "holds a map of other inputs; name another file, or remove this one", file=path
         )
@@ -305,7 +305,7 @@ def read_map(path: Path) -> xarray.Dataset:
     return found
 
 
-def joined(plan: MapPlan, parts: Sequence[Path]) -> Values:
+def joined(grid: MapGrid, parts: Sequence[Path]) -> Values:
     """One map of parts that know different rows of it.
 
     Raises
@@ -313,9 +313,9 @@ def joined(plan: MapPlan, parts: Sequence[Path]) -> Values:
     VinesexpError
         A part is missing or of another map, or rows are known to none.
     """
-    out = empty(plan)
+    out = empty(grid)
     for path in parts:
-        found = known_of(plan, path)
+        found = known_of(grid, path)
         if found is None:
             raise VinesexpError("is missing: a part of the map", file=path)
         for name, values in found.items():
@@ -323,14 +323,14 @@ def joined(plan: MapPlan, parts: Sequence[Path]) -> Values:
     unknown = np.flatnonzero(np.isnan(out["mean_amplitude"]).any(axis=1))
     if unknown.size:
         raise VinesexpError(
-            f"{unknown.size} of {plan.shape[0]} rows are in none of the parts; the first is row "
+            f"{unknown.size} of {grid.shape[0]} rows are in none of the parts; the first is row "
             f"{unknown[0] + 1}"
         )
     return out
 
 
 def fill(
-    plan: MapPlan,
+    grid: MapGrid,
     known: Values | None = None,
     *,
     rows: range | None = None,
@@ -341,7 +341,7 @@ def fill(
 
     Parameters
     ----------
-    plan : MapPlan
+    grid : MapGrid
     known : dict, optional
         What is known of it, as returned before; it is not changed.
     rows : range, optional
@@ -361,12 +361,12 @@ def fill(
     AnalysisError
         A cell that cannot be simulated (`design.ensemble.responses`).
     """
-    out = empty(plan) if known is None else {name: known[name].copy() for name in VALUES}
-    asked = range(plan.shape[0]) if rows is None else rows
+    out = empty(grid) if known is None else {name: known[name].copy() for name in VALUES}
+    asked = range(grid.shape[0]) if rows is None else rows
     for done, row in enumerate(asked, start=1):
         if not np.isnan(out["mean_amplitude"][row]).any():
             continue
-        found = responses(plan.runs(row), workers=workers).reshape(plan.shape[1], plan.starts)
+        found = responses(grid.runs(row), workers=workers).reshape(grid.shape[1], grid.starts)
         out["mean_amplitude"][row] = found.mean.mean(axis=1)
         out["largest_amplitude"][row] = found.largest.max(axis=1)
         out["captured_share"][row] = found.captured.mean(axis=1)
@@ -429,5 +429,5 @@ def response_map(
     if "frequency" not in (*over, *fixed):
         fixed["frequency"] = Oscillator(M=M, c1=c1, k1=k1).f0
     along = {s: tuple(np.atleast_1d(np.asarray(v, dtype=np.float64))) for s, v in over.items()}
-    plan = MapPlan(fixed, x, along[x], y, along[y], starts=starts, kind=kind, seed=seed)
-    return dataset(plan, fill(plan, progress=progress))
+    grid = MapGrid(fixed, x, along[x], y, along[y], starts=starts, kind=kind, seed=seed)
+    return dataset(grid, fill(grid, progress=progress))

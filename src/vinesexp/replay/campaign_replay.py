@@ -160,7 +160,7 @@ def _ball(m: float, b: float, r: float, of: Mapping[str, float]) -> NES:
 
 
 @dataclass(frozen=True)
-class Seen:
+class Recorded:
     """What one record shows: amplitude cycle by cycle, how it began, and its base.
 
     Attributes
@@ -227,7 +227,7 @@ def replay_campaign(
 
 
 def _beside(
-    campaign: Campaign, record: Record, model: Model, base: LevelBase | None, seen: Seen,
+    campaign: Campaign, record: Record, model: Model, base: LevelBase | None, seen: Recorded,
     row: Row,
 ) -> tuple[list[Measures], list[Compared]]:  # fmt: skip
     """Replays of a record and the rows of replay.csv.
@@ -260,7 +260,7 @@ def _fails(rows: Sequence[Compared]) -> bool:
     return any(row.decisive and row.outcome == "differs" for row in rows)
 
 
-def _seen(paths: ResultPaths, record: Record) -> Seen | None:
+def _seen(paths: ResultPaths, record: Record) -> Recorded | None:
     with open_record(paths.conditioned(record.id)) as view:
         frequency = view.attributes.get("oscillation_hz")
         if view.refused is not None or "displacement" not in view.roles or not frequency:
@@ -282,7 +282,7 @@ def _seen(paths: ResultPaths, record: Record) -> Seen | None:
     state = None
     if record.clearance and record.test == "periodic":
         state = begun(read_impacts(paths.impacts(record.id)), record.clearance)
-    return Seen(f, min(length, _LONGEST), time[known], amplitude[known], x0, v0, base, state)
+    return Recorded(f, min(length, _LONGEST), time[known], amplitude[known], x0, v0, base, state)
 
 
 def _beginning(x: FloatArray, rate: float, frequency: float) -> tuple[float, float]:
@@ -313,7 +313,7 @@ def _base(record: Record, bases: Mapping[str, Row], identified: Rows) -> LevelBa
 
 
 def _replayed(
-    record: Record, model: Model, base: LevelBase | None, seen: Seen, apart: bool, *,
+    record: Record, model: Model, base: LevelBase | None, seen: Recorded, apart: bool, *,
     share: float = 0.0,
 ) -> list[Measures]:  # fmt: skip
     """Numbers of all replays, of cavities that are longer by a share."""
@@ -340,7 +340,7 @@ def _replayed(
     return [replace(one, start=words) for one in found]
 
 
-def _cycles(record: Record, motion: Seen, found: Sequence[Measures]) -> list[dict[str, Value]]:
+def _cycles(record: Record, motion: Recorded, found: Sequence[Measures]) -> list[dict[str, Value]]:
     """Amplitude over time, measured and over the replays of its regime on the same cycles."""
     n = min(motion.time.size, *(one.cycles[0].size for one in found))
     replayed = np.array([one.cycles[1][:n] for one in found])

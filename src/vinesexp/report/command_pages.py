@@ -18,7 +18,7 @@ from vinesexp.figures.numbers import plus_minus
 from vinesexp.report.rendering import figure_markup, rendered
 from vinesexp.report.tables_shown import at_the_bench
 from vinesexp.results_differences import Difference, Differences
-from vinesexp.results_repeatability import Repeatability, Series
+from vinesexp.results_repeatability import Repeatability, Repeated
 from vinesexp.whole_files import write_whole
 
 _KINDS = {
@@ -171,13 +171,13 @@ def about_errors(found: Repeatability) -> str:
     )
 
 
-def spread_in_words(one: Series) -> str:
+def spread_in_words(one: Repeated) -> str:
     """Scatter of a value from folder to folder.
 
     Examples
     --------
     >>> import numpy as np
-    >>> spread_in_words(Series("M", "kg", ("a", "b"), np.array([4.7, 4.8]), np.full(2, 0.01)))
+    >>> spread_in_words(Repeated("M", "kg", ("a", "b"), np.array([4.7, 4.8]), np.full(2, 0.01)))
     'standard deviation 1.5 %, 7.1 times what the errors explain'
     """
     if one.values.size < 2:
@@ -186,7 +186,7 @@ def spread_in_words(one: Series) -> str:
     return f"standard deviation {share}, {one.ratio:.2g} times what the errors explain"
 
 
-def mean_in_words(one: Series) -> str:
+def mean_in_words(one: Repeated) -> str:
     """Mean of a value over the folders, with half of its 95 % interval."""
     return plus_minus(*at_the_bench(one.mean, one.mean_error, one.unit))
 
@@ -214,7 +214,7 @@ def repeatability_page(found: Repeatability) -> str:
     return rendered("vinesexp.report", "repeatability.html.j2", content)
 
 
-def _figure(one: Series, number: int) -> str:
+def _figure(one: Repeated, number: int) -> str:
     figure = value_over_folders(
         one.folders, one.values, one.errors, mean=(one.mean, one.mean_error), unit=one.unit
     )

@@ -57,7 +57,7 @@ _SEEN = 1 << 18  # samples read at once
 
 
 @dataclass(frozen=True)
-class Series:
+class Course:
     """A phase (rad) or lag (s) over time, from windows that begin `every` s apart.
 
     A moment lies in `shared` windows: so many show a step as a mixture. `weight` (1 by default) is
@@ -167,7 +167,7 @@ class Start:
     late: int
 
 
-def law_of(series: Series) -> Law | None:
+def law_of(series: Course) -> Law | None:
     """A straight line with at most one step through a series; None where it is too short.
 
     Errors are those of the scatter about the law, with as many independent windows as the
@@ -177,7 +177,7 @@ def law_of(series: Series) -> Law | None:
     --------
     >>> t = np.arange(60.0)
     >>> y = 1e-3 * np.random.default_rng(0).standard_normal(60) + np.where(t > 40, 0.1, 0.0)
-    >>> law = law_of(Series(t, y, 1.0))
+    >>> law = law_of(Course(t, y, 1.0))
     >>> law.steps, law.slopes, 40.0 <= law.at <= 41.0, abs(law.step - 0.1) < 2e-3
     (True, False, True, True)
     """
@@ -252,7 +252,7 @@ def _errors(columns: FloatArray, rest: FloatArray) -> tuple[FloatArray, float]:
     return np.asarray(error), max(free / alike, 1.0)
 
 
-def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Series, float] | None:
+def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Course, float] | None:
     """Phase of a driven channel, cycle by cycle, and the frequency that it is counted from.
 
     Parameters
@@ -264,7 +264,7 @@ def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Series
 
     Returns
     -------
-    Series (rad) and float (Hz), or None for a record under 12 cycles, or a channel at rest.
+    Course (rad) and float (Hz), or None for a record under 12 cycles, or a channel at rest.
     """
     f = frequency
     for _ in range(4):
@@ -283,10 +283,10 @@ def drive_phase(x: FloatArray, step: float, *, frequency: float) -> tuple[Series
         if abs(moved) < 1e-9 * f:
             break
     every = size * step
-    return Series(np.asarray(begins + 0.5 * every, dtype=np.float64), phase, every), f
+    return Course(np.asarray(begins + 0.5 * every, dtype=np.float64), phase, every), f
 
 
-def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float) -> Series | None:
+def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float) -> Course | None:
     """Lag of a displacement behind an acceleration (s), window by window of four cycles.
 
     Windows in which the two do not move together are left out. A filter of one channel (an AC
@@ -319,7 +319,7 @@ def lag_over_time(a: FloatArray, x: FloatArray, step: float, *, frequency: float
     lag = np.unwrap(np.angle(sign * ratio[good])) / (2.0 * math.pi * frequency)
     middle = np.asarray((begins[good] + 0.5 * size) * step, dtype=np.float64)
     beside = np.stack([changes[good].real, changes[good].imag], axis=1)
-    return Series(middle, lag, 0.5 * size * step, shared=2, weight=1.0 / error[good], beside=beside)
+    return Course(middle, lag, 0.5 * size * step, shared=2, weight=1.0 / error[good], beside=beside)
 
 
 def _change(A: ComplexArray, a: FloatArray, near: BoolArray) -> complex:
