@@ -11,6 +11,7 @@ from scipy.ndimage import map_coordinates
 Channels = dict[str, NDArray[np.float64]]
 
 _RING = 700.0  # Hz, of a table that somebody knocks
+_WANDERS = 0.2  # Hz
 
 
 def damaged(
@@ -22,9 +23,10 @@ def damaged(
     ----------
     damage : mapping
         ``lost`` (samples of all channels, in the middle third), ``lost one`` (of the acceleration
-        alone), ``second clock`` (relative, of the acceleration), ``dropouts`` (of the laser, so
-        many), ``knocks`` (so many), ``inverted acceleration``, ``inverted displacement``,
-        ``aliased`` (every so many-th sample of the acceleration, means of the others).
+        alone), ``second clock`` (relative, of the acceleration), ``base wanders`` (m, of its
+        sensor), ``dropouts`` (of the laser, so many), ``knocks`` (so many), ``inverted
+        acceleration``, ``inverted displacement``, ``aliased`` (every so many-th sample of the
+        acceleration, means of the others).
     """
     found = dict(channels)
     for what, much in damage.items():
@@ -36,6 +38,11 @@ def damaged(
             found["acceleration"] = shorter
         elif what == "second clock":
             found["acceleration"] = _by_clock(found["acceleration"], much)
+        elif what == "base wanders":
+            t = np.arange(found["base"].size) / rate
+            found["base"] = found["base"] + much * np.sin(
+                2.0 * np.pi * (_WANDERS * t + rng.random())
+            )
         elif what == "dropouts":
             found["displacement"] = _dropped(found["displacement"], rate, round(much), rng)
         elif what == "knocks":

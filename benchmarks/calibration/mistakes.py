@@ -42,12 +42,16 @@ def mistaken(name: str, seed: int) -> Scene:
 
 def small(name: str, seed: int) -> Scene:
     """The same with two ring-downs, one load, four periodic tests and one release."""
-    scene = _plain(seed)
+    return _made(name, seed, few(_plain(seed)))
+
+
+def few(scene: Scene) -> Scene:
+    """Two ring-downs, one load, four periodic tests and one release of a campaign."""
     own = {kind: [t for t in scene.tests if t.kind == kind] for kind in _KINDS}
     bare = [t for t in own["ringdown"] if not t.load][:2]
     loaded = [t for t in own["ringdown"] if t.load][-1:]
     kept = [*bare, *loaded, *own["periodic"][:4], *own["transient"][:1]]
-    return _made(name, seed, replace(scene, tests=tuple(kept)))
+    return replace(scene, tests=tuple(kept))
 
 
 def _plain(seed: int) -> Scene:

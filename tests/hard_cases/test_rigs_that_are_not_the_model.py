@@ -361,3 +361,34 @@ def test_headlines_on_where_two_impacts_end_are_true(name, tmp_path):
     found = studied(next(d for d in all_departures() if d.name == name), tmp_path, seed=1)
     assert "two impacts per cycle end" in found.headline
     assert found.false_headline == ""
+
+
+def small_campaign(scene, folder):
+    """Outcome of a campaign of the benchmark of calibration with few records, from raw samples."""
+    from benchmarks.calibration.mistakes import few
+    from benchmarks.calibration.study import judged, study
+
+    return judged(study(few(scene), folder, replay=False))
+
+
+@pytest.mark.slow
+def test_where_a_sensor_has_its_zero_makes_no_difference_between_the_walls(tmp_path):
+    """The mass moves on while ball and wall touch, by its place from rest and not from zero."""
+    from benchmarks.calibration.draw import plain
+
+    scene = plain(2001).with_bodies(lambda body: replace(body, contact=1.7e-3))
+    found = small_campaign(scene.with_sensors(offset=2.0), tmp_path)
+    assert not {"walls", "tilt"} & set(found["false"]), found["warnings"]
+    assert abs(found["values"]["r"]["z"]) < 3.0
+
+
+@pytest.mark.slow
+def test_a_sensor_of_the_base_that_wanders_is_no_other_base(tmp_path):
+    """b_c was 14 % off, and sensitivity and amplitude of the base were both said to be wrong."""
+    from benchmarks.calibration.draw import plain
+
+    scene = plain(2311).with_sensors(base=True)
+    scene = scene.mapped(lambda test: test.suffers("base wanders", 3e-4), "periodic")
+    found = small_campaign(scene, tmp_path)
+    assert not found["verdicts"]
+    assert abs(found["values"]["b_c_0"]["off"]) < 0.01

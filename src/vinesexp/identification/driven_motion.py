@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.linalg import solve_triangular
+from scipy.ndimage import uniform_filter1d
 
 from vinesexp.arrays import BoolArray, FloatArray, IntArray
 from vinesexp.errors import RecordError
@@ -404,7 +405,8 @@ def _fitted(
     """
     # from the middle of the record: its frequency turns the base's phase as little as can be
     w, t = 2.0 * math.pi * frequency, flights.step * (np.arange(x.size) - 0.5 * (x.size - 1))
-    waves = [np.cos(w * t), -np.sin(w * t)] if e is None else [e]
+    slow = None if e is None else _slower(e, round(2.0 * math.pi / (w * flights.step)))
+    waves = [np.cos(w * t), -np.sin(w * t)] if e is None or slow is None else [e - slow]
     moments, base = flights.moments(x), [flights.moments(wave) for wave in waves]
     rows = _consistent(flights, moments, base, frequency)
     if rows is None:
@@ -414,6 +416,8 @@ def _fitted(
     others = [*rows.of(flights.drift()).T, rows.jump]
     found: _Solved | None = None
     turning: list[FloatArray] = []
+    if slow is not None:  # the mass follows what the base does, and no drift of its sensor
+        turning = [-w * w * rows.of(flights.moments(slow))[:, 0]]
     for _ in range(_TURNS):
         driven = [rows.of(one) for one in base]
         ahead = -driven[0][:, 1] / w if e is not None else driven[1][:, 0]
@@ -432,6 +436,13 @@ def _fitted(
             turning = [-rows.of(flights.moments(later))[:, 0]]
     assert found is not None
     return DrivenMotion(found.values, found.information, w, scale, e is not None, found.flights)
+
+
+def _slower(e: FloatArray, period: int) -> FloatArray:
+    """What is slower than a sine of so many samples; held constant in the first and last period."""
+    slow = uniform_filter1d(uniform_filter1d(e, period), period)
+    slow[:period], slow[-period:] = slow[period], slow[-period - 1]
+    return np.asarray(slow)
 
 
 def _ordinary(found: _Solved, w: float) -> FloatArray:

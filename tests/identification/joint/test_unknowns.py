@@ -115,6 +115,19 @@ def test_a_sum_that_is_not_linear_is_found_where_the_residual_is_least():
     )
 
 
+def test_a_first_step_that_makes_it_worse_is_shortened():
+    """Beyond the bend the slope is almost none: from there no step leads back."""
+
+    def bent(p):
+        model = math.tanh(4.0 * p[0])
+        slope, w = 4.0 * (1.0 - model**2), 1e4
+        return np.array([[w * slope**2]]), np.array([-w * slope * model]), -0.5 * w * model**2
+
+    beliefs = Beliefs({"a": Prior(0.0, 10.0)})
+    block = Block("r", "decay", (({"a": 1.0}, 0.0),), bent)
+    assert fit([block], ("a",), beliefs, np.array([0.4])).at[0] == pytest.approx(0.0, abs=1e-4)
+
+
 def test_a_record_left_out_is_as_if_it_had_not_been_measured():
     blocks = [Block(str(i), "decay", PLAIN, problem(i)) for i in range(4)]
     at = np.array([0.1, 0.2, 0.3])

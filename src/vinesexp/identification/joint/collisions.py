@@ -72,7 +72,7 @@ class Collisions:
     ----------
     flights : Flights
     x, x_before, x_after : arrays (n,)
-        Displacement at the impact, at the one before, at the one after, m.
+        Displacement from rest at the impact, at the one before, at the one after, m.
     omega2 : float
         Square of the circular frequency of the motion, 1/s^2.
     speed : float

@@ -54,6 +54,8 @@ _TEMPLATE = 1e-2
 _PULSE = 3.0
 #: What the model of the displacement beside an impact leaves in r and in the momentum of a record.
 _OWN_R, _OWN_EPS, _OWN_GAIN = 1e-4, 1e-3, 5e-4
+#: By which the ratio of two channels differs from one record to another, relative.
+_CHANNELS = 3e-4
 #: Lateness of the base's channel against the displacement, s: filters, converters that take turns.
 _BASE_LATE = 3e-4
 #: So many times more where the amplitude falls from impact to impact.
@@ -535,6 +537,9 @@ def collisions_of(flights: Flights, impacts: Impacts, *, omega2: float) -> Colli
     way = 2.0 * flights.side * flights.clearance
     before = x - (flights.u_before * flights.time_before + way)
     after = x + flights.u_after * flights.time_after - way
+    # walls take turns: this is where the mass rests, wherever the sensor has its zero
+    rest = float(np.median(0.25 * (before + 2.0 * x + after)))
+    x, before, after = x - rest, before - rest, after - rest
     jump = flights.jump_acceleration
     both = np.isfinite(jump) & np.isfinite(flights.jump)
     sign = np.sign((jump[both] * flights.jump[both]).sum()) or 1.0
@@ -566,7 +571,7 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
             continue
         displaced = {name: -factor for name, factor in b.own_gain(record, "displacement").items()}
         sums = ({**b.own_gain(record, "acceleration"), **displaced}, 0.0)
-        error = max(e.std_error / abs(e.value), 3e-4, across.get(record.id, 0.0))
+        error = max(e.std_error / abs(e.value), _CHANNELS, across.get(record.id, 0.0))
         b.blocks.append(
             Block(record.id, "channels", (sums,), _Single(math.log(abs(e.value)), error))
         )
@@ -658,7 +663,8 @@ def _answered(
           "rolling": -0.5 * eps}, 0.0),
         ({**base, **b.own_gain(record, "displacement"),
           b.own("own base", record, _OWN_BASE): 1.0,
-          b.own("bent", record, 2.0 * bent * swing / level): 1.0}, math.log(level)),
+          b.own("bent", record, math.hypot(_CHANNELS, 2.0 * bent * swing / level)): 1.0},
+         math.log(level)),
         (turned, inverted),
         ({**rubs, b.own("own push", record, push * drive): 1.0}, 0.0),
     )  # fmt: skip

@@ -360,7 +360,7 @@ def fit(
     def value(data: Quadratic, parts: FloatArray) -> float:
         return data.log_likelihood - 0.5 * float((((parts - mean) / width) ** 2).sum())
 
-    here = -math.inf
+    here = value(data, parts)
     for _ in range(_STEPS):
         aim = posterior_of(data, beliefs)
         step = aim.values - parts
