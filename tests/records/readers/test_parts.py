@@ -1,17 +1,21 @@
 """Files of several records: each is named behind the file, and none is taken unasked."""
 
+import bz2
+import gzip
+import lzma
 import struct
 import zipfile
 
 import numpy as np
 import pytest
+from scipy.io import wavfile
 
 from vinesexp.cli import main
 from vinesexp.errors import RecordError
 from vinesexp.records.campaign.schema import Channel, TimeColumn
 from vinesexp.records.instrument.ingest import read_channels
 from vinesexp.records.readers import open_source
-from vinesexp.records.readers.source import file_of, part_of
+from vinesexp.records.readers.source import file_of, part_of, require_one
 
 N = 40
 NAMES = "Time (s),CH1 (V)\n"
@@ -188,6 +192,33 @@ def test_files_of_a_zip_are_records(tmp_path):
         assert [c.name for c in source.columns] == ["Time (s)", "CH1 (V)"]
     with pytest.raises(RecordError, match=r"no file 'run 3.csv' .* run 1.csv, run 2.csv"):
         open_source(tmp_path / "a.zip#run 3.csv")
+
+
+@pytest.mark.parametrize("pack", [gzip, bz2, lzma])
+def test_a_packed_file_is_read_as_what_is_in_it(pack, tmp_path):
+    for name, content in (("a.csv", NAMES + rows(1)), ("b.csv", (NAMES + rows(1) + "\n") * 2)):
+        with pack.open(tmp_path / f"{name}.gz", "wb") as stream:
+            stream.write(content.encode())
+    source, block = values(tmp_path / "a.csv.gz")
+    assert source.format == "packed text"
+    np.testing.assert_array_equal(block, values(tmp_path / "b.csv.gz#2")[1])
+    with pytest.raises(RecordError, match=r"b\.csv\.gz#1, b\.csv\.gz#2"):
+        require_one(open_source(tmp_path / "b.csv.gz"))
+
+
+def test_other_formats_than_text_are_read_out_of_an_archive(tmp_path):
+    samples = np.arange(-400, 400, dtype=np.int16).reshape(-1, 2)
+    wavfile.write(tmp_path / "a.wav", 1000, samples)
+    with zipfile.ZipFile(tmp_path / "a.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.write(tmp_path / "a.wav", "a.wav")
+        archive.writestr("b.csv", NAMES + rows(1))
+    source, block = values(tmp_path / "a.zip#a.wav")
+    assert source.sample_interval == 0.001
+    np.testing.assert_allclose(block * 32768.0, samples)
+    with gzip.open(tmp_path / "swollen.csv.gz", "wb") as stream:
+        stream.write(b"0,1\n" * 1_000_000)
+    with pytest.raises(RecordError, match="unpacks to more than 200 times its size"):
+        open_source(tmp_path / "swollen.csv.gz")
 
 
 def test_files_of_one_name_in_a_zip_are_told_apart_by_number(tmp_path):

@@ -138,7 +138,6 @@ def test_a_file_cut_short_and_a_missing_package_are_reported(tmp_path, monkeypat
             b"\0\0\0\x20ftypM4A ",
             b"\x1aE\xdf\xa3\x9f",
             b"CDF\x01",
-            b"\x1f\x8b\x08",
             b"ID3\x04",
         ),
         *(b"OggS", b"caff", b"#!AMR", b"%PDF-1.7", b"\x89PNG\r\n", b"\xff\xd8\xff\xe0"),

@@ -87,7 +87,7 @@ class SheetSource(AsideSource):
 
 
 def _xlsx(openpyxl: Any, path: Path) -> list[_Sheet]:
-    book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    book = openpyxl.load_workbook(path.open("rb"), read_only=True, data_only=True)
     return [
         _Sheet(
             one.title,

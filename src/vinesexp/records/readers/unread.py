@@ -73,7 +73,6 @@ def unreadable(
 _MAGIC = (
     (b"CDF\x01", "a netCDF-3 file"),
     (b"CDF\x02", "a netCDF-3 file"),
-    (b"\x1f\x8b", "a gzip archive"),
     (b"%PDF", "a PDF document"),
     (b"\x89PNG", "a PNG picture"),
     (b"\xff\xd8\xff", "a JPEG picture"),

@@ -1,0 +1,81 @@
+"""The formats that are read, and which of them a file is.
+
+A new format is one module with `NAME`, `recognises(head, suffix)` and `open_file(path)`, and its
+entry in `FORMATS`. Content decides, not the name: a .csv that is really something else is reported
+or read for what it is.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from vinesexp.errors import RecordError
+from vinesexp.records.readers import (
+    excel,
+    hdf5,
+    lecroy,
+    matlab,
+    mdf,
+    numpy_files,
+    parquet,
+    scope_binary,
+    tdms,
+    tektronix,
+    text,
+    universal,
+    wav,
+)
+from vinesexp.records.readers.unread import known_by_sight
+
+#: Asked in this order; text comes last because it takes whatever looks like words.
+FORMATS = (
+    *(matlab, hdf5, wav, tdms, universal, mdf, parquet, numpy_files, tektronix, lecroy),
+    *(scope_binary, excel, text),
+)
+HEAD = 4096  # bytes that are shown to `recognises`
+
+_POINTER = b"version https://git-lfs"  # what Git leaves in place of a large file
+
+
+def reader_for(head: bytes, suffix: str, path: Path, *more: Any) -> Any:
+    """The module that reads a file.
+
+    Parameters
+    ----------
+    head : bytes
+        The first `HEAD` bytes.
+    suffix : str
+        Of its name, lower case.
+    path : Path
+        For messages.
+    *more : modules
+        That are asked before `FORMATS`' last.
+
+    Raises
+    ------
+    RecordError
+        Empty, or of an unknown format; says what was found and which formats are known.
+    """
+    if not head.strip():
+        raise RecordError("is empty; export the record again", file=path)
+    if head.startswith(_POINTER):
+        raise RecordError(
+            "is not here: only its address is (Git LFS); download it with 'git lfs pull'", file=path
+        )
+    asked = (*FORMATS[:-1], *more, FORMATS[-1])
+    known = ", ".join(reader.NAME for reader in asked)
+    other = known_by_sight(head, suffix)
+    if other is not None:
+        raise RecordError(
+            f"is {other}, which is not read; export the record as CSV or one of: {known}",
+            file=path,
+        )
+    for reader in asked:
+        if reader.recognises(head, suffix):
+            return reader
+    raise RecordError(
+        f"unknown format (it begins with the bytes {head[:8].hex(' ')}); export the record as one "
+        f"of: {known}",
+        file=path,
+    )
