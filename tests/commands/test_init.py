@@ -273,7 +273,7 @@ def test_the_column_of_times_is_named_where_others_rise_beside_it(tmp_path, caps
         f"{1663562598302710300 + round(s * 1e9)},{s:.6f},{np.exp(-0.3 * s) * np.cos(12 * s):.6f},25"
         for s in t
     )
-    (tmp_path / "a.csv").write_text(f"time,seconds_elapsed,acc_z,temp_c\n{rows}\n")
+    (tmp_path / "a.csv").write_text(f"time,elapsed,acc_z,temp_c\n{rows}\n")
     assert main(["init", str(tmp_path)]) == 0
     text = (tmp_path / "campaign.yaml").read_text()
     assert 'time: {column: "time", unit: ns}' in text

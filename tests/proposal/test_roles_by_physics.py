@@ -8,6 +8,8 @@ from vinesexp.identification.ringdown import fit_ringdown
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import guess_roles, weighed_roles
 from vinesexp.proposal.survey import view_file
+from vinesexp.records.campaign.schema import Channel, TimeColumn
+from vinesexp.records.instrument.ingest import read_as_measured
 from vinesexp.records.readers.unread import known_by_sight
 
 RNG = np.random.default_rng(5)
@@ -80,6 +82,52 @@ def test_files_of_other_programs_are_named_with_their_export():
     assert "PSV" in (known_by_sight(b"\xd0\xcf\x11\xe0\x00", ".svd") or "")
     assert known_by_sight(b"t,x\n0,1\n", ".dxd") is None  # content decides
     assert "phyphox" in (known_by_sight(b'<?xml version="1.0"?>\n<phyphox version="1.7">') or "")
+
+
+def test_a_file_of_axes_is_called_after_its_sensor(tmp_path):
+    """A phone's logger: ticks since 1970 and seconds, then axes without a unit."""
+    ticks = 1.69e18 + 1e9 * T
+    x = np.exp(-0.02 * T) * np.cos(6.0 * T)
+    names = "time,seconds_elapsed,z,y,x"
+    for sensor, role in (("Accelerometer", "acceleration"), ("Gyroscope", "displacement")):
+        view, roles = looked_at(tmp_path / f"{sensor}.csv", names, ticks, T, 0.1 * x, 0.2 * x, x)
+        assert roles == {"x": role}
+        assert (view.time, view.time_unit, view.time_unit_stated) == (1, "s", True)
+        assert view.remarks == ()
+    assert looked_at(tmp_path / "base.csv", "time,x", T, x)[1] == {"x": "displacement"}
+
+
+def test_channels_with_times_of_their_own_have_their_own_rates(tmp_path, capsys):
+    """Of two recorders the second is 4 % slower; its channel moves most clearly."""
+    own = 1.04 * T
+    first = RNG.standard_normal(T.size)
+    names = "Tiempo1,Aceleracion1,Tiempo2,Laser2"
+    view, roles = looked_at(
+        tmp_path / "a.csv", names, T, first, own, np.exp(-0.02 * own) * np.cos(6.0 * own)
+    )
+    assert roles == {"Aceleracion1": "acceleration", "Laser2": "displacement"}
+    assert [round(c.rate, 3) for c in view.signals] == [30.0, round(30.0 / 1.04, 3)]
+    np.savetxt(
+        tmp_path / "a.csv", np.stack([T, np.sin(T), own, np.cos(6.0 * own)], 1), delimiter=",",
+        header="Time 1,a,Time 2,Laser", comments="",
+    )  # fmt: skip
+    assert main(["init", str(tmp_path)]) == 0
+    assert "time: {column: 2, unit: s}" in (tmp_path / "campaign.yaml").read_text()
+
+
+def test_names_that_differ_in_case_are_one_channel(tmp_path):
+    x = np.exp(-0.02 * T) * np.cos(6.0 * T)
+    for name, names in (("a", "t,Laser,ACC"), ("b", "t,laser,Acc")):
+        looked_at(tmp_path / f"{name}.csv", names, T, x, -36.0 * x)
+    assert main(["init", str(tmp_path)]) == 0
+    text = (tmp_path / "campaign.yaml").read_text()
+    assert 'displacement: {column: "Laser",' in text
+    assert 'acceleration: {column: "ACC",' in text
+    assert "optional" not in text
+    channels = {"displacement": Channel("displacement", "Laser", "displacement", 1.0)}
+    time = TimeColumn("T", "s", 1.0)
+    _, values = read_as_measured(tmp_path / "b.csv", channels, time=time, sample_rate=None)
+    np.testing.assert_allclose(values["displacement"], x, atol=1e-6)
 
 
 def test_the_coordinates_of_a_tracked_point_are_one_sensor(tmp_path):

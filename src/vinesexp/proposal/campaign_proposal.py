@@ -17,7 +17,7 @@ from pathlib import Path
 from vinesexp.proposal.file_names import Reading, read_name, runs_are_numbered
 from vinesexp.proposal.kind_of_test import OPEN, describe_test
 from vinesexp.proposal.roles import VELOCITY, Guess, guess_roles, label_of
-from vinesexp.proposal.survey import FileView
+from vinesexp.proposal.survey import FileView, is_other_time
 from vinesexp.records.campaign.missing_cells import FILL_IN
 from vinesexp.records.campaign.schema import ROLES
 from vinesexp.records.readers.source import file_of, part_of
@@ -110,7 +110,7 @@ def propose(folder: Path, files: Sequence[FileView]) -> Proposal:
     files : sequence of FileView
         Those that could be read.
     """
-    files = with_joined_channels(files)
+    files = with_joined_channels(_spelled_alike(files))
     first, *others = _by_instrument(files)
     standard = _setup("", first)
     groups = [first, *(one for one in others if _reads_its_own(standard, one))]
@@ -214,9 +214,11 @@ def _setup(name: str, group: _Group) -> ProposedSetup:
 
 
 def _own_times(file: FileView, labels: Sequence[str]) -> int | None:
-    """Number of the column of times beside the channels, where two have one name; else None."""
+    """Number of the column of times beside the channels, where there are several; else None."""
     times = [c for c in file.columns if c.kind == "time"]
-    if len({c.name for c in times}) == len(times):
+    named = next((c.name for c in times if c.index == file.time), "")
+    times = [c for c in times if is_other_time(c.name, named)]
+    if len(times) < 2:
         return None
     first = min((c.index for c in file.signals if label_of(c) in labels), default=0)
     return max((c.index for c in times if c.index < first), default=None)
@@ -249,6 +251,21 @@ def _quantity(role: str, label: str, unit: str | None) -> str | None:
     if role == "base" and re.search(r"acc", label, re.I):
         return next(by_unit, "acceleration")
     return next(by_unit, "velocity" if VELOCITY.search(label) else "displacement")
+
+
+def _spelled_alike(files: Sequence[FileView]) -> list[FileView]:
+    """Files whose columns have one name where it differs in case only (CH1, Ch1)."""
+    spelled: dict[str, str] = {}
+    found = []
+    for file in files:
+        names = [column.name for column in file.columns]
+        if len({name.lower() for name in names}) == len(names):
+            columns = (
+                replace(c, name=spelled.setdefault(c.name.lower(), c.name)) for c in file.columns
+            )
+            file = replace(file, columns=tuple(columns))
+        found.append(file)
+    return found
 
 
 def with_joined_channels(files: Sequence[FileView]) -> list[FileView]:

@@ -27,7 +27,7 @@ _NAMES = {
     "base": re.compile(
         r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot|tisch|anreg|erreg", re.I
     ),
-    "acceleration": re.compile(r"acc|accel|beschl|pcb|icp|imu", re.I),
+    "acceleration": re.compile(r"acc|acel|beschl|pcb|icp|imu", re.I),
     "displacement": re.compile(r"laser|disp|pos|depl|weg|ldv|vib|mass|oscill", re.I),
     "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),
 }
@@ -42,6 +42,8 @@ _SUM = re.compile(r"abs|magnitude|total|norm|result|betrag", re.I)  # of several
 VELOCITY = re.compile(r"veloc|speed|vitesse|geschwind", re.I)
 _TURNING = re.compile(r"gyro|rotat|angular vel", re.I)
 _AXIS = re.compile(r"(.*?)[\s_.:-]*([xyz])", re.I | re.S)  # nothing before it: a tracked point
+#: Sensors of a phone after which a file is called whose columns are x, y and z.
+_SENSOR = re.compile(r"accelero|acceleration|gyro", re.I)
 _CUT_SHORT = 6  # letters at least of a name that some program cut short
 _MOSTLY = 0.9  # of the steps of times with a mistake among them
 _KEEPS = 0.35  # variation of an amplitude that is kept: a decay to a quarter varies by more
@@ -173,7 +175,7 @@ def _stated(places: Places) -> Iterator[Indication]:
     measured = {label: _quantity_of(at) for label, at in places.items()}
     for label, at in places.items():
         unit, quantity = measured[label]
-        role = _named(label)
+        role = _named(_called(label, at))
         if all(c.rate for _, c in at) and not _may_move(at):
             words = "it is sampled too slowly for a vibration, and nothing oscillates in it"
             yield from (Indication(label, one, _NEVER, words) for one in _MEASURED)
@@ -204,7 +206,7 @@ def _quantity_of(at: Sequence[tuple[FileView, ColumnView]]) -> tuple[str | None,
     """The unit that a channel has in all files, and what it measures, by unit or by name."""
     units = {column.unit for _, column in at}
     unit = next(iter(units)) if len(units) == 1 else None
-    name = at[0][1].name
+    name = _called(at[0][1].name, at)
     if unit is None:
         return None, "rate of turn" if _TURNING.search(name) else (
             "velocity" if VELOCITY.search(name) else None
@@ -398,6 +400,14 @@ def _is_of_time(column: ColumnView) -> bool:
 
 def _named(label: str) -> str | None:
     return next((role for role, form in _NAMES.items() if form.search(label)), None)
+
+
+def _called(name: str, at: Sequence[tuple[FileView, ColumnView]]) -> str:
+    """The name of a channel; of a bare axis with the sensor after which its files are called."""
+    sensors = [_SENSOR.search(file.path.name) for file, _ in at]
+    first = next(iter(sensors), None)
+    bare = name.lower() in ("x", "y", "z") and first is not None and all(sensors)
+    return f"{first[0]} {name}" if bare and first is not None else name
 
 
 def _same(label: str, other: str, places: Places) -> bool:

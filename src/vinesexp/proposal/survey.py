@@ -199,15 +199,20 @@ def _kinds(
     """The columns that hold numbers, and of what kind each is."""
     most = max((len(values) for values in read.values()), default=0)
     columns = []
+    slower = 1.0  # times that several channels have of their own
     for index, values in read.items():
         column = source.columns[index]
-        own = 1.0 / column.interval if column.interval and column.interval > 0.0 else rate
+        own = rate and rate * slower
+        if time is None and column.interval and column.interval > 0.0:
+            own = 1.0 / column.interval
         kind = "time" if index == time else _kind(values, column.unit)
         rises = kind in ("signal", "counter") and _grows(values)
         if index == frequencies or (rises and is_called_frequency(column.name, column.unit)):
             kind = "frequency"
         if kind == "signal" and rises and _is_of_times(column, source, time, values):
             kind = "time"  # of other channels than the first
+            if time is not None and is_other_time(column.name, source.columns[time].name):
+                slower = float(np.ptp(read[time]) / np.ptp(values))
         if kind == "signal" and len(values) < _FEWEST and _FEWEST * len(values) < most:
             kind = "list"
         unit = None if kind != "time" and len(read) > 2 and _one_unit(source) else column.unit
@@ -377,6 +382,17 @@ def is_called_time(name: str) -> bool:
     return _TIME_NAME.match(name) is not None
 
 
+def is_other_time(name: str, other: str) -> bool:
+    """Whether two columns of times are those of two channels: but for a number they are called so.
+
+    Examples
+    --------
+    >>> is_other_time("Time 2", "Time 1"), is_other_time("Time", "Timestamp")
+    (True, False)
+    """
+    return re.sub(r"\d+", "", name) == re.sub(r"\d+", "", other)
+
+
 def _values(source: Source, columns: Sequence[int]) -> dict[int, FloatArray]:
     """The samples of some columns, the first `_MOST` rows."""
     blocks, count = [], 0
@@ -512,8 +528,10 @@ def _time_and_rate(
         if stated is not None and abs(stated - rate) > _APART * rate:
             remarks.append(f"the header states {stated:.6g} Hz, the times give {rate:.6g} Hz")
         return j, float(f"{rate:.6g}"), remarks
-    if stated is not None:
-        slow = f"the file states {stated:.4g} Hz, too slow for a vibration: is that the rate?"
-        return None, float(f"{stated:.9g}"), [slow] if stated < SLOWEST else []
     intervals = {c.interval for c in source.columns if c.interval and c.interval > 0.0}
-    return None, 1.0 / intervals.pop() if len(intervals) == 1 else None, []
+    if stated is None and len(intervals) == 1:
+        stated = 1.0 / intervals.pop()
+    if stated is None:
+        return None, None, []
+    slow = f"the file states {stated:.4g} Hz, too slow for a vibration: is that the rate?"
+    return None, float(f"{stated:.9g}"), [slow] if stated < SLOWEST else []

@@ -11,6 +11,7 @@ import pytest
 import scipy.io
 
 from vinesexp.errors import RecordError
+from vinesexp.proposal.survey import view_file
 from vinesexp.records.campaign.schema import Channel
 from vinesexp.records.instrument.samples import Samples
 from vinesexp.records.readers import open_source
@@ -135,6 +136,25 @@ def test_tdms(tmp_path):
     channels = {r: Channel(r, n, r, 1.0, file_size=1.0) for r, n in roles.items()}
     with pytest.raises(RecordError, match="'Laser' 1000 Hz, 'slow/Acc' 500 Hz"):
         Samples(source, channels, time=None, sample_rate=None)
+
+
+def test_an_increment_of_one_in_tdms_is_nobodys_interval(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    blank = {"wf_increment": 1.0, "wf_start_offset": 0.0}
+    laser = nptdms.ChannelObject("g", "Laser", X, properties=blank)
+    with nptdms.TdmsWriter(str(tmp_path / "a.tdms")) as writer:
+        writer.write_segment([laser])
+    assert open_source(tmp_path / "a.tdms").columns[0].interval is None
+    other = {**blank, "wf_increment": 0.25}
+    with nptdms.TdmsWriter(str(tmp_path / "b.tdms")) as writer:
+        writer.write_segment(
+            [
+                nptdms.ChannelObject("g", "t", T, properties={"unit_string": "s"}),
+                nptdms.ChannelObject("g", "Laser", X, properties=other),
+            ]
+        )
+    view = view_file(tmp_path / "b.tdms")
+    assert view.signals[0].rate == view.rate == pytest.approx(RATE)
 
 
 @pytest.mark.parametrize("binary", [False, True])

@@ -54,6 +54,26 @@ def test_integer_codes_have_scale_and_offset(tmp_path):
     np.testing.assert_array_equal(values(source, [0])[:, 0], codes * 0.5 + 2.0)
 
 
+@pytest.mark.parametrize("stored", [np.int16, np.float32])
+def test_a_keysight_oscilloscope_says_scale_and_sampling_in_the_group(stored, tmp_path):
+    codes = np.arange(-50, 50)
+
+    def fill(file):
+        group = file.create_group("Waveforms/CH 1\n")
+        group.attrs.update(XInc=2e-4, XUnits=b"Second", YInc=0.5, YOrg=2.0, YUnits=b"Volt")
+        group["CH 1\n Data"] = codes.astype(stored)  # single precision holds volts
+        group = file.create_group("Waveforms/FFT")
+        group.attrs.update(XInc=10.0, XUnits=b"Hertz")
+        group["FFT Data"] = codes.astype(np.float32)
+
+    source = make(tmp_path / "a.h5", fill)
+    column = source.columns[0]
+    assert (column.name, column.unit) == ("Waveforms/CH 1 /CH 1 Data", "V")
+    assert (column.interval, source.columns[1].interval) == (2e-4, None)
+    volts = codes * 0.5 + 2.0 if stored == np.int16 else codes
+    np.testing.assert_array_equal(values(source, [0])[:, 0], volts)
+
+
 @pytest.mark.parametrize("transposed", [False, True])
 def test_a_matrix_is_columns_along_its_longer_axis(transposed, tmp_path):
     def fill(file):

@@ -42,8 +42,7 @@ def find_column(source: Source, wanted: str | int, *, where: str) -> int:
             f"no column {wanted}; there are {_listed(columns)}", file=source.path, where=where
         )
     names = [column.name.strip() for column in columns]
-    fitting = [j for j, name in enumerate(names) if name == wanted]
-    fitting = fitting or [j for j, name in enumerate(names) if fnmatchcase(name, wanted)]
+    fitting = _fitting(names, wanted)
     if len(fitting) == 1:
         return fitting[0]
     if fitting:
@@ -72,8 +71,14 @@ def has_column(source: Source, wanted: str | int) -> bool:
     """Whether any column fits."""
     if isinstance(wanted, int):
         return wanted < len(source.columns)
-    names = (column.name.strip() for column in source.columns)
-    return any(name == wanted or fnmatchcase(name, wanted) for name in names)
+    return bool(_fitting([column.name.strip() for column in source.columns], wanted))
+
+
+def _fitting(names: Sequence[str], wanted: str) -> list[int]:
+    """Numbers of the names that are `wanted`, else fit it as a pattern, else but for the case."""
+    exact = [j for j, name in enumerate(names) if name == wanted]
+    alike = exact or [j for j, name in enumerate(names) if fnmatchcase(name, wanted)]
+    return alike or [j for j, name in enumerate(names) if fnmatchcase(name.lower(), wanted.lower())]
 
 
 def _listed(columns: Sequence[Column]) -> str:

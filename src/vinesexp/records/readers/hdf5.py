@@ -31,6 +31,7 @@ from vinesexp.errors import RecordError
 from vinesexp.records.readers.labels import unit_in_name, unit_of_label
 from vinesexp.records.readers.source import BLOCK_ROWS, Column, Source, require_equal_lengths
 from vinesexp.records.readers.unread import unreadable
+from vinesexp.units import UNITS
 
 NAME = "HDF5"
 LIBRARIES = ("h5py",)
@@ -39,7 +40,7 @@ _RATES = ("sample_rate_hz", "sample_rate", "fs")
 _SHORTEST, _LONGEST = 1e-15, 1e9  # s between samples: what lies outside is no sampling
 _WIDEST = 2000  # columns of a matrix
 _SWELL = 2000  # samples a byte: what was never written takes no room, and may be stated at any size
-_INTERVALS = ("sample_interval_s", "sample_interval", "dt")
+_INTERVALS = ("sample_interval_s", "sample_interval", "dt", "xinc")
 _DEEPEST = 20  # virtual datasets made of virtual datasets
 _UNITS = ("unit", "units")
 
@@ -175,9 +176,11 @@ class Hdf5Source(Source):
         self, name: str, item: Any, stated: dict[str, dict[str, list[float]]], scalars: bool
     ) -> Iterator[Column]:
         shape = item.shape
-        scale = _single(item.attrs.get("scale", 1.0), name, self.path)
-        offset = _single(item.attrs.get("offset", 0.0), name, self.path)
-        label = _text(item.attrs.get("units", item.attrs.get("unit", "")))
+        group = item.parent.attrs  # Keysight's oscilloscopes write there what they say of a channel
+        codes = "YInc" in group and item.dtype.kind in "iu"
+        scale = _single(item.attrs.get("scale", group["YInc"] if codes else 1.0), name, self.path)
+        offset = _single(item.attrs.get("offset", group["YOrg"] if codes else 0.0), name, self.path)
+        label = _text(item.attrs.get("units", item.attrs.get("unit", group.get("YUnits", ""))))
         label = label or self._units.get(name.rpartition("/")[0], "")
         try:
             interval = interval_at(name, stated, self.path)
@@ -191,7 +194,9 @@ class Hdf5Source(Source):
         flat = len(shape) == 1 or (scalars and across == 1)
         names = [_text(word) for word in np.atleast_1d(item.attrs.get("columns", []))]
         for k in range(across):
-            own = name if flat else f"{name}/{names[k] if len(names) == across else k}"
+            own = " ".join(
+                (name if flat else f"{name}/{names[k] if len(names) == across else k}").split()
+            )
             inner = None if len(shape) == 1 else k
             self._series.append(_Series(item.name, inner, along_first, scale, offset, max(shape)))
             yield Column(own, unit_of_label(label) or label or unit_in_name(own), interval)
@@ -287,11 +292,13 @@ def _read(file: Any, series: _Series, begin: int, end: int) -> FloatArray:
 
 
 def _gather(attributes: Any, stated: dict[str, list[float]]) -> None:
-    for key in (*_RATES, *_INTERVALS):
-        if key in attributes and np.size(attributes[key]) == 1:
+    if unit_of_label(_text(attributes.get("XUnits", "s"))) not in UNITS["time"]:
+        return  # a spectrum
+    for key in attributes:
+        if key.lower() in (*_RATES, *_INTERVALS) and np.size(attributes[key]) == 1:
             value = np.asarray(attributes[key]).reshape(-1)[0]
             if isinstance(value, (np.number, float, int)):
-                stated.setdefault(key, []).append(float(np.real(value)))
+                stated.setdefault(key.lower(), []).append(float(np.real(value)))
 
 
 def interval_at(name: str, stated: dict[str, dict[str, list[float]]], path: Path) -> float | None:

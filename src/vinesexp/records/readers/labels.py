@@ -27,6 +27,12 @@ _TAIL = re.compile(
     r"|(?:^|[\s_])(?=(?:[nuµm]s|millis|micros)$))(\S+)$"
 )
 
+#: Units written out: seconds_elapsed, volt2; no abbreviation, and no ordinal (second run).
+_SPELLED = re.compile(
+    r"^(?:milli)?volts?(?=\d*$)|(?<![a-z])(?:(?:milli|micro|nano)?second|(?:milli)?volt)s(?![a-z])",
+    re.IGNORECASE,
+)
+
 #: The unit of a column that only counts its rows.
 SEQUENCE = "Sequence"
 #: The unit of a column of whole numbers of the converter, and what GW Instek calls such a column.
@@ -82,11 +88,15 @@ def unit_in_name(name: str) -> str | None:
     ('mm', 'V', None)
     >>> unit_in_name("time_us"), unit_in_name("acc_x_g"), unit_in_name("acc_min")
     ('us', 'g', None)
+    >>> unit_in_name("seconds_elapsed"), unit_in_name("volt2"), unit_in_name("second run")
+    ('s', 'V', None)
     """
     found = (unit_of_label(inside) for inside in _BRACKETS.findall(name))
     unit = next((unit for unit in found if unit is not None), None)
     if unit is None and (tail := _TAIL.search(name)):
         unit = unit_of_label(tail[1])
+    if unit is None and (word := _SPELLED.search(name)):
+        unit = unit_of_label(word[0])
     return unit
 
 

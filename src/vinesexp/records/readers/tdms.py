@@ -1,7 +1,8 @@
 """LabVIEW TDMS files: channels as columns, with their own units and sampling.
 
 A channel is called by its name, or ``group/name`` where two groups have one of that name. Scaled as
-NI's properties say. `wf_increment` is the interval, `wf_start_offset` the start.
+NI's properties say. `wf_increment` is the interval, `wf_start_offset` the start; an increment of 1
+is what LabVIEW writes of a waveform whose interval nobody gave, and says nothing.
 """
 
 from __future__ import annotations
@@ -94,7 +95,7 @@ def _column(channel: Any, ambiguous: bool) -> Column:
     name = f"{channel.group_name}/{channel.name}" if ambiguous else str(channel.name)
     increment = float(properties.get("wf_increment") or 0.0)
     unit = "s" if channel.dtype.kind == "M" else unit_of_label(label) or label or unit_in_name(name)
-    if increment <= 0.0:
+    if increment <= 0.0 or increment == 1.0:
         return Column(name, unit)
     return Column(name, unit, increment, float(properties.get("wf_start_offset") or 0.0))
 
