@@ -41,7 +41,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     ),
     "identification/damping_law.py": ("identification/test_ringdown.py",),
     "identification/decay_record.py": (
-        "identification/test_working_amplitude.py", "identification/test_one_channel.py",
+        "identification/test_decays_of_a_law.py", "identification/test_one_channel.py",
     ),
     "identification/decrement.py": ("identification/test_ringdown.py",),
     "identification/estimate.py": ("identification/test_combine.py",),
@@ -63,7 +63,7 @@ TESTS: dict[str, tuple[str, ...]] = {
         "identification/test_ringdown.py", "hard_cases/test_identification.py",
     ),
     "identification/ringdown_result.py": (
-        "identification/test_ringdown.py", "identification/test_working_amplitude.py",
+        "identification/test_ringdown.py", "identification/test_decays_of_a_law.py",
     ),
     "identification/sweep_record.py": ("identification/test_one_channel.py",),
     **{

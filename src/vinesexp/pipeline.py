@@ -299,9 +299,9 @@ def identify_together(campaign: Campaign, *, paths: ResultPaths) -> Identified:
 def write_identification(whole: Identified, *, paths: ResultPaths) -> None:
     """identified.csv, inputs.csv, level_values.csv, and what later steps read of it."""
     from vinesexp.identification.budget import budget_rows, write_budget
-    from vinesexp.identification.estimate import write_identified
+    from vinesexp.identification.estimate import combined, write_identified
+    from vinesexp.identification.joint.over_amplitude import write_levels
     from vinesexp.identification.joint.whole import write_rig
-    from vinesexp.identification.working_amplitude import write_levels
     from vinesexp.records.stored.checks import write_checks
     from vinesexp.records.stored.result_columns import INPUTS
     from vinesexp.records.stored.tables import write_rows
@@ -310,7 +310,7 @@ def write_identification(whole: Identified, *, paths: ResultPaths) -> None:
     write_rows(paths.inputs, INPUTS, whole.inputs)
     write_rig(paths.rig, whole.rig)
     write_budget(paths.rig_budget, budget_rows(whole.sources))
-    write_levels(paths.level_values, whole.levels, whole.rows)
+    write_levels(paths.level_values, whole.levels, combined(whole.rows, "M"))
     write_checks(paths.identify_checks, whole.checks)
 
 

@@ -16,7 +16,6 @@ from vinesexp.identification.least_squares import covariance_of, least_squares
 from vinesexp.identification.ringdown import ring_down
 from vinesexp.identification.ringdown_result import oscillation_at
 from vinesexp.identification.whole_campaign import identify_campaign
-from vinesexp.identification.working_amplitude import law_rows
 from vinesexp.records.campaign.schema import Campaign, Known, Record
 from vinesexp.records.campaign.uncertainties import EXACT
 
@@ -48,47 +47,6 @@ def test_f0_is_known_beside_a_damping_term_that_is_not():
     assert found.f0_error == math.inf  # f0^2 = f^2 + rate^2 depends on it, though little
     found = oscillation_at(5e-3, decay, ("w", "mu"), np.diag([1e-6, np.inf]))
     assert found.f0_error == math.inf
-
-
-def decays(amplitudes, f0, zeta, *, error):
-    rows = []
-    for A in amplitudes:
-        for name, value in (("f0", f0(A)), ("zeta", zeta(A))):
-            own = (value, error * value, "1", "likelihood", ("ring",))
-            rows.append(Estimate(f"{name}_at", *own, amplitude=float(A)))
-    return rows
-
-
-F0 = Estimate("f0", 100.0, 1e-3, "Hz", "combined")
-ZETA = Estimate("zeta", 0.01, 1e-5, "1", "combined")
-
-
-@pytest.mark.parametrize("scale", [1e-8, 1e-5, 1e-2])
-def test_the_error_of_a_stiffening_does_not_depend_on_the_unit_of_amplitude(scale):
-    """At a tenth of a micrometre a square of the amplitude is below the rounding of one."""
-    amplitudes = scale * np.geomspace(0.1, 1.0, 9)
-    found = decays(amplitudes, lambda A: 100.0 * (1.0 + 0.05 * (A / scale) ** 2),
-                   lambda A: 0.01, error=1e-3)  # fmt: skip
-    rows = {e.parameter: e for e in law_rows(found, F0, ZETA, scale)}
-    assert rows["stiffening"].value * scale**2 == pytest.approx(0.05, rel=1e-6)
-    assert 2e-4 < rows["stiffening"].std_error * scale**2 < 5e-3
-
-
-@pytest.mark.parametrize("scale", [1e-8, 1e-2])
-def test_a_stiffening_that_is_noise_is_not_published(scale):
-    amplitudes = scale * np.geomspace(0.3, 1.0, 9)
-    found = decays(amplitudes, lambda A: 100.0 * (1.0 + 0.002 * (A / scale) ** 2),
-                   lambda A: 0.01, error=0.02)  # fmt: skip
-    names = {e.parameter for e in law_rows(found, F0, ZETA, scale)}
-    assert not {"stiffening", "f0_small"} & names
-
-
-def test_damping_terms_that_one_amplitude_cannot_part_are_not_published():
-    amplitudes = 5e-3 * np.array([1.0, 1.001])
-    found = decays(amplitudes, lambda A: 100.0, lambda A: 0.01 * (A / 5e-3) ** 5, error=1e-3)
-    rows = law_rows(found, F0, ZETA, 5e-3)
-    for row in rows:
-        assert row.parameter == "damping_linear" or row.std_error <= 0.5 * row.value
 
 
 def test_a_value_with_an_error_of_more_than_half_of_it_is_left_out_and_said():

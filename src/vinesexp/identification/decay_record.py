@@ -21,11 +21,7 @@ from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.clipping import resolution_of
 from vinesexp.signals.means import channel_means, longest_run, missing_means
 
-#: Amplitudes at which f0 and zeta are tabled: this many a decade, the same for all records.
-A_DECADE = 8
 _POINTS = 200  # block means a period, in which further modes are looked for
-_BEYOND = 2.0  # times above the largest and below the smallest amplitude of the record
-_LEAST = 1e-3  # of the largest amplitude: nobody asks for less
 
 
 # Further modes in a ring-down: frequency, damping and share of each beside the one that counts.
@@ -152,9 +148,9 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     Returns
     -------
     list of Estimate
-        Besides f0 and zeta of each method, of the one that counts: `f0_at` and `zeta_at` over
-        amplitude, the terms of the law of damping, `misfit`, a second oscillation (`beat`), and
-        of every further mode `mode`, `mode_zeta` and `mode_share`.
+        f0 and zeta of each method, those of the one that counts with their values over amplitude
+        as `data`; the terms of the law of damping, `misfit`, a second oscillation (`beat`), and of
+        every further mode `mode`, `mode_zeta` and `mode_share`.
 
     Raises
     ------
@@ -170,14 +166,16 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
     best = methods[-1]
     suffix = "_added" if record.added_mass else ""
     found = [
-        Estimate(name + suffix, value, error, unit, one.method, (record.id,), note, one.reference)
+        Estimate(
+            name + suffix, value, error, unit, one.method, (record.id,), note, one.reference,
+            one.over_amplitude(name) if one is best else None,
+        )
         for one in methods
         for name, value, error, unit, note in (
             ("f0", one.f0, one.f0_error, "Hz", one.note),
             ("zeta", one.zeta, one.zeta_error, "1", ""),
         )
-    ]
-    found += _over_amplitude(record, best, suffix)
+    ]  # fmt: skip
     rows = [*_law(best), ("misfit", best.residual, 0.0, "1")]
     if best.beat is not None:
         rows += [("beat", best.beat[0], 0.0, "Hz"), ("beat_share", best.beat[1], 0.0, "1")]
@@ -206,30 +204,6 @@ def _others(view: RecordView, role: str, best: RingDown) -> list[Mode]:
         return [
             replace(one, amplitude=one.amplitude / (2.0 * math.pi * best.f0) ** 2) for one in found
         ]
-    return found
-
-
-def _over_amplitude(record: Record, best: RingDown, suffix: str) -> list[Estimate]:
-    """f0 and zeta at amplitudes that are the same for all records."""
-    ends = best.amplitude_at(np.array(best.window))
-    least = max(float(ends[1]) / _BEYOND, _LEAST * float(ends[0]))
-    low, high = (A_DECADE * math.log10(a) for a in (least, float(ends[0]) * _BEYOND))
-    # The widening of values that two methods disagree on holds at every amplitude.
-    there = best.at(best.reference)
-    more_f0 = math.sqrt(max(best.f0_error**2 - there.f0_error**2, 0.0))
-    more_zeta = math.sqrt(max(best.zeta_error**2 - there.zeta_error**2, 0.0))
-    found = []
-    for k in range(math.floor(low), math.ceil(high) + 1):
-        amplitude = 10.0 ** (k / A_DECADE)
-        here = best.at(amplitude)
-        for name, value, error, unit in (
-            ("f0", here.f0, math.hypot(here.f0_error, more_f0), "Hz"),
-            ("zeta", here.zeta, math.hypot(here.zeta_error, more_zeta), "1"),
-        ):
-            at = f"{name}{suffix}_at"
-            found.append(
-                Estimate(at, value, error, unit, best.method, (record.id,), amplitude=amplitude)
-            )
     return found
 
 

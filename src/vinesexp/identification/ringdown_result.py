@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
 from vinesexp.identification.damping_law import Decay, logs_and_phases
 from vinesexp.identification.least_squares import variance_along
+
+_LEAST = 0.05  # of the largest amplitude: below, noise decides
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,34 @@ class RingDown:
         """f0 and zeta at another amplitude, m, by the law of damping that was chosen."""
         return oscillation_at(amplitude, self.decay, self.free, self.covariance)
 
+    def over_amplitude(self, name: str) -> dict[str, list[Any]]:
+        """f0 or zeta at as many amplitudes as its law has terms, with their covariance.
+
+        These say the same as the terms: `amplitude` (m), `value`, and `covariance`, which holds
+        what two methods disagree by at every amplitude alike.
+        """
+        terms = ("alpha", "beta", "gamma") if name == "zeta" else ("w", "mu", "kappa")
+        fixed = np.isfinite(np.diag(self.covariance))
+        names = [one for one, known in zip(self.free, fixed, strict=True) if known]
+        count = sum(one in terms for one in names)
+        last, first = self.amplitude_at(np.array(self.window))[::-1]
+        A = np.array([self.reference])
+        if count > 1 and first > last > 0.0:
+            A = np.geomspace(max(last, _LEAST * first), first, count)
+        which = ("f0", "zeta").index(name)
+        found = [_at(float(one), self.decay, tuple(names)) for one in A]
+        gradients = np.array([g[which] for _, g in found])
+        covariance = gradients @ self.covariance[np.ix_(fixed, fixed)] @ gradients.T
+        stated = {"f0": self.f0_error, "zeta": self.zeta_error}[name]
+        there = self.at(self.reference)
+        own = {"f0": there.f0_error, "zeta": there.zeta_error}[name]
+        covariance += max(stated**2 - own**2, 0.0)
+        return {
+            "amplitude": A.tolist(),
+            "value": [values[which] for values, _ in found],
+            "covariance": covariance.tolist(),
+        }
+
 
 def oscillation_at(
     amplitude: float, decay: Decay, free: tuple[str, ...], covariance: FloatArray
@@ -111,6 +142,15 @@ def oscillation_at(
         Names of the parameters that `covariance` is of.
     covariance : array (p, p)
     """
+    values, gradients = _at(amplitude, decay, free)
+    f0_error, zeta_error = (math.sqrt(variance_along(g, covariance)) for g in gradients)
+    return Oscillation(values[0], f0_error, values[1], zeta_error)
+
+
+def _at(
+    amplitude: float, decay: Decay, free: tuple[str, ...]
+) -> tuple[tuple[float, float], tuple[FloatArray, FloatArray]]:
+    """f0 and zeta at an amplitude, and their derivatives by the free parameters."""
     rate = decay.rate(amplitude)
     gradient = {"alpha": 1.0, "beta": amplitude, "gamma": 1.0 / amplitude}
     g_rate = np.array([gradient.get(name, 0.0) for name in free])
@@ -120,12 +160,7 @@ def oscillation_at(
     w0 = math.hypot(w, rate)
     g_w0 = (w * g_w + rate * g_rate) / w0
     g_zeta = g_rate / w0 - rate / w0**2 * g_w0
-    return Oscillation(
-        w0 / (2.0 * math.pi),
-        math.sqrt(variance_along(g_w0, covariance)) / (2.0 * math.pi),
-        rate / w0,
-        math.sqrt(variance_along(g_zeta, covariance)),
-    )
+    return (w0 / (2.0 * math.pi), rate / w0), (g_w0 / (2.0 * math.pi), g_zeta)
 
 
 def ring_down_by(

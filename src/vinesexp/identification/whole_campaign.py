@@ -17,6 +17,16 @@ from vinesexp.identification.estimate import (
     is_known,
 )
 from vinesexp.identification.joint.observations import begins_later
+from vinesexp.identification.joint.over_amplitude import (
+    NO_LAW,
+    Law,
+    LevelValues,
+    law_checks,
+    law_rows,
+    level_values,
+    over_range,
+    swing_of_levels,
+)
 from vinesexp.identification.joint.unknowns import Posterior
 from vinesexp.identification.joint.whole import (
     HIDDEN,
@@ -27,12 +37,6 @@ from vinesexp.identification.joint.whole import (
     rig_posterior,
 )
 from vinesexp.identification.joint.words import cause_checks, odd_checks
-from vinesexp.identification.working_amplitude import (
-    LevelValues,
-    at_working_amplitude,
-    law_rows,
-    level_values,
-)
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import BASE_OF_ONE, Verdict
@@ -349,31 +353,29 @@ def identify_campaign(
     checks += [*_silent(used, campaign), *_begun_later(used, campaign)]
     copies = {check.record for check in checks if check.check == "copy"}
     used, impossible = possible([e for e in used if e.parameter != NOTHING])
-    working = at_working_amplitude(used, campaign)
-    checks += [*impossible, *working.checks]
+    checks += impossible
     driven = {e.records[0]: driven_from(e.data) for e in used if e.parameter == DRIVEN and e.data}
     own = {name: table for name, table in impacts.items() if name not in copies | excluded}
-    answer = answer_of(working.estimates, campaign, own, driven, working)
-    rows = _by_method(working.estimates)
+    answer = answer_of(used, campaign, own, driven)
+    rows = _by_method(used, answer.observed.law if answer else NO_LAW)
     if answer is None:
         return Identified(rows, [*checks, *_absent(rows), *remarks(used)], [])
     sources = _combined(answer)
     rows += _masses(answer, campaign)
-    rows += _restitutions(answer, working.estimates)
+    rows += _restitutions(answer)
     rows += [source.total for source in sources]
     rows += _effects(answer, campaign)
     rows += _ball(answer, campaign)
     rows += [*_bases(answer, campaign), *_releases(answer, campaign)]
-    have = {s.estimate.parameter: s.total for s in sources}
     levels: tuple[LevelValues, ...] = ()
-    if working.amplitude is not None and {"f0", "zeta"} <= set(have):
-        alone = {
-            name: math.sqrt(max(have[name].std_error ** 2 - working.spread.get(name, 0.0) ** 2, 0))
-            for name in ("f0", "zeta")
-        }
-        f0, zeta = have["f0"], have["zeta"]
-        levels = tuple(level_values(used, campaign, f0, zeta, working.amplitude, alone))
-        rows += law_rows(used, f0, zeta, working.amplitude)
+    if answer.observed.law.free and {"ln_f0", "ln_zeta"} <= set(answer.posterior.names):
+        law = over_range(answer.posterior, answer.observed.law)
+        levels = level_values(answer.posterior, law, swing_of_levels(used, campaign))
+        bare = [e for e in used if e.data and e.parameter in ("f0", "f0_added")]
+        rows += law_rows(answer.posterior, law, tuple(e.records[0] for e in bare))
+        checks += law_checks(
+            answer.posterior, law, max((e.amplitude or 0.0 for e in bare), default=law.amplitude)
+        )
     inputs = tuple(_inputs(answer, campaign))
     said = [*cause_checks(answer.judged), *odd_checks(answer.odd), *_contradicted(inputs, answer)]
     return Identified(
@@ -415,14 +417,14 @@ def _begun_later(found: Sequence[Estimate], campaign: Campaign) -> list[Check]:
     ]  # fmt: skip
 
 
-def _by_method(found: Sequence[Estimate]) -> list[Estimate]:
+def _by_method(found: Sequence[Estimate], law: Law) -> list[Estimate]:
     """f0 and zeta by each method alone, and r by drops: the cheaper ones for comparison."""
     rows = []
     for parameter, methods in (("f0", _METHODS), ("zeta", _METHODS), ("r", ("drop",))):
         for method in methods:
             own = [e for e in found if e.parameter == parameter and e.method == method]
             if own:
-                rows.append(mean_of(own, method=method))
+                rows.append(mean_of([law.moved(e) for e in own], method=method))
     return rows
 
 
@@ -508,7 +510,7 @@ def _masses(answer: Answer, campaign: Campaign) -> list[Estimate]:
     return rows
 
 
-def _restitutions(answer: Answer, found: Sequence[Estimate]) -> list[Estimate]:
+def _restitutions(answer: Answer) -> list[Estimate]:
     """r by impacts, without the drop tests."""
     kinds = {block.kind for block in answer.observed.blocks}
     if "flights" not in kinds:

@@ -20,6 +20,15 @@ from vinesexp.identification.joint.collisions import (
     bounced,
     with_errors,
 )
+from vinesexp.identification.joint.over_amplitude import (
+    NO_LAW,
+    TERMS,
+    WIDTHS,
+    Law,
+    law_asked,
+    log_of,
+    slopes_of,
+)
 from vinesexp.identification.joint.unknowns import (
     Beliefs,
     Block,
@@ -30,7 +39,6 @@ from vinesexp.identification.joint.unknowns import (
     Tempered,
     fit,
 )
-from vinesexp.identification.working_amplitude import Working
 from vinesexp.records.campaign.schema import Campaign, Record
 from vinesexp.signals.channel_agreement import odds_of_corner
 from vinesexp.signals.impacts.from_integral import ACROSS
@@ -69,7 +77,6 @@ _OWN_BASE, _OWN_F0, _OWN_ZETA = 2e-3, 3e-5, 5e-3
 _OWN_PUSH = 3e-3
 #: Effects that another record need not have: a floor gets dusty, a cavity is set up anew.
 CHANGING = ("friction", "tilt")
-_FLAT = (0.0, 0.0, 0.0)  # of a rig whose f0 and zeta do not depend on amplitude
 _FEWEST = 10  # collisions of a record
 _ENOUGH = 150  # more add nothing to what a whole record may be off by
 #: Widths of local quantities in a record on its own, in the order of `LOCALS`.
@@ -104,6 +111,7 @@ class Observed:
     collisions : (record, ball) to the collisions.
     order : ids of the records in the order of records.csv.
     kinds : kind of unknown to its unknowns, each with the record that it belongs to, or "".
+    law : f0 and zeta over amplitude, as the ring-downs alone show them.
     """
 
     names: tuple[str, ...]
@@ -119,6 +127,7 @@ class Observed:
     collisions: Mapping[tuple[str, int], Collisions]
     order: tuple[str, ...]
     kinds: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    law: Law = NO_LAW
 
 
 @dataclass
@@ -126,6 +135,7 @@ class _Builder:
     """Collects unknowns and blocks."""
 
     campaign: Campaign
+    law: Law
     priors: dict[str, Prior] = field(default_factory=dict)
     start: dict[str, float] = field(default_factory=dict)
     blocks: list[Block] = field(default_factory=list)
@@ -191,24 +201,23 @@ def observe(
     campaign: Campaign,
     impacts: Mapping[str, Impacts],
     driven: Mapping[str, DrivenMotion],
-    working: Working,
 ) -> Observed:
     """Unknowns, priors and blocks of a campaign.
 
     Parameters
     ----------
     found : sequence of Estimate
-        Of single records, f0 and zeta at the amplitude of the periodic tests.
+        Of single records.
     campaign : Campaign
     impacts, driven : mapping
         Record id to its impact table, and to its motion between impacts.
-    working : Working
-        What the amplitudes at which the tests work add to f0 and zeta.
     """
-    b = _Builder(campaign)
-    _rig(b, found, working.spread)
-    _decays(b, found)
+    b = _Builder(campaign, law_asked(found, campaign))
+    _rig(b, found)
+    _decays(b, [e for e in found if e.method != "sweep"])
     _start_mass(b, found)
+    _start_law(b)
+    _decays(b, [e for e in found if e.method == "sweep"])
     _sensors(b, found)
     f0 = math.exp(b.start["ln_f0"]) if "ln_f0" in b.start else None
     b.late = _lateness(found, campaign, impacts, f0) | _phases(found, campaign, f0)
@@ -218,7 +227,7 @@ def observe(
         _flights(b, record, impacts[record.id], f0)
     for record in sorted(campaign.records, key=lambda one: one.id):
         if not record.exclude:
-            _base(b, record, found, driven.get(record.id), working)
+            _base(b, record, found, driven.get(record.id))
     _releases(b, found)
     _drops(b, found)
     _share_speed(b)
@@ -226,7 +235,7 @@ def observe(
     return Observed(
         names, Beliefs(b.priors), tuple(b.blocks), np.array([b.start[name] for name in names]),
         b.balls, b.clearances, b.levels, b.loads, b.releases, b.gains, b.collisions,
-        tuple(record.id for record in campaign.records), b.kinds,
+        tuple(record.id for record in campaign.records), b.kinds, b.law,
     )  # fmt: skip
 
 
@@ -242,7 +251,7 @@ class _Single:
         return np.array([[w]]), np.array([w * rest]), -0.5 * w * rest * rest
 
 
-def _rig(b: _Builder, found: Sequence[Estimate], spread: Mapping[str, float]) -> None:
+def _rig(b: _Builder, found: Sequence[Estimate]) -> None:
     known = b.campaign.known
     inputs = known.uncertainties
     alone = {
@@ -255,8 +264,9 @@ def _rig(b: _Builder, found: Sequence[Estimate], spread: Mapping[str, float]) ->
         if values:
             start = math.log(float(np.median(values)))
             b.add(f"ln_{name}", start, _WIDE)
-            extra = spread.get(name, 0.0) / math.exp(start)
-            b.add(f"amplitude {name}", 0.0, extra)
+            b.add(f"amplitude {name}", 0.0, 0.0)
+    for term, width in zip(TERMS.values(), WIDTHS, strict=True):
+        b.add(term, 0.0, width if term in b.law.free else 0.0)
     b.add("clock", 0.0, inputs.clock.of(1.0))
     if known.mass is not None:
         error = known.mass.std_error or inputs.mass.of(known.mass.value)
@@ -297,7 +307,7 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
         for e in own:
             record = records[e.records[0]]
             load = record.added_mass or 0.0
-            error = max(e.std_error / e.value, _TINY)
+            amplitude, values, covariance = _over_amplitude(e, b.law)
             sums = [
                 {f"ln_{kind}": 1.0, f"amplitude {kind}": 1.0,
                  b.add(f"mounting {kind}", 0.0, mount.of(1.0), of=f"{1e3 * load:g} g"): 1.0,
@@ -314,32 +324,69 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
                 sums.append({b.loads[load]: 1.0})
             else:
                 sums.append({})
+            sums += [
+                {"ln_zeta": 1.0} if "ln_zeta" in b.priors else {},
+                *({term: 1.0} for term in TERMS.values()),
+            ]
+            inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
+            look = _Decay(kind, values, inverse, load, b.law.powers(amplitude))
             b.blocks.append(
-                Block(record.id, "loaded" if load else "decay", tuple((s, 0.0) for s in sums),
-                      _Decay(math.log(e.value), error, load))
-            )  # fmt: skip
+                Block(record.id, "loaded" if load else "decay", tuple((s, 0.0) for s in sums), look)
+            )
+
+
+def _over_amplitude(e: Estimate, law: Law) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Amplitudes, ln f0 or ln zeta there, and their covariance, as one record shows them."""
+    if e.data is not None and law.free and min(e.data["value"]) > 0.0:
+        A, value = np.array(e.data["amplitude"]), np.array(e.data["value"])
+        covariance = np.array(e.data["covariance"]) / np.outer(value, value)
+        return A, np.log(value), covariance + _TINY**2 * np.eye(A.size)
+    e = law.moved(e)
+    own = max(e.std_error / e.value, _TINY)
+    return np.array([law.amplitude]), np.array([math.log(e.value)]), np.array([[own**2]])
 
 
 @dataclass(frozen=True)
 class _Decay:
-    """ln f or ln zeta of a decay: both go with (M + added)^-1/2."""
+    """ln f or ln zeta of a decay at some amplitudes: both go with (M + added)^-1/2."""
 
-    value: float
-    error: float
+    name: str
+    values: FloatArray
+    information: FloatArray
     load: float
+    powers: FloatArray
 
     def __call__(self, p: FloatArray) -> Local:
-        unloaded, ln_M, ln_scale, error = p
+        unloaded, ln_M, ln_scale, error, ln_zeta = p[:5]
         # a wrong unit in the column leaves the error of the scales as it is
         scaled = self.load * math.exp(ln_scale - ln_M)
         share = max(scaled + (error * math.exp(-ln_M) if self.load else 0.0), -0.9)
-        model = unloaded - 0.5 * math.log1p(share)
+        over = log_of(self.name, self.powers, p[5:], math.exp(ln_zeta)).real
         d = -0.5 / (1.0 + share)
         by_added = d * math.exp(-ln_M) if self.load else 0.0
-        J = np.array([1.0, -d * share, d * scaled, by_added])
-        rest = self.value - model
-        w = 1.0 / self.error**2
-        return w * np.outer(J, J), w * J * rest, -0.5 * w * rest * rest
+        by_law = slopes_of(self.name, self.powers, p[5:], math.exp(ln_zeta))
+        # the square of zeta itself is known far better than f0 needs it
+        common = np.tile([1.0, -d * share, d * scaled, by_added, 0.0], (self.values.size, 1))
+        J = np.column_stack([common, by_law])
+        rest = self.values - (unloaded - 0.5 * math.log1p(share) + over)
+        weighted = J.T @ self.information
+        return weighted @ J, weighted @ rest, -0.5 * float(rest @ self.information @ rest)
+
+
+def _start_law(b: _Builder) -> None:
+    """The law as the ring-downs alone show it, and what its range adds to f0 and zeta."""
+    if not b.law.free:
+        return
+    names = tuple(b.priors)
+    start = np.array([b.start[name] for name in names])
+    data = fit(b.blocks, names, Beliefs(b.priors), start)
+    at = dict(zip(names, data.at.tolist(), strict=True))
+    b.start |= {term: at[term] for term in TERMS.values()}
+    terms = np.array([at[term] for term in TERMS.values()])
+    b.law = replace(b.law, terms=terms, zeta=math.exp(at.get("ln_zeta", -math.inf)))
+    for name in ("f0", "zeta"):
+        spread = b.law.spread(name, b.law.low, b.law.high)
+        b.priors[f"amplitude {name}"] = Prior(0.0, max(spread, _TINY))
 
 
 def _start_mass(b: _Builder, found: Sequence[Estimate]) -> None:
@@ -578,9 +625,8 @@ def _sensors(b: _Builder, found: Sequence[Estimate]) -> None:
 
 
 def _base(
-    b: _Builder, record: Record, found: Sequence[Estimate], driven: DrivenMotion | None,
-    working: Working,
-) -> None:  # fmt: skip
+    b: _Builder, record: Record, found: Sequence[Estimate], driven: DrivenMotion | None
+) -> None:
     """Base amplitude of a periodic record: test log, base channel, what the mass answers to."""
     if record.test != "periodic" or not record.base_amplitude:
         return
@@ -602,12 +648,12 @@ def _base(
     value, error, phase = driven.base(f0=f0, zeta=zeta)
     if not value > 4.0 * error:
         return
-    local = _answered(b, record, found, driven, working, here, level=level, phase=phase)
+    local = _answered(b, record, found, driven, here, level=level, phase=phase)
     b.blocks.append(Block(record.id, "base", local, _Answer(driven)))
 
 
 def _answered(
-    b: _Builder, record: Record, found: Sequence[Estimate], driven: DrivenMotion, working: Working,
+    b: _Builder, record: Record, found: Sequence[Estimate], driven: DrivenMotion,
     base: Mapping[str, float], *, level: float, phase: float,
 ) -> tuple[Sum, ...]:  # fmt: skip
     """The local quantities of `_Answer` in one test.
@@ -618,23 +664,21 @@ def _answered(
     f0, zeta = math.exp(b.start["ln_f0"]), math.exp(b.start["ln_zeta"])
     # Setting a clearance takes the cavity apart: it is a mounting of its own.
     place = "b = " + ", ".join(f"{1e3 * length:g}" for length in record.clearance) + " mm"
-    at: dict[str, dict[str, float]] = {}
-    halves: dict[str, float] = {}
-    for name in ("f0", "zeta"):  # each test works at its own amplitude
-        shift, half, error = working.tests.get((record.id, name), _FLAT)
-        own = b.own(f"amplitude {name}", record, error, value=shift)
-        at[name] = {own: 1.0, b.add(f"increment {name}", 0.0, 1.0): half}
-        halves[name] = half
+    working = (e for e in found if e.parameter == "working_amplitude")
+    swing = next((e.value for e in working if e.records[0] == record.id), None)
+    # each test works at its own amplitude
+    of = {name: b.law.of_test(name, swing or b.law.amplitude) for name in ("f0", "zeta")}
+    at = {
+        name: {
+            b.own(f"amplitude {name}", record, own.error): 1.0,
+            b.add(f"increment {name}", 0.0, 1.0): own.half,
+            **dict(zip(TERMS.values(), own.slopes.tolist(), strict=True)),
+        }
+        for name, own in of.items()
+    }
     # what a straight spring and damper do not follow, as a share of the force of the spring
-    bent = 2.0 * math.hypot(halves["f0"], halves["zeta"] * zeta)
-    swing = next(
-        (
-            e.value
-            for e in found
-            if e.parameter == "working_amplitude" and e.records[0] == record.id
-        ),
-        level,
-    )
+    bent = 2.0 * math.hypot(of["f0"].half, of["zeta"].half * zeta)
+    swing = swing or level
     if driven.recorded:
         # the base may be recorded with the displacement, or with a sensor that it is late beside
         lags = [e.value for e in found if e.parameter == "channel_lag"]
@@ -656,11 +700,11 @@ def _answered(
         ({"ln_f0": 1.0, "clock": -1.0, **at["f0"],
           b.add("mounting f0", 0.0, inputs.remounting.of(1.0), of=place): 1.0,
           b.own("own f0", record, math.hypot(_OWN_F0, bent)): 1.0,
-          "rolling": -0.5 * eps}, 0.0),
+          "rolling": -0.5 * eps}, of["f0"].constant),
         ({"ln_zeta": 1.0, **at["zeta"],
           b.add("mounting zeta", 0.0, inputs.damping.of(1.0), of=place): 1.0,
           b.own("own zeta", record, math.hypot(_OWN_ZETA, bent / zeta)): 1.0,
-          "rolling": -0.5 * eps}, 0.0),
+          "rolling": -0.5 * eps}, of["zeta"].constant),
         ({**base, **b.own_gain(record, "displacement"),
           b.own("own base", record, _OWN_BASE): 1.0,
           b.own("bent", record, math.hypot(_CHANNELS, 2.0 * bent * swing / level)): 1.0},

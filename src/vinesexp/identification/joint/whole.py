@@ -37,7 +37,6 @@ from vinesexp.identification.joint.unknowns import (
     posterior_of,
     total,
 )
-from vinesexp.identification.working_amplitude import Working
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.campaign.uncertainties import EXACT
 from vinesexp.signals.impacts.impact_table import Impacts
@@ -201,26 +200,23 @@ def answer_of(
     campaign: Campaign,
     impacts: Mapping[str, Impacts],
     driven: Mapping[str, DrivenMotion],
-    working: Working,
 ) -> Answer | None:
     """Estimate all unknowns of a campaign, and weigh what may be otherwise than stated.
 
     Parameters
     ----------
     found : sequence of Estimate
-        Of single records, f0 and zeta at the amplitude of the periodic tests.
+        Of single records.
     campaign : Campaign
     impacts, driven : mapping
         Record id to its impact table and its motion between impacts.
-    working : Working
-        What the amplitudes at which the tests work add to f0 and zeta.
 
     Returns
     -------
     Answer or None
         None where no record says anything of the rig.
     """
-    observed = observe(found, campaign, impacts, driven, working)
+    observed = observe(found, campaign, impacts, driven)
     if not observed.blocks:
         return None
     wide = observed.beliefs.wider(

@@ -118,7 +118,7 @@ def test_what_depends_on_amplitude_is_reported(bent):
     checks = identify_campaign([*bent, *working(5e-3)], campaign(periodic=(2.5e-4,)), {}).checks
     damping = [c for c in checks if c.check == "damping"]
     spring = [c for c in checks if c.check == "spring"]
-    assert {c.record for c in damping} == {c.record for c in spring} == {"d0", "d1"}
+    assert len(damping) == len(spring) == 1
     assert "quadratic" in damping[0].detail
     assert "at 5 mm, where it is used" in damping[0].detail
     assert "the spring stiffens" in spring[0].detail

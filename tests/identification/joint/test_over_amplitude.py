@@ -1,0 +1,179 @@
+"""f0 and zeta at the amplitude of each level, and the law that all ring-downs have in common."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vinesexp.clearance.predicted import IdentifiedRig, at_level
+from vinesexp.identification.estimate import Estimate, combined
+from vinesexp.identification.joint.over_amplitude import Law, level_rows, log_of, slopes_of
+from vinesexp.identification.whole_campaign import identify_campaign
+from vinesexp.records.campaign.schema import Campaign, Known, Record
+from vinesexp.records.campaign.uncertainties import EXACT
+from vinesexp.units import Quantity
+
+LINEAR, QUADRATIC, COULOMB, KAPPA, SMALL = 0.32, 10.0, 3e-4, 25.0, 7.862
+LEVELS = {0.15e-3: 3e-3, 0.25e-3: 5e-3}
+TERMS = {"damping_quadratic": QUADRATIC, "damping_coulomb": COULOMB, "stiffening": KAPPA}
+
+
+def values(A: float) -> tuple[float, float]:
+    """f0, Hz, and zeta of a decay at an amplitude, m."""
+    rate = COULOMB / A + LINEAR + QUADRATIC * A
+    w = 2.0 * math.pi * SMALL * (1.0 + KAPPA * A * A)
+    return math.hypot(w, rate) / (2.0 * math.pi), rate / math.hypot(w, rate)
+
+
+def seen(name, of, amplitudes, *, error=1e-4, at=0.012, terms=()):
+    """Estimates of one ring-down: `of` gives f0 and zeta, `terms` are what it asks for."""
+    found = []
+    for i, parameter in enumerate(("f0", "zeta")):
+        curve = np.array([of(A)[i] for A in amplitudes])
+        data = {"amplitude": list(amplitudes), "value": curve.tolist(),
+                "covariance": np.diag((error * curve) ** 2).tolist()}  # fmt: skip
+        own = (of(at)[i], error * of(at)[i], "1", "likelihood", (name,))
+        found.append(Estimate(parameter, *own, amplitude=at, data=data))
+    return found + [Estimate(one, 1.0, 0.1, "1", "likelihood", (name,)) for one in terms]
+
+
+def ringdown(name: str, *, law: bool = True) -> list[Estimate]:
+    if not law:
+        return seen(name, lambda A: (SMALL, 0.0065), [0.012])
+    return seen(name, values, np.geomspace(1e-3, 0.02, 3).tolist(), terms=TERMS)
+
+
+def campaign() -> Campaign:
+    records = [Record("rd_1", Path("x"), "ringdown"), Record("rd_2", Path("x"), "ringdown")]
+    for i, G in enumerate(LEVELS):
+        own = {"clearance": (0.03,), "base_amplitude": G}
+        records.append(Record(f"p_{i}", Path("x"), "periodic", **own))
+    known = Known(mass=Quantity(4.7, 0.01), uncertainties=EXACT)
+    return Campaign(Path(), "c", "C", known, {}, None, None, None, tuple(records))
+
+
+def swings() -> list[Estimate]:
+    return [
+        Estimate("working_amplitude", A, 0.0, "m", "signal", (f"p_{i}",))
+        for i, A in enumerate(LEVELS.values())
+    ]
+
+
+def test_each_level_has_the_values_of_its_own_amplitude():
+    found = [*ringdown("rd_1"), *ringdown("rd_2"), *swings()]
+    whole = identify_campaign(found, campaign(), {})
+    assert [level.base_amplitude for level in whole.levels] == list(LEVELS)
+    for level in whole.levels:
+        assert level.amplitude == LEVELS[level.base_amplitude]
+        f0, zeta = values(level.amplitude)
+        assert level.f0.value == pytest.approx(f0, rel=2e-5)
+        assert level.zeta.value == pytest.approx(zeta, rel=2e-3)
+        # The range around the amplitude of the level is in its error.
+        low, high = (values(share * level.amplitude)[1] for share in (0.8, 1.25))
+        assert level.zeta.std_error > 0.25 * abs(high - low)
+
+
+def test_the_law_of_all_ring_downs_comes_back():
+    found = [*ringdown("rd_1"), *ringdown("rd_2"), *swings()]
+    whole = identify_campaign(found, campaign(), {})
+    rows = {e.parameter: e for e in whole.rows if e.method == "ring-downs"}
+    assert rows["damping_coulomb"].value == pytest.approx(COULOMB, rel=1e-3)
+    assert rows["damping_linear"].value == pytest.approx(LINEAR, rel=1e-3)
+    assert rows["damping_quadratic"].value == pytest.approx(QUADRATIC, rel=1e-3)
+    assert rows["stiffening"].value == pytest.approx(KAPPA, rel=1e-3)
+    assert rows["f0_small"].value == pytest.approx(SMALL, rel=3e-5)  # with the zeta^2 of friction
+    assert {e.records for e in rows.values()} == {("rd_1", "rd_2")}
+
+
+def test_two_ring_downs_that_differ_by_their_mounting_share_one_law():
+    other = seen("rd_2", lambda A: (values(A)[0], 1.02 * values(A)[1]), [1e-3, 5e-3, 0.02])
+    whole = identify_campaign([*ringdown("rd_1"), *other, *swings()], campaign(), {})
+    rows = {e.parameter: e.value for e in whole.rows if e.method == "ring-downs"}
+    assert rows["damping_coulomb"] / rows["damping_linear"] == pytest.approx(
+        COULOMB / LINEAR, rel=1e-2
+    )
+
+
+def test_a_frequency_that_slips_in_proportion_to_amplitude_is_no_spring():
+    slips = seen("rd_1", lambda A: (SMALL * (1.0 - 2.0 * A), values(A)[1]), [1e-3, 5e-3, 0.02],
+                 terms=("frequency_slope", "damping_quadratic", "damping_coulomb"))  # fmt: skip
+    whole = identify_campaign([*slips, *swings()], campaign(), {})
+    names = {e.parameter for e in whole.rows}
+    assert "stiffening" not in names
+    assert "damping_quadratic" in names
+    for level in whole.levels:
+        assert level.f0.value == pytest.approx(SMALL * (1.0 - 2.0 * level.amplitude), rel=1e-4)
+
+
+@pytest.mark.parametrize("scale", [1e-8, 1e-5, 1e-2])
+def test_the_error_of_a_stiffening_does_not_depend_on_the_unit_of_amplitude(scale):
+    """At a tenth of a micrometre a square of the amplitude is below the rounding of one."""
+
+    def of(A):
+        stiffer = 1.0 + 0.05 * (A / scale) ** 2
+        return 100.0 * stiffer, 0.01 / stiffer
+
+    found = seen("rd_1", of, [0.1 * scale, scale], error=1e-3, at=scale, terms=("stiffening",))
+    whole = identify_campaign(found, campaign(), {})
+    row = next(e for e in whole.rows if e.parameter == "stiffening")
+    assert row.value * scale**2 == pytest.approx(0.05, rel=1e-2)
+    assert 5e-4 < row.std_error * scale**2 < 5e-3
+
+
+@pytest.mark.parametrize("scale", [1e-8, 1e-2])
+def test_a_stiffening_that_is_noise_is_not_published(scale):
+    of = seen("rd_1", lambda A: (100.0 * (1.0 + 0.002 * (A / scale) ** 2), 0.01),
+              [0.3 * scale, scale], error=0.02, at=scale, terms=("stiffening",))  # fmt: skip
+    names = {e.parameter for e in identify_campaign(of, campaign(), {}).rows}
+    assert not {"stiffening", "f0_small"} & names
+
+
+def test_damping_terms_that_one_amplitude_cannot_part_are_not_published():
+    of = seen("rd_1", lambda A: (100.0, 0.01 * (A / 5e-3) ** 5), [5e-3, 5.0025e-3, 5.005e-3],
+              error=1e-3, at=5e-3, terms=("damping_coulomb", "damping_quadratic"))  # fmt: skip
+    rows = [e for e in identify_campaign(of, campaign(), {}).rows if e.method == "ring-downs"]
+    for row in rows:
+        assert row.parameter == "damping_linear" or row.std_error <= 0.5 * row.value
+
+
+@pytest.mark.parametrize("name", ["f0", "zeta"])
+def test_the_slopes_of_the_law_are_its_differences(name):
+    law = Law(4e-3, 2e-3, 6e-3, (), np.array([0.1, 0.2, -0.01, 0.003]))
+    powers = law.powers(np.array([1e-3, 8e-3]))
+    slopes = slopes_of(name, powers, law.terms, 0.008)
+    for i, step in enumerate(1e-6 * np.eye(4)):
+        up, down = (log_of(name, powers, law.terms + s, 0.008).real for s in (step, -step))
+        assert slopes[:, i] == pytest.approx((up - down) / 2e-6, rel=1e-6, abs=1e-12)
+
+
+def test_a_test_shows_the_mean_of_value_and_increment():
+    law = Law(4e-3, 2e-3, 6e-3, (), np.array([0.0, 0.5, 0.0, 0.0]))  # zeta (0.5 + 0.5 a)
+    at = law.of_test("zeta", 4e-3)
+    assert at.half == pytest.approx(0.25, rel=0.02)  # half of A d(ln zeta)/dA
+    assert at.constant + at.slopes @ law.terms == pytest.approx(0.25, rel=0.02)
+
+
+def test_where_nothing_depends_on_amplitude_there_is_no_level_and_no_law():
+    found = [*ringdown("rd_1", law=False), *ringdown("rd_2", law=False), *swings()]
+    whole = identify_campaign(found, campaign(), {})
+    assert whole.levels == ()
+    assert not [e for e in whole.rows if e.method == "ring-downs"]
+
+
+def test_the_prediction_of_a_level_takes_its_row():
+    whole = identify_campaign([*ringdown("rd_1"), *swings()], campaign(), {})
+    rows = [
+        {k: f"{v:.12g}" for k, v in row.items()}
+        for row in level_rows(whole.levels, combined(whole.rows, "M"))
+    ]
+    plain = IdentifiedRig({"M": Quantity(4.7), "c1": Quantity(9.0), "k1": Quantity(9.0)})
+    rig = at_level(plain, rows, G=0.25e-3)
+    w = 2.0 * math.pi * rig.f0.value
+    assert rig.f0.value == pytest.approx(values(5e-3)[0], rel=1e-5)
+    assert rig.values["k1"].value == pytest.approx(4.7 * w * w, rel=1e-9)
+    assert rig.values["c1"].value == pytest.approx(2.0 * 4.7 * rig.zeta.value * w, rel=1e-9)
+    assert rig.values["k1"].std_error > 0.0
+    assert at_level(plain, rows, G=0.2e-3) == plain
