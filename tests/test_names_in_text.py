@@ -129,7 +129,7 @@ def test_plain_names_in_docstrings_stand_in_code():
     known |= IN_INSTRUMENT_FILES
 
     def stands(name: str) -> bool:
-        stem, joint, ending = name.rpartition("_")  # a parameter `f0_added` is f"{name}_added" in code
+        stem, joint, ending = name.rpartition("_")  # `f0_added` is f"{name}_added" in code
         return name in known or (stem in known and joint + ending in known)
 
     lost = {

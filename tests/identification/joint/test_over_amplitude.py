@@ -139,6 +139,21 @@ def test_damping_terms_that_one_amplitude_cannot_part_are_not_published():
         assert row.parameter == "damping_linear" or row.std_error <= 0.5 * row.value
 
 
+def test_damping_beside_an_added_mass_is_that_of_its_forces():
+    """c v, F and d v |v| on a mass of m: the loss of a cycle over the energy, by hand."""
+    A0, A, k, c, F, d = 4e-3, 7e-3, 1e4, 3.0, 0.02, 15.0
+
+    def parts(m: float, A: float) -> np.ndarray:
+        w = math.sqrt(k / m)
+        loss = np.array([math.pi * c * w * A**2, 4.0 * F * A, 8.0 / 3.0 * d * w**2 * A**3])
+        return loss / (2.0 * math.pi * k * A**2)  # zeta: loss = 4 pi zeta energy
+
+    bare, loaded = parts(4.0, A0), parts(5.0, A)
+    law = Law(A0, A0, A0, (), np.array([bare[1], bare[2], 0.0, 0.0]) / bare.sum())
+    shape = log_of("zeta", law.powers(A, added=0.25), law.terms, 0.0).real
+    assert bare.sum() * np.exp(shape) / math.sqrt(1.25) == pytest.approx(loaded.sum(), rel=1e-12)
+
+
 @pytest.mark.parametrize("name", ["f0", "zeta"])
 def test_the_slopes_of_the_law_are_its_differences(name):
     law = Law(4e-3, 2e-3, 6e-3, (), np.array([0.1, 0.2, -0.01, 0.003]))

@@ -217,7 +217,8 @@ def observe(
     _decays(b, [e for e in found if e.method != "sweep"])
     _start_mass(b, found)
     _start_law(b)
-    _decays(b, [e for e in found if e.method == "sweep"])
+    b.blocks.clear()
+    _decays(b, found)
     _sensors(b, found)
     f0 = math.exp(b.start["ln_f0"]) if "ln_f0" in b.start else None
     b.late = _lateness(found, campaign, impacts, f0) | _phases(found, campaign, f0)
@@ -308,6 +309,9 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
             record = records[e.records[0]]
             load = record.added_mass or 0.0
             amplitude, values, covariance = _over_amplitude(e, b.law)
+            if kind == "zeta":  # a mounting may change the viscous part alone, or all of it
+                share = mount.of(1.0) * b.law.viscous(amplitude)
+                covariance = covariance + np.outer(share, share) * (amplitude.size > 1)
             sums = [
                 {f"ln_{kind}": 1.0, f"amplitude {kind}": 1.0,
                  b.add(f"mounting {kind}", 0.0, mount.of(1.0), of=f"{1e3 * load:g} g"): 1.0,
@@ -329,7 +333,7 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
                 *({term: 1.0} for term in TERMS.values()),
             ]
             inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
-            look = _Decay(kind, values, inverse, load, b.law.powers(amplitude))
+            look = _Decay(kind, values, inverse, load, amplitude, b.law)
             b.blocks.append(
                 Block(record.id, "loaded" if load else "decay", tuple((s, 0.0) for s in sums), look)
             )
@@ -348,23 +352,25 @@ def _over_amplitude(e: Estimate, law: Law) -> tuple[FloatArray, FloatArray, Floa
 
 @dataclass(frozen=True)
 class _Decay:
-    """ln f or ln zeta of a decay at some amplitudes: both go with (M + added)^-1/2."""
+    """ln f or ln zeta of a decay at some amplitudes; f goes with (M + added)^-1/2."""
 
     name: str
     values: FloatArray
     information: FloatArray
     load: float
-    powers: FloatArray
+    amplitude: FloatArray
+    law: Law
 
     def __call__(self, p: FloatArray) -> Local:
         unloaded, ln_M, ln_scale, error, ln_zeta = p[:5]
         # a wrong unit in the column leaves the error of the scales as it is
         scaled = self.load * math.exp(ln_scale - ln_M)
         share = max(scaled + (error * math.exp(-ln_M) if self.load else 0.0), -0.9)
-        over = log_of(self.name, self.powers, p[5:], math.exp(ln_zeta)).real
+        powers = self.law.powers(self.amplitude, added=share)
+        over = log_of(self.name, powers, p[5:], math.exp(ln_zeta)).real
         d = -0.5 / (1.0 + share)
         by_added = d * math.exp(-ln_M) if self.load else 0.0
-        by_law = slopes_of(self.name, self.powers, p[5:], math.exp(ln_zeta))
+        by_law = slopes_of(self.name, powers, p[5:], math.exp(ln_zeta))
         # the square of zeta itself is known far better than f0 needs it
         common = np.tile([1.0, -d * share, d * scaled, by_added, 0.0], (self.values.size, 1))
         J = np.column_stack([common, by_law])

@@ -60,7 +60,7 @@ class Law:
     ----------
     amplitude : A0, m.
     low, high : amplitudes at which the tests work, m.
-    free : names of the terms that the ring-downs ask for.
+    free : names of its terms.
     terms : array (4,)
         g, q, s, k, as the ring-downs alone show them.
     zeta : about that at A0.
@@ -75,10 +75,15 @@ class Law:
     zeta: float = 0.0
     covariance: FloatArray = field(default_factory=lambda: np.zeros((4, 4)))
 
-    def powers(self, amplitude: FloatArray | float) -> FloatArray:
-        """(A/A0)^p - 1 of each term; shape (..., 4)."""
+    def powers(self, amplitude: FloatArray | float, *, added: float = 0.0) -> FloatArray:
+        """(A/A0)^p - 1 of each term; shape (..., 4).
+
+        `added` is the added mass over M. With it, viscous damping gives a zeta that goes with
+        (M + added)^-1/2, Coulomb friction the same zeta, quadratic damping one that goes with
+        1/(M + added): beside the viscous part as if the amplitude were smaller.
+        """
         ratio = np.asarray(amplitude, dtype=np.float64)[..., np.newaxis] / self.amplitude
-        return np.asarray(ratio**_POWERS - 1.0)
+        return np.asarray((ratio * (1.0 + added) ** (-0.5 * _DAMPING)) ** _POWERS - 1.0)
 
     def log(self, name: str, amplitude: FloatArray | float) -> FloatArray:
         """ln of f0 or zeta at an amplitude over those at A0."""
@@ -87,6 +92,11 @@ class Law:
     def gradient(self, name: str, amplitude: float) -> FloatArray:
         """Derivative of this by each term."""
         return slopes_of(name, self.powers(amplitude), self.terms, self.zeta)
+
+    def viscous(self, amplitude: FloatArray) -> FloatArray:
+        """Share of viscous damping in zeta at some amplitudes."""
+        whole = 1.0 + (self.powers(amplitude) * _DAMPING) @ self.terms
+        return np.asarray((1.0 - self.terms[:2].sum()) / np.maximum(whole, _LEAST))
 
     def moved(self, e: Estimate) -> Estimate:
         """f0 or zeta of one record at A0, where `data` does not say it better."""
@@ -183,7 +193,7 @@ def _derivative(function: Callable[[ComplexArray], ComplexArray], terms: FloatAr
 
 
 def law_asked(found: Sequence[Estimate], campaign: Campaign) -> Law:
-    """The terms that the ring-downs ask for, none of them known yet, and A0.
+    """The terms that the ring-downs may have, none of them known yet, and A0.
 
     Parameters
     ----------
@@ -193,7 +203,9 @@ def law_asked(found: Sequence[Estimate], campaign: Campaign) -> Law:
         For the base amplitudes that belong together.
     """
     seen = {e.parameter for e in found}
-    free = tuple(term for name, term in TERMS.items() if name in seen)
+    pairs = list(TERMS)[:2], list(TERMS)[2:]
+    # beside a term of the damping, or of the spring, a small one of the other kind is hardly seen
+    free = tuple(TERMS[name] for pair in pairs if seen & set(pair) for name in pair)
     low, high = _range(found, campaign)
     return Law(math.sqrt(low * high), low, high, free, np.zeros(len(TERMS)))
 
