@@ -317,31 +317,18 @@ def write_identification(whole: Identified, *, paths: ResultPaths) -> None:
 def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Comparison]:
     """Measured beside predicted clearances, clearances.csv; what is odd; budget.csv."""
     from vinesexp.clearance.comparison import clearance_budget, compare, write_clearances
-    from vinesexp.clearance.levels import as_found
     from vinesexp.identification.budget import write_budget
-    from vinesexp.identification.joint.whole import read_rig
     from vinesexp.records.stored.checks import write_checks
-    from vinesexp.records.stored.result_columns import (
-        BASE,
-        BUDGET,
-        DECAY_TIMES,
-        IDENTIFIED,
-        INPUTS,
-        LEVEL_VALUES,
-    )
-    from vinesexp.records.stored.result_columns import RECORD_REGIMES as REGIMES
+    from vinesexp.records.stored.result_columns import BUDGET
     from vinesexp.records.stored.tables import read_rows
+    from vinesexp.results import CampaignResults
 
-    campaign = campaign_seen_by("compare", campaign)
-    campaign = as_found(campaign, read_rows(paths.inputs, INPUTS))
-    joint = read_rig(paths.rig)
-    identified, regimes = read_rows(paths.identified, IDENTIFIED), read_rows(paths.regimes, REGIMES)
-    times, base = read_rows(paths.decay_times, DECAY_TIMES), read_rows(paths.base, BASE)
-    levels = read_rows(paths.level_values, LEVEL_VALUES)
-    rows, checks = compare(campaign, identified, regimes, times, base, levels, joint)
+    found = CampaignResults(paths.folder, campaign_seen_by("compare", campaign))
+    levels = [(level, found.rig_at(level)) for level in found.periodic]
+    rows, checks = compare(found.as_found, found.rig, levels, found.releases, found.rows("base"))
     write_clearances(paths.clearances, rows)
     budget = read_rows(paths.rig_budget, BUDGET)
-    more = clearance_budget(campaign, identified, budget, regimes, times, base, levels, joint)
+    more = clearance_budget(found.rig, levels, found.releases, budget)
     write_budget(paths.budget, [*budget, *more])
     write_checks(paths.compare_checks, checks)
     return rows
@@ -349,21 +336,15 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
 
 def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
     """Every record simulated again with the identified rig and its measured base, replay.csv."""
-    from vinesexp.clearance.levels import as_found
     from vinesexp.records.stored.checks import write_checks
-    from vinesexp.records.stored.result_columns import BASE, IDENTIFIED, INPUTS, RECORD_REGIMES
-    from vinesexp.records.stored.tables import read_rows
     from vinesexp.replay.campaign_replay import replay_campaign
     from vinesexp.replay.replay_table import replay_checks, write_replay
+    from vinesexp.results import CampaignResults
 
-    campaign = campaign_seen_by("replay", campaign)
-    campaign = as_found(campaign, read_rows(paths.inputs, INPUTS))
+    found = CampaignResults(paths.folder, campaign_seen_by("replay", campaign))
+    identified, regimes, base = map(found.rows, ("identified", "regimes", "base"))
     rows, cycles = replay_campaign(
-        campaign,
-        identified=read_rows(paths.identified, IDENTIFIED),
-        regimes=read_rows(paths.regimes, RECORD_REGIMES),
-        base=read_rows(paths.base, BASE),
-        paths=paths,
+        found.as_found, identified=identified, regimes=regimes, base=base, paths=paths
     )
     write_replay(paths.replay, paths.replay_cycles, rows, cycles)
     write_checks(paths.replay_checks, replay_checks(rows))

@@ -7,8 +7,8 @@ import re
 from pathlib import Path
 
 import pytest
+from tests.clearance.from_rows import budget_of
 
-from vinesexp.clearance.comparison import clearance_budget
 from vinesexp.clearance.levels import periodic_levels
 from vinesexp.clearance.predicted import identified_rig, predicted_b_c
 from vinesexp.identification.budget import rows_of as rows_of_budget
@@ -40,7 +40,7 @@ def rows_of(error=3e-3, effective=()):
         {"record": name, "regime": "two symmetric", "amplitude_mean_m": 0.005} for name in "bt"
     ]
     times = [{"record": "t", "target_m": 0.005, "time_s": 1.0}]
-    rows = clearance_budget(campaign, identified, BUDGET, regimes, times, [])
+    rows = budget_of(campaign, identified, BUDGET, regimes, times)
     rig = identified_rig(identified, campaign.known)
     level = periodic_levels(campaign, regimes, [])[0]
     return rows, predicted_b_c(rig, base=level.base)

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.clearance.from_rows import compared
 
-from vinesexp.clearance.comparison import compare, write_clearances
+from vinesexp.clearance.comparison import write_clearances
 from vinesexp.clearance.curves import amplitude_curve, decay_curves, predicted_lowest
 from vinesexp.clearance.levels import LevelBase, periodic_levels, release_levels
 from vinesexp.clearance.predicted import (
@@ -82,7 +83,7 @@ def tests_at_025() -> tuple[Campaign, list[dict[str, str]]]:
 
 def test_table_2_rig_at_025_mm(tests_at_025):
     loaded, regimes = tests_at_025
-    rows, checks = compare(exactly(loaded), combined(TABLE_2), regimes)
+    rows, checks = compared(exactly(loaded), combined(TABLE_2), regimes)
     lowest, end = rows
     assert lowest.level == "G = 0.25 mm"
     assert lowest.measured_mm == pytest.approx(33.0, abs=0.2)
@@ -106,7 +107,7 @@ def test_the_uncertainty_of_the_clearances_widens_what_was_measured(tests_at_025
     loaded, regimes = tests_at_025
     known = replace(loaded.known, uncertainties=replace(EXACT, clearance=Tolerance(absolute=1e-4)))
     exact, wide = (
-        compare(one, combined(TABLE_2), regimes)[0]
+        compared(one, combined(TABLE_2), regimes)[0]
         for one in (exactly(loaded), replace(loaded, known=known))
     )
     for narrow, row in zip(exact, wide, strict=True):
@@ -117,7 +118,7 @@ def test_the_uncertainty_of_the_clearances_widens_what_was_measured(tests_at_025
 
 def test_table_has_the_columns_of_the_contract_and_empty_cells(tmp_path, tests_at_025):
     loaded, regimes = tests_at_025
-    rows, _ = compare(loaded, [], regimes)
+    rows, _ = compared(loaded, [], regimes)
     write_clearances(tmp_path / "clearances.csv", rows)
     text = (tmp_path / "clearances.csv").read_text(encoding="utf-8")
     assert text.splitlines()[0] == HEADER
@@ -133,7 +134,7 @@ def test_table_has_the_columns_of_the_contract_and_empty_cells(tmp_path, tests_a
 def test_without_M_or_r_the_prediction_is_empty_and_the_reason_given(tests_at_025):
     loaded, regimes = tests_at_025
     known = {name: v for name, v in TABLE_2.items() if name not in ("M", "k1", "c1", "r")}
-    rows, checks = compare(loaded, combined(known), regimes)
+    rows, checks = compared(loaded, combined(known), regimes)
     assert all(row.exact_mm is None and row.measured_mm for row in rows)
     (found,) = checks
     assert found.outcome == "warning"
@@ -143,14 +144,14 @@ def test_without_M_or_r_the_prediction_is_empty_and_the_reason_given(tests_at_02
 def test_without_a_weighed_ball_the_prediction_asks_for_it(tests_at_025):
     loaded, regimes = tests_at_025
     unweighed = campaign(list(loaded.records), nes_mass=False)
-    rows, checks = compare(unweighed, combined(TABLE_2), regimes)
+    rows, checks = compared(unweighed, combined(TABLE_2), regimes)
     assert [(row.exact_mm, row.measured_mm is None) for row in rows] == [(None, False)] * len(rows)
     assert "m needs `known: nes_mass` in campaign.yaml" in checks[0].detail
 
 
 def test_too_few_clearances_are_an_absence_with_its_reason(tests_at_025):
     loaded, regimes = tests_at_025
-    rows, checks = compare(loaded, combined(TABLE_2), regimes[:2])
+    rows, checks = compared(loaded, combined(TABLE_2), regimes[:2])
     assert all(row.measured_mm is None and row.exact_mm for row in rows)
     assert len(checks) == 2
     assert "periodic, G = 0.25 mm: 2 clearances tried, expected 3 or more" in checks[0].detail
@@ -159,7 +160,7 @@ def test_too_few_clearances_are_an_absence_with_its_reason(tests_at_025):
 def test_ring_downs_alone_have_no_row_and_one_reason():
     loaded = campaign([Record("a", Path("a"), "ringdown")])
     regimes = [{"record": "a", "regime": "", "amplitude_mean_m": 0.01}]
-    rows, checks = compare(loaded, combined(TABLE_2), regimes)
+    rows, checks = compared(loaded, combined(TABLE_2), regimes)
     assert rows == []
     (found,) = checks
     assert "no usable periodic test" in found.detail
@@ -198,7 +199,7 @@ def test_releases_are_grouped_by_release_and_amplitude():
         times += [time_row(r.id, far, t), time_row(r.id, near, s)]
     names = [level.name for level in release_levels(campaign(records), regimes, times)]
     assert names == ["20 mm to 10 mm", "20 mm to 3 mm", "30 mm to 15 mm"]
-    rows, checks = compare(campaign(records), combined(TABLE_2), regimes, times)
+    rows, checks = compared(campaign(records), combined(TABLE_2), regimes, times)
     ten, three, fifteen = rows
     assert ten.measured_mm == pytest.approx(33.0)
     assert (three.measured_low_mm, three.measured_high_mm) == pytest.approx((10.0, 33.0))
@@ -216,7 +217,7 @@ def test_b_t_needs_r_only():
     records = [release(b) for b in (10, 27, 48)]
     regimes = [regime_row(r.id, 1.0, "") for r in records]
     times = [time_row(r.id, 0.005, t) for r, t in zip(records, (3.0, 2.0, 2.5), strict=True)]
-    rows, checks = compare(campaign(records), combined({"r": 0.6}), regimes, times)
+    rows, checks = compared(campaign(records), combined({"r": 0.6}), regimes, times)
     assert rows[0].exact_mm == pytest.approx(27.317, abs=1e-3)
     assert checks == []
 
@@ -235,7 +236,7 @@ def test_an_optimum_at_the_end_of_what_was_tried_is_a_bound():
         ((2.0, 2.5, 2.6, 2.01), "open", "not bracketed"),
     ):
         times = [time_row(r.id, 0.005, t) for r, t in zip(records, fell, strict=True)]
-        (row,), (found,) = compare(campaign(records), combined(TABLE_2), regimes, times)
+        (row,), (found,) = compared(campaign(records), combined(TABLE_2), regimes, times)
         assert said in found.detail
         assert row.bound == bound
         assert row.error_percent is None  # a bound is no measured value
@@ -288,7 +289,7 @@ def test_a_prediction_that_fails_is_reported_whatever_its_words(tests_at_025, mo
         raise AnalysisError("no stable orbit without a ball that bounces")
 
     monkeypatch.setattr("vinesexp.clearance.comparison.predicted_b_c", fails)
-    rows, checks = compare(loaded, combined(TABLE_2), regimes)
+    rows, checks = compared(loaded, combined(TABLE_2), regimes)
     assert [row.exact_mm for row in rows] == [None] * len(rows)
     assert [check.detail for check in checks] == [
         "G = 0.25 mm: no stable orbit without a ball that bounces"
@@ -339,8 +340,8 @@ def base_row(record: str, G: float = 0.225e-3, frequency: float = 7.8623) -> dic
 
 def test_a_base_below_its_sheet_moves_the_prediction(tests_at_025):
     loaded, regimes = tests_at_025
-    as_sheet, _ = compare(loaded, combined(TABLE_2), regimes)
-    measured, _ = compare(
+    as_sheet, _ = compared(loaded, combined(TABLE_2), regimes)
+    measured, _ = compared(
         loaded, combined(TABLE_2), regimes, (), [base_row(f"b{b}") for b in TRIED]
     )
     assert measured[0].level == as_sheet[0].level == "G = 0.25 mm"  # the sheet names it

@@ -8,14 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.clearance.from_rows import compared
 
 from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
-from vinesexp.clearance.comparison import (
-    compare,
-    may_not_have_settled,
-    settling_check,
-    start_checks,
-)
+from vinesexp.clearance.comparison import may_not_have_settled, settling_check, start_checks
 from vinesexp.clearance.levels import LevelBase, PeriodicLevel, Tested, waited
 from vinesexp.clearance.predicted import IdentifiedRig
 from vinesexp.records.campaign.schema import Campaign, Known, Record
@@ -124,7 +120,7 @@ def test_a_mean_from_rest_holds_within_its_error_or_is_warned_of(zeta):
             records.append(Record(id, Path(id), "periodic", (b,), 0.25e-3, (7.862, 7.862)))
     known = Known(nes_mass=(Quantity(0.032),))
     campaign = Campaign(Path(), "c", "C", known, {}, None, None, None, tuple(records))
-    _, checks = compare(campaign, identified, rows)
+    _, checks = compared(campaign, identified, rows)
     said = " ".join(check.detail for check in checks if check.check == "settling")
     warned = set(re.findall(r"b[\d.]+_\d+s", said))
     unsaid = [(one, row) for one, row in zip(records, rows, strict=True) if one.id not in warned]

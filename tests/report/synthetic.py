@@ -26,7 +26,8 @@ from vinesexp.records.stored.result_columns import (
 )
 from vinesexp.records.stored.result_paths import ResultPaths
 from vinesexp.records.stored.store import RecordWriter, write_refused
-from vinesexp.records.stored.tables import read_rows, write_rows
+from vinesexp.records.stored.tables import write_rows
+from vinesexp.results import CampaignResults
 
 RATE, F0, ZETA = 1000.0, 8.0, 0.0065
 QUANTITIES = {
@@ -120,12 +121,9 @@ def make_results(campaign: Campaign, results: Path, *, parameters: tuple[str, ..
     write_rows(results / "level_values.csv", LEVEL_VALUES, [])
     write_rows(results / "identified.csv", IDENTIFIED, _identified(parameters))
     _replay(campaign, results, {str(r["record"]): r for r in regimes})
-    rows, found = compare(
-        campaign,
-        read_rows(results / "identified.csv", IDENTIFIED),
-        read_rows(results / "regimes.csv", RECORD_REGIMES),
-        read_rows(results / "decay_times.csv", DECAY_TIMES),
-    )
+    all_of = CampaignResults(results, campaign)
+    levels = [(level, all_of.rig_at(level)) for level in all_of.periodic]
+    rows, found = compare(campaign, all_of.rig, levels, all_of.releases)
     write_clearances(results / "clearances.csv", rows)
     write_checks(results / "checks.csv", [*checks, *found])
 

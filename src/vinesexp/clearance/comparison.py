@@ -16,11 +16,10 @@ from pathlib import Path
 
 from vinesexp.clearance.levels import (
     PeriodicLevel,
+    ReleaseLevel,
     Rows,
     Tested,
     base_checks,
-    periodic_levels,
-    release_levels,
 )
 from vinesexp.clearance.optimum import (
     UNSEEN,
@@ -34,20 +33,20 @@ from vinesexp.clearance.predicted import (
     IdentifiedRig,
     MissingValuesError,
     Predicted,
-    at_level,
-    identified_rig,
     predicted_b_c,
     predicted_b_t,
 )
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.budget import COLLISIONS, rows_of
-from vinesexp.identification.joint.whole import RigPosterior
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check
 from vinesexp.records.stored.result_columns import CLEARANCES
 from vinesexp.records.stored.tables import Value, write_rows
 from vinesexp.theory.regime_definitions import PERMANENT
 from vinesexp.units import COVERAGE_95
+
+#: A level and the rig at the amplitude at which it works.
+RigAtLevel = tuple[PeriodicLevel, IdentifiedRig]
 
 #: What follows the name of a base amplitude in the row of the end of permanent impacts.
 END = ", end of two impacts per cycle"
@@ -186,38 +185,36 @@ class Comparison:
 
 def compare(
     campaign: Campaign,
-    identified: Rows,
-    regimes: Rows,
-    times: Rows = (),
+    rig: IdentifiedRig,
+    periodic: Sequence[RigAtLevel],
+    releases: Sequence[ReleaseLevel],
     base: Rows = (),
-    amplitudes: Rows = (),
-    joint: RigPosterior | None = None,
 ) -> tuple[list[Comparison], list[Check]]:
     """Measured against predicted, level by level, and what cannot be compared and why.
 
     Parameters
     ----------
     campaign : Campaign
-    identified, regimes, times, base, amplitudes : sequences of mappings
-        Rows of identified.csv, regimes.csv, decay_times.csv, base.csv and level_values.csv.
-    joint : RigPosterior, optional
-        How the errors of the identified values and of the base go together.
+    rig : IdentifiedRig
+    periodic : sequence of (PeriodicLevel, IdentifiedRig)
+        Each level with the rig at the amplitude at which it works.
+    releases : sequence of ReleaseLevel
+    base : sequence of mappings
+        Rows of base.csv.
 
     Returns
     -------
     rows, checks
         A level that cannot be measured keeps its row, with empty cells, and a check says why.
     """
-    rig = identified_rig(identified, campaign.known, joint)
 
     def reach(b: float) -> float:
         return COVERAGE_95 * campaign.known.uncertainties.clearance.of(b)
 
     rows: list[Comparison] = []
     checks: list[Check] = []
-    for level in periodic_levels(campaign, regimes, base, identified):
+    for level, own in periodic:
         checks += _base_checks(campaign, level, base)
-        own = at_level(rig, amplitudes, G=level.nominal)
         predicted = _predicted(
             checks, level.name, partial(predicted_b_c, own, base=level.base, level=level.nominal)
         )
@@ -234,7 +231,7 @@ def compare(
             )
     # Without f0 the time between two samples of the amplitude is unknown: no ties.
     resolution = 0.5 / rig.f0.value if rig.f0 else 0.0
-    for release in release_levels(campaign, regimes, times, identified):
+    for release in releases:
         predicted = _predicted(
             checks, release.name, partial(predicted_b_t, rig, release=release.release)
         )
@@ -389,34 +386,27 @@ def write_clearances(path: Path, rows: Sequence[Comparison]) -> None:
 
 
 def clearance_budget(
-    campaign: Campaign,
-    identified: Rows,
+    rig: IdentifiedRig,
+    periodic: Sequence[RigAtLevel],
+    releases: Sequence[ReleaseLevel],
     budget: Rows,
-    regimes: Rows,
-    times: Rows,
-    base: Rows,
-    values: Rows = (),
-    joint: RigPosterior | None = None,
 ) -> list[dict[str, Value]]:
     """Rows of each b_c and b_t, contributions in m.
 
     Parameters
     ----------
-    campaign : Campaign
-    identified, budget, regimes, times, base, values : sequences of mappings
-        Rows of identified.csv, of the rig's own budget, of regimes.csv, decay_times.csv, base.csv
-        and level_values.csv.
+    rig, periodic, releases
+        As for `compare`.
+    budget : sequence of mappings
+        Rows of what the identified values are known by, before those of the clearances.
     """
-    rig = identified_rig(identified, campaign.known, joint)
     predictions = [
         (f"b_c, {level.name}", partial(predicted_b_c, own, base=level.base, level=level.nominal))
-        for level in periodic_levels(campaign, regimes, base, identified)
-        for own in (at_level(rig, values, G=level.nominal),)
+        for level, own in periodic
     ]
-    levels = release_levels(campaign, regimes, times, identified)
     predictions += [
         (f"b_t, {1e3 * x0:.6g} mm", partial(predicted_b_t, rig, release=release))
-        for x0, release in {level.x0: level.release for level in levels}.items()
+        for x0, release in {level.x0: level.release for level in releases}.items()
     ]
     rows: list[dict[str, Value]] = []
     for name, predict in predictions:
@@ -425,7 +415,9 @@ def clearance_budget(
         except AnalysisError:
             continue
         parts = (
-            found.parts if name.startswith("b_c") and joint else divided(found.parts, rig, budget)
+            found.parts
+            if name.startswith("b_c") and rig.joint
+            else divided(found.parts, rig, budget)
         )
         rows += rows_of(name, parts, unit=1e-3, name_of_unit=" mm")
     return rows
