@@ -442,6 +442,7 @@ ring-down includes the cheaper ones. The row of impacts is the whole way from sa
 simulation and files included; its bound is that of the pulses' areas in the accelerometer's noise,
 their form known.
 The base is measured with 2 um rms and 14 bits over 5 mm; for a sweep its noise is in the bound.
+The stated error of a drop is that of what the air may do, far above the noise of the times.
 
 ![time against error](identification.svg)
 
