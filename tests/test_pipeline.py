@@ -6,8 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vinesexp.errors import RecordError
-from vinesexp.pipeline import analyse_campaign, analyse_record
+from vinesexp.errors import RecordError, TableError
+from vinesexp.pipeline import (
+    analyse_campaign,
+    analyse_record,
+    compare_clearances,
+    replay_records,
+)
 from vinesexp.records.campaign.load import load_campaign
 from vinesexp.records.stored.result_paths import ResultPaths
 
@@ -58,6 +63,10 @@ def test_a_campaign_from_instrument_files_to_tables(campaign, tmp_path):
     ):
         with table.open(encoding="utf-8", newline="") as stream:
             assert len(list(csv.DictReader(stream))) == len(rows)
+    paths.inputs.unlink()
+    for step in (compare_clearances, replay_records):
+        with pytest.raises(TableError, match=r"inputs\.csv"):
+            step(campaign, paths=paths)
 
 
 def test_a_record_that_cannot_be_used_leaves_a_placeholder_or_raises(campaign, tmp_path):

@@ -324,6 +324,7 @@ def compare_clearances(campaign: Campaign, *, paths: ResultPaths) -> list[Compar
     from vinesexp.results import CampaignResults
 
     found = CampaignResults(paths.folder, campaign_seen_by("compare", campaign))
+    found.require("inputs", "decay_times")  # what they say is never left out in silence
     levels = [(level, found.rig_at(level)) for level in found.periodic]
     rows, checks = compare(found.as_found, found.rig, levels, found.releases, found.rows("base"))
     write_clearances(paths.clearances, rows)
@@ -342,6 +343,7 @@ def replay_records(campaign: Campaign, *, paths: ResultPaths) -> list[Compared]:
     from vinesexp.results import CampaignResults
 
     found = CampaignResults(paths.folder, campaign_seen_by("replay", campaign))
+    found.require("inputs")  # what they say is never left out in silence
     identified, regimes, base = map(found.rows, ("identified", "regimes", "base"))
     rows, cycles = replay_campaign(
         found.as_found, identified=identified, regimes=regimes, base=base, paths=paths

@@ -172,12 +172,26 @@ class Results:
             self._rows[name] = [] if absent else read_rows(path, TABLES[name])
         return self._rows[name]
 
+    def require(self, *names: str) -> None:
+        """Read tables that a campaign may lack; a TableError where one is not there."""
+        for name in names:
+            self._rows[name] = read_rows(self.folder / TABLES[name].file, TABLES[name])
+
+    @cached_property
+    def _by_record(self) -> dict[str, dict[str, list[dict[str, Any]]]]:
+        return {}
+
     def by_record(self, name: str) -> dict[str, list[dict[str, Any]]]:
         """The same rows, by the record that they are of."""
-        found: dict[str, list[dict[str, Any]]] = {}
-        for row in self.rows(name):
-            found.setdefault(row["record"], []).append(row)
-        return found
+        if name not in self._by_record:
+            found = self._by_record[name] = {}
+            for row in self.rows(name):
+                found.setdefault(row["record"], []).append(row)
+        return self._by_record[name]
+
+    def of_record(self, name: str, id: str) -> list[dict[str, Any]]:
+        """The rows of one record; none where the table says nothing of it."""
+        return self.by_record(name).get(id, [])
 
     @cached_property
     def regime_of(self) -> dict[str, str]:

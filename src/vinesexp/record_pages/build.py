@@ -113,36 +113,22 @@ _ATTRIBUTES = {
 }
 
 
-def facts_of(
-    record: Record,
-    *,
-    paths: ResultPaths,
-    regime: Row,
-    checks: Sequence[Row],
-    replay: Sequence[Row],
-    cycles: Sequence[Row],
-    rig: IdentifiedRig,
-) -> dict[str, Any]:
+def facts_of(record: Record, results: CampaignResults) -> dict[str, Any]:
     """Tables and curves of one record that depend on the whole campaign.
-
-    Parameters
-    ----------
-    record : Record
-    paths : ResultPaths
-    regime : mapping
-        Its row of regimes.csv.
-    checks, replay, cycles : sequences of mappings
-        Its rows of checks.csv, replay.csv and the replay's cycles.
-    rig : IdentifiedRig
 
     Returns
     -------
     dict
         Texts are finished; ready to be written as JSON.
     """
+    paths = ResultPaths(results.folder)
+    checks, replay, cycles, regimes = (
+        results.of_record(name, record.id)
+        for name in ("checks", "replay", "replay_cycles", "regimes")
+    )
     return {
         "settings": set_up(record),
-        "regime": regime_words(regime),
+        "regime": regime_words(regimes[0] if regimes else {}),
         "checks": [[row["check"], row["outcome"], row["detail"]] for row in checks],
         "estimates": _estimates(record, paths),
         "replay": [
@@ -150,7 +136,7 @@ def facts_of(
             for row in replay
         ],
         "replayed": _replayed(cycles),
-        "manifold": _manifold(record, paths, rig),
+        "manifold": _manifold(record, paths, results.rig),
         "provenance": _provenance(record, paths),
     }
 
@@ -255,16 +241,13 @@ def _provenance(record: Record, paths: ResultPaths) -> list[list[str]]:
     return found
 
 
-def list_of_records(
-    campaign: Campaign, *, regimes: Mapping[str, Row], checks: Mapping[str, Sequence[Row]]
-) -> list[list[Any]]:
+def list_of_records(results: CampaignResults) -> list[list[Any]]:
     """Id, test, clearance, base amplitude, regime, impacts per cycle, mean and largest amplitude,
     outcome and the checks that warn; one list a record, in the order of records.csv."""
     found = []
-    for record in campaign.records:
-        row = regimes.get(record.id, {})
-        own = checks.get(record.id, ())
-        odd = [check for check in own if check["outcome"] != "ok"]
+    for record in results.campaign.records:
+        row: Row = next(iter(results.of_record("regimes", record.id)), {})
+        odd = [one for one in results.of_record("checks", record.id) if one["outcome"] != "ok"]
         outcome = min((c["outcome"] for c in odd), key=_WORST.index, default="ok")
         found.append(
             [
@@ -381,23 +364,12 @@ def _traces(campaign: Campaign, record: Record, *, paths: ResultPaths, code: str
 def _facts(campaign: Campaign, paths: ResultPaths) -> Iterable[Path]:
     """Write what is said of every record, and the page itself."""
     results = CampaignResults(paths.folder, campaign)
-    regimes = {row["record"]: row for row in results.rows("regimes")}
-    checks, replay, cycles = map(results.by_record, ("checks", "replay", "replay_cycles"))
     for record in campaign.records:
-        facts = facts_of(
-            record,
-            paths=paths,
-            regime=regimes.get(record.id, {}),
-            checks=checks.get(record.id, []),
-            replay=replay.get(record.id, []),
-            cycles=cycles.get(record.id, []),
-            rig=results.rig,
-        )
         page = paths.pages / "facts" / f"{record.id}.js"
-        write_whole(page, script("vinesexp.facts", record.id, facts))
+        write_whole(page, script("vinesexp.facts", record.id, facts_of(record, results)))
         yield page
     content = {
-        "records": list_of_records(campaign, regimes=regimes, checks=checks),
+        "records": list_of_records(results),
         "manifold": manifold_curve(results.rig),
         "colours": COLOURS,
     }

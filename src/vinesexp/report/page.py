@@ -409,12 +409,7 @@ def _of_tests(results: CampaignResults) -> dict[str, Any]:
         for drawn in listed(folder)
     ]
     first = min(figures, key=_early, default=None)
-    regimes = regimes_by_test(
-        results.campaign,
-        results.rows("regimes"),
-        bands=results.rows("bands"),
-        transitions=results.rows("transitions"),
-    )
+    regimes = regimes_by_test(results)
     tests = tests_table(results.campaign, results.rows("checks"))
     others = [figure for figure in figures if figure is not first]
     return {

@@ -18,6 +18,7 @@ from vinesexp.figures.numbers import (
 )
 from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.tables import Column, Row, Table, ids_of, read_rows
+from vinesexp.results import CampaignResults
 from vinesexp.theory.regime_definitions import BY_FREQUENCY
 from vinesexp.units import COVERAGE_95
 
@@ -117,23 +118,21 @@ def _range(values: Sequence[float]) -> str:
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
-def regimes_by_test(
-    campaign: Campaign, regimes: Sequence[Row], *, bands: Sequence[Row], transitions: Sequence[Row]
-) -> dict[str, list[dict[str, Any]]]:
+def regimes_by_test(results: CampaignResults) -> dict[str, list[dict[str, Any]]]:
     """Rows of regimes.csv with what the record was, by test; tests without NES have none.
 
     A sweep has its bands in place of one word, a release the points where its balls are lost.
     """
     found: dict[str, list[dict[str, Any]]] = {}
-    by_id = {record.id: record for record in campaign.records}
-    for row in regimes:
+    by_id = {record.id: record for record in results.campaign.records}
+    for row in results.rows("regimes"):
         record = by_id.get(row["record"])
         if record is None or not record.clearance or not row["regime"]:
             continue
         words = row["regime"]
         if words == BY_FREQUENCY:
-            words = bands_in_words([one for one in bands if one["record"] == record.id]) or words
-        lost = [one for one in transitions if one["record"] == record.id]
+            words = bands_in_words(results.of_record("bands", record.id)) or words
+        lost = results.of_record("transitions", record.id)
         each = row.get("impacts_per_cycle_each") or ""
         found.setdefault(record.test, []).append(
             {

@@ -452,7 +452,7 @@ def _same_test(record: Record, value: PublishedValue, clearance: str) -> bool:
 
 
 def _of_record(value: PublishedValue, record: Record, results: CampaignResults) -> Own | None:
-    row = next(iter(results.by_record("regimes").get(record.id, [])), None)
+    row = next(iter(results.of_record("regimes", record.id)), None)
     if value.quantity == "largest amplitude" and row and row["amplitude_max_m"]:
         peak, running = 1e3 * row["amplitude_max_m"], row.get("amplitude_running_max_m")
         low = peak if running is None else 1e3 * running
@@ -462,7 +462,7 @@ def _of_record(value: PublishedValue, record: Record, results: CampaignResults) 
         time = _time(record, value, results.rows("decay_times"))
         return None if time is None else Own(time, time, time, f"{time:.3g} s")
     if value.quantity == "transition amplitude":
-        own = results.by_record("transitions").get(record.id, [])
+        own = results.of_record("transitions", record.id)
         lost = [1e3 * row["transition_m"] for row in own]
         if lost:
             return Own(lost[0], min(lost), max(lost), ", ".join(f"{a:.2f}" for a in lost) + " mm")
@@ -485,7 +485,7 @@ def _best_of(value: PublishedValue, results: CampaignResults) -> Own | None:
             if value.quantity == "fastest of tried":
                 number_of = _time(record, value, results.rows("decay_times"))
             else:
-                row = next(iter(results.by_record("regimes").get(record.id, [])), {})
+                row = next(iter(results.of_record("regimes", record.id)), {})
                 mean = row.get("amplitude_mean_m")
                 number_of = None if mean is None else 1e3 * mean
             if number_of is not None:
