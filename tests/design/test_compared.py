@@ -172,7 +172,7 @@ def test_a_jump_is_found_as_close_as_it_matters() -> None:
     def none(b: float, numbers: range) -> Runs:
         raise AssertionError
 
-    won = Contest(Beside(none), MEAN, Purse(1e3)).won([0.0185, 0.0215], 8)
+    won = Contest(Beside(none), MEAN, Purse(1e3)).won([0.0185, 0.0215], (8, 8))
     assert 0.0205 * 0.996 < won.b < 0.0205
 
 

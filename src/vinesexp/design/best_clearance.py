@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import betainc
 
-from vinesexp.arrays import FloatArray
+from vinesexp.arrays import BoolArray, FloatArray
 from vinesexp.design.ensemble import Responses, Runs, responses, together, watched
 from vinesexp.design.task import Task, more_wall_starts, random_starts
 
@@ -46,6 +46,10 @@ STEPS, MOVES, FLAT = ((0.03, 0.015), (0.0075, 0.0035), (0.0018,)), 4, 0.004
 #: Starts from rest and random starts of a clearance, least and most, in the
 #: scan; then the same in the first round of a contest.
 SCAN_REST, SCAN_RANDOM, FIRST_REST, FIRST_RANDOM = (2, 8), (4, 20), (4, 16), (8, 96)
+#: In a narrow cavity a ball may chatter to rest and act as a dead mass: its runs take many times as
+#: long as the median of all. Such a clearance has to be better by LITTLE to be looked at closer,
+#: and none is tried for safety: a dead mass does the same from any start.
+DEAR, LITTLE = 5.0, 0.01
 #: Percentile of the mean amplitude over random starts that the robust clearance makes least.
 PERCENTILE = 90.0
 #: Draws of the starts with which the error of a value is found.
@@ -60,7 +64,7 @@ MATTERS = 0.02
 #: A best whose value is not known to this share owes it to its starts: all that are alike get more.
 SURE = 0.01
 #: No more starts than these: the share that is lost is then known to half a percent.
-ENOUGH = 1500
+ENOUGH = 1600
 #: So many of those that may be better than the best by that are given more starts.
 FIELD = 8
 #: Clearances nearer to each other than this share are the same.
@@ -308,7 +312,7 @@ class Contest:
             ]  # fmt: skip
             afford = int(self.purse.left / (self.starts.work(now.b[best]) * n)) - 1
             hopes = sorted(hopes, key=lambda i: now.value[i])[: max(min(FIELD, afford), 0)]
-            if not hopes or n >= ENOUGH:
+            if not hopes or 2 * n > ENOUGH:
                 break
             left = [now.b[i] for i in (best, *hopes)]
             n *= 2
@@ -352,12 +356,17 @@ class Contest:
                 break
         return tried
 
-    def won(self, clearances: Iterable[float], first: int) -> Race:
+    def won(self, clearances: Iterable[float], ends: tuple[int, int]) -> Race:
         """The best of some clearances and of what lies beside it.
 
         With few starts nothing is sure beside a jump, so what won with more is where to look again.
+        The fewest starts of the first round say what a start takes, and so how many there are.
         """
-        few = list(clearances)
+        few = apart(clearances)
+        self.purse.ask(self.starts, few, ends[0])
+        work = float(np.mean([self.starts.work(b) for b in few]))
+        rounds = len(few) + 2 * MOVES + 2 * sum(len(steps) for steps in STEPS)
+        first = affordable(self.purse.left, rounds * work, ends)
         won: Race | None = None
         opening = replace(self, purse=Purse(0.0), margin=None)
         while True:
@@ -371,10 +380,15 @@ class Contest:
 
 @dataclass(frozen=True)
 class Curve:
-    """Clearances tried and what a criterion said of each (m); sorted by clearance."""
+    """Clearances tried, what a criterion said of each (m), which are dear; sorted by clearance."""
 
     b: FloatArray
     value: FloatArray
+    dear: BoolArray
+
+    def is_dear(self, b: float) -> bool:
+        """Whether the clearance that was tried nearest to b is dear."""
+        return bool(self.dear[np.abs(self.b - b).argmin()])
 
     def minima(self, n: int) -> list[int]:
         """Indices of the lowest local minima, at most n."""
@@ -392,10 +406,13 @@ class Curve:
 
 
 def curve_of(starts: SameStarts, criterion: Criterion, n: int) -> Curve:
-    """What a criterion says of every clearance that has n starts."""
+    """What a criterion says of every clearance that has n starts, dear ones with a handicap."""
     b = sorted(b for b, found in starts.found.items() if found.mean.shape[-1] >= n)
     samples = np.array([criterion.take(starts.of(one, n)).reshape(-1) for one in b])
-    return Curve(np.array(b), criterion.rule(samples))
+    work = np.array([starts.work(one) for one in b])
+    dear = work > DEAR * np.median(work)
+    value = criterion.rule(samples) * np.where(dear, 1.0 + LITTLE, 1.0)
+    return Curve(np.array(b), value, dear)
 
 
 def scanned(
@@ -500,19 +517,13 @@ def search(
         grid, anywhere(seed, watch=False), [Criterion(mean_of, cautious)],
         ends=SCAN_RANDOM, most=SCANS * budget,
     )  # fmt: skip
-    rest, random, most = (
-        from_rest(0.25, watch=True),
-        anywhere(seed + 1, watch=True),
-        CONTESTS * budget,
-    )
+    rest, random = from_rest(0.25, watch=True), anywhere(seed + 1, watch=True)
     finalists = [one.lowest() for one in curves]
-    n = opening(rest, finalists[0][0], FIRST_REST, most)
     won: list[Race] = []
     for few, criterion in zip(finalists, (mean, largest), strict=True):
-        contest = Contest(rest, criterion, Purse(most), seed=seed)
-        won.append(contest.won([*few, *(one.b for one in won)], n))
-    lowest, most = curve.lowest(), ROBUST * budget
-    n = opening(random, lowest[0], FIRST_RANDOM, most)
+        contest = Contest(rest, criterion, Purse(CONTESTS * budget), seed=seed)
+        won.append(contest.won([*few, *(one.b for one in won)], FIRST_REST))
+    lowest, purse = curve.lowest(), Purse(ROBUST * budget)
 
     def margin(b: float, n: int) -> float:
         random.ask([share * b for share in ASIDE], n)
@@ -520,15 +531,8 @@ def search(
 
     # the others compete too, and what is a little safer: no best is called so beside a better one
     others = [share * one.b for one in won for share in (1.0, NARROWER)]
-    safer = [share * lowest[0] for share in SAFER]
-    contest = Contest(random, Criterion(mean_of, percentile, cautious), Purse(most), margin, seed)
-    robust = contest.won([*lowest[:LOWEST], *safer, *others], n)
+    safer = [b for b in (share * lowest[0] for share in SAFER) if not curve.is_dear(b)]
+    contest = Contest(random, Criterion(mean_of, percentile, cautious), purse, margin, seed)
+    robust = contest.won([*lowest[:LOWEST], *safer, *others], FIRST_RANDOM)
     work = max(rest.work(one.b) for one in won), random.work(robust.b)
     return Found(won[0].b, won[1].b, robust.b, rest_scan, random_scan, robust, grid, work)
-
-
-def opening(starts: SameStarts, b: float, ends: tuple[int, int], most: float) -> int:
-    """Starts of the first round of a contest, from what the fewest take at one clearance."""
-    starts.ask([b], ends[0])
-    rounds = FINALISTS + 2 * MOVES + 2 * sum(len(steps) for steps in STEPS)
-    return affordable(most, rounds * starts.work(b), ends)
