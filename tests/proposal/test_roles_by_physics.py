@@ -115,6 +115,29 @@ def test_channels_with_times_of_their_own_have_their_own_rates(tmp_path, capsys)
     assert "time: {column: 2, unit: s}" in (tmp_path / "campaign.yaml").read_text()
 
 
+def test_times_that_slip_back_are_times_all_the_same(tmp_path):
+    """One time of a phone is late by two samples: what follows is in order."""
+    t = T.copy()
+    t[[700, 1500]] -= 2.0 / 30.0
+    view, _ = looked_at(tmp_path / "a.csv", "Time (s),x", t, np.exp(-0.02 * T) * np.cos(6.0 * T))
+    assert (view.time, view.rate) == (0, pytest.approx(30.0, rel=1e-3))
+    assert "times go back 2 times, first from 23.3 to 23.26667 s" in view.remarks[0]
+    t[1500:] -= 20.0
+    again, _ = looked_at(tmp_path / "a.csv", "Time (s),x", t, np.cos(6.0 * T))
+    assert again.time is None
+
+
+def test_a_list_of_values_and_words_within_words_say_no_role(tmp_path):
+    names = "t,PostFilter,Minimum,Accuracy"
+    columns = (T, np.cos(6.0 * T), RNG.standard_normal(T.size), RNG.standard_normal(T.size))
+    view, roles = looked_at(tmp_path / "a.csv", names, *columns)
+    assert set(roles.values()) <= {"displacement", "base"}
+    assert not any("name says" in one.why for one in guess_roles([view]).values())
+    assert looked_at(tmp_path / "b.csv", "displacement,acc", T[:9], T[:9] ** 2)[1] == {}
+    (tmp_path / "c.csv").write_text("t,mode,x\n" + "".join(f"{t},up,{t**2}\n" for t in T))
+    assert view_file(tmp_path / "c.csv").problems == ("columns whose first cell is a word: 'mode'",)
+
+
 def test_names_that_differ_in_case_are_one_channel(tmp_path):
     x = np.exp(-0.02 * T) * np.cos(6.0 * T)
     for name, names in (("a", "t,Laser,ACC"), ("b", "t,laser,Acc")):

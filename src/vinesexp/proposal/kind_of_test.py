@@ -97,7 +97,8 @@ def _without_channels(file: FileView, *, elsewhere: bool) -> str:
         return "a spectrum or a frequency response, not a record over time"
     if any(column.kind == "several" for column in file.columns):
         return "several records one after another: its times start again"
-    names = ", ".join(f"'{column.name or column.index}'" for column in file.signals[:4])
+    moving = [column for column in file.columns if column.kind in ("signal", "list")]
+    names = ", ".join(f"'{column.name or column.index}'" for column in moving[:4])
     if not names:
         return "it has no channel of the oscillator"
     if elsewhere:

@@ -27,8 +27,8 @@ _NAMES = {
     "base": re.compile(
         r"base|shaker|table|socle|support|excit|drive|ground|fuss|foot|tisch|anreg|erreg", re.I
     ),
-    "acceleration": re.compile(r"acc|acel|beschl|pcb|icp|imu", re.I),
-    "displacement": re.compile(r"laser|disp|pos|depl|weg|ldv|vib|mass|oscill", re.I),
+    "acceleration": re.compile(r"acc(?!ura)|acel|beschl|pcb|icp|\bimu\b", re.I),
+    "displacement": re.compile(r"laser|disp(?!lay)|pos(?!s|t)|depl|weg|ldv|vib|mass|oscill", re.I),
     "sound": re.compile(r"mic(?![a-z]*(?:ro)?m(?:eter)?\b)|sound|audio|schall|suono", re.I),
 }
 #: What phones, loggers and programs record or compute besides motion along a line.

@@ -53,7 +53,7 @@ class ColumnView:
         Number, name and unit as the file states them.
     kind : str
         ``time``, ``counter`` (row numbers), ``constant``, ``switch`` (two values: a trigger, the
-        number of a track), ``list`` (few values beside a record), ``several`` (of records that
+        number of a track), ``list`` (too few values for a record), ``several`` (of records that
         follow one another),
         ``frequency`` (of a spectrum), ``spectrum`` (what stands over it) or ``signal``.
     values : array
@@ -157,6 +157,7 @@ def view_file(path: Path) -> FileView:
     source = open_source(path)
     read: dict[int, FloatArray] = {}
     problems: list[str] = []
+    words: list[str] = []
     try:
         read = _values(source, range(len(source.columns)))
     except RecordError:  # column by column, what can be read
@@ -164,8 +165,12 @@ def view_file(path: Path) -> FileView:
             try:
                 read |= _values(source, [index])
             except RecordError as error:
-                if column.name:  # a preamble beside the first rows has no name
+                if column.name and str(error.where).startswith(f"{source.locate(0)}, "):
+                    words.append(f"'{column.name}'")
+                elif column.name:  # a preamble beside the first rows has no name
                     problems.append(str(error))
+    if words:
+        problems.append(f"columns whose first cell is a word: {', '.join(words)}")
     response = _is_response(source, read)
     time, rate, remarks = (None, None, []) if response else _time_and_rate(source, read)
     columns = _kinds(source, read, time, rate, frequencies=0 if response else None)
@@ -213,7 +218,7 @@ def _kinds(
             kind = "time"  # of other channels than the first
             if time is not None and is_other_time(column.name, source.columns[time].name):
                 slower = float(np.ptp(read[time]) / np.ptp(values))
-        if kind == "signal" and len(values) < _FEWEST and _FEWEST * len(values) < most:
+        if kind == "signal" and len(values) < _FEWEST and not 1 < most / len(values) <= _FEWEST:
             kind = "list"
         unit = None if kind != "time" and len(read) > 2 and _one_unit(source) else column.unit
         if kind != "empty":
@@ -481,12 +486,14 @@ def _time_and_rate(
             continue
         finite = read[j][np.isfinite(read[j])] if j in read else np.zeros(0)
         steps = np.diff(finite)
-        if len(steps) < 3 or steps.min() < 0.0 or steps.mean() <= 0.0:
-            continue
         named = _TIME_NAME.match(source.columns[j].name) or source.columns[j].unit in UNITS["time"]
+        back = np.flatnonzero(steps < 0.0)
+        slips = named and len(back) * _FEWEST < len(steps) and -steps.min() < 3.0 * steps.mean()
+        if len(steps) < 3 or (len(back) and not slips) or steps.mean() <= 0.0:
+            continue
         usual = steps[steps < _PAUSE * float(np.median(steps))]
         pauses = len(steps) - len(usual)
-        if not named or pauses * _FEWEST > len(steps):  # no logger pauses so often
+        if not named or len(back) or pauses * _FEWEST > len(steps):  # no logger pauses so often
             usual, pauses = steps, 0
         clock = _stairs(source.path, finite) if steps.min() == 0.0 else None
         uneven = clock is None and float(np.std(usual)) > _UNEVEN * float(usual.mean())
@@ -509,6 +516,13 @@ def _time_and_rate(
                 f"{100.0 * clock[1] / len(finite):.1g} %, and a lost sample would not show"
             )
             pauses = 0
+        if len(back):
+            k = int(back[0])
+            remarks.append(
+                f"times go back {len(back)} time{'s' * (len(back) > 1)}, first from "
+                f"{finite[k]:.9g} to {finite[k + 1]:.9g} {unit}; if only the times are wrong, give "
+                f"'sample_rate: {rate:.6g} Hz' instead of 'time'"
+            )
         if pauses:
             k = int(np.argmax(steps))
             remarks.append(

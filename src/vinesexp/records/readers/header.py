@@ -182,12 +182,13 @@ def _paired(
     last = max((j for j, name in enumerate(names) if name), default=-1)
     if width > last + 1:
         _refuse_odd_row(path, body, last + 1, first)
+        wide = next(i for i in range(first, len(body.lines)) if len(body.rows[i]) >= width)
         raise RecordError(
-            f"{width} cells under {last + 1} names ('{body.lines[first].strip()[:80]}' under "
+            f"{width} cells under {last + 1} names ('{body.lines[wide].strip()[:80]}' under "
             f"'{line.strip()[:80]}'); correct the names, or, if the numbers have decimal commas, "
             "export with another delimiter",
             file=path,
-            where=f"line {first + 1}",
+            where=f"line {wide + 1}",
         )
     return names, ""
 
