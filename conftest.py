@@ -18,10 +18,14 @@ sys.dont_write_bytecode = False
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Leave modules and tests, which stay to the end, out of every search for garbage."""
+    """Leave modules and tests, which stay to the end, out of every search for garbage.
+
+    A search follows each 100,000 objects, not each 700: it took a twentieth of the time.
+    """
     gc.disable()
     try:
         return (yield)
     finally:
         gc.freeze()
+        gc.set_threshold(100_000)
         gc.enable()

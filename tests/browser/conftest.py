@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.browser.chromium import Browser
-from tests.report.made_up import reported
-from tests.report.synthetic import FULL
+from tests.report.made_up import Made, full_report
 
 from vinesexp.design.shown import Table
 from vinesexp.figures.design_curve import DesignCurve, design_curve
@@ -32,18 +32,18 @@ Ask = Callable[..., Any]
 
 @pytest.fixture(scope="session")
 def site(once) -> Path:
-    """A results folder with report and pages; one id means something in an address."""
-    return once("site", _site)
+    """A results folder with report and pages."""
+    full = once("full", full_report)
+    return once("site", lambda folder: _site(full, folder / "results"))
 
 
-def _site(folder: Path) -> Path:
-    lines = [line.replace("p_33", "p+3.3_x") for line in FULL]
-    made = reported(folder, lines, title="Rig <A> & ball")
-    build_pages(made.campaign, paths=ResultPaths(made.results), code="of the test")
-    _design_sheet(made.results / "sheet.html")
-    found = compare_results(made.results, made.results)
-    (made.results / "differences.html").write_text(differences_page(found), encoding="utf-8")
-    return made.results
+def _site(full: Made, results: Path) -> Path:
+    shutil.copytree(full.results, results)
+    build_pages(full.campaign, paths=ResultPaths(results), code="of the test")
+    _design_sheet(results / "sheet.html")
+    found = compare_results(results, results)
+    (results / "differences.html").write_text(differences_page(found), encoding="utf-8")
+    return results
 
 
 def _design_sheet(page: Path) -> None:

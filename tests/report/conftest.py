@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from tests.report.made_up import Made, reported
+from tests.report.made_up import Made, full_report, reported
 from tests.report.synthetic import FULL, RINGDOWNS
 
 
 @pytest.fixture(scope="session")
 def full(once) -> Made:
     """Every kind of test, one refused record, one excluded, a title with markup in it."""
-    return once("full", lambda folder: reported(folder, title="Rig <A> & ball"))
+    return once("full", full_report)
 
 
 @pytest.fixture(scope="session")

@@ -47,3 +47,12 @@ def reported(
     drawn = draw_all(campaign, results)
     page = build_report(campaign, results, results / "report.html")
     return Made(campaign, results, drawn, page.read_text(encoding="utf-8"))
+
+
+def full_report(folder: Path) -> Made:
+    """Every kind of test; a title with markup in it, and an id that means something in an address.
+
+    Tests of the report and of the pages in a browser share what is made once.
+    """
+    lines = [line.replace("p_33", "p+3.3_x") for line in FULL]
+    return reported(folder, lines, title="Rig <A> & ball")

@@ -165,4 +165,4 @@ def test_svg_files_are_sound_and_their_text_is_text(full):
 
 def test_points_lead_to_the_records_they_are_of(full):
     svg = (full.results / "figures/clearance_periodic.svg").read_text(encoding="utf-8")
-    assert '<a href="../records.html#p_33"><title>p_33: b = 33 mm' in svg
+    assert '<a href="../records.html#p%2B3.3_x"><title>p+3.3_x: b = 33 mm' in svg

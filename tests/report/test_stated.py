@@ -34,6 +34,7 @@ def results(full, tmp_path):
     return own
 
 
+@pytest.mark.long
 def test_the_part_stands_behind_the_identified_values_and_names_what_is_off(results):
     page = rendered(
         "vinesexp.report", "report.html.j2", page_content(results.campaign, results.results)
@@ -47,11 +48,13 @@ def test_the_part_stands_behind_the_identified_values_and_names_what_is_off(resu
     assert "contradicted: the analysis uses what was found" in part
 
 
+@pytest.mark.long
 def test_a_campaign_without_the_table_has_no_such_part(full):
     assert input_rows(Results(full.results)) == []
     assert page_content(full.campaign, full.results)["stated"] == []
 
 
+@pytest.mark.long
 def test_the_figure_has_a_line_an_input(results):
     ((figure, entry),) = draw_inputs(input_rows(Results(results.results)))
     (axis,) = figure.axes
@@ -63,6 +66,7 @@ def test_the_figure_has_a_line_an_input(results):
     assert low < -8.0 < 8.0 < high  # 0.4 mm is eight standard uncertainties
 
 
+@pytest.mark.long
 def test_thousands_of_errors_off_still_show_the_others(results):
     rows = [row("mass", "", 4.7, 40.0, "off", "kg")]
     rows += input_rows(Results(results.results))

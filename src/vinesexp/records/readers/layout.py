@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -361,10 +361,8 @@ def _body(path: Path, layout: Layout, lines: list[str], tail: list[str]) -> Body
     pairs = list(zip(filled, [*filled[1:], None], strict=True))
 
     def first_row(beside: bool) -> int | None:
-        fits = {i for i in filled if is_data(rows[i], beside)}
-        return next(
-            (i for i, after in pairs if i in fits and (after is None or after in fits)), None
-        )
+        fits = cache(lambda i: is_data(rows[i], beside))
+        return next((i for i, after in pairs if fits(i) and (after is None or fits(after))), None)
 
     first = first_row(beside)
     if first is None and not beside:
