@@ -17,7 +17,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from vinesexp.arrays import FloatArray
-from vinesexp.errors import RecordError, nearest
+from vinesexp.errors import ParameterError, RecordError, nearest
 from vinesexp.records.campaign.schema import SI_UNITS, Channel, TimeColumn
 from vinesexp.records.instrument.timebase import Clock, Resampler, UnevenClockError
 from vinesexp.records.readers import Column, Source
@@ -108,43 +108,44 @@ def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str 
     RecordError
         The header states another quantity, or another unit than the one declared.
     """
+    column = source.columns[index]
+    place = f"column '{column.name or index}'"
+    try:
+        return _size_of_label(column.unit, place, channel)
+    except ParameterError as error:
+        raise RecordError(error.problem, file=source.path, where=place) from None
+
+
+def _size_of_label(label: str | None, place: str, channel: Channel) -> tuple[float, str | None]:
+    """Size and warning of `file_size`; ParameterError where the label contradicts."""
     if channel.file_size is not None:
         return channel.file_size, None
-    column = source.columns[index]
-    label = column.unit
-    place = f"column '{column.name or index}'"
     measured = measured_in(channel.unit, channel.quantity)
     key = f"channels.{channel.role}"
     if label is None:
         if measured == "charge":
-            raise RecordError(
-                f"no unit in the header; say what one number is in {key}.file_unit, such as pC",
-                file=source.path,
-                where=place,
+            raise ParameterError(
+                f"no unit in the header; say what one number is in {key}.file_unit, such as pC"
             )
         return 1.0, None
     if label == CODES:
-        raise RecordError(
+        raise ParameterError(
             f"numbers of the converter, not volts; say what one is in {key}.file_unit, such as "
-            "8 mV (volts a division / 25 for GW Instek)",
-            file=source.path,
-            where=place,
+            "8 mV (volts a division / 25 for GW Instek)"
         )
     sizes = UNITS[measured]
     if label in sizes:
         size = sizes[label] / sizes[channel.unit]
         if channel.sensitivity or size == 1.0:
             return size, None
-        raise RecordError(
+        raise ParameterError(
             f"the header says '{label}', campaign.yaml says '{channel.unit}'; correct "
-            f"{key}.unit, or add file_unit: {channel.unit} if the header is wrong",
-            file=source.path,
-            where=place,
+            f"{key}.unit, or add file_unit: {channel.unit} if the header is wrong"
         )
     if label in UNITS["time"]:  # no sensor measures seconds: some loggers label everything so
         return 1.0, f"{place}: the header's unit '{label}' is ignored, '{channel.unit}' used"
     if any(label in table for table in UNITS.values()):
-        raise RecordError(
+        raise ParameterError(
             f"the header says '{label}', a unit of {_quantity_of(label)}, but {key} expects "
             f"{measured} ('{channel.unit}'); give "
             + (
@@ -154,9 +155,7 @@ def file_size(source: Source, index: int, channel: Channel) -> tuple[float, str 
                 if label in UNITS[channel.quantity]
                 else "the right column"
             )
-            + f", or add file_unit: {channel.unit} if the header is wrong",
-            file=source.path,
-            where=place,
+            + f", or add file_unit: {channel.unit} if the header is wrong"
         )
     return 1.0, f"{place}: the header's unit '{label}' is unknown, '{channel.unit}' used"
 
@@ -400,13 +399,9 @@ class Samples:
             return float("nan")  # known when the last row has been read
         if sample_rate is not None:
             if interval is not None and abs(interval * sample_rate - 1.0) > 1e-3:
-                self.warnings.append(
-                    (
-                        "time",
-                        f"the file states {1 / interval:g} Hz, campaign.yaml's "
-                        f"{sample_rate:g} Hz is used",
-                    )
-                )
+                said = f"the file states {1 / interval:g} Hz, campaign.yaml's "
+                said += f"{sample_rate:g} Hz is used"
+                self.warnings.append(("time", said))
             return sample_rate
         if interval is None:
             raise RecordError(
@@ -421,13 +416,9 @@ class Samples:
     def _compare_with_header(self) -> None:
         interval = self._interval
         if interval is not None and abs(interval * self.sample_rate - 1.0) > 1e-3:
-            self.warnings.append(
-                (
-                    "time",
-                    f"the header states an interval of {interval:g} s, the times one of "
-                    f"{1 / self.sample_rate:g} s; the times are used",
-                )
-            )
+            said = f"the header states an interval of {interval:g} s, the times one of "
+            said += f"{1 / self.sample_rate:g} s; the times are used"
+            self.warnings.append(("time", said))
 
     def _own_size(self) -> float:
         """Size of the unit of the column that the format itself defines as times, s."""
