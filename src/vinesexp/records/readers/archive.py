@@ -59,8 +59,7 @@ def open_file(path: Path) -> Source:
             source = _unpacked(path, chosen.filename, chosen.compress_size, stream)
     if source.parts:
         raise RecordError(
-            f"'{chosen.filename}' holds {len(source.parts)} records of its own; unpack the archive",
-            file=path,
+            f"'{chosen.filename}' holds {len(source.parts)} records of its own; unpack the archive"
         )
     if len(parts) > 1:
         source.parts = tuple(parts)
@@ -75,13 +74,13 @@ def _unpacked(path: Path, name: str, size: int, stream: IO[bytes], part: str = "
     while piece := stream.read(_PIECE):
         aside.write(piece)
         if aside.tell() > most:
-            raise RecordError(f"'{name}' unpacks to more than {_SWELL} times its size", file=path)
+            raise RecordError(f"'{name}' unpacks to more than {_SWELL} times its size")
     aside.flush()  # a full disk shows here
     with copy.open("rb") as begin:
         head = begin.read(HEAD)
     reader = reader_for(head, PurePosixPath(name).suffix.lower(), path)
     if reader is mdf or hdf5.recognises(head, ""):  # their libraries want a name in a folder
-        raise RecordError(f"holds '{name}' ({reader.NAME}); unpack it first", file=path)
+        raise RecordError(f"holds '{name}' ({reader.NAME}); unpack it first")
     source: Source = reader.open_file(copy.with_name(f"{copy.name}#{part}") if part else copy)
     vars(source)["aside"] = aside  # what is aside is gone when it is closed
     return source
@@ -109,9 +108,9 @@ def _wanted(parts: dict[str, str], path: Path) -> str:
     if part in parts:
         return parts[part]
     if not parts:
-        raise RecordError("is a zip archive that holds no record; unpack it", file=path)
+        raise RecordError("is a zip archive that holds no record; unpack it")
     names = ", ".join(f"{name} ({parts[name]})" if name.isdigit() else name for name in parts)
-    raise RecordError(f"no file '{part}' in the archive; there are {names}", file=path)
+    raise RecordError(f"no file '{part}' in the archive; there are {names}")
 
 
 def _is_record(name: str) -> bool:

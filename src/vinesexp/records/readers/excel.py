@@ -45,7 +45,7 @@ def open_file(path: Path) -> SheetSource:
     chosen = next((one for one in sheets if one.name == wanted), None) if wanted else longest
     if chosen is None:
         names = ", ".join(f"'{one.name}'" for one in sheets)
-        raise RecordError(f"no sheet '{wanted}'; there are {names}", file=path)
+        raise RecordError(f"no sheet '{wanted}'; there are {names}")
     source = SheetSource(path, chosen.name, chosen.rows())
     alike = [one.name for one in sheets if _LIKE * one.count >= longest.count]
     if len(alike) > 1 and len({one.head for one in sheets if one.name in alike}) == 1:
@@ -83,7 +83,7 @@ class SheetSource(AsideSource):
 
     def _meant(self, error: RecordError) -> RecordError:
         place = ", ".join(filter(None, (f"sheet '{self._sheet}'", self._placed(error.where or ""))))
-        return RecordError(error.problem.replace("line ", "row "), file=self._from, where=place)
+        return RecordError(error.problem.replace("line ", "row "), where=place)
 
 
 def _xlsx(openpyxl: Any, path: Path) -> list[_Sheet]:

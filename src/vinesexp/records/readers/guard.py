@@ -5,6 +5,7 @@ have it ask for all memory there is. The child has limits of processor time and 
 to the size of the file; when it dies, the file is refused in one line. It opens the file once and
 gives blocks for as long as the source is used. It is a copy (fork) of this process where that has
 a single thread, else of one that is kept for it: both take a few milliseconds.
+Its refusals need no file: who asked names it.
 On macOS, where libraries may not survive a fork, a new process is started.
 """
 

@@ -98,9 +98,7 @@ class Hdf5Source(Source):
 
             def require_own(name: str, item: Any) -> None:
                 if reason := _elsewhere(file, item):
-                    raise RecordError(
-                        f"dataset '{name}' {reason}; copy its samples into this file", file=path
-                    )
+                    raise RecordError(f"dataset '{name}' {reason}; copy its samples into this file")
 
             if scalars:
                 visit(file, see, self._units, require_own)
@@ -116,11 +114,11 @@ class Hdf5Source(Source):
                 for column in self._columns_of(name, item, stated, scalars)
             ]
         if not columns:
-            raise RecordError("holds no columns of numbers", file=path)
+            raise RecordError("holds no columns of numbers")
         if self._contradictions and all(math.isnan(c.interval or 0.0) for c in columns):
             raise self._contradictions[0]
         self.columns = tuple(columns)
-        self.sample_interval = interval_from(stated[""], path)
+        self.sample_interval = interval_from(stated[""])
         self.losses = tuple(losses)
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
@@ -161,9 +159,7 @@ class Hdf5Source(Source):
         if item.size > _SWELL * self._size:
             sizes = " by ".join(str(length) for length in shape)
             raise RecordError(
-                f"dataset '{name}' is {sizes}, more than the file can hold; export the record "
-                "again",
-                file=self.path,
+                f"dataset '{name}' is {sizes}, more than the file can hold; export the record again"
             )
         if max(shape) > 1:
             found.append((name, item))
@@ -178,19 +174,19 @@ class Hdf5Source(Source):
         shape = item.shape
         group = item.parent.attrs  # Keysight's oscilloscopes write there what they say of a channel
         codes = "YInc" in group and item.dtype.kind in "iu"
-        scale = _single(item.attrs.get("scale", group["YInc"] if codes else 1.0), name, self.path)
-        offset = _single(item.attrs.get("offset", group["YOrg"] if codes else 0.0), name, self.path)
+        scale = _single(item.attrs.get("scale", group["YInc"] if codes else 1.0), name)
+        offset = _single(item.attrs.get("offset", group["YOrg"] if codes else 0.0), name)
         label = _text(item.attrs.get("units", item.attrs.get("unit", group.get("YUnits", ""))))
         label = label or self._units.get(name.rpartition("/")[0], "")
         try:
-            interval = interval_at(name, stated, self.path)
+            interval = interval_at(name, stated)
         except RecordError as error:
             interval = math.nan
             self._contradictions.append(error)
         along_first = len(shape) == 1 or shape[0] >= shape[1]
         across = min(shape) if len(shape) == 2 else 1
         if across > _WIDEST:
-            raise RecordError(f"dataset '{name}' is {shape[0]} by {shape[1]}", file=self.path)
+            raise RecordError(f"dataset '{name}' is {shape[0]} by {shape[1]}")
         flat = len(shape) == 1 or (scalars and across == 1)
         names = [_text(word) for word in np.atleast_1d(item.attrs.get("columns", []))]
         for k in range(across):
@@ -301,7 +297,7 @@ def _gather(attributes: Any, stated: dict[str, list[float]]) -> None:
                 stated.setdefault(key.lower(), []).append(float(np.real(value)))
 
 
-def interval_at(name: str, stated: dict[str, dict[str, list[float]]], path: Path) -> float | None:
+def interval_at(name: str, stated: dict[str, dict[str, list[float]]]) -> float | None:
     """What is stated on the way from a dataset up to the file; contradictions are refused."""
     merged: dict[str, list[float]] = {}
     place = name
@@ -309,13 +305,13 @@ def interval_at(name: str, stated: dict[str, dict[str, list[float]]], path: Path
         for key, values in stated.get(place, {}).items():
             merged.setdefault(key, []).extend(values)
         if not place:
-            return interval_from(merged, path)
+            return interval_from(merged)
         place = place.rpartition("/")[0]
 
 
-def _single(value: Any, name: str, path: Path) -> float:
+def _single(value: Any, name: str) -> float:
     if np.size(value) != 1 or not np.issubdtype(np.asarray(value).dtype, np.number):
-        raise RecordError(f"dataset '{name}' has scale or offset that is not one number", file=path)
+        raise RecordError(f"dataset '{name}' has scale or offset that is not one number")
     return float(np.asarray(value).reshape(-1)[0])
 
 
@@ -323,7 +319,7 @@ def _text(value: Any) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def interval_from(stated: Mapping[str, Sequence[float]], path: Path) -> float | None:
+def interval_from(stated: Mapping[str, Sequence[float]]) -> float | None:
     """Sample interval in s from numbers called ``fs``, ``sample_rate_hz``, ``dt`` and so on.
 
     Raises
@@ -333,7 +329,7 @@ def interval_from(stated: Mapping[str, Sequence[float]], path: Path) -> float | 
 
     Examples
     --------
-    >>> interval_from({"fs": [1000.0], "mass": [4.7]}, Path("a.mat"))
+    >>> interval_from({"fs": [1000.0], "mass": [4.7]})
     0.001
     """
     found: list[tuple[str, float, float]] = []
@@ -346,7 +342,7 @@ def interval_from(stated: Mapping[str, Sequence[float]], path: Path) -> float | 
     low, high = min(dt for *_, dt in found), max(dt for *_, dt in found)
     if not _SHORTEST < low <= high < _LONGEST or high > low * (1.0 + 1e-6):
         reported = ", ".join(f"{key} = {value:g}" for key, value, _ in found)
-        raise RecordError(f"states its sampling as {reported}; correct the file", file=path)
+        raise RecordError(f"states its sampling as {reported}; correct the file")
     return low
 
 

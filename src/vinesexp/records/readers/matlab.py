@@ -103,12 +103,12 @@ class MatlabSource(Source):
                 self._add(name, shape, None, names)
         if not names:
             found = ", ".join(skipped) or "nothing"
-            raise RecordError(f"holds no vectors of numbers (found {found})", file=path)
+            raise RecordError(f"holds no vectors of numbers (found {found})")
         self.columns = tuple(
             Column(name, unit or unit_in_name(name), self._interval(name, stated))
             for name, unit in names
         )
-        self.sample_interval = hdf5.interval_from(stated[""], path)
+        self.sample_interval = hdf5.interval_from(stated[""])
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:
         """Blocks of the given columns; see `Source.blocks`.
@@ -193,14 +193,12 @@ class MatlabSource(Source):
                 self._add(path, value.shape, None, names)
 
     def _interval(self, name: str, stated: dict[str, dict[str, list[float]]]) -> float | None:
-        return hdf5.interval_at(name, stated, self.path) if "/" in name else None
+        return hdf5.interval_at(name, stated) if "/" in name else None
 
     def _real(self, series: Any, variable: str) -> FloatArray:
         if np.iscomplexobj(series):
             raise RecordError(
-                "holds complex numbers, expected real ones",
-                file=self.path,
-                where=f"variable {variable}",
+                "holds complex numbers, expected real ones", where=f"variable {variable}"
             )
         values: FloatArray = series.astype(np.float64)
         return values
@@ -212,8 +210,7 @@ class MatlabSource(Source):
             if math.prod(max(int(length), 0) for length in shape) > most:
                 sizes = " by ".join(str(length) for length in shape)
                 raise RecordError(
-                    f"variable '{name}' is {sizes}, more than the file can hold; save it again",
-                    file=self.path,
+                    f"variable '{name}' is {sizes}, more than the file can hold; save it again"
                 )
 
     def _call(self, function: str, **options: Any) -> Any:

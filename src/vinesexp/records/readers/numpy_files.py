@@ -52,15 +52,14 @@ def open_file(path: Path) -> TableSource:
         shape = " x ".join(map(str, deep[0]))
         raise RecordError(
             f"holds an array of {shape}: probably several records; save each as an array of "
-            "samples and channels",
-            file=path,
+            "samples and channels"
         )
     source = TableSource(
         path,
         "NumPy",
         columns,
         series,
-        sample_interval=interval_from(stated, path),
+        sample_interval=interval_from(stated),
         time_column=only_time(columns),
     )
     behind = 0 if ends is None else path.stat().st_size - ends
@@ -77,8 +76,7 @@ def _arrays(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
             raise
         raise RecordError(
             "holds Python objects, which are not read, because they could run foreign code; save "
-            "its numbers as arrays",
-            file=path,
+            "its numbers as arrays"
         ) from None
 
 
@@ -89,7 +87,7 @@ def _loaded(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     with zipfile.ZipFile(path) as archive:
         large = [i.filename for i in archive.infolist() if i.file_size > _LARGEST]
         if large:
-            raise RecordError(f"array '{large[0]}' unpacks to more than 8 GB", file=path)
+            raise RecordError(f"array '{large[0]}' unpacks to more than 8 GB")
     with np.load(path, allow_pickle=False) as arrays:
         for name in arrays.files:
             yield name, arrays[name]

@@ -66,10 +66,10 @@ def open_file(path: Path) -> TableSource:
     except Exception as error:  # whatever the broken bytes lead to
         raise unreadable(kind, error, path) from None
     if not channels or any(not np.isfinite(values).all() for _, values in channels):
-        raise RecordError(f"holds no samples ({kind}); save the channels again", file=path)
+        raise RecordError(f"holds no samples ({kind}); save the channels again")
     wrong = [column for column, _ in channels if not 0.0 < (column.interval or 0.0) < np.inf]
     if wrong:
-        raise RecordError(f"states an interval of {wrong[0].interval} s", file=path)
+        raise RecordError(f"states an interval of {wrong[0].interval} s")
     columns, series = zip(*channels, strict=True)
     source = TableSource(path, kind, columns, series)
     source.parts = tuple(str(k + 1) for k in range(frames)) if frames > 1 else ()

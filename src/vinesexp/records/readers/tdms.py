@@ -54,7 +54,7 @@ class TdmsSource(Source):
         counted = Counter(c.name for c in self._channels)
         self.columns = tuple(_column(c, counted[c.name] > 1) for c in self._channels)
         if not self.columns:
-            raise RecordError("holds no channels of numbers", file=path)
+            raise RecordError("holds no channels of numbers")
         self.time_column = only_time(self.columns)
 
     def blocks(self, columns: Sequence[int], rows: int = BLOCK_ROWS) -> Iterator[FloatArray]:

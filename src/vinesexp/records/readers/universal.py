@@ -44,12 +44,11 @@ def open_file(path: Path) -> TableSource:
     if not records:
         kinds = ", ".join(str(kind) for kind in sorted(set(types)))
         if not types:
-            raise RecordError("ends inside its first dataset; export the record again", file=path)
+            raise RecordError("ends inside its first dataset; export the record again")
         held = {_FUNCTIONS.get(int(one.get("func_type", 0)), "other functions") for one in sets}
         reported = " and ".join(sorted(held)) if held else f"only datasets {kinds}"
         raise RecordError(
-            f"holds no time records ({reported}); export time histories (dataset 58, function 1)",
-            file=path,
+            f"holds no time records ({reported}); export time histories (dataset 58, function 1)"
         )
     counted = Counter(str(one["id1"]).strip() for one in records)
     columns = [_column(one, counted) for one in records]
