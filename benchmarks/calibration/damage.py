@@ -24,9 +24,9 @@ def damaged(
     damage : mapping
         ``lost`` (samples of all channels, in the middle third), ``lost one`` (of the acceleration
         alone), ``second clock`` (relative, of the acceleration), ``base wanders`` (m, of its
-        sensor), ``dropouts`` (of the laser, so many), ``knocks`` (so many), ``inverted
-        acceleration``, ``inverted displacement``, ``aliased`` (every so many-th sample of the
-        acceleration, means of the others).
+        sensor), ``base late`` (s), ``dropouts`` (of the laser, so many), ``knocks`` (so many),
+        ``inverted acceleration``, ``inverted displacement``, ``aliased`` (every so many-th sample
+        of the acceleration, means of the others).
     """
     found = dict(channels)
     for what, much in damage.items():
@@ -43,6 +43,9 @@ def damaged(
             found["base"] = found["base"] + much * np.sin(
                 2.0 * np.pi * (_WANDERS * t + rng.random())
             )
+        elif what == "base late":
+            t = np.arange(found["base"].size) / rate
+            found["base"] = np.interp(t - much, t, found["base"])
         elif what == "dropouts":
             found["displacement"] = _dropped(found["displacement"], rate, round(much), rng)
         elif what == "knocks":

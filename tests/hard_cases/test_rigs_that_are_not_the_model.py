@@ -394,3 +394,19 @@ def test_a_sensor_of_the_base_that_wanders_is_no_other_base(tmp_path):
     found = small_campaign(scene, tmp_path)
     assert not found["verdicts"]
     assert abs(found["values"]["b_c_0"]["off"]) < 0.01
+
+
+@pytest.mark.slow
+def test_a_recorder_of_the_base_that_is_triggered_by_chance_changes_no_gain(tmp_path):
+    """A gain that changes by 1.1 % was named, and zeta was known to 4 % only."""
+    from benchmarks.calibration.draw import plain
+
+    scene = plain(2213).with_sensors(base=True)
+    late = dict(
+        zip((t.name for t in scene.periodic()), (4e-4, -6e-4, 1e-4, -3e-4, 7e-4, 0.0), strict=False)
+    )
+    scene = scene.mapped(lambda test: test.suffers("base late", late[test.name]), "periodic")
+    found = small_campaign(scene, tmp_path)
+    assert not found["false"], found["warnings"]
+    assert any("the base comes late" in text for text in found["warnings"])
+    assert found["values"]["zeta"]["error"] < 0.01 * found["values"]["zeta"]["truth"]

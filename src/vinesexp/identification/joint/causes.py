@@ -63,6 +63,7 @@ _ROLLS, _ROLLS_BY = 2.0 / 7.0, 0.06  # a solid ball; a hollow one 2/5
 _SCATTER = {
     "own r": (3e-3, 3e-2), "own momentum": (1e-2, 1e-1), "clearance": (3e-4, 3e-3),
     "own base": (1e-2, 1e-1), "own f0": (1e-3, 1e-2), "own zeta": (0.05, 0.3),
+    "own base late": (1e-4, 1e-3),
     "own friction": (0.03, 0.3), "own tilt": (0.01, 0.1),
 }  # fmt: skip
 _MOUNT = 0.05  # what the displacement may read a jump off by where the accelerometer does

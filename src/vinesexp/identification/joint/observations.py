@@ -690,7 +690,7 @@ def _answered(
         lags = [e.value for e in found if e.parameter == "channel_lag"]
         width = math.hypot(_BASE_LATE, float(np.median(lags)) if lags else 0.0)
         late = b.add("base late", 0.0, width, of=record.setup)
-        turned: dict[str, float] = {late: driven.rate}
+        turned = {late: driven.rate, b.own("own base late", record, 0.0): driven.rate}
         inverted = math.pi if math.cos(phase) < 0.0 else 0.0
     else:
         turned = {b.own("base phase", record, _WIDE, value=phase): 1.0}

@@ -42,6 +42,7 @@ _SCATTERED = {
     ),
     "clearance": "the clearances scatter by more than their stated uncertainty",
     "own base": "the motion of the mass implies another base motion in each record",
+    "own base late": "the base comes late beside the displacement by another time in each record",
     "own f0": "f0 differs from record to record by more than separate mountings explain",
     "own zeta": "zeta differs from record to record by more than separate mountings explain",
     "own friction": "friction of the ball differs from record to record",
