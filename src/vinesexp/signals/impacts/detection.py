@@ -93,6 +93,7 @@ def detect_by_template(
 
     Examples
     --------
+    >>> from vinesexp.signals.impacts.candidates import stream_of
     >>> t, hits = np.arange(20000) / 1e4, (0.30004, 0.6, 0.90007, 1.2, 1.50001, 1.8)
     >>> a = 0.3 * np.random.default_rng(0).standard_normal(t.size)
     >>> for s in hits:

@@ -210,10 +210,10 @@ def slope_changes(
 
     Examples
     --------
-    >>> t = np.arange(600) / 1.5e3
+    >>> t = np.arange(4200) / 1e4
     >>> w = 2 * np.pi * 8.0
     >>> motion = 5e-3 * np.cos(w * t) + 0.02 * np.sin(w * np.maximum(t - 0.2, 0)) / w
-    >>> x = Coarse(motion, 1 / 1.5e3, 0.0)
+    >>> x = Coarse(motion.reshape(-1, 7).mean(axis=1), 7e-4, 3e-4)  # means of 7 samples
     >>> found = slope_changes(x, np.array([0.2]), np.array([0.0]), frequency=8.0)
     >>> abs(float(found.jump[0]) - 0.02) < 1e-5
     True
