@@ -382,7 +382,7 @@ RECORD_MISTAKES = {
     "blank file": (" \n\n", ["is empty"]),
     "unknown format": (b"\x00\x01\x02\x03" * 100, ["unknown format", "HDF5"]),
     "foreign format": (b"CDF\x01" + bytes(100), ["netCDF-3", "HDF5"]),
-    "broken archive called csv": (b"PK\x03\x04" + bytes(100), ["cannot be read as zip"]),
+    "broken archive called csv": (b"PK\x03\x04" + bytes(100), ["packed files", "not a zip file"]),
     "no numbers": ("hello\nworld\n", ["no line of numbers"]),
     "channel not found": (
         text(*signals(), header="Time (s),CH2 (V),Laser (mm)"),
