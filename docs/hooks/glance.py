@@ -74,7 +74,6 @@ ROWS = (
      "F1, spread"),
     ("f0 of a ring-down", "log decrement", _fit("log decrement")[0], "ms",
      _fit("log decrement")[1], "times the least possible error"),
-    ("", "envelope", _fit("envelope")[0], "ms", _fit("envelope")[1], "times the least"),
     ("", "likelihood", _fit("likelihood")[0], "ms", _fit("likelihood")[1], "times the least"),
     ("95 % intervals", "M", None, "", Cell("error_bars", ("nominal", "M"), 2), "hold the truth"),
     ("", "c1", None, "", Cell("error_bars", ("nominal", "c1"), 2), "hold the truth"),

@@ -150,19 +150,20 @@ def changes(task: Task, b: float, starts: Starts, *, seed: int) -> tuple[Changed
                 cases.append((name, change, case, clearance))
     walls = [wall_starts(case, at, phases=starts.phases) for _, _, case, at in cases]
     places = [random_starts(case, at, starts=starts.random, seed=seed) for _, _, case, at in cases]
-    rest, drawn = (
-        responses(together(runs), haste=HASTE).reshape(len(cases), -1) for runs in (walls, places)
+    rest, drawn = (  # another frequency may have other conditions of a band
+        responses(together(runs), haste=HASTE).split([len(one) for one in runs])
+        for runs in (walls, places)
     )
     found = [
         Changed(
             name=name,
             change=change,
-            rest_mean=float(case.average(rest.mean[k])),
-            random_p90=float(percentile(drawn.mean[k])),
-            captured=float(drawn.captured[k].mean()),
+            rest_mean=float(case.average(at_walls.mean)),
+            random_p90=float(percentile(anywhere.mean)),
+            captured=float(anywhere.captured.mean()),
             bare=case.mean_bare(),
         )
-        for k, (name, change, case, _) in enumerate(cases)
+        for (name, change, case, _), at_walls, anywhere in zip(cases, rest, drawn, strict=True)
     ]
     return found[0], found[1:]
 

@@ -191,6 +191,14 @@ class Responses:
         """These runs and more of them, along the last axis."""
         return self.each(lambda *both: np.concatenate(both, axis=-1), more)
 
+    def split(self, counts: Sequence[int]) -> list[Responses]:
+        """The runs of each of several blocks that were simulated together."""
+        ends = np.cumsum(counts)
+        return [
+            self.each(lambda values, a=end - count, b=end: values[a:b])
+            for count, end in zip(counts, ends, strict=True)
+        ]
+
     def reshape(self, *shape: int) -> Responses:
         """The same runs in another shape."""
         return self.each(lambda values: values.reshape(shape))

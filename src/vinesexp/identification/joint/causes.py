@@ -482,12 +482,12 @@ def _averaged(
 def _tested(
     data: Quadratic, beliefs: Beliefs, base: Posterior, causes: Sequence[Cause]
 ) -> list[Cause]:
-    """Those of which the records, or what they are themselves, say how far they go."""
+    """Those of which the records say how far they go, and what acts as likely as not."""
     known = [(c, d) for c in causes if (d := c.direction) is not None]
     errors = gains_of(data, beliefs, base, [d for _, d in known])[2].tolist() if known else []
     shown = {
         c.key for (c, d), error in zip(known, errors, strict=True)
-        if error < _SHOWN * d.prior.error or abs(d.prior.value) > d.prior.error
+        if error < _SHOWN * d.prior.error or c.factor is not None or c.log_odds >= 0.0
     }  # fmt: skip
     return [c for c in causes if c.direction is None or c.key in shown]
 
