@@ -5,6 +5,7 @@ rigs are taken from their impact tables on; what needs raw records is marked slo
 this file says which departure is which test.
 """
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -410,3 +411,18 @@ def test_a_recorder_of_the_base_that_is_triggered_by_chance_changes_no_gain(tmp_
     assert not found["false"], found["warnings"]
     assert any("the base comes late" in text for text in found["warnings"])
     assert found["values"]["zeta"]["error"] < 0.01 * found["values"]["zeta"]["truth"]
+
+
+@pytest.mark.slow
+def test_a_spring_and_damping_that_depend_on_amplitude_make_no_base_late(tmp_path):
+    """What they do beyond a straight spring and damper turns the phase of the base too."""
+    from benchmarks.calibration.draw import plain
+
+    def bent(body):
+        rubs = 0.05 * body.c1 * math.pi * math.sqrt(body.k1 / body.M) * 4e-3
+        return replace(body, cubic=-0.04 * 4.0 / 3.0 * body.k1 / 0.015**2, coulomb=rubs)
+
+    found = small_campaign(plain(5004).with_sensors(base=True).with_bodies(bent), tmp_path)
+    assert not [text for text in found["warnings"] if "not explained" in text]
+    for name in ("M", "c1", "k1", "r"):
+        assert abs(found["values"][name]["z"]) < 3.0

@@ -5,6 +5,8 @@ import pytest
 
 from vinesexp import NES, Oscillator, Rig
 from vinesexp.errors import AnalysisError
+from vinesexp.excitation import WeakDamping
+from vinesexp.theory.floquet import symmetric_orbits
 from vinesexp.theory.optimal_clearance import b_c_exact
 from vinesexp.theory.simulated_orbit import simulated_end
 
@@ -52,6 +54,26 @@ def test_it_scales_with_the_base_where_nothing_else_has_a_length():
     rig = Rig(Oscillator(M, C1, K1), [NES(m=BALL, b=1.0, r=0.62, r_minus=0.55)])
     small, large = (simulated_end(rig, G=g, frequency=F) for g in (1e-4, 1e-3))
     assert large == pytest.approx(10.0 * small, rel=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("viscous", "quadratic", "coulomb"), [(0.2, 0.8, 0.0), (0.5, 0.0, 0.5), (0.2, 0.5, 0.3)]
+)
+@pytest.mark.parametrize("ratio", [1.0, 1.001])
+def test_a_damping_law_ends_the_orbit_as_the_viscous_damping_of_its_amplitude(
+    viscous, quadratic, coulomb, ratio
+):
+    """So what damping adds per amplitude, the increment, is no part of the error of b_c."""
+    values = {"G": G, "frequency": ratio * F, "M": M, "c1": C1, "k1": K1, "m": BALL, "r": 0.6}
+    plain = float(b_c_exact(**values))
+    orbit = symmetric_orbits(b=(1.0 - 1e-6) * plain, **values)[0]
+    wA = 2.0 * np.pi * ratio * F * orbit.amplitude
+    law = WeakDamping(quadratic * C1 * 3.0 * np.pi / (8.0 * wA), coulomb * C1 * np.pi * wA / 4.0)
+    rig = Rig(Oscillator(M, viscous * C1, K1), [NES(m=BALL, b=1.0, r=0.6)])
+    end = simulated_end(rig, G=G, frequency=ratio * F, damping=law)
+    assert end == pytest.approx(plain, rel=5e-3)
+    more = float(b_c_exact(**{**values, "c1": (1.0 + 0.5 * (quadratic + coulomb)) * C1}))
+    assert abs(end - plain) < 0.1 * abs(more - plain)  # half of the increment, as viscous damping
 
 
 def test_a_ball_that_friction_holds_has_no_end():

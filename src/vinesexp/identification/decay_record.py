@@ -19,7 +19,7 @@ from vinesexp.identification.ringdown_result import RingDown
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.clipping import resolution_of
-from vinesexp.signals.means import channel_means, longest_run, missing_means
+from vinesexp.signals.means import channel_means, group_size, longest_run, missing_means
 
 _POINTS = 200  # block means a period, in which further modes are looked for
 
@@ -193,7 +193,7 @@ def estimates_of_decay(record: Record, view: RecordView, frequency: float) -> li
 
 def _others(view: RecordView, role: str, best: RingDown) -> list[Mode]:
     """Further modes, up to many times the frequency of the one that counts."""
-    k = max(1, int(view.sample_rate / (_POINTS * best.f0)))
+    k = group_size(view.sample_rate, best.f0, points=_POINTS)
     means = channel_means(view, role, k)
     step = k / view.sample_rate
     begin, end = (round(t / step) for t in best.window)

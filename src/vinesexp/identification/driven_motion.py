@@ -33,7 +33,7 @@ from vinesexp.errors import RecordError
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.base_motion import base_motion
 from vinesexp.signals.impacts.impact_table import Impacts
-from vinesexp.signals.means import channel_means, missing_means
+from vinesexp.signals.means import channel_means, group_size, missing_means
 
 #: Name of the estimate whose data is a `DrivenMotion`.
 DRIVEN = "driven"
@@ -196,7 +196,7 @@ def driven_motion(
     DrivenMotion or None
         None where there are too few flights.
     """
-    k = max(1, int(view.sample_rate / (_POINTS * frequency)))
+    k = group_size(view.sample_rate, frequency, points=_POINTS)
     step = k / view.sample_rate
     x = channel_means(view, "displacement", k)
     x = x - x.mean()

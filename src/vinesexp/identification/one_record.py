@@ -35,7 +35,7 @@ from vinesexp.signals.channel_agreement import Agreement, agreement_in
 from vinesexp.signals.free_from import FREE_FROM
 from vinesexp.signals.impacts.from_integral import Integrated, integrated_impacts, may_be_integrated
 from vinesexp.signals.impacts.impact_table import Impacts, read_impacts
-from vinesexp.signals.means import channel_means
+from vinesexp.signals.means import channel_means, group_size
 
 __all__ = ["NOTHING", "estimate_record", "nothing"]
 
@@ -255,7 +255,7 @@ def _swing(record: Record, view: RecordView, band: RecordView, frequency: float)
         x = displacement_of(view, frequency)[0]
     elif "displacement" in band.roles:  # of the accelerometer, without its pulses
         x = channel_means(
-            band, "displacement", max(1, int(view.sample_rate / (POINTS * frequency)))
+            band, "displacement", group_size(view.sample_rate, frequency, points=POINTS)
         )
     else:
         return []

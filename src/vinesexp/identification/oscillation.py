@@ -14,7 +14,7 @@ from vinesexp.arrays import FloatArray
 from vinesexp.errors import AnalysisError
 from vinesexp.records.stored.store import RecordView
 from vinesexp.signals.clipping import repeated
-from vinesexp.signals.means import block_means, channel_means, missing_means
+from vinesexp.signals.means import block_means, channel_means, group_size, missing_means
 
 #: Block means a period: a sine loses 0.3 % of its information there.
 POINTS = 24
@@ -53,7 +53,7 @@ def displacement_of(view: RecordView, frequency: float) -> tuple[FloatArray, flo
         `frequency` and nowhere else.
     """
     role = motion_role(view)
-    k = max(1, int(view.sample_rate / (POINTS * frequency)))
+    k = group_size(view.sample_rate, frequency, points=POINTS)
     one = frequency / view.sample_rate
     x = channel_means(view, role, k) / float(np.sinc(one * k) / np.sinc(one))
     if view.quantity(role) == "acceleration":

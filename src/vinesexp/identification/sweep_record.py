@@ -15,7 +15,7 @@ from vinesexp.identification.least_squares import least_squares
 from vinesexp.identification.oscillation import POINTS, motion_role
 from vinesexp.records.campaign.schema import Record
 from vinesexp.records.stored.store import RecordView
-from vinesexp.signals.means import channel_means
+from vinesexp.signals.means import channel_means, group_size
 
 _NEIGHBOURS = 4  # Fourier lines on each side that a ratio of spectra is smoothed over
 _MOVED = 0.01  # of the base's strongest line
@@ -407,7 +407,7 @@ def estimates_of_sweep(record: Record, view: RecordView, frequency: float | None
     role = motion_role(view)
     swept = record.frequency
     f0 = _resonance(view, role, swept, frequency)
-    k = max(1, int(view.sample_rate / (POINTS * f0)))
+    k = group_size(view.sample_rate, f0, points=POINTS)
     step = k / view.sample_rate
     base, x = channel_means(view, "base", k), channel_means(view, role, k)
     if view.quantity(role) != view.quantity("base"):
@@ -447,7 +447,7 @@ def _resonance(
     if swept is None and frequency is not None:
         return frequency
     low, high = (min(swept), max(swept)) if swept else (0.0, view.sample_rate / POINTS)
-    k = max(1, int(view.sample_rate / (POINTS * high)))
+    k = group_size(view.sample_rate, high, points=POINTS)
     base, x = channel_means(view, "base", k), channel_means(view, role, k)
     taper = np.hanning(x.size)
     X, B = (np.fft.rfft((y - y.mean()) * taper) for y in (x, base))

@@ -22,9 +22,9 @@ from vinesexp.identification.joint.over_amplitude import (
     Law,
     LevelValues,
     law_checks,
+    law_found,
     law_rows,
     level_values,
-    over_range,
     swing_of_levels,
 )
 from vinesexp.identification.joint.unknowns import Posterior
@@ -369,7 +369,7 @@ def identify_campaign(
     rows += [*_bases(answer, campaign), *_releases(answer, campaign)]
     levels: tuple[LevelValues, ...] = ()
     if answer.observed.law.free and {"ln_f0", "ln_zeta"} <= set(answer.posterior.names):
-        law = over_range(answer.posterior, answer.observed.law)
+        law = law_found(answer.posterior, answer.observed.law)
         levels = level_values(answer.posterior, law, swing_of_levels(used, campaign))
         bare = [e for e in used if e.data and e.parameter in ("f0", "f0_added")]
         rows += law_rows(answer.posterior, law, tuple(e.records[0] for e in bare))

@@ -308,10 +308,7 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
         for e in own:
             record = records[e.records[0]]
             load = record.added_mass or 0.0
-            amplitude, values, covariance = _over_amplitude(e, b.law)
-            if kind == "zeta":  # a mounting may change the viscous part alone, or all of it
-                share = mount.of(1.0) * b.law.viscous(amplitude)
-                covariance = covariance + np.outer(share, share) * (amplitude.size > 1)
+            amplitude, values, covariance = _over_amplitude(e, b.law, mount.of(1.0))
             sums = [
                 {f"ln_{kind}": 1.0, f"amplitude {kind}": 1.0,
                  b.add(f"mounting {kind}", 0.0, mount.of(1.0), of=f"{1e3 * load:g} g"): 1.0,
@@ -339,15 +336,23 @@ def _decays(b: _Builder, found: Sequence[Estimate]) -> None:
             )
 
 
-def _over_amplitude(e: Estimate, law: Law) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Amplitudes, ln f0 or ln zeta there, and their covariance, as one record shows them."""
-    if e.data is not None and law.free and min(e.data["value"]) > 0.0:
-        A, value = np.array(e.data["amplitude"]), np.array(e.data["value"])
-        covariance = np.array(e.data["covariance"]) / np.outer(value, value)
-        return A, np.log(value), covariance + _TINY**2 * np.eye(A.size)
-    e = law.moved(e)
-    own = max(e.std_error / e.value, _TINY)
-    return np.array([law.amplitude]), np.array([math.log(e.value)]), np.array([[own**2]])
+def _over_amplitude(
+    e: Estimate, law: Law, mounting: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Amplitudes, ln f0 or ln zeta there, and their covariance, as one record shows them.
+
+    `mounting` is what a mounting scatters by: of zeta it may change the viscous part alone, or all.
+    """
+    if e.data is None or not law.free or min(e.data["value"]) <= 0.0:
+        e = law.moved(e)
+        own = max(e.std_error / e.value, _TINY)
+        return np.array([law.amplitude]), np.array([math.log(e.value)]), np.array([[own**2]])
+    A, value = np.array(e.data["amplitude"]), np.array(e.data["value"])
+    covariance = np.array(e.data["covariance"]) / np.outer(value, value) + _TINY**2 * np.eye(A.size)
+    if e.parameter.startswith("zeta") and A.size > 1:
+        share = mounting * law.viscous(A)
+        covariance += np.outer(share, share)
+    return A, np.log(value), covariance
 
 
 @dataclass(frozen=True)
@@ -698,7 +703,9 @@ def _answered(
     # a ball that rolls is inertia that the mass takes along; one that rubs pulls at it
     eps = _share_of_ball(b)
     drive = (2.0 * math.pi * f0) ** 2 * level
-    push = math.hypot(_OWN_PUSH, 2.0 * bent * swing / level)
+    off = 2.0 * bent * swing / level  # the same of what drives the mass, in any phase
+    push = math.hypot(_OWN_PUSH, off)
+    turned[b.own("bent phase", record, off)] = 1.0
     for name in ("friction", "rolling"):
         b.add(name, 0.0, 0.0)
     rubs = {"friction": eps, b.own("own friction", record, 0.0): eps}
@@ -713,7 +720,7 @@ def _answered(
           "rolling": -0.5 * eps}, of["zeta"].constant),
         ({**base, **b.own_gain(record, "displacement"),
           b.own("own base", record, _OWN_BASE): 1.0,
-          b.own("bent", record, math.hypot(_CHANNELS, 2.0 * bent * swing / level)): 1.0},
+          b.own("bent", record, math.hypot(_CHANNELS, off)): 1.0},
          math.log(level)),
         (turned, inverted),
         ({**rubs, b.own("own push", record, push * drive): 1.0}, 0.0),

@@ -25,7 +25,7 @@ from vinesexp.records.campaign.schema import Campaign
 from vinesexp.records.stored.checks import Check, Outcome
 from vinesexp.records.stored.result_columns import LEVEL_VALUES
 from vinesexp.records.stored.tables import Value, write_rows
-from vinesexp.units import COVERAGE_95, Quantity
+from vinesexp.units import Quantity
 
 #: Terms of the law by what a ring-down calls them.
 TERMS = {
@@ -109,16 +109,16 @@ class Law:
         return replace(e, value=share * e.value, std_error=share * error, amplitude=self.amplitude)
 
     def spread(self, name: str, low: float, high: float) -> float:
-        """Standard uncertainty of ln f0 or ln zeta whose 95 % interval holds a range of amplitudes.
+        """Standard uncertainty of ln f0 or ln zeta where any amplitude of a range may count.
 
-        Beside the value at the middle of the range, what changes with amplitude (the increment v +
-        A dv/dA) hardly counts: the end of two impacts per cycle, simulated with quadratic and
-        Coulomb damping and with the viscous one of that amplitude, is the same to 0.2 %.
+        That of a rectangular distribution, whose 95 % interval holds both ends. Beside the value
+        at the middle of the range, the increment v + A dv/dA hardly counts: with quadratic and
+        Coulomb damping two impacts per cycle end where they do with the viscous damping of their
+        amplitude, to 0.5 % (tests/theory/test_simulated_orbit.py).
         """
         middle = self.log(name, math.sqrt(low * high))
-        return (
-            float(np.abs(self.log(name, np.geomspace(low, high, 9)) - middle).max()) / COVERAGE_95
-        )
+        off = np.expm1(self.log(name, np.geomspace(low, high, 9)) - middle)
+        return float(np.abs(off).max()) / math.sqrt(3.0)
 
     def of_test(self, name: str, amplitude: float) -> OfTest:
         """What a test that works at an amplitude shows of f0 or zeta.
@@ -236,7 +236,7 @@ def swing_of_levels(found: Sequence[Estimate], campaign: Campaign) -> dict[float
     return levels
 
 
-def over_range(posterior: Posterior, law: Law) -> Law:
+def law_found(posterior: Posterior, law: Law) -> Law:
     """The law with the terms that all records show, and without those that they do not."""
     free, names = list(law.free), list(TERMS.values())
     T = np.array([posterior.vector({term: 1.0}) for term in names])
