@@ -468,20 +468,31 @@ def _stairs(path: Path, times: FloatArray) -> tuple[float, float] | None:
     return (rate, clock.stairs) if clock.stairs else None
 
 
+def _stated_rate(source: Source) -> float | None:
+    """The rate that the file states, Hz; its columns may do so one by one."""
+    if source.sample_interval:
+        return 1.0 / source.sample_interval
+    intervals = {c.interval for c in source.columns if c.interval and c.interval > 0.0}
+    return 1.0 / intervals.pop() if len(intervals) == 1 else None
+
+
+def _perhaps_times(source: Source, read: dict[int, FloatArray]) -> list[int]:
+    """Columns that may be the times, the likeliest first."""
+    found = [] if source.time_column is None else [source.time_column]
+    found += [j for j in read if _TIME_NAME.match(source.columns[j].name)]
+    # A ramp in the first column, without a name or under any name, is the times most likely.
+    found += [0] if 0 in read and source.columns[0].unit != SEQUENCE else []
+    # So is the only ramp of even steps among columns that have no names of their own.
+    ramps = [j for j in read if j and _is_ramp(read[j]) and not _is_named(source.columns[j].name)]
+    ramps = [j for j in ramps if np.diff(read[j]).mean() != 1.0]
+    return found + (ramps if len(ramps) == 1 else [])
+
+
 def _time_and_rate(
     source: Source, read: dict[int, FloatArray]
 ) -> tuple[int | None, float | None, list[str]]:
     """The column of times, the rate, and what is odd: as the format says, else a ramp called so."""
-    stated = 1.0 / source.sample_interval if source.sample_interval else None
-    candidates = [] if source.time_column is None else [source.time_column]
-    candidates += [j for j in read if _TIME_NAME.match(source.columns[j].name)]
-    # A ramp in the first column, without a name or under any name, is the times most likely.
-    candidates += [0] if 0 in read and source.columns[0].unit != SEQUENCE else []
-    # So is the only ramp of even steps among columns that have no names of their own.
-    ramps = [j for j in read if j and _is_ramp(read[j]) and not _is_named(source.columns[j].name)]
-    ramps = [j for j in ramps if np.diff(read[j]).mean() != 1.0]
-    candidates += ramps if len(ramps) == 1 else []
-    for j in candidates:
+    for j in _perhaps_times(source, read):
         if is_called_frequency(source.columns[j].name, source.columns[j].unit):
             continue
         finite = read[j][np.isfinite(read[j])] if j in read else np.zeros(0)
@@ -539,12 +550,10 @@ def _time_and_rate(
                 f"times are uneven: their steps run from {steps.min():.3g} to "
                 f"{steps.max():.3g} {unit}"
             )
-        if stated is not None and abs(stated - rate) > _APART * rate:
-            remarks.append(f"the header states {stated:.6g} Hz, the times give {rate:.6g} Hz")
+        if (step := source.sample_interval) and abs(1.0 / step - rate) > _APART * rate:
+            remarks.append(f"the header states {1.0 / step:.6g} Hz, the times give {rate:.6g} Hz")
         return j, float(f"{rate:.6g}"), remarks
-    intervals = {c.interval for c in source.columns if c.interval and c.interval > 0.0}
-    if stated is None and len(intervals) == 1:
-        stated = 1.0 / intervals.pop()
+    stated = _stated_rate(source)
     if stated is None:
         return None, None, []
     slow = f"the file states {stated:.4g} Hz, too slow for a vibration: is that the rate?"

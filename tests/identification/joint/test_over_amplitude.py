@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from vinesexp.identification.estimate import Estimate, combined
 from vinesexp.identification.joint.over_amplitude import Law, level_rows, log_of, slopes_of
 from vinesexp.identification.whole_campaign import identify_campaign
 from vinesexp.records.campaign.schema import Campaign, Known, Record
-from vinesexp.records.campaign.uncertainties import EXACT
+from vinesexp.records.campaign.uncertainties import EXACT, Uncertainties
 from vinesexp.units import Quantity
 
 LINEAR, QUADRATIC, COULOMB, KAPPA, SMALL = 0.32, 10.0, 3e-4, 25.0, 7.862
@@ -137,6 +138,48 @@ def test_damping_terms_that_one_amplitude_cannot_part_are_not_published():
     rows = [e for e in identify_campaign(of, campaign(), {}).rows if e.method == "ring-downs"]
     for row in rows:
         assert row.parameter == "damping_linear" or row.std_error <= 0.5 * row.value
+
+
+def loaded(added: float, *, viscous: float = 1.0, uncertainties=EXACT):
+    """A bare ring-down, and one with an added mass (kg) and another viscous damping."""
+    k, c, F, d = 1.147e4, 3.0, 0.03, 20.0
+
+    def of(m: float, c: float):
+        w = math.sqrt(k / m)
+        return lambda A: (
+            w / (2.0 * math.pi),
+            c / (2.0 * m * w) + 2.0 * F / (math.pi * k * A) + 4.0 * d * A / (3.0 * math.pi * m),
+        )
+
+    amplitudes, terms = [2e-3, 6e-3, 0.018], ("damping_coulomb", "damping_quadratic")
+    found = seen("rd_1", of(4.7, c), amplitudes, terms=terms)
+    other = seen("rd_2", of(4.7 + added, viscous * c), amplitudes, terms=terms)
+    found += [
+        replace(e, parameter=f"{e.parameter}_added") if e.parameter in ("f0", "zeta") else e
+        for e in other
+    ]
+    bare, *rest = campaign().records
+    records = (bare, Record("rd_2", Path("x"), "ringdown", added_mass=added), *rest[1:])
+    known = Known(mass=Quantity(4.7, 0.01), uncertainties=uncertainties)
+    whole = identify_campaign(found, replace(campaign(), known=known, records=records), {})
+    rows = {e.parameter: e.value for e in whole.rows if e.method == "ring-downs"}
+    true = {"damping_linear": c / 9.4, "damping_coulomb": 2.0 * F / math.pi / math.sqrt(k * 4.7)}
+    return whole, rows, true
+
+
+def test_a_ring_down_with_an_added_mass_shows_the_law_of_the_bare_rig():
+    whole, rows, true = loaded(1.0)
+    assert not [check for check in whole.checks if check.check in ("plain model", "either")]
+    for name, value in true.items():
+        assert rows[name] == pytest.approx(value, rel=1e-3)
+
+
+def test_a_mounting_may_change_the_viscous_damping_alone():
+    """Friction was 1.3 % off where a mounting could scale the whole damping only."""
+    whole, rows, true = loaded(1.0, viscous=1.01, uncertainties=Uncertainties())
+    assert not [check for check in whole.checks if check.check in ("plain model", "either")]
+    assert rows["damping_coulomb"] == pytest.approx(true["damping_coulomb"], rel=2e-3)
+    assert rows["damping_linear"] == pytest.approx(true["damping_linear"], rel=0.01)
 
 
 def test_damping_beside_an_added_mass_is_that_of_its_forces():
