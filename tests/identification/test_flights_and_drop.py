@@ -7,12 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vinesexp import Harmonic
+from vinesexp import NES, Harmonic, Oscillator, Release, Rig, simulate
 from vinesexp.errors import AnalysisError
 from vinesexp.identification.bounces import restitution_of_bounces
 from vinesexp.identification.flights import flights_of, mass_ratio, restitution
 from vinesexp.signals.condition import condition
 from vinesexp.signals.impacts.find import impacts_of_record
+from vinesexp.signals.impacts.impact_table import COLUMNS, Impacts, no_impacts
 
 
 def flights(measure, tmp_path: Path, *, b: float, believed: float | None = None, **rig):
@@ -40,13 +41,33 @@ def test_a_wrong_clearance_shifts_M_by_as_much(measure, tmp_path: Path) -> None:
 
 
 def test_too_few_impacts_are_said() -> None:
-    from vinesexp.signals.impacts.impact_table import no_impacts
-
     empty = flights_of(no_impacts(), nes=1, b=0.03, period=0.1)
     with pytest.raises(AnalysisError, match="0 impacts with a free flight before and after"):
         mass_ratio(empty)
     with pytest.raises(AnalysisError, match="expected 10 or more"):
         restitution(empty)
+
+
+@pytest.mark.parametrize("b", [0.036, 0.045, 0.06])
+@pytest.mark.parametrize("seen", [1e-3, 0.03, 0.1])
+def test_a_ball_that_came_to_rest_at_a_wall_starts_no_flight(b: float, seen: float) -> None:
+    """One such flight, of a low speed and long, was worth more than all others of its record."""
+    rig = Rig(Oscillator(M=4.7, c1=3.02, k1=1.147e4), nes=[NES(m=0.032, b=b, r=0.5)])
+    start = Release(x0=0.01, v0=0.0, y0=[0.01 + 0.9 * b], vy0=[0.0])
+    hits = simulate(rig, Harmonic(amplitude=0.25e-3, frequency=7.862), start, duration=60.0).impacts
+    jump = hits["v_after"] - hits["v_before"]
+    found = np.abs(jump) > seen * np.percentile(np.abs(jump), 90.0)
+    assert (~found).sum() > 20  # bounces before it rests
+    n = int(found.sum())
+    columns = dict.fromkeys(COLUMNS, np.ones(n)) | {
+        "time_s": hits["time"][found], "side": hits["side"][found], "x_m": hits["x"][found],
+        "v_before_m_s": hits["v_before"][found], "velocity_jump_m_s": jump[found],
+        "crowded": np.zeros(n), "clipped": np.zeros(n),
+    }  # fmt: skip
+    own = flights_of(Impacts(**columns), nes=1, b=b, period=1 / 7.862)
+    assert own.index.size > 100
+    r = -(own.v_after - own.u_after) / (own.v_before - own.u_before)
+    np.testing.assert_allclose(r, 0.5, rtol=1e-6)
 
 
 @settings(deadline=None, max_examples=50)

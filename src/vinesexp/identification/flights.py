@@ -103,6 +103,10 @@ def flights_of(impacts: Impacts, *, nes: int, b: float, period: float) -> Flight
     gap = np.diff(impacts.time_s, prepend=-np.inf, append=np.inf)
     sure &= np.minimum(gap[:-1], gap[1:])[own] > _APART * period
     crosses = (side[1:] != side[:-1]) & (dt < _LONGEST * period) & sure[1:] & sure[:-1]
+    # A ball that bounces on one wall, lower each time, may rest there unseen and leave later.
+    jump = np.abs(impacts.velocity_jump_m_s[own])
+    next_jump = jump[1:-1] ** 2 / np.maximum(jump[:-2], 1e-300)
+    crosses[1:] &= (side[1:-1] != side[:-2]) | (next_jump >= np.min(jump, initial=np.inf))
     # Impacts of unknown origin in between may have been this ball's.
     others = np.flatnonzero(
         (impacts.nes != nes) & ~(np.nan_to_num(impacts.nes_confidence) >= _CERTAIN)
