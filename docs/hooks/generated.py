@@ -19,7 +19,8 @@ def on_files(files: Files, config: object) -> Files:
     """Add what is made: MkDocs treats it like files that are there."""
     add = lambda uri, content: files.append(File.generated(config, uri, content=content))  # noqa: E731
     add("reference/commands.md", commands_page())
-    add("changelog.md", (DOCS.parent / "CHANGELOG.md").read_text(encoding="utf-8"))
+    changelog = (DOCS.parent / "CHANGELOG.md").read_text(encoding="utf-8")
+    add("changelog.md", changelog.replace("](docs/", "]("))
     page, figures = gallery()
     add("gallery/index.md", page)
     for name, picture in figures.items():
