@@ -82,9 +82,11 @@ def test_a_record_that_begins_at_a_later_turning_point_shows_a_smaller_first_swi
     assert found.value < 0.9 * X0
 
 
-def test_the_release_of_a_level_is_the_mean_of_those_that_were_made():
-    """b_t is compared with these very tests: that further ones scatter is none of its errors."""
-    seen_mm = (20.10, 19.98)
+@pytest.mark.parametrize(
+    ("seen_mm", "errors_mm"), [((20.10, 19.98), (1e-3, 1e-3)), ((20.35, 19.70), (5e-3, 6e-2))]
+)
+def test_the_release_of_a_level_is_the_mean_of_those_that_were_made(seen_mm, errors_mm):
+    """b_t is compared with these very tests, however well either release is seen."""
     gain = Tolerance(relative=1e-9)
     records = [Record(f"t{i}", Path("t"), "transient", (0.03,), release=X0) for i in (0, 1)]
     known = Known(uncertainties=replace(Uncertainties(), displacement=gain))
@@ -92,9 +94,9 @@ def test_the_release_of_a_level_is_the_mean_of_those_that_were_made():
     campaign = Campaign(Path("c"), "c", "c", known, channels, None, None, None, tuple(records))
     found = [Estimate("f0", 7.862, 1e-4, "Hz", "likelihood", ("t0",))]
     found += [
-        Estimate("release_seen", 1e-3 * x, 1e-6, "m", HELD, (f"t{i}",))
-        for i, x in enumerate(seen_mm)
+        Estimate("release_seen", 1e-3 * x, 1e-3 * error, "m", HELD, (f"t{i}",))
+        for i, (x, error) in enumerate(zip(seen_mm, errors_mm, strict=True))
     ]
     row = next(e for e in identify_campaign(found, campaign, {}).rows if e.parameter == "release")
-    assert row.value == pytest.approx(1e-3 * np.mean(seen_mm), rel=1e-4)
-    assert row.std_error < 1e-3 * X0  # single releases differ by three times as much
+    assert abs(row.value - 1e-3 * np.mean(seen_mm)) < row.std_error
+    assert row.std_error < 2e-3 * X0  # a single release is stated to 1e-2

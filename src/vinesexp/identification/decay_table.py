@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from vinesexp.arrays import FloatArray
+from vinesexp.identification.damping_law import Decay, logs_and_phases
 from vinesexp.identification.estimate import Estimate, counted
 from vinesexp.records.stored.store import open_record
 from vinesexp.records.stored.tables import Value
@@ -89,27 +91,16 @@ def decay_by(time: FloatArray, amplitude: FloatArray, law: Sequence[float]) -> F
     >>> bool(np.allclose(found, 0.02 / (1.0 + 0.3 * t), rtol=1e-6))
     True
     """
-    start = float(amplitude[0])
-    for _ in range(_PASSES):
-        now, nudged = (_run(time, A, law) for A in (start, start * (1.0 + 1e-4)))
-        slope = (nudged - now) / (1e-4 * start)
-        start = max(start + float(slope @ (amplitude - now) / (slope @ slope)), 0.1 * start)
-    return _run(time, start, law)
-
-
-def _run(time: FloatArray, start: float, law: Sequence[float]) -> FloatArray:
-    """The law from `start`, by Runge-Kutta steps of fourth order from cycle to cycle."""
     alpha, beta, gamma = law
 
-    def rate(A: float) -> float:
-        return -(gamma + alpha * A + beta * A * A) if A > 0.0 else 0.0
+    def from_start(A: float) -> FloatArray:
+        vector = Decay(math.log(A), 0.0, 1.0, alpha, beta, gamma).vector()
+        log_A = logs_and_phases(vector[np.newaxis], time, start=float(time[0]))[0][0]
+        return np.asarray(np.exp(log_A))
 
-    A, found = start, [start]
-    for h in np.diff(time):
-        k1 = rate(A)
-        k2 = rate(A + 0.5 * h * k1)
-        k3 = rate(A + 0.5 * h * k2)
-        k4 = rate(A + h * k3)
-        A = max(A + h * (k1 + 2.0 * (k2 + k3) + k4) / 6.0, 0.0)
-        found.append(A)
-    return np.array(found)
+    start = float(amplitude[0])
+    for _ in range(_PASSES):
+        now, nudged = (from_start(A) for A in (start, start * (1.0 + 1e-4)))
+        slope = (nudged - now) / (1e-4 * start)
+        start = max(start + float(slope @ (amplitude - now) / (slope @ slope)), 0.1 * start)
+    return from_start(start)

@@ -748,7 +748,8 @@ class _Answer:
 def _releases(b: _Builder, found: Sequence[Estimate]) -> None:
     """Displacement from which the mass was let go: stated, and as the record shows it.
 
-    A record that begins with a smaller swing than stated may have begun later: the release may be
+    Of the stated error one half is common to all releases of one stop, one half of each by hand. A
+    record that begins with a smaller swing than stated may have begun later: the release may be
     either, and is as unsure as they differ.
     """
     seen = {e.records[0]: e for e in found if e.parameter == "release_seen"}
@@ -757,7 +758,9 @@ def _releases(b: _Builder, found: Sequence[Estimate]) -> None:
         if record.exclude or record.test != "transient" or not record.release:
             continue
         stated = abs(record.release)
-        name = b.add("release", 0.0, error.of(stated) / stated, of=f"{1e3 * stated:g} mm")
+        half = error.of(stated) / stated / math.sqrt(2.0)
+        name = b.add("release", 0.0, half, of=f"{1e3 * stated:g} mm")
+        own = b.own("own release", record, max(half, _OWN_RELEASE))
         b.releases[stated] = name
         if (e := seen.get(record.id)) is None or not e.value:
             continue
@@ -765,7 +768,6 @@ def _releases(b: _Builder, found: Sequence[Estimate]) -> None:
         if begins_later(e, b.campaign):
             b.priors[name] = replace(b.priors[name], error=max(b.priors[name].error, -off))
             continue
-        own = b.own("own release", record, _OWN_RELEASE)
         bend = {b.add("even", 0.0, 0.0): e.value, b.add("odd", 0.0, 0.0): e.value**2}
         sums = ({name: 1.0, **b.own_gain(record, "displacement"), own: 1.0, **bend}, 0.0)
         b.blocks.append(Block(record.id, "release", (sums,), _Single(off, width)))
